@@ -1,0 +1,20 @@
+#pragma once
+// Broad and narrow phase together: the earliest impact of the swept tool with a set of moving triangles.
+#include <optional>
+#include <span>
+
+#include "collision/ccd.hpp"
+#include "collision/triangle_index.hpp"
+
+namespace kt {
+
+/// The earliest impact over all candidate triangles of `index` (already refitted to `surface`), or nothing.
+/// @param ignored  per triangle: non-zero = an active contact that the solver already holds as a constraint, skip it;
+///                 empty = none
+/// @param scratch  room for surface.triangles.size() indices
+/// Ties go to the lower triangle index, so that the result does not depend on the backend. No allocation.
+std::optional<Contact> find_first_contact(const TriangleIndex& index, const MovingTriangles& surface,
+                                          const ToolShape& tool, const ToolSweep& sweep,
+                                          std::span<const unsigned char> ignored, std::span<int> scratch) noexcept;
+
+}  // namespace kt

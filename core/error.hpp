@@ -1,0 +1,47 @@
+#pragma once
+// Errors a user can cause: one line that says what, where, which value and what is allowed.
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace kt {
+
+/// Wrong input: a file, a key, a name or a value. The command line turns it into exit code 2 and prints what() alone.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The run itself failed (diverged, gave up). Exit code 1.
+class RunError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// All arguments written one after the other, as operator<< writes them.
+template <class... Args>
+std::string text(const Args&... args) {
+  std::ostringstream out;
+  (out << ... << args);
+  return out.str();
+}
+
+/// "a, b, c" for messages that list the known names.
+std::string join(const std::vector<std::string>& names);
+
+/// The known name nearest to `name` (edit distance), for "did you mean"; empty when nothing is near.
+std::string nearest_name(const std::string& name, const std::vector<std::string>& known);
+
+/// Throws InputError: unknown `what` `name`, did you mean ..., known: ...
+[[noreturn]] void throw_unknown(const std::string& what, const std::string& name, const std::vector<std::string>& known);
+
+}  // namespace kt
+
+/// Our own mistakes: checked in Debug and in all tests, free in Release.
+#ifdef NDEBUG
+#define KT_ASSERT(condition) ((void)0)
+#else
+#include <cassert>
+#define KT_ASSERT(condition) assert(condition)
+#endif

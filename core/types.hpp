@@ -1,0 +1,22 @@
+#pragma once
+// The vocabulary every folder shares: vectors, matrices, node access in stacked arrays. SI units everywhere.
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <array>
+
+namespace kt {
+
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+using VectorX = Eigen::VectorXd;
+using MatrixX = Eigen::MatrixXd;
+using SparseMatrix = Eigen::SparseMatrix<double>;  ///< column-major, compressed when it leaves a function
+
+using Triangle = std::array<int, 3>;     ///< node indices, counter-clockwise seen from outside
+using Tetrahedron = std::array<int, 4>;  ///< node indices, positive volume: (b-a)x(c-a).(d-a) > 0
+
+/// The three entries of node i in a stacked array (x0 y0 z0 x1 y1 z1 ...).
+inline auto node(VectorX& x, int i) { return x.segment<3>(3 * i); }
+inline auto node(const VectorX& x, int i) { return x.segment<3>(3 * i); }
+
+}  // namespace kt
