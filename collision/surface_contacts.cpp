@@ -1,0 +1,129 @@
+#include "collision/surface_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/closest_point.hpp"
+
+namespace kt {
+namespace {
+
+ClosestPoint closest(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& p) noexcept {
+  const Triangle& t = patch.triangles[triangle];
+  return closest_point_on_triangle(p, node(x, t[0]), node(x, t[1]), node(x, t[2]));
+}
+
+/// Calls visit(t) for the triangles that share the closest feature with `triangle`, itself left out, until it answers
+/// false; returns whether all answered true.
+template <class Visit>
+bool all_sharing(const SurfacePatch& patch, int triangle, const ClosestPoint& at, Visit visit) noexcept {
+  if (at.feature == ClosestPoint::Feature::face) return true;
+  const Triangle& own = patch.triangles[triangle];
+  const int a = own[at.feature_index];
+  const int b = own[(at.feature_index + 1) % 3];
+  for (int t : patch.topology.triangles_of(a)) {
+    if (t == triangle) continue;
+    const Triangle& other = patch.triangles[t];
+    const bool shares = at.feature == ClosestPoint::Feature::vertex || std::ranges::find(other, b) != other.end();
+    if (shares && !visit(t)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void ContactSet::add(const Contact& contact) noexcept {
+  if (count < kMaxContacts) {
+    contacts[count++] = contact;
+    return;
+  }
+  auto shallowest = std::max_element(contacts.begin(), contacts.end(),
+                                     [](const Contact& a, const Contact& b) { return a.gap < b.gap; });
+  if (contact.gap < shallowest->gap) *shallowest = contact;
+}
+
+Vec3 face_normal(const SurfacePatch& patch, const VectorX& x, int triangle) noexcept {
+  const Triangle& t = patch.triangles[triangle];
+  const Vec3 a = node(x, t[0]);
+  const Vec3 n = (node(x, t[1]) - a).cross(node(x, t[2]) - a);
+  const double length = n.norm();
+  return length > 0 ? Vec3(n / length) : Vec3(Vec3::Zero());
+}
+
+Vec3 vertex_normal(const SurfacePatch& patch, const VectorX& x, int vertex) noexcept {
+  Vec3 sum = Vec3::Zero();
+  for (int t : patch.topology.triangles_of(vertex)) {
+    const Triangle& v = patch.triangles[t];
+    const Vec3 a = node(x, v[0]);
+    sum += (node(x, v[1]) - a).cross(node(x, v[2]) - a);
+  }
+  const double length = sum.norm();
+  return length > 0 ? Vec3(sum / length) : Vec3(Vec3::Zero());
+}
+
+Vec3 blended_normal(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& bary) noexcept {
+  const Triangle& t = patch.triangles[triangle];
+  const Vec3 n = bary[0] * vertex_normal(patch, x, t[0]) + bary[1] * vertex_normal(patch, x, t[1]) +
+                 bary[2] * vertex_normal(patch, x, t[2]);
+  const double length = n.norm();
+  return length > 0 ? Vec3(n / length) : face_normal(patch, x, triangle);
+}
+
+Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p, int start) noexcept {
+  int best = start;
+  ClosestPoint at = closest(patch, x, start, p);
+  for (bool improved = true; improved;) {
+    improved = false;
+    const int from = best;
+    for (int v : patch.triangles[from])
+      for (int t : patch.topology.triangles_of(v)) {
+        const ClosestPoint other = closest(patch, x, t, p);
+        if (other.distance_sq < at.distance_sq) {
+          at = other;
+          best = t;
+          improved = true;
+        }
+      }
+  }
+  Contact contact;
+  contact.triangle = best;
+  contact.bary = at.bary;
+  contact.normal = blended_normal(patch, x, best, at.bary);
+  contact.gap = contact.normal.dot(p - at.point);
+  return contact;
+}
+
+void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
+                          std::span<const int> candidates, int start, ContactSet& out) noexcept {
+  out.count = 0;
+  const double limit = radius + margin;
+  bool start_found = false;
+  for (int t : candidates) {
+    const ClosestPoint at = closest(patch, x, t, centre);
+    if (at.distance_sq > limit * limit) continue;
+    // A local minimum of the distance: no triangle that shares the closest feature is nearer. Ties (the same edge or
+    // vertex seen from several triangles) go to the lowest index.
+    const double tie = 1e-12 * (at.distance_sq + radius * radius);
+    Vec3 outward = face_normal(patch, x, t);
+    const bool is_minimum = all_sharing(patch, t, at, [&](int other) {
+      const double d = closest(patch, x, other, centre).distance_sq;
+      outward += face_normal(patch, x, other);
+      return d > at.distance_sq + tie || (d >= at.distance_sq - tie && other > t);
+    });
+    if (!is_minimum) continue;
+    const Vec3 offset = centre - at.point;
+    const double distance = std::sqrt(at.distance_sq);
+    if (offset.dot(outward) <= 0) continue;  // the far side of the body, seen through it
+    out.add({t, at.bary, Vec3(offset / distance), distance - radius, 0});
+    start_found = true;
+  }
+  if (start_found || start < 0) return;
+  // Nothing in front of the centre: it may have gone through the surface where it touched before.
+  Contact inside = track_point_contact(patch, x, centre, start);
+  if (inside.gap < 0 && inside.gap > -2 * limit) {
+    inside.gap -= radius;
+    out.add(inside);
+  }
+}
+
+}  // namespace kt

@@ -1,0 +1,42 @@
+#pragma once
+// Where a tool at rest relative to a surface touches it: the contacts that the solver holds as constraints.
+#include <array>
+
+#include "collision/contact.hpp"
+#include "core/local_model.hpp"
+
+namespace kt {
+
+constexpr int kMaxContacts = 12;  ///< simultaneous contacts of one tool; the deepest are kept
+
+/// A small fixed-capacity list, so that the haptic tick allocates nothing.
+struct ContactSet {
+  std::array<Contact, kMaxContacts> contacts;
+  int count = 0;
+  const Contact* begin() const { return contacts.data(); }
+  const Contact* end() const { return contacts.data() + count; }
+  /// Keeps the deepest ones when full.
+  void add(const Contact& contact) noexcept;
+};
+
+/// Area-weighted unit normal of a patch vertex at positions x (3p).
+Vec3 vertex_normal(const SurfacePatch& patch, const VectorX& x, int vertex) noexcept;
+
+/// Unit normal blended from the vertex normals (Phong): continuous across edges.
+Vec3 blended_normal(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& bary) noexcept;
+
+/// Unit normal of the flat triangle; zero for a degenerate one.
+Vec3 face_normal(const SurfacePatch& patch, const VectorX& x, int triangle) noexcept;
+
+/// Contact of a point tool at p: the closest point of the surface reached by descent from `start` over neighbouring
+/// triangles, so that the far side of a thin body is never mistaken for the near one. Normal: blended;
+/// gap: signed distance along it.
+Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p, int start) noexcept;
+
+/// Contacts of a sphere: every local minimum of the distance from its centre to the surface with a gap below `margin`
+/// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre.
+/// `start` (or -1): a triangle touched before; when the centre has gone through the surface there, its plane counts.
+void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
+                          std::span<const int> candidates, int start, ContactSet& out) noexcept;
+
+}  // namespace kt

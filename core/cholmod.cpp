@@ -1,0 +1,77 @@
+// The only file that sees CHOLMOD. Supernodal with its default ordering choice (AMD, or METIS when it is better).
+#include <cholmod.h>
+
+#include "core/sparse_solver.hpp"
+
+namespace kt {
+namespace {
+
+cholmod_sparse view_of(const SparseMatrix& m) {
+  cholmod_sparse view{};
+  view.nrow = static_cast<size_t>(m.rows());
+  view.ncol = static_cast<size_t>(m.cols());
+  view.nzmax = static_cast<size_t>(m.nonZeros());
+  view.p = const_cast<int*>(m.outerIndexPtr());
+  view.i = const_cast<int*>(m.innerIndexPtr());
+  view.x = const_cast<double*>(m.valuePtr());
+  view.stype = -1;  // symmetric, lower triangle read
+  view.itype = CHOLMOD_INT;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = 1;
+  view.packed = 1;
+  return view;
+}
+
+class CholmodSolver final : public SparseSolver {
+ public:
+  CholmodSolver() {
+    cholmod_start(&common_);
+    common_.print = 0;
+    common_.supernodal = CHOLMOD_AUTO;
+  }
+  ~CholmodSolver() override {
+    if (factor_) cholmod_free_factor(&factor_, &common_);
+    cholmod_finish(&common_);
+  }
+  CholmodSolver(const CholmodSolver&) = delete;
+  CholmodSolver& operator=(const CholmodSolver&) = delete;
+
+  bool factor(const SparseMatrix& matrix) override {
+    cholmod_sparse view = view_of(matrix);
+    const bool same_pattern = factor_ && factor_->n == view.nrow && non_zeros_ == matrix.nonZeros();
+    if (!same_pattern) {
+      if (factor_) cholmod_free_factor(&factor_, &common_);
+      factor_ = cholmod_analyze(&view, &common_);
+      non_zeros_ = matrix.nonZeros();
+    }
+    if (!factor_) return false;
+    cholmod_factorize(&view, factor_, &common_);
+    return common_.status == CHOLMOD_OK && factor_->minor == factor_->n;
+  }
+
+  MatrixX solve(const MatrixX& rhs) const override {
+    cholmod_dense b{};
+    b.nrow = b.d = static_cast<size_t>(rhs.rows());
+    b.ncol = static_cast<size_t>(rhs.cols());
+    b.nzmax = b.nrow * b.ncol;
+    b.x = const_cast<double*>(rhs.data());
+    b.xtype = CHOLMOD_REAL;
+    b.dtype = CHOLMOD_DOUBLE;
+    cholmod_dense* x = cholmod_solve(CHOLMOD_A, factor_, &b, &common_);
+    MatrixX out = Eigen::Map<MatrixX>(static_cast<double*>(x->x), rhs.rows(), rhs.cols());
+    cholmod_free_dense(&x, &common_);
+    return out;
+  }
+
+ private:
+  mutable cholmod_common common_{};
+  cholmod_factor* factor_ = nullptr;
+  Eigen::Index non_zeros_ = -1;
+};
+
+}  // namespace
+
+std::unique_ptr<SparseSolver> make_cholmod_solver() { return std::make_unique<CholmodSolver>(); }
+
+}  // namespace kt

@@ -1,0 +1,46 @@
+#pragma once
+// The one interface between a body's physics and everything else: M a = f(x, v).            Paper eqs. (1)-(2).
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/mesh.hpp"
+#include "core/state.hpp"
+
+namespace kt {
+
+/// exact: the derivative of force(), may be indefinite under compression.
+/// definite: -dfdx and -dfdv positive semidefinite (geometric stiffness clamped), for implicit solvers and as the
+/// passive fallback of a local model.
+enum class TangentKind { exact, definite };
+
+struct Tangent {
+  SparseMatrix dfdx, dfdv;  ///< [N/m], [N s/m], (3n x 3n), symmetric pattern
+};
+
+/// What a model says about itself in summaries.
+struct ModelInfo {
+  std::string type, material;
+  std::map<std::string, double> parameters;  ///< SI, by name
+};
+
+/// Physics of one body, const while stepping; State is a value apart. Fixed nodes keep their position: integrators and
+/// reducers leave them out, force() and tangent() need not know them.
+class DeformableModel {
+ public:
+  virtual ~DeformableModel() = default;
+  virtual const Mesh& mesh() const = 0;
+  virtual const SparseMatrix& mass() const = 0;             ///< [kg], (3n x 3n), symmetric positive definite
+  virtual const std::vector<int>& fixed_nodes() const = 0;  ///< ascending
+  /// Internal and body forces [N], (3n).
+  virtual void force(const State& state, VectorX& out) const = 0;
+  virtual Tangent tangent(const State& state, TangentKind kind) const = 0;
+  virtual ModelInfo info() const = 0;
+};
+
+/// The undeformed body at rest at t = 0.
+inline State rest_state(const DeformableModel& model) {
+  return {0, model.mesh().x, VectorX::Zero(model.mesh().x.size())};
+}
+
+}  // namespace kt

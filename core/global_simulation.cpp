@@ -1,0 +1,35 @@
+#include "core/global_simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kt {
+
+GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
+                                   double max_step)
+    : model_(model), integrator_(std::move(integrator)), max_step_(max_step), state_(rest_state(model)) {
+  // 80 %: the frequency is estimated from below, and contact stiffens the body a little.
+  max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(highest_frequency(model, state_)));
+}
+
+void GlobalSimulation::advance(double t_end, std::span<const ContactSample> history) {
+  const int steps = static_cast<int>(std::ceil((t_end - state_.t) / max_step_ - 1e-9));
+  if (steps <= 0) return;
+  const double t_begin = state_.t, dt = (t_end - t_begin) / steps;
+  VectorX external(state_.x.size());
+  std::size_t next = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double t_next = i + 1 == steps ? t_end : t_begin + (i + 1) * dt;
+    external.setZero();
+    for (; next < history.size() && (i + 1 == steps || history[next].t < t_next - 1e-9 * dt); ++next)
+      for (int c = 0; c < 3; ++c)
+        node(external, history[next].nodes[c]) += history[next].bary[c] * history[next].impulse / dt;
+    integrator_->step(model_, external, dt, state_);
+    state_.t = t_next;
+  }
+  if (!state_.x.allFinite() || !state_.v.allFinite())
+    throw RunError(text("the global model left the finite numbers before t = ", t_end,
+                        " s: soften the model, raise global.rate_hz or use global.integrator implicit_euler"));
+}
+
+}  // namespace kt

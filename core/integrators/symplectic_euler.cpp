@@ -1,0 +1,51 @@
+// v += dt M^-1 f(x, v);  x += dt v.                                                               Paper eq. (11).
+#include <limits>
+
+#include "core/free_dofs.hpp"
+#include "core/integrator.hpp"
+#include "core/sparse_solver.hpp"
+
+namespace kt {
+namespace {
+
+class SymplecticEuler final : public Integrator {
+ public:
+  void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override {
+    if (dofs_.to_free.empty()) prepare(model);
+    model.force(state, force_);
+    force_ += external;
+    const VectorX acceleration = diagonal_.size() ? VectorX(gather(dofs_, force_).cwiseQuotient(diagonal_))
+                                                  : VectorX(solver_->solve(gather(dofs_, force_)));
+    for (int i = 0; i < dofs_.size(); ++i) {
+      const int k = dofs_.to_all[i];
+      state.v[k] += dt * acceleration[i];
+      state.x[k] += dt * state.v[k];
+    }
+    state.t += dt;
+  }
+  double stable_step(double omega_max) const override {
+    return omega_max > 0 ? 2.0 / omega_max : std::numeric_limits<double>::infinity();
+  }
+
+ private:
+  void prepare(const DeformableModel& model) {
+    dofs_ = make_free_dofs(model.mesh().num_nodes(), model.fixed_nodes());
+    const SparseMatrix mass = gather(dofs_, model.mass());
+    const bool is_diagonal = mass.nonZeros() == mass.rows();
+    if (is_diagonal) {
+      diagonal_ = mass.diagonal();
+    } else {
+      solver_ = make_sparse_solver();
+      if (!solver_->factor(mass)) throw RunError("symplectic_euler: the mass matrix is not positive definite");
+    }
+  }
+  FreeDofs dofs_;
+  VectorX diagonal_, force_;
+  std::unique_ptr<SparseSolver> solver_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_symplectic_euler_integrator() { return std::make_unique<SymplecticEuler>(); }
+
+}  // namespace kt

@@ -1,0 +1,42 @@
+#pragma once
+// Tangent model + contact site -> LocalModel. A reducer is a function; backends: reducers.def.
+#include <functional>
+#include <string>
+
+#include "core/backend.hpp"
+#include "core/local_model.hpp"
+#include "core/tangent_model.hpp"
+
+namespace kt {
+
+/// Where the tool is about to touch and how far it can get.
+struct ContactSite {
+  Vec3 centre = Vec3::Zero();  ///< a point on the surface [m]
+  int triangle = 0;            ///< the surface triangle that holds it
+  double reach = 0;            ///< radius around the centre that the patch must cover [m]
+};
+
+struct ReduceOptions {
+  int rings = 1;  ///< wall: graph rings of nodes around the node nearest to the site, besides the patch
+};
+
+/// The body's surface: triangles (global node indices) and who neighbours whom.
+struct Surface {
+  std::vector<Triangle> triangles;
+  SurfaceTopology topology;
+};
+Surface make_surface(const Mesh& mesh);
+
+/// The connected triangles around the site with a point within its reach, plus one ring (so that the normals of every
+/// reachable vertex are complete). x: current node positions (3n).
+SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site);
+
+using ReduceFn = std::function<LocalModel(const TangentModel&, SurfacePatch, const ContactSite&, const ReduceOptions&)>;
+
+std::vector<BackendInfo> reducer_backends();
+ReduceFn find_reducer(const std::string& name);
+
+/// LocalModel whose coordinates are the displacements of some free nodes, the rest held still: wall and full share it.
+LocalModel restrict_to_nodes(const TangentModel& tangent, SurfacePatch patch, std::vector<int> dynamic_nodes);
+
+}  // namespace kt
