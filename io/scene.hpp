@@ -14,9 +14,9 @@
 
 namespace kt {
 
-/// Every node in the lowest (or, with a negative sign, highest) part of the bounding box along one axis is clamped.
+/// Every node in the lowest part of the bounding box along one axis is clamped.
 struct FixedBelow {
-  std::string axis = "z";  ///< x y z, or -x -y -z for the far end
+  std::string axis = "z";  ///< x y z
   double fraction = 0.05;  ///< of the extent along the axis [-], in [0, 1]
   bool operator==(const FixedBelow&) const = default;
 };

@@ -1,0 +1,61 @@
+// Rules between several values, which a schema cannot say.
+#include "core/error.hpp"
+#include "io/scene_json.hpp"
+
+namespace kt {
+namespace {
+
+using Found = std::optional<JsonProblem>;
+
+Found check_object(const SceneObject& object) {
+  if (object.fixed.box && ((*object.fixed.box)[1] - (*object.fixed.box)[0]).minCoeff() < 0.0)
+    return JsonProblem{"object.fixed.box", "has a max below its min: write [[min x, y, z], [max x, y, z]]"};
+  if (object.model.stiffness && object.model.calibrate)
+    return JsonProblem{"object.model.calibrate", "is true beside stiffness: a spring is given or calibrated, not both"};
+  return std::nullopt;
+}
+
+Found check_times(const std::vector<Waypoint>& points, const std::string& path) {
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (points[i].t <= points[i - 1].t)
+      return JsonProblem{text(path, "[", i, "]"),
+                         text("has time ", points[i].t, " s after ", points[i - 1].t, " s: times must increase")};
+  return std::nullopt;
+}
+
+Found check_tool(const SceneTool& tool) {
+  if (tool.shape != "point" && tool.shape != "mesh" && tool.radius <= 0.0)
+    return JsonProblem{"tool.radius",
+                       text("is 0, must be above 0 for a ", tool.shape, " (or set tool.shape to point)")};
+  const ScenePath& path = tool.path;
+  if (path.press_drag && path.press_drag->direction.norm() < 1e-12)
+    return JsonProblem{"tool.path.press_drag.direction", "is zero: which way does the tool go?"};
+  if (path.waypoints) return check_times(*path.waypoints, "tool.path.waypoints");
+  if (path.hand) return check_times(path.hand->target, "tool.path.hand.target");
+  return std::nullopt;
+}
+
+Found check_contact(const SceneContact& contact) {
+  if (contact.mu_kinetic > contact.mu_static)
+    return JsonProblem{"contact.mu_kinetic",
+                       text("is ", contact.mu_kinetic, ", must be at most mu_static (", contact.mu_static, ")")};
+  return std::nullopt;
+}
+
+Found check_rates(const Scene& scene) {
+  if (scene.global.rate_hz > scene.local.rate_hz)
+    return JsonProblem{"global.rate_hz", text("is ", scene.global.rate_hz, ", must be at most local.rate_hz (",
+                                              scene.local.rate_hz, ")")};
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<JsonProblem> find_scene_problem(const Scene& scene) {
+  for (const Found& found :
+       {check_object(scene.object), check_tool(scene.tool), check_contact(scene.contact), check_rates(scene)})
+    if (found) return found;
+  return std::nullopt;
+}
+
+}  // namespace kt

@@ -1,0 +1,248 @@
+// One list of fields per struct serves both directions, so what is written is what is read.
+#include "io/scene_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace kt {
+namespace {
+
+using Ordered = nlohmann::ordered_json;  // a saved scene keeps the order of the structs
+
+// clang-format off: one field a line
+template <class A>
+void fields(A& a, FixedBelow& s) {
+  a("axis", s.axis);
+  a("fraction", s.fraction);
+}
+template <class A>
+void fields(A& a, SceneFixed& s) {
+  a("below", s.below);
+  a("box", s.box);
+  a("nodes", s.nodes);
+}
+template <class A>
+void fields(A& a, SceneTetrahedralize& s) {
+  a("backend", s.backend);
+  a("max_volume", s.max_volume);
+  a("quality", s.quality);
+}
+template <class A>
+void fields(A& a, SceneLayers& s) {
+  a("count", s.count);
+  a("thickness", s.thickness);
+}
+template <class A>
+void fields(A& a, SceneDamping& s) {
+  a("mass", s.mass);
+  a("stiffness", s.stiffness);
+}
+template <class A>
+void fields(A& a, SceneModel& s) {
+  a("type", s.type);
+  a("material", s.material);
+  a("young", s.young);
+  a("poisson", s.poisson);
+  a("density", s.density);
+  a("damping", s.damping);
+  a("stiffness", s.stiffness);
+  a("damper", s.damper);
+  a("calibrate", s.calibrate);
+}
+template <class A>
+void fields(A& a, SceneObject& s) {
+  a("mesh", s.mesh);
+  a("size", s.size);
+  a("scale", s.scale);
+  a("fixed", s.fixed);
+  a("tetrahedralize", s.tetrahedralize);
+  a("layers", s.layers);
+  a("model", s.model);
+}
+template <class A>
+void fields(A& a, PressDrag& s) {
+  a("at", s.at);
+  a("depth", s.depth);
+  a("press_time", s.press_time);
+  a("direction", s.direction);
+  a("speed", s.speed);
+}
+template <class A>
+void fields(A& a, SceneHand& s) {
+  a("stiffness", s.stiffness);
+  a("damping", s.damping);
+  a("mass", s.mass);
+  a("target", s.target);
+}
+template <class A>
+void fields(A& a, ScenePath& s) {
+  a("press_drag", s.press_drag);
+  a("waypoints", s.waypoints);
+  a("recording", s.recording);
+  a("hand", s.hand);
+}
+template <class A>
+void fields(A& a, SceneTool& s) {
+  a("shape", s.shape);
+  a("radius", s.radius);
+  a("path", s.path);
+}
+template <class A>
+void fields(A& a, SceneContact& s) {
+  a("law", s.law);
+  a("mu_static", s.mu_static);
+  a("mu_kinetic", s.mu_kinetic);
+  a("metric", s.metric);
+}
+template <class A>
+void fields(A& a, SceneGlobal& s) {
+  a("rate_hz", s.rate_hz);
+  a("integrator", s.integrator);
+}
+template <class A>
+void fields(A& a, SceneLocal& s) {
+  a("rate_hz", s.rate_hz);
+  a("reducer", s.reducer);
+  a("rings", s.rings);
+  a("tolerance", s.tolerance);
+  a("integrator", s.integrator);
+}
+template <class A>
+void fields(A& a, SceneLink& s) {
+  a("type", s.type);
+  a("latency_ms", s.latency_ms);
+  a("loss", s.loss);
+}
+template <class A>
+void fields(A& a, SceneCollision& s) {
+  a("backend", s.backend);
+}
+template <class A>
+void fields(A& a, Scene& s) {
+  a("title", s.title);
+  a("duration", s.duration);
+  a("seed", s.seed);
+  a("object", s.object);
+  a("tool", s.tool);
+  a("contact", s.contact);
+  a("global", s.global);
+  a("local", s.local);
+  a("link", s.link);
+  a("collision", s.collision);
+}
+// clang-format on
+
+/// Takes the fields that the document has.
+class Reader {
+ public:
+  explicit Reader(const nlohmann::json& json) : json_(json) {}
+
+  template <class T>
+  void operator()(const char* key, T& value) const {
+    if (json_.contains(key)) read(json_.at(key), value);
+  }
+
+ private:
+  static void read(const nlohmann::json& json, Vec3& v) { v = Vec3(json[0], json[1], json[2]); }
+  static void read(const nlohmann::json& json, Waypoint& w) { w = {json[0], Vec3(json[1], json[2], json[3])}; }
+
+  template <class T>
+  static void read(const nlohmann::json& json, std::optional<T>& value) {
+    read(json, value.emplace());
+  }
+
+  template <class T>
+  static void read(const nlohmann::json& json, std::vector<T>& list) {
+    list.resize(json.size());
+    for (std::size_t i = 0; i < list.size(); ++i) read(json[i], list[i]);
+  }
+
+  template <class T, std::size_t N>
+  static void read(const nlohmann::json& json, std::array<T, N>& list) {
+    for (std::size_t i = 0; i < N; ++i) read(json[i], list[i]);
+  }
+
+  template <class T>
+  static void read(const nlohmann::json& json, T& value) {
+    if constexpr (std::is_same_v<T, SceneFixed>) value.below.reset();  // a choice in the file replaces the default one
+    if constexpr (std::is_same_v<T, ScenePath>) value.press_drag.reset();
+    if constexpr (requires(Reader r) { fields(r, value); }) {
+      Reader reader(json);
+      fields(reader, value);
+    } else {
+      json.get_to(value);
+    }
+  }
+
+  const nlohmann::json& json_;
+};
+
+/// Every field, but optionals that are not set.
+class Writer {
+ public:
+  template <class T>
+  void operator()(const char* key, T& value) {
+    json[key] = written(value);
+  }
+
+  template <class T>
+  void operator()(const char* key, std::optional<T>& value) {
+    if (value) json[key] = written(*value);
+  }
+
+  Ordered json = Ordered::object();
+
+ private:
+  static Ordered written(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+  static Ordered written(const Waypoint& w) { return {w.t, w.position.x(), w.position.y(), w.position.z()}; }
+
+  template <class T>
+  static Ordered written(T& value) {
+    if constexpr (requires(Writer w) { fields(w, value); }) {
+      Writer writer;
+      fields(writer, value);
+      return writer.json;
+    } else if constexpr (requires { value.size(); } && !std::is_same_v<T, std::string>) {
+      Ordered list = Ordered::array();
+      for (const auto& entry : value) list.push_back(written(entry));
+      return list;
+    } else {
+      return value;
+    }
+  }
+};
+
+/// "mu" in the file stands for both coefficients.
+void split_mu(nlohmann::json& document) {
+  if (!document.contains("contact") || !document["contact"].contains("mu")) return;
+  nlohmann::json& contact = document["contact"];
+  contact["mu_static"] = contact["mu_kinetic"] = contact["mu"];
+}
+
+/// A spring that is given is not calibrated, unless the file asks for it (and find_scene_problem refuses).
+void settle_calibrate(nlohmann::json& document) {
+  const auto path = nlohmann::json::json_pointer("/object/model");
+  if (!document.contains(path)) return;
+  nlohmann::json& model = document[path];
+  if (model.contains("stiffness") && !model.contains("calibrate")) model["calibrate"] = false;
+}
+
+}  // namespace
+
+Scene scene_from_json(const nlohmann::json& document) {
+  nlohmann::json settled = document;
+  split_mu(settled);
+  settle_calibrate(settled);
+  Scene scene;
+  Reader reader(settled);
+  fields(reader, scene);
+  return scene;
+}
+
+std::string to_json(const Scene& scene) {
+  Scene copy = scene;  // the field lists serve reading as well, so they take references that are not const
+  Writer writer;
+  fields(writer, copy);
+  return writer.json.dump(2, ' ', false, Ordered::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kt
