@@ -50,10 +50,11 @@ void apply_override(Json& document, const std::string& override_text, const Rule
   std::vector<std::string> path;
   for (const std::string& part : parts) {
     if (part.empty()) refuse(override_text, "the key has an empty part: write it as in object.model.young=2e4");
-    if (at->is_null()) *at = Json::object();
-    if (!at->is_object())
-      refuse(override_text, text(parent(parts, path.size()), " is a value, not a group with keys inside"));
-    if (const Rules* rules = find_rules(schema, path))
+    const Rules* rules = find_rules(schema, path);
+    const bool is_value = rules ? !rules->contains("properties") : !at->is_null() && !at->is_object();
+    if (is_value) refuse(override_text, text(parent(parts, path.size()), " is a value, not a group with keys inside"));
+    if (!at->is_object()) *at = Json::object();
+    if (rules)
       for (const std::string& other : excluded_by(*rules, part)) at->erase(other);
     path.push_back(part);
     at = &(*at)[part];

@@ -1,0 +1,320 @@
+// What a scene file may say, and the one line a wrong one gives.
+#include "io/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.hpp"
+
+namespace kt {
+namespace {
+
+constexpr const char* kSmallest = R"({"object": {"mesh": "slab.off"}})";
+
+/// The message of the error that `json` gives; empty when it is accepted.
+std::string error_of(const std::string& json, const std::vector<std::string>& overrides = {}) {
+  try {
+    parse_scene(json, overrides, "a.json");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string set_error(const std::string& override_text) { return error_of(kSmallest, {override_text}); }
+
+std::string text_of(const std::string& path) {
+  std::ifstream in(path);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+/// A folder of its own that goes away with the test.
+class SceneFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() / (std::string("kt_scene_") + info->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string write(const std::string& name, const std::string& content) const {
+    std::ofstream(folder_ / name) << content;
+    return (folder_ / name).string();
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST(Scene, DefaultsAreThoseOfTheStructs) {
+  Scene expected = default_scene();
+  expected.object.mesh = "slab.off";
+  EXPECT_EQ(parse_scene(kSmallest), expected);
+  EXPECT_EQ(expected.seed, 1u);
+  EXPECT_TRUE(expected.object.model.calibrate);
+  EXPECT_TRUE(expected.tool.path.press_drag.has_value());
+  EXPECT_TRUE(expected.object.fixed.below.has_value());
+  EXPECT_FALSE(expected.object.size.has_value());
+}
+
+TEST(Scene, EveryKeyIsRead) {
+  const Scene s = parse_scene(R"({
+    "title": "all", "duration": 2, "seed": 7,
+    "object": {"mesh": "m.off", "size": 0.1, "fixed": {"box": [[0, 0, 0], [1, 2, 3]]},
+      "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5}, "layers": {"count": 3, "thickness": 0.002},
+      "model": {"type": "fem", "material": "linear", "young": 2e4, "poisson": 0.45, "density": 900,
+                "damping": {"mass": 1, "stiffness": 0.1}, "stiffness": 300, "damper": 0.5}},
+    "tool": {"shape": "capsule", "radius": 0.001, "path": {"hand": {"stiffness": 1, "damping": 2, "mass": 3,
+             "target": [[0, 1, 2, 3], [0.5, 4, 5, 6]]}}},
+    "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass"},
+    "global": {"rate_hz": 10, "integrator": "a"}, "local": {"rate_hz": 500, "reducer": "b", "rings": 2, "tolerance": 0.1,
+    "integrator": "c"}, "link": {"type": "d", "latency_ms": 5, "loss": 0.25}, "collision": {"backend": "e"}})");
+  EXPECT_EQ(s.title, "all");
+  EXPECT_EQ(s.duration, 2.0);
+  EXPECT_EQ(s.seed, 7u);
+  EXPECT_EQ(s.object.size, 0.1);
+  EXPECT_EQ((*s.object.fixed.box)[1], Vec3(1, 2, 3));
+  EXPECT_FALSE(s.object.fixed.below.has_value());
+  EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5}));
+  EXPECT_EQ(s.object.layers, (SceneLayers{3, 0.002}));
+  EXPECT_EQ(s.object.model, (SceneModel{"fem", "linear", 2e4, 0.45, 900, {1, 0.1}, 300.0, 0.5, /*calibrate=*/false}));
+  EXPECT_EQ(s.tool.shape, "capsule");
+  EXPECT_FALSE(s.tool.path.press_drag.has_value());
+  EXPECT_EQ(s.tool.path.hand, (SceneHand{1, 2, 3, {{0.0, Vec3(1, 2, 3)}, {0.5, Vec3(4, 5, 6)}}}));
+  EXPECT_EQ(s.contact, (SceneContact{"paper_slide", 0.9, 0.4, "mass"}));
+  EXPECT_EQ(s.global, (SceneGlobal{10, "a"}));
+  EXPECT_EQ(s.local, (SceneLocal{500, "b", 2, 0.1, "c"}));
+  EXPECT_EQ(s.link, (SceneLink{"d", 5, 0.25}));
+  EXPECT_EQ(s.collision.backend, "e");
+}
+
+TEST(Scene, OneFrictionCoefficientSetsBoth) {
+  const Scene s = parse_scene(kSmallest, {"contact.mu=0.8"});
+  EXPECT_EQ(s.contact.mu_static, 0.8);
+  EXPECT_EQ(s.contact.mu_kinetic, 0.8);
+}
+
+TEST(Scene, AnEmptyFixedGroupClampsNothing) {
+  const Scene s = parse_scene(kSmallest, {"object.fixed={}"});
+  EXPECT_EQ(s.object.fixed, (SceneFixed{std::nullopt, std::nullopt, std::nullopt}));
+}
+
+TEST(Scene, CommentsAreAllowed) {
+  const Scene s = parse_scene("// a slab\n{\"object\": /* its mesh */ {\"mesh\": \"slab.off\"} // end\n}");
+  EXPECT_EQ(s.object.mesh, "slab.off");
+}
+
+TEST(Scene, WritesAndReadsItselfBack) {
+  std::vector<std::vector<std::string>> variants = {
+      {},
+      {"object.size=0.1", "contact.mu_static=0.7", "contact.mu_kinetic=0.3", "object.model.stiffness=200"},
+      {"object.scale=0.001", "object.fixed.nodes=[1, 5, 9]", "object.layers={}", "object.tetrahedralize={}"},
+      {"tool.path.waypoints=[[0,0,0,0],[1.5,1e-3,0.1,-2]]", "object.fixed={}", "seed=9007199254740991"},
+      {"tool.path.recording=a \"b\".csv", "title=\xc3\xa9t\xc3\xa9", "object.fixed.box=[[0,0,0],[1,1,1]]"},
+      {"tool.path.hand.target=[[0,0.1,0.2,0.3]]", "duration=0.1234567890123456", "object.model.damper=0.25"},
+      {"tool.path.press_drag.at=[0.02,0.05]", "object.model.calibrate=false"}};
+  for (const auto& overrides : variants) {
+    const Scene scene = parse_scene(kSmallest, overrides);
+    EXPECT_EQ(parse_scene(to_json(scene)), scene) << to_json(scene);
+  }
+  EXPECT_EQ(parse_scene(to_json(default_scene())), default_scene());
+}
+
+TEST(SceneOverride, ReplacesValuesAndMakesGroups) {
+  const Scene s = parse_scene(kSmallest, {"object.model.young=2e4", "object.model.type=fem", "title=2024",
+                                          "tool.path.press_drag.direction=[0, 1, 0]", "object.mesh=\"b.off\""});
+  EXPECT_EQ(s.object.model.young, 2e4);
+  EXPECT_EQ(s.object.model.type, "fem");
+  EXPECT_EQ(s.title, "2024");  // a text key takes a number as text
+  EXPECT_EQ(s.tool.path.press_drag->direction, Vec3(0, 1, 0));
+  EXPECT_EQ(s.object.mesh, "b.off");
+}
+
+TEST(SceneOverride, TheLastOneHolds) { EXPECT_EQ(parse_scene(kSmallest, {"duration=2", "duration=3"}).duration, 3.0); }
+
+TEST(SceneOverride, DropsTheKeysItExcludes) {
+  const std::string file = R"({"object": {"mesh": "a.off", "size": 0.1}, "contact": {"mu": 0.5},
+                               "tool": {"path": {"press_drag": {"depth": 0.01}}}})";
+  const Scene s = parse_scene(file, {"object.scale=0.001", "contact.mu_static=0.9", "contact.mu_kinetic=0.6",
+                                     "tool.path.waypoints=[[0,0,0,0]]"});
+  EXPECT_FALSE(s.object.size.has_value());
+  EXPECT_EQ(s.object.scale, 0.001);
+  EXPECT_EQ(s.contact.mu_static, 0.9);
+  EXPECT_FALSE(s.tool.path.press_drag.has_value());
+}
+
+TEST_F(SceneFile, FilesInsideAreRelativeToIt) {
+  const std::string path =
+      write("a.json", R"({"object": {"mesh": "../m/slab.off"}, "tool": {"path": {"recording": "r.csv"}}})");
+  const Scene s = load_scene(path);
+  EXPECT_EQ(s.object.mesh, (folder_.parent_path() / "m/slab.off").string());
+  EXPECT_EQ(s.tool.path.recording, (folder_ / "r.csv").string());
+  EXPECT_EQ(load_scene(path, {"object.mesh=/x/y.off"}).object.mesh, "/x/y.off");
+}
+
+TEST_F(SceneFile, ATypedMeshThatIsHereIsTakenFromHere) {
+  const std::string here = write("here.off", "OFF");
+  const std::string path = write("a.json", kSmallest);
+  const std::string typed = std::filesystem::relative(here).string();
+  EXPECT_EQ(load_scene(path, {"object.mesh=" + typed}).object.mesh, typed);
+  EXPECT_EQ(load_scene(path, {"object.mesh=not_here.off"}).object.mesh, (folder_ / "not_here.off").string());
+}
+
+TEST_F(SceneFile, FilesThatCannotBeReadSaySo) {
+  const auto error = [](const std::string& path) {
+    try {
+      load_scene(path);
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(error("no_such.json"), "no_such.json: no such scene file, or it cannot be read");
+  EXPECT_EQ(error(folder_.string()), folder_.string() + ": is a folder, not a scene file");
+  const std::string empty_mesh = write("b.json", R"({"object": {"mesh": ""}})");
+  EXPECT_EQ(error(empty_mesh), empty_mesh + ": object.mesh is empty: name a mesh file");
+}
+
+struct WrongScene {
+  const char* json;
+  const char* message;
+};
+
+TEST(SceneError, WrongTextSaysLineAndColumn) {
+  const WrongScene cases[] = {
+      {"", "a.json:1:1: unexpected end of input; expected '[', '{', or a literal (a bracket not closed?)"},
+      {"{\"object\": {\"mesh\": \"a\",\n  }\n}",
+       "a.json:2:3: unexpected '}'; expected string literal (a comma too many before it?)"},
+      {"{\"title\": \"a\"\n \"duration\": 1}",
+       "a.json:2:11: unexpected string literal; expected '}' (a comma missing before it?)"},
+      {"{\"duration\": 1e999}", "a.json:1:14: the number 1e999 is too large"},
+      {"{\"duration\": nan}",
+       "a.json:1:15: invalid literal; last read: '\"duration\": na' (words go in double quotes)"},
+      {"{\"object\": {\"mesh\": \"a\"}, \"seed\": 1, \"seed\": 2}",
+       "a.json: the key \"seed\" is given twice in one group { }"},
+      {"[1]",
+       "a.json: the scene is [1], must be a group { } with keys from title, duration, seed, object, tool, contact, "
+       "global, local, link, collision"},
+  };
+  for (const WrongScene& wrong : cases) EXPECT_EQ(error_of(wrong.json), wrong.message);
+}
+
+TEST(SceneError, WrongValuesSayWhatIsAllowed) {
+  const WrongScene cases[] = {
+      {"{}", "a.json: object is missing"},
+      {R"({"object": {}})",
+       "a.json: object.mesh is missing (surface (OBJ OFF PLY STL) or tetrahedra (.node/.ele .msh .vtu), relative to "
+       "the "
+       "scene file)"},
+      {R"({"object": {"mesh": "a", "modle": {}}})",
+       "a.json: object.modle is not a key of a scene, did you mean model? (known here: mesh, size, scale, fixed, "
+       "tetrahedralize, layers, model)"},
+      {R"({"object": {"mesh": "a", "size": 1, "scale": 1}})",
+       "a.json: object has both size and scale: give one of them"},
+      {R"({"object": {"mesh": "a", "fixed": {"below": {}, "nodes": []}}})",
+       "a.json: object.fixed has below, nodes: give one of them"},
+      {R"({"object": {"mesh": "a"}, "tool": {"path": {}}})",
+       "a.json: tool.path is empty, must have one of press_drag, waypoints, recording, hand"},
+      {R"({"object": {"mesh": "a"}, "contact": {"mu": 1, "mu_kinetic": 1}})",
+       "a.json: contact has both mu and mu_kinetic: give one of them"},
+      {R"({"object": {"mesh": "a"}, "contact": {"mu_static": 1}})",
+       "a.json: contact.mu_static needs mu_kinetic beside it"},
+      {R"({"object": {"mesh": "a"}, "contact": {"mu_static": 0.2, "mu_kinetic": 0.4}})",
+       "a.json: contact.mu_kinetic is 0.4, must be at most mu_static (0.2)"},
+  };
+  for (const WrongScene& wrong : cases) EXPECT_EQ(error_of(wrong.json), wrong.message);
+}
+
+TEST(SceneError, WrongOverridesSayWhichOne) {
+  const WrongScene cases[] = {
+      {"object.model.young=-5",
+       "--set object.model.young=-5: object.model.young is -5, must be a number above 0, at most 1e+13 (Young's "
+       "modulus, Pa)"},
+      {"object.model.young=soft",
+       "--set object.model.young=soft: object.model.young is \"soft\", must be a number above 0, at most 1e+13 "
+       "(Young's "
+       "modulus, Pa)"},
+      {"object.model.young=1e999",
+       "--set object.model.young=1e999: object.model.young is \"1e999\", must be a number above 0, at most 1e+13 "
+       "(Young's modulus, Pa)"},
+      {"object.model.poisson=0.5",
+       "--set object.model.poisson=0.5: object.model.poisson is 0.5, must be a number above -1, below 0.5 (Poisson's "
+       "ratio)"},
+      {"object.modle.young=1",
+       "--set object.modle.young=1: object.modle is not a key of a scene, did you mean model? (known here: mesh, size, "
+       "scale, fixed, tetrahedralize, layers, model)"},
+      {"young=1",
+       "--set young=1: young is not a key of a scene, did you mean object.model.young? (known here: title, duration, "
+       "seed, object, tool, contact, global, local, link, collision)"},
+      {"contact.metric=identty",
+       "--set contact.metric=identty: contact.metric is \"identty\", did you mean identity? (known: identity, mass, "
+       "implicit)"},
+      {"local.rings=1.5",
+       "--set local.rings=1.5: local.rings is 1.5, must be a whole number at least 1, at most 100 (rings of triangles "
+       "around the contact)"},
+      {"tool.path.press_drag.direction=[1,0]",
+       "--set tool.path.press_drag.direction=[1,0]: tool.path.press_drag.direction has 2 entries, must be a list of 3 "
+       "numbers"},
+      {"tool.path.press_drag.direction=[0,0,0]",
+       "--set tool.path.press_drag.direction=[0,0,0]: tool.path.press_drag.direction is zero: which way does the tool "
+       "go?"},
+      {"tool.path.waypoints=[[0,0,0,0],[1,0,\"up\",0]]",
+       "--set tool.path.waypoints=[[0,0,0,0],[1,0,\"up\",0]]: tool.path.waypoints[1][2] is \"up\", must be a number"},
+      {"tool.path.waypoints=[[1,0,0,0],[1,0,0,0]]",
+       "--set tool.path.waypoints=[[1,0,0,0],[1,0,0,0]]: tool.path.waypoints[1] has time 1 s after 1 s: times must "
+       "increase"},
+      {"tool.radius=0",
+       "--set tool.radius=0: tool.radius is 0, must be above 0 for a sphere (or set tool.shape to point)"},
+      {"object.fixed.box=[[0,0,1],[1,1,0]]",
+       "--set object.fixed.box=[[0,0,1],[1,1,0]]: object.fixed.box has a max below its min: write [[min x, y, z], [max "
+       "x, "
+       "y, z]]"},
+      {"object.model.calibrate=1",
+       "--set object.model.calibrate=1: object.model.calibrate is 1, must be true or false (choose each spring so that "
+       "the network matches young)"},
+      {"global.rate_hz=2000",
+       "--set global.rate_hz=2000: global.rate_hz is 2000, must be at most local.rate_hz (1000)"},
+      {"duration.x=1", "--set duration.x=1: duration is a value, not a group with keys inside"},
+      {"duration", "--set duration: write key=value, as in object.model.young=2e4"},
+      {"=1", "--set =1: write key=value, as in object.model.young=2e4"},
+      {"object..young=1", "--set object..young=1: the key has an empty part: write it as in object.model.young=2e4"},
+      {"object.mesh.x=1", "--set object.mesh.x=1: object.mesh is a value, not a group with keys inside"},
+  };
+  for (const WrongScene& wrong : cases) EXPECT_EQ(set_error(wrong.json), wrong.message);
+}
+
+TEST(SceneError, IsOneLine) {
+  EXPECT_EQ(error_of("{\"title\": \"a\nb\"}").find('\n'), std::string::npos);
+  EXPECT_EQ(set_error("object.model.type=[\"a\nb\"]").find('\n'), std::string::npos);
+}
+
+TEST(SceneKeys, HoldEveryKeyOfASavedScene) {
+  const auto keys = known_scene_keys();
+  for (const char* key : {"title", "seed", "object.mesh", "object.fixed.below.axis", "object.layers.count",
+                          "object.model.damping.stiffness", "tool.path.hand.target", "contact.mu", "collision.backend"})
+    EXPECT_NE(std::find(keys.begin(), keys.end(), key), keys.end()) << key;
+}
+
+TEST(SceneKeys, AreAllInTheManual) {
+  const std::string manual = text_of(KT_SOURCE_DIR "/docs/scene.md");
+  for (const std::string& key : known_scene_keys()) EXPECT_NE(manual.find("`" + key + "`"), std::string::npos) << key;
+}
+
+TEST(SceneFiles, OfTheProjectLoad) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(KT_SOURCE_DIR "/scenes"))
+    if (entry.path().extension() == ".json") {
+      EXPECT_NO_THROW(load_scene(entry.path().string())) << entry.path();
+      ++count;
+    }
+  EXPECT_GE(count, 5);
+}
+
+}  // namespace
+}  // namespace kt
