@@ -1,4 +1,8 @@
 // The only file that sees valijson: its templates take seconds to compile.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored \
+    "-Wrestrict"  // GCC 12 sees overlaps inside std::string::replace that are not there (PR105651)
+#endif
 #include "io/json_schema.hpp"
 
 #include <nlohmann/json.hpp>
