@@ -1,5 +1,6 @@
 #include "core/mesh.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 

@@ -1,0 +1,174 @@
+#include "io/child_process.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "core/error.hpp"
+
+namespace kt {
+namespace {
+
+constexpr const char* kLog = "child.log";
+
+void set_limit(decltype(RLIMIT_AS) what, rlim_t soft, rlim_t hard) {
+  const rlimit limit{soft, hard};
+  ::setrlimit(what, &limit);
+}
+
+/// First thing in the child: own process group, dies with the parent, limits, output into the log file.
+void enter_child(const std::string& log, const ChildLimits& limits, pid_t parent) {
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(126);  // the parent died before the line above
+  for (const int s : {SIGINT, SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(s, SIG_DFL);
+  const rlim_t seconds = static_cast<rlim_t>(std::ceil(limits.seconds)) + 1;
+  set_limit(RLIMIT_CPU, seconds, seconds + 1);
+  set_limit(RLIMIT_CORE, 0, 0);
+  set_limit(RLIMIT_FSIZE, rlim_t{2} << 30, rlim_t{2} << 30);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers reserve terabytes of address space
+  set_limit(RLIMIT_AS, limits.memory_bytes, limits.memory_bytes);
+#endif
+  const int in = ::open("/dev/null", O_RDONLY);
+  const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0600);
+  if (in >= 0) ::dup2(in, 0);
+  if (out >= 0) {
+    ::dup2(out, 1);
+    ::dup2(out, 2);
+  }
+}
+
+std::string tail_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  if (!in) return {};
+  const std::streamoff size = in.tellg();
+  const std::streamoff length = std::min<std::streamoff>(size, 4096);
+  std::string out(static_cast<std::size_t>(length), '\0');
+  in.seekg(size - length);
+  in.read(out.data(), length);
+  return out;
+}
+
+ChildResult wait_for(pid_t child, const std::string& log, const ChildLimits& limits) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(limits.seconds);
+  ChildResult result;
+  int status = 0;
+  auto pause = std::chrono::microseconds(500);
+  for (;;) {
+    const pid_t ended = ::waitpid(child, &status, WNOHANG);
+    if (ended == child || (ended < 0 && errno != EINTR)) break;
+    if (Clock::now() > deadline) {
+      result.timed_out = true;
+      ::kill(-child, SIGKILL);
+      ::kill(child, SIGKILL);  // in case it has not yet made its own group
+      while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+      }
+      break;
+    }
+    std::this_thread::sleep_for(pause);
+    pause = std::min(2 * pause, std::chrono::microseconds(20000));
+  }
+  if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
+  if (result.signal == SIGXCPU) result.timed_out = true;
+  result.output = tail_of(log);
+  return result;
+}
+
+/// The last lines of a log on one line.
+std::string last_words(const std::string& log) {
+  std::string line;
+  for (const char c : log) line += (c == '\n' || c == '\t') ? ' ' : (c >= ' ' && c < 127) ? c : '?';
+  const std::size_t begin = line.find_first_not_of(' ');
+  if (begin == std::string::npos) return {};
+  line = line.substr(begin, line.find_last_not_of(' ') + 1 - begin);
+  constexpr std::size_t kLongest = 300;
+  return line.size() > kLongest ? "..." + line.substr(line.size() - kLongest) : line;
+}
+
+}  // namespace
+
+std::string ChildResult::trouble(const ChildLimits& limits) const {
+  std::string out;
+  if (timed_out) {
+    out = text("ran longer than ", limits.seconds, " s");
+  } else if (signal == SIGABRT && output.find("bad_alloc") != std::string::npos) {
+    out = text("needed more than ", limits.memory_bytes >> 20, " MB of memory");
+  } else if (signal != 0) {
+    out = text("crashed (", ::strsignal(signal), ")");
+  } else {
+    out = text("ended with exit code ", exit_code);
+  }
+  const std::string words = last_words(output);
+  return words.empty() ? out : out + ": " + words;
+}
+
+PrivateFolder::PrivateFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "kilotouch-XXXXXX").string();
+  if (!::mkdtemp(name.data()))
+    throw RunError(text("cannot make a temporary folder ", name, ": ", std::strerror(errno)));
+  path_ = name;
+}
+
+PrivateFolder::~PrivateFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+ChildResult run_program(const std::vector<std::string>& arguments, const PrivateFolder& folder,
+                        const ChildLimits& limits) {
+  std::vector<char*> argv;
+  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  const std::string log = folder / kLog;
+  const pid_t parent = ::getpid();
+  const pid_t child = ::fork();
+  if (child < 0) throw RunError(text("cannot start ", arguments[0], ": ", std::strerror(errno)));
+  if (child == 0) {
+    enter_child(log, limits, parent);
+    if (::chdir(folder.path().c_str()) == 0) ::execvp(argv[0], argv.data());
+    ::_exit(127);
+  }
+  return wait_for(child, log, limits);
+}
+
+ChildResult run_forked(const std::function<void()>& work, const PrivateFolder& folder, const ChildLimits& limits) {
+  const std::string log = folder / kLog;
+  std::fflush(nullptr);  // or the child would write our buffered text a second time
+  const pid_t parent = ::getpid();
+  const pid_t child = ::fork();
+  if (child < 0) throw RunError(text("cannot start a child process: ", std::strerror(errno)));
+  if (child == 0) {
+    enter_child(log, limits, parent);
+    int code = 0;
+    try {
+      work();
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "%s\n", e.what());
+      code = 3;
+    } catch (...) {
+      std::fprintf(stderr, "unknown exception\n");
+      code = 3;
+    }
+    std::fflush(nullptr);
+    ::_exit(code);  // no destructors and no atexit handlers of the parent's
+  }
+  return wait_for(child, log, limits);
+}
+
+}  // namespace kt

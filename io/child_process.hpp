@@ -1,0 +1,48 @@
+#pragma once
+// Work that may crash, abort or never end runs in a child process: third-party mesh generators do all three on bad
+// surfaces. The child has limits on memory, processor time and wall-clock time, a private folder that is removed
+// afterwards, and dies with its parent.
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace kt {
+
+struct ChildLimits {
+  double seconds = 60;                              ///< wall clock, and of processor time
+  std::size_t memory_bytes = std::size_t{4} << 30;  ///< address space
+};
+
+struct ChildResult {
+  bool timed_out = false;
+  int exit_code = 0;   ///< when signal is 0
+  int signal = 0;      ///< that ended it
+  std::string output;  ///< last 4 kB of its standard output and error
+  bool good() const { return !timed_out && signal == 0 && exit_code == 0; }
+  /// "ran longer than 60 s", "crashed (SIGSEGV)", "ended with exit code 3" plus its last words on one line.
+  std::string trouble(const ChildLimits& limits) const;
+};
+
+/// A folder under the system's temporary folder that only this user can read; removed with all it holds at the end.
+class PrivateFolder {
+ public:
+  PrivateFolder();  ///< @throws RunError when it cannot be made
+  ~PrivateFolder();
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// Runs a program (found on PATH) in `folder` and waits for it. A program that is not there: exit code 127.
+ChildResult run_program(const std::vector<std::string>& arguments, const PrivateFolder& folder,
+                        const ChildLimits& limits);
+
+/// Runs `work` in a forked copy of this process; what it makes it leaves as files in `folder`. An exception ends the
+/// child with exit code 3 and its text as the output. `work` must not rely on this process's other threads.
+ChildResult run_forked(const std::function<void()>& work, const PrivateFolder& folder, const ChildLimits& limits);
+
+}  // namespace kt

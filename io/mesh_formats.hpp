@@ -1,0 +1,34 @@
+#pragma once
+// One function a file format; mesh_io.cpp picks by extension. Internal to io/.
+#include <string>
+#include <vector>
+
+#include "core/mesh.hpp"
+#include "io/mesh_io.hpp"
+
+namespace kt {
+
+using Notes = std::vector<std::string>;
+
+Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes);
+Mesh read_off(const std::string& path, const LoadOptions& options, Notes& notes);
+Mesh read_ply_or_stl(const std::string& path, const LoadOptions& options, Notes& notes);  ///< OpenMesh
+Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& notes);
+Mesh read_msh(const std::string& path, const LoadOptions& options, Notes& notes);
+Mesh read_vtu(const std::string& path, const LoadOptions& options, Notes& notes);
+
+/// What a reader of tetrahedra ends with: orients all of them positive and sets the surface to their boundary.
+/// @throws InputError for a flat tetrahedron, unless lenient.
+void finish_solid(Mesh& mesh, const std::string& path, const LoadOptions& options, Notes& notes);
+
+/// Removes nodes that no triangle and no tetrahedron uses, keeping the order of the others. Returns how many went.
+int drop_unused_nodes(Mesh& mesh);
+
+std::string write_obj(const Mesh& mesh);
+std::string write_off(const Mesh& mesh);
+std::string write_ply(const Mesh& mesh);
+std::string write_stl(const Mesh& mesh);  ///< binary
+std::string write_msh(const Mesh& mesh);  ///< ASCII 4.1
+std::string write_vtu(const Mesh& mesh);
+
+}  // namespace kt

@@ -1,0 +1,242 @@
+// PLY and STL through OpenMesh's file modules, into a plain list of vertices and faces: its half-edge mesh would change
+// non-manifold input in silence. What it reads is checked against the file's own header, because the modules report
+// success for truncated files.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <sstream>
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wall"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#endif
+#include <OpenMesh/Core/IO/IOManager.hh>
+#include <OpenMesh/Core/IO/importer/BaseImporter.hh>
+#include <OpenMesh/Core/IO/reader/PLYReader.hh>
+#include <OpenMesh/Core/IO/reader/STLReader.hh>
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+#include "io/mesh_formats.hpp"
+#include "io/polygon.hpp"
+#include "io/text_reader.hpp"
+
+namespace kt {
+namespace {
+
+namespace om = OpenMesh;
+
+/// Takes vertices and faces as they come; everything else a file may carry is dropped.
+class SoupImporter final : public om::IO::BaseImporter {
+ public:
+  std::vector<double> x;
+  std::vector<std::vector<int>> faces;
+
+  om::VertexHandle add_vertex(const om::Vec3f& p) override { return add_vertex(om::Vec3d(p)); }
+  om::VertexHandle add_vertex(const om::Vec3d& p) override {
+    x.insert(x.end(), {p[0], p[1], p[2]});
+    return om::VertexHandle(static_cast<int>(x.size() / 3) - 1);
+  }
+  om::VertexHandle add_vertex() override { return add_vertex(om::Vec3d(0, 0, 0)); }
+  om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override { return om::HalfedgeHandle(-1); }
+  om::FaceHandle add_face(const VHandles& corners) override {
+    std::vector<int>& face = faces.emplace_back();
+    for (const om::VertexHandle v : corners) face.push_back(v.idx());
+    return om::FaceHandle(static_cast<int>(faces.size()) - 1);
+  }
+  om::FaceHandle add_face(om::HalfedgeHandle) override { return om::FaceHandle(-1); }
+  void set_point(om::VertexHandle v, const om::Vec3f& p) override {
+    for (int k = 0; k < 3; ++k) x[3 * v.idx() + k] = static_cast<double>(p[k]);
+  }
+  void add_face_texcoords(om::FaceHandle, om::VertexHandle, const std::vector<om::Vec2f>&) override {}
+  void add_face_texcoords(om::FaceHandle, om::VertexHandle, const std::vector<om::Vec3f>&) override {}
+  void set_face_texindex(om::FaceHandle, int) override {}
+  void set_halfedge(om::VertexHandle, om::HalfedgeHandle) override {}
+  void set_normal(om::VertexHandle, const om::Vec3f&) override {}
+  void set_normal(om::VertexHandle, const om::Vec3d&) override {}
+  void set_normal(om::FaceHandle, const om::Vec3f&) override {}
+  void set_normal(om::FaceHandle, const om::Vec3d&) override {}
+  void set_color(om::VertexHandle, const om::Vec3uc&) override {}
+  void set_color(om::VertexHandle, const om::Vec4uc&) override {}
+  void set_color(om::VertexHandle, const om::Vec3f&) override {}
+  void set_color(om::VertexHandle, const om::Vec4f&) override {}
+  void set_color(om::EdgeHandle, const om::Vec3uc&) override {}
+  void set_color(om::EdgeHandle, const om::Vec4uc&) override {}
+  void set_color(om::EdgeHandle, const om::Vec3f&) override {}
+  void set_color(om::EdgeHandle, const om::Vec4f&) override {}
+  void set_color(om::FaceHandle, const om::Vec3uc&) override {}
+  void set_color(om::FaceHandle, const om::Vec4uc&) override {}
+  void set_color(om::FaceHandle, const om::Vec3f&) override {}
+  void set_color(om::FaceHandle, const om::Vec4f&) override {}
+  void set_texcoord(om::VertexHandle, const om::Vec2f&) override {}
+  void set_texcoord(om::HalfedgeHandle, const om::Vec2f&) override {}
+  void set_texcoord(om::VertexHandle, const om::Vec3f&) override {}
+  void set_texcoord(om::HalfedgeHandle, const om::Vec3f&) override {}
+  void set_status(om::VertexHandle, const om::Attributes::StatusInfo&) override {}
+  void set_status(om::HalfedgeHandle, const om::Attributes::StatusInfo&) override {}
+  void set_status(om::EdgeHandle, const om::Attributes::StatusInfo&) override {}
+  void set_status(om::FaceHandle, const om::Attributes::StatusInfo&) override {}
+  void set_next(om::HalfedgeHandle, om::HalfedgeHandle) override {}
+  void set_face(om::HalfedgeHandle, om::FaceHandle) override {}
+  void request_face_texcoords2D() override {}
+  void add_texture_information(int, std::string) override {}
+  std::size_t n_vertices() const override { return x.size() / 3; }
+  std::size_t n_faces() const override { return faces.size(); }
+  std::size_t n_edges() const override { return 0; }
+};
+
+struct Announced {
+  long long vertices = -1, faces = -1;  ///< -1: the format does not say
+};
+
+/// Counts of a PLY header, checked against the size of the file before the library allocates for them.
+Announced ply_counts(TextReader& in) {
+  Announced out;
+  const auto first = in.line();
+  if (!first || *first != "ply") in.fail("file starts with ", quoted(first.value_or("")), "; must start with ply");
+  while (const auto found = in.line()) {
+    std::istringstream line{std::string(*found)};
+    std::string keyword, name, count;
+    line >> keyword >> name >> count;
+    if (keyword == "end_header") {
+      if (out.vertices < 0) in.fail("the header has no element vertex");
+      if (out.faces < 0) in.fail("the header has no element face");
+      in.check_count(out.vertices, "vertices", 6);
+      in.check_count(out.faces, "faces", 4);
+      return out;
+    }
+    if (keyword == "element") {
+      const long long n = in.to_integer(count, text("the number of elements ", name));
+      if (n < 0) in.fail("the number of elements ", name, " is ", n, "; must be at least 0");
+      if (name == "vertex") out.vertices = n;
+      if (name == "face") out.faces = n;
+    } else if (keyword != "format" && keyword != "property" && keyword != "comment" && keyword != "obj_info") {
+      in.fail("unknown header line ", quoted(*found));
+    }
+  }
+  in.fail("the header has no end_header");
+}
+
+/// Text STL: every facet needs three vertices of three finite numbers. The library stops at the first bad one in
+/// silence.
+Announced stl_text_counts(const std::string& path, const std::string& data) {
+  TextReader in(path, data);
+  long long facets = 0, corners = 0;
+  bool ended = false;
+  in.skip_line();  // "solid" and a name of any words
+  while (const auto word = in.word()) {
+    ended = *word == "endsolid";
+    if (*word == "vertex") {
+      ++corners;
+      for (int k = 0; k < 3; ++k) in.number("a vertex coordinate", false);
+    } else if (*word == "endfacet" && corners != 3 * ++facets) {
+      in.fail("facet ", facets - 1, " has not 3 vertices");
+    }
+    if (ended) in.skip_line();
+  }
+  if (!ended) in.fail("file ends without endsolid: it is truncated");
+  return {-1, facets};
+}
+
+/// Binary STL: 80 bytes, a count, 50 bytes a triangle. A text STL starts with "solid", but so do some binary ones: the
+/// size decides.
+Announced stl_counts(const std::string& path, const std::string& data) {
+  std::uint32_t n = 0;
+  if (data.size() >= 84) std::memcpy(&n, data.data() + 80, sizeof n);
+  if (data.size() >= 84 && data.size() == 84 + std::size_t{50} * n) return {-1, n};
+  if (data.starts_with("solid")) return stl_text_counts(path, data);
+  if (data.size() < 84) throw InputError(text(path, ": ", data.size(), " bytes are too few for an STL file"));
+  throw InputError(text(path, ": binary STL announces ", n, " triangles (", 84 + std::size_t{50} * n,
+                        " bytes) but the file has ", data.size(), " bytes"));
+}
+
+/// STL repeats every corner: equal coordinates are one vertex. Exact comparison, in order of first appearance.
+void weld(SoupImporter& soup) {
+  std::map<std::array<double, 3>, int> known;
+  std::vector<double> x;
+  std::vector<int> new_index;
+  for (std::size_t i = 0; i < soup.x.size(); i += 3) {
+    const std::array<double, 3> p{soup.x[i] + 0.0, soup.x[i + 1] + 0.0, soup.x[i + 2] + 0.0};  // -0 becomes 0
+    const auto [it, fresh] = known.try_emplace(p, static_cast<int>(x.size() / 3));
+    if (fresh) x.insert(x.end(), p.begin(), p.end());
+    new_index.push_back(it->second);
+  }
+  for (std::vector<int>& face : soup.faces)
+    for (int& i : face) i = new_index[i];
+  soup.x = std::move(x);
+}
+
+}  // namespace
+
+Mesh read_ply_or_stl(const std::string& path, const LoadOptions& options, Notes& notes) {
+  std::string data = read_whole_file(path);
+  const bool stl = mesh_extension(path) == ".stl";
+  Announced announced;
+  if (stl) {
+    announced = stl_counts(path, data);
+  } else {
+    TextReader in(path, std::move(data));
+    announced = ply_counts(in);
+  }
+
+  SoupImporter soup;
+  om::IO::Options read_options;
+  std::ostringstream complaints;  // the library prints them; they belong into our one line
+  ::omerr().connect(complaints);
+  ::omerr().disconnect(std::cerr);
+  bool good = false;
+  std::string reason;
+  try {
+    good =
+        stl ? om::IO::STLReader().read(path, soup, read_options) : om::IO::PLYReader().read(path, soup, read_options);
+  } catch (const std::exception& e) {
+    reason = e.what();
+  }
+  ::omerr().disconnect(complaints);
+  ::omerr().connect(std::cerr);
+  if (reason.empty()) reason = complaints.str().substr(0, complaints.str().find('\n'));
+  if (!good) throw InputError(text(path, ": OpenMesh cannot read it", reason.empty() ? "" : ": ", reason));
+
+  const auto vertices = static_cast<long long>(soup.x.size() / 3), faces = static_cast<long long>(soup.faces.size());
+  if (announced.vertices >= 0 && vertices != announced.vertices)
+    throw InputError(text(path, ": the header announces ", announced.vertices, " vertices, ", vertices, " were read"));
+  if (stl && faces < announced.faces)  // the size or every corner was checked above: nothing else is left out
+    notes.push_back(text(announced.faces - faces, " of ", announced.faces,
+                         " triangles have equal corners; OpenMesh leaves them out"));
+  else if (faces != announced.faces)
+    throw InputError(text(path, ": the file announces ", announced.faces, " faces, ", faces, " were read"));
+  if (stl) {
+    weld(soup);
+    notes.push_back(
+        text(3 * faces, " triangle corners joined to ", soup.x.size() / 3, " vertices by equal coordinates"));
+  } else {
+    notes.push_back("PLY coordinates have the precision of 32-bit floats: OpenMesh reads no other");
+  }
+  Mesh mesh;
+  mesh.x = Eigen::Map<const VectorX>(soup.x.data(), static_cast<Eigen::Index>(soup.x.size()));
+  for (Eigen::Index i = 0; i < mesh.x.size() && !options.lenient; ++i)
+    if (!std::isfinite(mesh.x[i]))
+      throw InputError(
+          text(path, ": coordinate ", "xyz"[i % 3], " of vertex ", i / 3, " is ", mesh.x[i], "; must be finite"));
+  PolygonTriangulator triangulator;
+  for (std::size_t f = 0; f < soup.faces.size(); ++f) {
+    if (soup.faces[f].size() < 3)
+      throw InputError(text(path, ": face ", f, " has ", soup.faces[f].size(), " corners; must be at least 3"));
+    for (const int i : soup.faces[f])
+      if (i < 0 || i >= mesh.num_nodes())
+        throw InputError(
+            text(path, ": vertex index ", i, " of face ", f, " is out of range 0..", mesh.num_nodes() - 1));
+    triangulator.add(mesh.x, soup.faces[f], mesh.triangles);
+  }
+  for (std::string& note : triangulator.notes()) notes.push_back(std::move(note));
+  return mesh;
+}
+
+}  // namespace kt

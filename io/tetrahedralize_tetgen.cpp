@@ -1,0 +1,47 @@
+// TetGen (AGPL-3) as a program, never linked: on bad surfaces version 1.5 crashes, aborts, hangs, or makes nothing and
+// reports success.
+#include <cstdio>
+
+#include "core/error.hpp"
+#include "io/child_process.hpp"
+#include "io/mesh_formats.hpp"
+#include "io/output_file.hpp"
+#include "io/tetrahedralize_backends.hpp"
+
+namespace kt {
+namespace {
+
+std::string smesh(const Mesh& surface) {
+  std::string out = text(surface.num_nodes(), " 3 0 0\n");
+  for (int i = 0; i < surface.num_nodes(); ++i) {
+    out += std::to_string(i);
+    for (int k = 0; k < 3; ++k) append_number(out += ' ', surface.x[3 * i + k]);
+    out += '\n';
+  }
+  out += text(surface.triangles.size(), " 0\n");
+  for (const Triangle& t : surface.triangles) out += text("3 ", t[0], ' ', t[1], ' ', t[2], '\n');
+  return out + "0\n0\n";  // no holes, no regions
+}
+
+}  // namespace
+
+Mesh tetrahedralize_tetgen(const Mesh& surface, const TetrahedralizeOptions& options) {
+  const PrivateFolder folder;
+  write_file_whole(folder / "in.smesh", smesh(surface));
+  char switches[96];
+  // p: fill a surface, Y: keep its triangles, q: quality, a: largest volume. %f: TetGen does not read exponents.
+  std::snprintf(switches, sizeof switches, "-pYq%.6fa%.30f", options.quality, options.max_volume);
+  const ChildLimits limits{.seconds = options.timeout,
+                           .memory_bytes = static_cast<std::size_t>(options.memory_gb * double(std::size_t{1} << 30))};
+  const ChildResult run = run_program({"tetgen", switches, "in.smesh"}, folder, limits);
+  if (run.exit_code == 127) throw RunError("tetgen: the program is not installed (package tetgen)");
+  if (!run.good()) throw RunError(text("tetgen ", run.trouble(limits)));
+  try {
+    Notes ignored;
+    return read_node_ele(folder / "in.1.node", LoadOptions{}, ignored);
+  } catch (const InputError& e) {
+    throw RunError(text("tetgen left no usable result: ", e.what()));
+  }
+}
+
+}  // namespace kt

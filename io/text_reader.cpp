@@ -1,0 +1,157 @@
+#include "io/text_reader.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+namespace kt {
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+bool is_space(char c) { return is_blank(c) || c == '\n'; }
+
+}  // namespace
+
+std::string read_whole_file(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(text(path, ": no such file"));
+  if (fs::is_directory(status)) throw InputError(text(path, ": is a directory, not a file"));
+  if (!fs::is_regular_file(status)) throw InputError(text(path, ": is not a regular file"));
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error) throw InputError(text(path, ": cannot be read: ", error.message()));
+  if (size == 0) throw InputError(text(path, ": file is empty (0 bytes)"));
+  constexpr std::uintmax_t kLargest = std::uintmax_t{4} << 30;  // beyond int indices and any interactive use
+  if (size > kLargest)
+    throw InputError(text(path, ": file has ", size, " bytes, more than the ", kLargest, " allowed"));
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(text(path, ": cannot be read: ", std::strerror(errno)));
+  std::string data(static_cast<std::size_t>(size), '\0');
+  in.read(data.data(), static_cast<std::streamsize>(size));
+  if (in.gcount() != static_cast<std::streamsize>(size)) throw InputError(text(path, ": cannot be read to its end"));
+  return data;
+}
+
+std::string quoted(std::string_view token) {
+  std::string out = "\"";
+  for (const char c : token.substr(0, 40)) out += (c >= ' ' && c < 127) ? c : '?';
+  return out + (token.size() > 40 ? "...\"" : "\"");
+}
+
+TextReader::TextReader(std::string path, std::string data) : path_(std::move(path)), data_(std::move(data)) {
+  while (!data_.empty() && data_.back() == '\0') data_.pop_back();  // some exporters write C's end of string
+  if (data_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+}
+
+void TextReader::skip_blanks() {
+  while (at_ < data_.size() && is_blank(data_[at_])) ++at_;
+  if (at_ < data_.size() && data_[at_] == '#')
+    while (at_ < data_.size() && data_[at_] != '\n') ++at_;
+}
+
+std::optional<std::string_view> TextReader::word_on_line() {
+  skip_blanks();
+  if (at_ == data_.size() || data_[at_] == '\n') return std::nullopt;
+  const std::size_t begin = at_;
+  while (at_ < data_.size() && !is_space(data_[at_]) && data_[at_] != '#') ++at_;
+  return std::string_view(data_).substr(begin, at_ - begin);
+}
+
+std::optional<std::string_view> TextReader::word() {
+  for (;;) {
+    if (auto found = word_on_line()) return found;
+    if (at_ == data_.size()) return std::nullopt;
+    skip_line();
+  }
+}
+
+void TextReader::skip_line() {
+  while (at_ < data_.size() && data_[at_] != '\n') ++at_;
+  if (at_ < data_.size()) {
+    ++at_;
+    line_ = ++next_line_;
+  }
+}
+
+std::optional<std::string_view> TextReader::line() {
+  while (at_ < data_.size()) {
+    line_ = next_line_;
+    joined_.clear();
+    for (bool more = true; more && at_ < data_.size();) {
+      const std::size_t end = std::min(data_.find('\n', at_), data_.size());
+      std::string_view part = std::string_view(data_).substr(at_, end - at_);
+      at_ = std::min(end + 1, data_.size());
+      ++next_line_;
+      part = part.substr(0, part.find('#'));
+      while (!part.empty() && is_blank(part.back())) part.remove_suffix(1);
+      more = !part.empty() && part.back() == '\\';
+      if (more) part.remove_suffix(1);
+      joined_ += part;
+      if (more) joined_ += ' ';
+    }
+    const std::size_t begin = joined_.find_first_not_of(" \t\r\v\f");
+    if (begin != std::string::npos) return std::string_view(joined_).substr(begin);
+  }
+  return std::nullopt;
+}
+
+double TextReader::to_number(std::string_view token, std::string_view what, bool allow_non_finite) const {
+  const char* first = token.data();
+  const char* const last = first + token.size();
+  if (token.size() > 1 && *first == '+' && first[1] != '-') ++first;
+  double value = 0;
+  auto [end, error] = std::from_chars(first, last, value);
+  if (error == std::errc::result_out_of_range && end == last) {
+    value = std::strtod(std::string(first, last).c_str(), nullptr);  // tells 1e-999 (0, fine) from 1e999 (inf)
+    if (!std::isfinite(value)) fail(what, " ", quoted(token), " is beyond the range of a double (1.8e308)");
+  } else if (error != std::errc() || end != last) {
+    fail(what, " ", quoted(token), " is not a number");
+  }
+  if (!std::isfinite(value) && !allow_non_finite) fail(what, " is ", quoted(token), "; must be finite");
+  return value;
+}
+
+long long TextReader::to_integer(std::string_view token, std::string_view what) const {
+  const char* first = token.data();
+  const char* const last = first + token.size();
+  if (token.size() > 1 && *first == '+' && first[1] != '-') ++first;
+  long long value = 0;
+  auto [end, error] = std::from_chars(first, last, value);
+  if (error == std::errc::result_out_of_range) fail(what, " ", quoted(token), " is too large for an integer");
+  if (error != std::errc() || end != last) fail(what, " ", quoted(token), " is not an integer");
+  return value;
+}
+
+double TextReader::number(std::string_view what, bool allow_non_finite) {
+  const auto found = word();
+  if (!found) fail("file ends where ", what, " should be");
+  return to_number(*found, what, allow_non_finite);
+}
+
+long long TextReader::integer(std::string_view what) {
+  const auto found = word();
+  if (!found) fail("file ends where ", what, " should be");
+  return to_integer(*found, what);
+}
+
+void TextReader::check_count(long long n, std::string_view what, std::size_t bytes_each) const {
+  if (n < 0) fail("number of ", what, " is ", n, "; must be at least 0");
+  constexpr long long kMost = std::numeric_limits<int>::max() / 4;  // 3n and 4n stay ints
+  if (n > kMost) fail("header announces ", n, " ", what, "; at most ", kMost, " are possible");
+  const std::size_t possible = bytes_left() / bytes_each + 1;  // the last record may lack its line end
+  if (static_cast<std::size_t>(n) > possible)
+    fail("header announces ", n, " ", what, ", but the ", bytes_left(), " bytes that follow hold at most ", possible);
+}
+
+int TextReader::count(std::string_view what, std::size_t bytes_each) {
+  const long long n = integer(text("the number of ", what));
+  check_count(n, what, bytes_each);
+  return static_cast<int>(n);
+}
+
+}  // namespace kt

@@ -1,0 +1,313 @@
+// VTU (VTK unstructured grid): ASCII, inline base64 and appended raw or base64 arrays, uncompressed, little-endian.
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "io/mesh_formats.hpp"
+#include "io/text_reader.hpp"
+
+namespace kt {
+namespace {
+
+struct Element {
+  std::string name;
+  std::map<std::string, std::string> attribute;
+  std::size_t begin = 0, content = 0;  ///< positions of '<' and behind '>'
+};
+
+class VtuReader {
+ public:
+  VtuReader(const std::string& path, const LoadOptions& options, Notes& notes)
+      : path_(path), data_(read_whole_file(path)), options_(options), notes_(notes) {}
+
+  Mesh read();
+
+ private:
+  template <class... Args>
+  [[noreturn]] void fail(std::size_t at, const Args&... args) const {
+    const auto lines =
+        std::count(data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(std::min(at, data_.size())), '\n');
+    throw InputError(text(path_, ":", lines + 1, ": ", args...));
+  }
+  std::optional<Element> next_element(std::size_t& at) const;
+  long long integer_attribute(const Element& e, const std::string& name) const;
+  std::string_view decode(const Element& e, std::string& storage) const;
+  std::vector<double> values(const Element& e, std::size_t expected, const std::string& what) const;
+  void read_header(const Element& e);
+  Mesh build(const Element& piece, const Element* points, const std::map<std::string, Element>& cells);
+
+  std::string path_, data_;
+  const LoadOptions& options_;
+  Notes& notes_;
+  bool wide_ = false;                    ///< array lengths are UInt64
+  std::size_t markup_end_ = 0;           ///< where XML ends and appended data start
+  std::optional<std::size_t> appended_;  ///< behind the underscore
+  bool appended_base64_ = false;
+};
+
+std::optional<Element> VtuReader::next_element(std::size_t& at) const {
+  for (;;) {
+    at = data_.find('<', at);
+    if (at == std::string::npos || at >= markup_end_) return std::nullopt;
+    if (data_.compare(at, 4, "<!--") == 0) {
+      const std::size_t end = data_.find("-->", at);
+      if (end == std::string::npos) fail(at, "comment without end");
+      at = end + 3;
+      continue;
+    }
+    const std::size_t end = data_.find('>', at);
+    if (end == std::string::npos) fail(at, "element without '>': the file is truncated");
+    const std::string_view inside = std::string_view(data_).substr(at + 1, end - at - 1);
+    Element e{.name = std::string(inside.substr(0, inside.find_first_of(" \t\r\n/", 1))),
+              .attribute = {},
+              .begin = at,
+              .content = end + 1};
+    for (std::size_t p = e.name.size(); (p = inside.find('=', p)) != std::string_view::npos;) {
+      const std::size_t name_end = inside.find_last_not_of(" \t\r\n", p - 1) + 1;
+      const std::size_t name_begin = inside.find_last_of(" \t\r\n", name_end - 1) + 1;
+      const std::size_t open = inside.find_first_of("\"'", p);
+      if (open == std::string_view::npos) fail(at, "attribute without quotes in ", quoted(inside));
+      const std::size_t close = inside.find(inside[open], open + 1);
+      if (close == std::string_view::npos) fail(at, "attribute without closing quote in ", quoted(inside));
+      e.attribute[std::string(inside.substr(name_begin, name_end - name_begin))] =
+          std::string(inside.substr(open + 1, close - open - 1));
+      p = close + 1;
+    }
+    at = end + 1;
+    if (e.name[0] != '?' && e.name[0] != '!') return e;
+  }
+}
+
+long long VtuReader::integer_attribute(const Element& e, const std::string& name) const {
+  const auto found = e.attribute.find(name);
+  if (found == e.attribute.end()) fail(e.begin, e.name, " has no attribute ", name);
+  long long value = 0;
+  const char* end = found->second.data() + found->second.size();
+  const auto result = std::from_chars(found->second.data(), end, value);
+  if (result.ec != std::errc() || result.ptr != end || value < 0)
+    fail(e.begin, name, " is ", quoted(found->second), "; must be an integer >= 0");
+  return value;
+}
+
+/// Bytes of base64 text up to the first character that is none; `consumed` groups may be padded in the middle (length
+/// and values are encoded one after the other).
+std::string from_base64(std::string_view in) {
+  const auto digit = [](char c) {
+    if (c >= 'A' && c <= 'Z') return c - 'A';
+    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+    if (c >= '0' && c <= '9') return c - '0' + 52;
+    return c == '+' ? 62 : c == '/' ? 63 : -1;
+  };
+  std::string out;
+  unsigned bits = 0;
+  int have = 0;
+  for (const char c : in) {
+    if (c == ' ' || c == '\n' || c == '\r' || c == '\t') continue;
+    if (c == '=') {  // padding: the next group starts afresh
+      bits = 0;
+      have = 0;
+      continue;
+    }
+    const int d = digit(c);
+    if (d < 0) break;
+    bits = (bits << 6) | static_cast<unsigned>(d);
+    if ((have += 6) >= 8) {
+      have -= 8;
+      out += static_cast<char>((bits >> have) & 0xFF);
+    }
+  }
+  return out;
+}
+
+/// The bytes of a binary array, without its length.
+std::string_view VtuReader::decode(const Element& e, std::string& storage) const {
+  const std::string format = e.attribute.at("format");
+  std::string_view bytes;
+  if (format == "binary") {
+    storage = from_base64(std::string_view(data_).substr(e.content, data_.find('<', e.content) - e.content));
+    bytes = storage;
+  } else {
+    if (!appended_) fail(e.begin, "the array is appended, but the file has no AppendedData: it may be truncated");
+    const std::size_t offset = static_cast<std::size_t>(integer_attribute(e, "offset"));
+    if (offset >= data_.size() - *appended_) fail(e.begin, "offset ", offset, " lies behind the end of the file");
+    bytes = std::string_view(data_).substr(*appended_ + offset);
+    if (appended_base64_) bytes = storage = from_base64(bytes);
+  }
+  std::uint64_t length = 0;
+  const std::size_t head = wide_ ? 8 : 4;
+  if (bytes.size() < head) fail(e.begin, "the array's data are missing: the file is truncated");
+  std::memcpy(&length, bytes.data(), head);
+  if (length > bytes.size() - head)
+    fail(e.begin, "the array has ", length, " bytes but only ", bytes.size() - head, " follow: the file is truncated");
+  return bytes.substr(head, static_cast<std::size_t>(length));
+}
+
+template <class T>
+void convert(std::string_view bytes, std::vector<double>& out) {
+  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) {
+    T value;
+    std::memcpy(&value, bytes.data() + i, sizeof value);
+    out.push_back(static_cast<double>(value));  // indices fit: they are checked against int later
+  }
+}
+
+std::vector<double> VtuReader::values(const Element& e, std::size_t expected, const std::string& what) const {
+  const auto attribute = [&](const char* name) {
+    const auto found = e.attribute.find(name);
+    return found == e.attribute.end() ? std::string() : found->second;
+  };
+  std::vector<double> out;
+  const std::string format = attribute("format"), type = attribute("type");
+  if (format.empty() || format == "ascii") {
+    const std::size_t end = std::min(data_.find('<', e.content), data_.size());
+    const char* at = data_.data() + e.content;
+    const char* const last = data_.data() + end;
+    while (at < last) {
+      if (std::isspace(static_cast<unsigned char>(*at))) {
+        ++at;
+        continue;
+      }
+      const char* stop = std::find_if(at, last, [](unsigned char c) { return std::isspace(c); });
+      double value = 0;
+      const auto result = std::from_chars(at, stop, value);
+      if (result.ec != std::errc() || result.ptr != stop)
+        fail(static_cast<std::size_t>(at - data_.data()), what, " ", quoted({at, static_cast<std::size_t>(stop - at)}),
+             " is not a number");
+      out.push_back(value);
+      at = stop;
+    }
+  } else if (format == "binary" || format == "appended") {
+    std::string storage;
+    const std::string_view bytes = decode(e, storage);
+    if (type == "Float64")
+      convert<double>(bytes, out);
+    else if (type == "Float32")
+      convert<float>(bytes, out);
+    else if (type == "Int64")
+      convert<std::int64_t>(bytes, out);
+    else if (type == "UInt64")
+      convert<std::uint64_t>(bytes, out);
+    else if (type == "Int32")
+      convert<std::int32_t>(bytes, out);
+    else if (type == "UInt32")
+      convert<std::uint32_t>(bytes, out);
+    else if (type == "Int16")
+      convert<std::int16_t>(bytes, out);
+    else if (type == "UInt16")
+      convert<std::uint16_t>(bytes, out);
+    else if (type == "Int8")
+      convert<std::int8_t>(bytes, out);
+    else if (type == "UInt8")
+      convert<std::uint8_t>(bytes, out);
+    else
+      fail(e.begin, "array type ", quoted(type), " is unknown");
+  } else {
+    fail(e.begin, "array format ", quoted(format), " is unknown; known: ascii, binary, appended");
+  }
+  if (out.size() != expected && expected != std::numeric_limits<std::size_t>::max())
+    fail(e.begin, what, ": ", out.size(), " values; must be ", expected);
+  return out;
+}
+
+void VtuReader::read_header(const Element& e) {
+  const auto is = [&](const char* name, const char* value) {
+    const auto found = e.attribute.find(name);
+    return found != e.attribute.end() && found->second == value;
+  };
+  if (!is("type", "UnstructuredGrid")) fail(e.begin, "VTKFile is not of type UnstructuredGrid");
+  if (is("byte_order", "BigEndian")) fail(e.begin, "byte_order BigEndian is not supported; write LittleEndian");
+  if (e.attribute.count("compressor")) fail(e.begin, "compressed data are not supported; write without compression");
+  wide_ = is("header_type", "UInt64");
+}
+
+Mesh VtuReader::read() {
+  const std::size_t tag = data_.find("<AppendedData");
+  markup_end_ = std::min(tag, data_.size());
+  if (tag != std::string::npos) {
+    const std::size_t close = data_.find('>', tag), underscore = data_.find('_', close);
+    if (underscore == std::string::npos) fail(tag, "AppendedData has no '_'");
+    appended_ = underscore + 1;
+    appended_base64_ = data_.substr(tag, close - tag).find("base64") != std::string::npos;
+  }
+  std::optional<Element> file, piece, points;
+  std::map<std::string, Element> cells;
+  std::string parent;
+  std::size_t at = 0;
+  while (const auto e = next_element(at)) {
+    if (!file && e->name != "VTKFile") fail(e->begin, "file starts with <", e->name, ">; must start with <VTKFile");
+    if (e->name == "VTKFile") read_header(*(file = e));
+    if (e->name == "Piece") {
+      if (piece) fail(e->begin, "the file has several pieces; only one is supported");
+      piece = e;
+    }
+    if (e->name == "DataArray" && parent == "Points") points = e;
+    if (e->name == "DataArray" && parent == "Cells" && e->attribute.count("Name"))
+      cells.insert_or_assign(e->attribute.at("Name"), *e);
+    if (e->name != "DataArray" && e->name != "/DataArray") parent = e->name;
+  }
+  if (!file) fail(0, "no <VTKFile> element: not a VTU file");
+  if (!piece) fail(data_.size(), "no <Piece> element: the file may be truncated");
+  return build(*piece, points ? &*points : nullptr, cells);
+}
+
+Mesh VtuReader::build(const Element& piece, const Element* points, const std::map<std::string, Element>& cells) {
+  constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
+  const auto n = static_cast<std::size_t>(integer_attribute(piece, "NumberOfPoints"));
+  const auto num_cells = static_cast<std::size_t>(integer_attribute(piece, "NumberOfCells"));
+  if (!points) fail(piece.begin, "the piece has no array in <Points>");
+  for (const char* name : {"connectivity", "offsets", "types"})
+    if (!cells.count(name)) fail(piece.begin, "the piece has no array \"", name, "\" in <Cells>");
+  const std::vector<double> x = values(*points, 3 * n, "coordinate");
+  const std::vector<double> offsets = values(cells.at("offsets"), num_cells, "cell offset");
+  const std::vector<double> types = values(cells.at("types"), num_cells, "cell type");
+  const std::vector<double> connectivity = values(cells.at("connectivity"), kAny, "connectivity");
+  Mesh mesh;
+  mesh.x = Eigen::Map<const VectorX>(x.data(), static_cast<Eigen::Index>(x.size()));
+  if (!options_.lenient)
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (!std::isfinite(x[i]))
+        fail(points->begin, "coordinate ", "xyz"[i % 3], " of point ", i / 3, " is ", x[i], "; must be finite");
+  double begin = 0;
+  int skipped = 0;
+  for (std::size_t c = 0; c < num_cells; ++c) {
+    const double end = offsets[c];
+    if (!(end >= begin && end <= static_cast<double>(connectivity.size())))
+      fail(cells.at("offsets").begin, "offset ", end, " of cell ", c, " is out of range ", begin, "..",
+           connectivity.size());
+    std::vector<int> corner;
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      if (!(connectivity[i] >= 0 && connectivity[i] < static_cast<double>(n)))
+        fail(cells.at("connectivity").begin, "point ", connectivity[i], " of cell ", c, " is out of range 0..",
+             static_cast<long long>(n) - 1);
+      corner.push_back(static_cast<int>(connectivity[i]));
+    }
+    begin = end;
+    const int type = static_cast<int>(types[c]);
+    const std::size_t needed = type == 5 ? 3 : type == 10 ? 4 : corner.size();
+    if (corner.size() != needed)
+      fail(cells.at("offsets").begin, "cell ", c, " has ", corner.size(), " points; must be ", needed);
+    if (type == 5)
+      mesh.triangles.push_back({corner[0], corner[1], corner[2]});
+    else if (type == 10)
+      mesh.tetrahedra.push_back({corner[0], corner[1], corner[2], corner[3]});
+    else if (type >= 1 && type <= 4)
+      ++skipped;  // points and lines
+    else
+      fail(cells.at("types").begin, "cell ", c, " has type ", types[c], "; known: 5 (triangle), 10 (tetrahedron)");
+  }
+  if (skipped > 0) notes_.push_back(text(skipped, " point and line cells skipped"));
+  if (!mesh.tetrahedra.empty()) finish_solid(mesh, path_, options_, notes_);
+  return mesh;
+}
+
+}  // namespace
+
+Mesh read_vtu(const std::string& path, const LoadOptions& options, Notes& notes) {
+  return VtuReader(path, options, notes).read();
+}
+
+}  // namespace kt

@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""Makes every mesh in this folder: python3 meshes/make_meshes.py [folder]. Standard library only, no randomness:
+the files come out byte for byte the same. Lengths in metres. meshes/README.md says what each is for."""
+import math
+import os
+import sys
+
+FOLDER = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
+
+
+def number(value):
+    """At most 9 decimals (a nanometre) and no -0: small files that read back to the same doubles."""
+    text = f"{value:.9f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def write_off(name, points, faces, comment):
+    path = os.path.join(FOLDER, name)
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "w", newline="\n") as out:
+        out.write(f"OFF\n# {comment}. Metres. Made by meshes/make_meshes.py\n{len(points)} {len(faces)} 0\n")
+        for p in points:
+            out.write(" ".join(number(c) for c in p) + "\n")
+        for f in faces:
+            out.write(f"{len(f)} " + " ".join(map(str, f)) + "\n")
+
+
+def write_text(name, content):
+    path = os.path.join(FOLDER, name)
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "w", newline="\n") as out:
+        out.write(content)
+
+
+class Builder:
+    """Collects quads as two triangles each and joins corners at equal grid positions."""
+
+    def __init__(self):
+        self.points, self.faces, self.known = [], [], {}
+
+    def vertex(self, key, position):
+        if key not in self.known:
+            self.known[key] = len(self.points)
+            self.points.append(position)
+        return self.known[key]
+
+    def quad(self, a, b, c, d, flip_diagonal=False):
+        if flip_diagonal:
+            self.faces += [(a, b, d), (b, c, d)]
+        else:
+            self.faces += [(a, b, c), (a, c, d)]
+
+
+def voxel_surface(cells, step, origin=(0.0, 0.0, 0.0)):
+    """Boundary of a set of grid cells, each boundary square as two triangles, outward. Diagonals alternate, so that
+    a flat side has no preferred direction."""
+    cells = set(cells)
+    b = Builder()
+    # For each direction: the four corners of that side of the unit cube, counter-clockwise seen from outside.
+    sides = {(1, 0, 0): [(1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1)],
+             (-1, 0, 0): [(0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0)],
+             (0, 1, 0): [(0, 1, 0), (0, 1, 1), (1, 1, 1), (1, 1, 0)],
+             (0, -1, 0): [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)],
+             (0, 0, 1): [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
+             (0, 0, -1): [(0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0)]}
+    for cell in sorted(cells):
+        for d, corners in sides.items():
+            if tuple(c + e for c, e in zip(cell, d)) in cells:
+                continue
+            ids = []
+            for corner in corners:
+                key = tuple(c + e for c, e in zip(cell, corner))
+                ids.append(b.vertex(key, tuple(o + k * s for o, k, s in zip(origin, key, step))))
+            b.quad(*ids, flip_diagonal=sum(cell) % 2 == 1)
+    return b.points, b.faces
+
+
+def box(nx, ny, nz, size):
+    cells = [(i, j, k) for i in range(nx) for j in range(ny) for k in range(nz)
+             if i in (0, nx - 1) or j in (0, ny - 1) or k in (0, nz - 1)]
+    inner = [(i, j, k) for i in range(1, nx - 1) for j in range(1, ny - 1) for k in range(1, nz - 1)]
+    return voxel_surface(cells + inner, (size[0] / nx, size[1] / ny, size[2] / nz))
+
+
+def icosphere(level, shape):
+    """Subdivided icosahedron; shape(unit vector) -> position."""
+    t = (1 + math.sqrt(5)) / 2
+    points = [(-1, t, 0), (1, t, 0), (-1, -t, 0), (1, -t, 0), (0, -1, t), (0, 1, t), (0, -1, -t), (0, 1, -t),
+              (t, 0, -1), (t, 0, 1), (-t, 0, -1), (-t, 0, 1)]
+    points = [tuple(c / math.hypot(*p) for c in p) for p in points]
+    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6),
+             (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10),
+             (8, 6, 7), (9, 8, 1)]
+    for _ in range(level):
+        middle, finer = {}, []
+
+        def between(a, b):
+            key = (min(a, b), max(a, b))
+            if key not in middle:
+                p = tuple((u + v) / 2 for u, v in zip(points[a], points[b]))
+                middle[key] = len(points)
+                points.append(tuple(c / math.hypot(*p) for c in p))
+            return middle[key]
+
+        for a, b, c in faces:
+            ab, bc, ca = between(a, b), between(b, c), between(c, a)
+            finer += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+        faces = finer
+    return [shape(p) for p in points], faces
+
+
+def organ_shape(u):
+    """A smooth lobe with a hollow on one side, like a kidney: 0.12 x 0.08 x 0.05 m."""
+    x, y, z = u
+    hollow = math.exp(-((x / 0.45) ** 2 + (z / 0.9) ** 2)) if y < 0 else 0.0
+    fade = min(1.0, max(0.0, -y)) ** 2
+    r = 1.0 - 0.45 * hollow * fade + 0.06 * x * x * y + 0.05 * x
+    return (0.06 * x * r, 0.04 * y * r, 0.025 * z * (1.0 - 0.25 * hollow * fade + 0.05 * x))
+
+
+def torus(n, m, big, small):
+    b = Builder()
+    for i in range(n):
+        for j in range(m):
+            ids = []
+            for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                a, c = (i + di) % n, (j + dj) % m
+                u, v = 2 * math.pi * a / n, 2 * math.pi * c / m
+                r = big + small * math.cos(v)
+                ids.append(b.vertex((a, c), (r * math.cos(u), r * math.sin(u), small * math.sin(v))))
+            b.quad(*ids, flip_diagonal=(i + j) % 2 == 1)
+    return b.points, b.faces
+
+
+def pierced_plate():
+    """A plate with five square holes: genus 5."""
+    holes = {(2, 2), (2, 6), (6, 2), (6, 6), (4, 4)}
+    cells = [(i, j, k) for i in range(9) for j in range(9) for k in range(2) if (i, j) not in holes]
+    return voxel_surface(cells, (0.01, 0.01, 0.01))
+
+
+def cube(size=0.02, origin=(0.0, 0.0, 0.0)):
+    return voxel_surface([(0, 0, 0)], (size, size, size), origin)
+
+
+def joined(*meshes):
+    points, faces = [], []
+    for p, f in meshes:
+        faces += [tuple(i + len(points) for i in face) for face in f]
+        points += p
+    return points, faces
+
+
+def good_meshes():
+    write_off("slab_coarse.off", *box(20, 20, 6, (0.1, 0.1, 0.03)), "slab 0.1 x 0.1 x 0.03, 5 mm triangles")
+    write_off("slab_fine.off", *box(40, 40, 12, (0.1, 0.1, 0.03)), "slab 0.1 x 0.1 x 0.03, 2.5 mm triangles")
+    write_off("sphere.off", *icosphere(3, lambda p: tuple(0.03 * c for c in p)), "icosphere, radius 0.03")
+    write_off("organ.off", *icosphere(3, organ_shape), "smooth kidney-like lobe")
+    write_off("sheet.off", *box(20, 20, 1, (0.1, 0.1, 0.002)), "closed thin plate 0.1 x 0.1 x 0.002")
+    write_off("torus.off", *torus(32, 16, 0.04, 0.015), "torus, radii 0.04 and 0.015")
+    write_off("genus5.off", *pierced_plate(), "plate with five square holes")
+
+
+def broken_meshes():
+    points, faces = cube()
+    write_off("broken/open.off", points, faces[:-1], "cube without one triangle")
+    write_off("broken/flipped_face.off", points, faces[:3] + [faces[3][::-1]] + faces[4:], "cube, face 3 turned inward")
+    write_off("broken/inside_out.off", points, [f[::-1] for f in faces], "cube, all faces turned inward")
+    apex = points + [(0.01, -0.01, 0.03)]
+    edge = next((f[0], f[1]) for f in faces)
+    write_off("broken/nonmanifold_edge.off", apex, faces + [(edge[0], edge[1], 8)], "cube with a fin: three faces on an edge")
+    bow_points, bow_faces = joined(cube(), cube(origin=(0.02, 0.02, 0.02)))
+    first = bow_points.index((0.02, 0.02, 0.02))
+    second = bow_points.index((0.02, 0.02, 0.02), 8)
+    bow_faces = [tuple(first if i == second else i - (i > second) for i in f) for f in bow_faces]
+    del bow_points[second]
+    write_off("broken/nonmanifold_vertex.off", bow_points, bow_faces, "two cubes that share one corner (bow tie)")
+    write_off("broken/self_intersecting.off", *joined(cube(), cube(origin=(0.013, 0.011, 0.007))), "two cubes that overlap")
+    write_off("broken/duplicate_degenerate.off", points + [(0.05, 0.05, 0.05)],
+              faces + [faces[0], (faces[1][1], faces[1][2], faces[1][0]), (0, 0, 1), (2, 3, 2)],
+              "cube, two faces twice, two faces without area, one vertex unused")
+    good = "OFF\n4 4 0\n0 0 0\n0.02 0 0\n0 0.02 0\n0 0 0.02\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
+    write_text("broken/nan.off", good.replace("0 0.02 0", "0 nan 0"))
+    write_text("broken/truncated.off", good[:good.index("3 1 2 3")])
+    write_text("broken/index_out_of_range.off", good.replace("3 1 2 3", "3 1 2 7"))
+    write_text("broken/wrong_count.off", good.replace("4 4 0", "2000000000 4 0"))
+    write_text("broken/not_a_number.obj", "v 0 0 0\nv 1 O 0\nv 0 1 0\nf 1 2 3\n")
+    write_text("broken/empty.off", "")
+
+
+if __name__ == "__main__":
+    good_meshes()
+    broken_meshes()
