@@ -1,0 +1,60 @@
+// kilotouch list: every backend of every family, and why one is unavailable.
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.hpp"
+#include "collision/triangle_index.hpp"
+#include "core/integrator.hpp"
+#include "core/reducer.hpp"
+#include "haptics/contact/contact_solver.hpp"
+#include "haptics/device/haptic_device.hpp"
+#include "haptics/links.hpp"
+#include "io/output_file.hpp"
+#include "io/tetrahedralize.hpp"
+#include "models/model.hpp"
+
+namespace kt {
+namespace {
+
+struct Family {
+  std::string name, key;
+  std::vector<BackendInfo> backends;
+};
+
+std::vector<Family> all_families() {
+  return {{"models", "object.model.type", model_backends()},
+          {"tetrahedralizers", "object.tetrahedralize.backend", tetrahedralizers()},
+          {"global integrators", "global.integrator", integrator_backends()},
+          {"reducers", "local.reducer", reducer_backends()},
+          {"collision", "collision.backend", triangle_index_backends()},
+          {"contact laws", "contact.law", contact_solver_backends()},
+          {"devices", "tool.path", device_backends()},
+          {"links", "link.type", link_backends()}};
+}
+
+void list(const std::string& json_file) {
+  nlohmann::ordered_json json;
+  for (const Family& family : all_families()) {
+    std::cout << family.name << "  (" << family.key << ")\n";
+    for (const BackendInfo& b : family.backends) {
+      std::cout << "  " << b.name << std::string(b.name.size() < 18 ? 18 - b.name.size() : 1, ' ') << b.what;
+      if (!b.available) std::cout << "  [not in this build: configure with -D" << b.option << "=ON]";
+      std::cout << '\n';
+      json[family.key].push_back({{"name", b.name}, {"what", b.what}, {"available", b.available}, {"option", b.option}});
+    }
+  }
+  if (!json_file.empty()) write_file(json_file, json.dump(2) + "\n");
+}
+
+}  // namespace
+
+void add_list_command(CLI::App& app, int&) {
+  auto* command = app.add_subcommand("list", "every backend of every family, and why one is unavailable");
+  auto file = std::make_shared<std::string>();
+  command->add_option("--json", *file, "also write the table to this file");
+  command->footer("Example:\n  kilotouch list");
+  command->callback([file] { list(*file); });
+}
+
+}  // namespace kt

@@ -1,0 +1,54 @@
+// Exact Coulomb friction at every contact: one contact is solved exactly, several by block Gauss-Seidel over them
+// (Jourdan, Alart and Jean 1998). method.md section 5, notes 4 and 5.
+#include "haptics/contact/one_contact.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kMaxSweeps = 60;
+constexpr double kConverged = 1e-9;  // of the largest impulse: far below the force resolution of any device
+
+class Coulomb final : public ContactSolver {
+ public:
+  explicit Coulomb(const Friction& friction) : friction_(friction) {}
+  Deformation deformation() const noexcept override { return Deformation::none; }
+
+  void solve(const ContactProblem& problem, ContactSolution& out) const noexcept override {
+    const int c = problem.count;
+    if (out.impulse.size() != 3 * c) out.impulse.setZero(3 * c);
+    out.inertial_impulse.setZero();
+    const int sweeps = c == 1 ? 1 : kMaxSweeps;
+    for (out.iterations = 0; out.iterations < sweeps;) {
+      ++out.iterations;
+      double change = 0, largest = 0;
+      for (int i = 0; i < c; ++i) {
+        const Mat3 own = problem.W.block<3, 3>(3 * i, 3 * i);
+        const Vec3 before = out.impulse.segment<3>(3 * i);
+        Vec3 velocity = problem.velocity.segment<3>(3 * i) - own * before;
+        for (int k = 0; k < c; ++k)
+          velocity += problem.W.block<3, 3>(3 * i, 3 * k) * out.impulse.segment<3>(3 * k);
+        const OneContactSolution one = solve_one_contact(own, velocity, problem.normal[i], friction_);
+        out.impulse.segment<3>(3 * i) = one.impulse;
+        out.mode[i] = one.mode;
+        change = std::max(change, (one.impulse - before).lpNorm<Eigen::Infinity>());
+        largest = std::max(largest, one.impulse.lpNorm<Eigen::Infinity>());
+      }
+      out.residual = c == 1 || largest == 0 ? 0.0 : change / largest;
+      if (out.residual <= kConverged) break;
+    }
+    Vec3 total = Vec3::Zero();
+    for (int i = 0; i < c; ++i) total += out.impulse.segment<3>(3 * i);
+    out.force_on_tool = -total / problem.h;
+  }
+
+ private:
+  Friction friction_;
+};
+
+}  // namespace
+
+std::unique_ptr<ContactSolver> make_coulomb_solver(const Friction& friction) {
+  return std::make_unique<Coulomb>(friction);
+}
+
+}  // namespace kt

@@ -1,0 +1,88 @@
+// The paper's three modes: sticking (P), sliding (Q) and frictional sliding, for one contact.       Paper section V.
+// With the identity metric the velocity correction is the paper's projector; method.md section 5 shows that the mass
+// and the implicit metric are the same operator in another inner product.
+#include <Eigen/LU>
+
+#include "haptics/contact/contact_solver.hpp"
+#include "haptics/contact/projection.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kFirst = 0;  // the paper knows one contact point
+
+Mat3 metric(const ContactProblem& problem) { return problem.W.topLeftCorner<3, 3>(); }
+
+void release(ContactSolution& out) {
+  out.mode[kFirst] = ContactMode::free;
+  out.impulse.setZero(3);
+  out.inertial_impulse.setZero();
+  out.force_on_tool.setZero();
+}
+
+/// P: the contact point's velocity becomes zero; the tool feels the whole constraint force.    Paper eqs. (12)-(14).
+void stick(const ContactProblem& problem, ContactSolution& out) {
+  out.mode[kFirst] = ContactMode::stick;
+  out.impulse = -metric(problem).inverse() * problem.velocity.head<3>();
+  out.inertial_impulse.setZero();
+  out.force_on_tool = problem.force;
+}
+
+/// Q: only the normal velocity becomes zero.                                                   Paper eqs. (20)-(22).
+void slide(const ContactProblem& problem, const Vec3& velocity, ContactSolution& out) {
+  const Vec3& n = problem.normal[kFirst];
+  out.impulse = -n * (n.dot(velocity) / n.dot(metric(problem) * n));
+}
+
+/// The paper leaves the end of contact open; the surface cannot pull the tool (method.md section 5, note 2).
+bool pulls(const ContactProblem& problem) { return problem.force.dot(problem.normal[kFirst]) <= 0; }
+
+class PaperSlide final : public ContactSolver {
+ public:
+  Deformation deformation() const noexcept override { return Deformation::normal; }
+  void solve(const ContactProblem& problem, ContactSolution& out) const noexcept override {
+    if (pulls(problem)) return release(out);
+    out.mode[kFirst] = ContactMode::slide;
+    out.inertial_impulse.setZero();
+    out.force_on_tool = split(problem.force, problem.normal[kFirst]).normal * problem.normal[kFirst];
+    slide(problem, problem.velocity.head<3>(), out);
+  }
+};
+
+class PaperStick final : public ContactSolver {
+ public:
+  Deformation deformation() const noexcept override { return Deformation::full; }
+  void solve(const ContactProblem& problem, ContactSolution& out) const noexcept override {
+    if (pulls(problem)) return release(out);
+    stick(problem, out);
+  }
+};
+
+class PaperStickSlip final : public ContactSolver {
+ public:
+  explicit PaperStickSlip(double mu) : mu_(mu) {}
+  Deformation deformation() const noexcept override { return Deformation::full; }
+  void solve(const ContactProblem& problem, ContactSolution& out) const noexcept override {
+    if (pulls(problem)) return release(out);
+    const auto [f_n, f_t] = split(problem.force, problem.normal[kFirst]);
+    if (f_t.norm() <= mu_ * f_n) return stick(problem, out);  // eq. (5)
+    out.mode[kFirst] = ContactMode::frictional_slide;
+    out.force_on_tool = clip_to_cone(problem.force, problem.normal[kFirst], mu_);    // eq. (28)
+    out.inertial_impulse = -problem.h * out.force_on_tool;                             // eqs. (24)-(25)
+    slide(problem, problem.velocity.head<3>() + problem.inertia * out.inertial_impulse, out);  // eq. (26)
+  }
+
+ private:
+  double mu_;
+};
+
+}  // namespace
+
+// The paper has one coefficient: the static one decides and clips.
+std::unique_ptr<ContactSolver> make_paper_slide_solver(const Friction&) { return std::make_unique<PaperSlide>(); }
+std::unique_ptr<ContactSolver> make_paper_stick_solver(const Friction&) { return std::make_unique<PaperStick>(); }
+std::unique_ptr<ContactSolver> make_paper_stick_slip_solver(const Friction& friction) {
+  return std::make_unique<PaperStickSlip>(friction.mu_static);
+}
+
+}  // namespace kt

@@ -1,0 +1,12 @@
+#pragma once
+// An independent look at the end of a tick: is the tool inside the body? Brute force over the whole patch, outside the
+// haptic tick's time and with none of its shortcuts.
+#include "collision/contact.hpp"
+#include "core/local_model.hpp"
+
+namespace kt {
+
+/// Depth of the tool's deepest point below the patch at positions x (3p) [m]; 0 when it is outside.
+double penetration_depth(const SurfacePatch& patch, const VectorX& x, const ToolShape& tool, const Vec3& centre);
+
+}  // namespace kt

@@ -1,0 +1,106 @@
+#include "haptics/device/press_drag.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/ccd.hpp"
+#include "core/error.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kSpacing = 5e-4;   // [m] between points of the drag
+constexpr double kSteepest = 1.0;   // rise per run
+
+/// Touch points along a line, as far as the surface allows.
+std::vector<Vec3> touch_line(const Mesh& mesh, const ToolShape& tool, int axis, Vec3 over, const Vec3& direction,
+                             double length) {
+  std::vector<Vec3> out;
+  const int points = 1 + static_cast<int>(std::ceil(length / kSpacing));
+  for (int i = 0; i < points; ++i) {
+    const auto touch = drop_tool(mesh, tool, axis, over + i * kSpacing * direction);
+    if (!touch) break;
+    if (!out.empty() && std::abs((*touch)[axis] - out.back()[axis]) > kSteepest * kSpacing) break;
+    out.push_back(*touch);
+  }
+  return out;
+}
+
+/// Of a grid of places, the one with the longest drag; ties go to the place nearest to the middle.
+Vec3 choose_place(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& direction, double length) {
+  const Bounds box = bounds(mesh);
+  const Vec3 side = Vec3::Unit(axis).cross(direction);
+  const double along = box.size().dot(direction.cwiseAbs()), across = box.size().dot(side.cwiseAbs());
+  Vec3 best = box.centre();
+  double best_score = -1;
+  for (int i = -3; i <= 3; ++i)
+    for (int k = -3; k <= 3; ++k) {
+      const Vec3 over = box.centre() + 0.11 * (i * along * direction + k * across * side);
+      const auto line = touch_line(mesh, tool, axis, over, direction, length);
+      if (line.empty()) continue;
+      const double height = (line.front()[axis] - box.min[axis]) / box.size()[axis];
+      const double score = static_cast<double>(line.size()) * (0.5 + height) / (1 + 0.02 * (i * i + k * k));
+      if (score > best_score) {
+        best_score = score;
+        best = over;
+      }
+    }
+  return best;
+}
+
+}  // namespace
+
+std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over) {
+  const Bounds box = bounds(mesh);
+  const double above = tool.radius + 0.01 * box.size().norm();
+  ToolSweep sweep{over, over};
+  sweep.x_t0[axis] = box.max[axis] + above;
+  sweep.x_t1[axis] = box.min[axis] - above;
+  double first = 2;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = node(mesh.x, t[0]), b = node(mesh.x, t[1]), c = node(mesh.x, t[2]);
+    bool apart = false;  // the boxes across the axis do not meet
+    for (int k = 0; k < 3; ++k)
+      apart |= k != axis && (over[k] + tool.radius < std::min({a[k], b[k], c[k]}) ||
+                             over[k] - tool.radius > std::max({a[k], b[k], c[k]}));
+    if (apart) continue;
+    const Vec3 triangle[3] = {a, b, c};
+    if (const auto hit = find_triangle_impact(tool, sweep, triangle, triangle)) first = std::min(first, hit->toi);
+  }
+  if (first > 1) return std::nullopt;
+  return Vec3(sweep.x_t0 + first * (sweep.x_t1 - sweep.x_t0));
+}
+
+std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& o) {
+  const Vec3 up = Vec3::Unit(o.axis);
+  Vec3 direction = o.direction;
+  direction[o.axis] = 0;
+  if (!(direction.norm() > 0))
+    throw InputError(text("tool.path.press_drag.direction: has no part across the pressing axis ", "xyz"[o.axis]));
+  direction.normalize();
+  const double drag_time = std::max(0.0, o.duration - o.press_time);
+
+  Vec3 over = bounds(mesh).centre();
+  if (o.at)
+    for (int k = 0, i = 0; k < 3; ++k) {
+      if (k != o.axis) over[k] = (*o.at)[i++];
+    }
+  else
+    over = choose_place(mesh, tool, o.axis, direction, o.speed * drag_time);
+  const std::vector<Vec3> line = touch_line(mesh, tool, o.axis, over, direction, o.speed * drag_time);
+  if (line.empty())
+    throw InputError(text("tool.path.press_drag.at: a tool dropped along ", "xyz"[o.axis], " over (", over.transpose(),
+                          ") misses the body, which spans (", bounds(mesh).min.transpose(), ") to (",
+                          bounds(mesh).max.transpose(), ") m"));
+
+  std::vector<TimedPoint> path{{0, line[0] + o.clearance * up}, {o.press_time, line[0] - o.depth * up}};
+  const double dt = o.speed > 0 ? kSpacing / o.speed : 0;
+  const int last = static_cast<int>(line.size()) - 1;
+  for (int i = 1; dt > 0 && last > 0 && path.back().t < o.duration; ++i) {
+    const int turn = i % (2 * last);  // there and back again
+    path.push_back({o.press_time + i * dt, line[turn <= last ? turn : 2 * last - turn] - o.depth * up});
+  }
+  return path;
+}
+
+}  // namespace kt

@@ -1,0 +1,82 @@
+#pragma once
+// The 1 kHz side: free motion, first time of impact, rollback, stick or slip, force.          Paper section IV, fig. 2.
+#include <span>
+
+#include "core/global_simulation.hpp"
+#include "haptics/contact/contact_solver.hpp"
+#include "haptics/prepared_local_model.hpp"
+
+namespace kt {
+
+/// Things that a tick reports besides its force.
+enum LocalFlag : unsigned {
+  kEventsExhausted = 1,   ///< more impacts in one tick than kMaxEvents
+  kLeftPatch = 2,         ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
+  kLostAnchor = 4,        ///< a refresh brought a patch that does not hold the contact
+  kRigidContact = 8,      ///< contact with a part that cannot move: the force is bounded by a stiff spring
+  kNotFinite = 16,        ///< the local state left the finite numbers; it was reset and the force is zero
+};
+
+constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
+
+/// One tick's result. Plain values: it is recorded, sent and compared as it is.
+struct LocalFrame {
+  double t = 0;                        ///< end of the tick [s]
+  Vec3 tool = Vec3::Zero();            ///< reference point at t [m]
+  Vec3 force = Vec3::Zero();           ///< on the tool [N]
+  double f_n = 0, f_t = 0;             ///< its normal and tangential parts [N]
+  double cone_ratio = 0;               ///< largest |f_t| / f_n over the contacts
+  ContactMode mode = ContactMode::free;
+  int triangle = -1;                   ///< of the body's surface: the contact that carries most
+  double toi = 0;                      ///< of the first impact in this tick, 0 when already in contact
+  double gap = 0;                      ///< smallest gap of a held contact after the tick [m]
+  int model_frame = -1;
+  int contacts = 0, events = 0;
+  unsigned flags = 0;
+};
+
+class LocalSimulation {
+ public:
+  LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver);
+
+  /// Goes over to a new local model: patch motion and contacts are carried over by node and triangle. No allocation;
+  /// gives the old model back, to be freed elsewhere.
+  std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept;
+
+  /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
+  LocalFrame step(const ToolSweep& sweep) noexcept;
+
+  /// What the last tick did to the body, for the global side.
+  std::span<const ContactSample> samples() const { return {samples_.data(), static_cast<std::size_t>(num_samples_)}; }
+
+  const PreparedLocalModel& model() const { return *model_; }
+  bool has_model() const { return model_ != nullptr; }
+  double h() const { return h_; }
+  const ToolShape& tool() const { return tool_; }
+
+ private:
+  void find_free_motion() noexcept;
+  bool find_impact(const ToolSweep& sweep, Contact& impact) noexcept;
+  void accept_free_motion() noexcept;
+  void step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept;   // local_simulation_constrained.cpp
+  void resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left, int start) noexcept;
+  void find_contacts(const VectorX& x, const Vec3& tool, int start) noexcept;
+  bool fill_problem(const Vec3& tool_velocity, double h_left) noexcept;
+  void spread_impulses() noexcept;
+  void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;     // local_simulation_geometric.cpp
+  void report_contacts(LocalFrame& frame) noexcept;
+
+  ToolShape tool_;
+  double h_, t_ = 0;
+  std::unique_ptr<ContactSolver> solver_;
+  std::unique_ptr<PreparedLocalModel> model_;
+  ContactSet contacts_;         // of this tick
+  ContactProblem problem_;
+  ContactSolution solution_;
+  std::array<Vec3, kMaxContacts> body_impulse_{};  // per contact [N s]
+  std::array<ContactSample, kMaxContacts> samples_{};
+  int num_samples_ = 0;
+  unsigned flags_ = 0;
+};
+
+}  // namespace kt

@@ -1,0 +1,204 @@
+// The tick of the consistent laws: contacts are constraints on the end of the step, moved by impulses.
+// The surface point under the tool moves with it (method.md section 5, notes 3 and 4).
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/local_simulation.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kGeometryIterations = 6;
+constexpr double kSettled = 1e-9;       // [m] largest change of a patch vertex between two iterations: done
+constexpr double kStiffest = 1e6;       // [N/m] a contact with an immovable part feels this spring
+constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
+
+void add_at(VectorX& stacked, const Triangle& t, const Vec3& bary, const Vec3& value) noexcept {
+  for (int c = 0; c < 3; ++c) node(stacked, t[c]) += bary[c] * value;
+}
+
+Vec3 interpolate(const VectorX& stacked, const Triangle& t, const Vec3& bary) noexcept {
+  return bary[0] * node(stacked, t[0]) + bary[1] * node(stacked, t[1]) + bary[2] * node(stacked, t[2]);
+}
+
+/// J_a C J_b^T for two contacts.
+Mat3 couple(const MatrixX& C, const Triangle& a, const Vec3& bary_a, const Triangle& b, const Vec3& bary_b) noexcept {
+  Mat3 out = Mat3::Zero();
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) out += bary_a[i] * bary_b[k] * C.block<3, 3>(3 * a[i], 3 * b[k]);
+  return out;
+}
+
+}  // namespace
+
+void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept {
+  PreparedLocalModel& m = *model_;
+  LocalWorkspace& w = m.work;
+  std::fill(w.ignored.begin(), w.ignored.end(), 0);
+  w.impulse.setZero();
+  w.impulse_weighted.setZero();
+  w.x_event = w.x;
+  double toi = 0;  // of the last event
+  Vec3 tool_event = sweep.x_t0;
+  int start = m.state.anchors.count ? m.state.anchors.contacts[0].triangle : -1;
+  const Vec3 tool_velocity = (sweep.x_t1 - sweep.x_t0) / h_;
+
+  const auto rewind_to = [&](const Contact& impact) {
+    w.x_event += impact.toi * (w.x_end - w.x_event);
+    tool_event += impact.toi * (sweep.x_t1 - tool_event);
+    const double advanced = impact.toi * (1 - toi);
+    w.impulse_weighted += advanced * w.impulse;
+    toi += advanced;
+    start = impact.triangle;
+    ++frame.events;
+  };
+  const auto ignore_around = [&](int triangle) {  // the solver holds these as constraints: no collision pairs
+    for (int v : m.model.patch.triangles[triangle])
+      for (int t : m.model.patch.topology.triangles_of(v)) w.ignored[t] = 1;
+  };
+
+  // Without contact: free motion up to the first impact, if there is one.
+  if (start < 0) {
+    w.x_end = w.x + h_ * w.u_free;
+    Contact impact;
+    if (!find_impact(sweep, impact)) return accept_free_motion();
+    rewind_to(impact);
+    frame.toi = toi;
+    w.du.setZero();
+  }
+
+  // With contact: hold it for the rest of the step; what else is hit on the way ends the hold early.
+  for (;;) {
+    const double h_left = (1 - toi) * h_;
+    if (1 - toi < kShortest) {
+      contacts_.count = 0;
+      w.x_end = w.x_event;
+      break;
+    }
+    if (start >= 0) ignore_around(start);
+    resolve_contacts(sweep.x_t1, tool_velocity, h_left, start);
+    for (const Contact& contact : contacts_) ignore_around(contact.triangle);
+    Contact impact;
+    if (!find_impact({tool_event, sweep.x_t1}, impact)) break;
+    if (frame.events == kMaxEvents) {
+      flags_ |= kEventsExhausted;
+      break;
+    }
+    rewind_to(impact);
+  }
+
+  // v+ = v_free + Y J^T p;  q+ = q + h v_free + sum of what each impulse moved.
+  w.impulse_weighted += (1 - toi) * w.impulse;
+  LocalState& s = m.state;
+  const MatrixX& Y = m.dynamics->metric().Y;
+  s.q.noalias() += h_ * w.v_free;
+  s.q_rate = w.v_free;
+  for (int i = 0; i < m.model.patch.num_vertices(); ++i) {
+    if (!node(w.impulse_weighted, i).isZero(0)) s.q.noalias() += h_ * (Y.middleCols<3>(3 * i) * node(w.impulse_weighted, i));
+    if (!node(w.impulse, i).isZero(0)) s.q_rate.noalias() += Y.middleCols<3>(3 * i) * node(w.impulse, i);
+  }
+
+  s.anchors.count = 0;
+  int kept = 0;  // contacts without an impulse are let go
+  for (int i = 0; i < contacts_.count; ++i) {
+    if (solution_.mode[i] == ContactMode::free) continue;
+    contacts_.contacts[kept] = contacts_.contacts[i];
+    body_impulse_[kept] = solution_.impulse.segment<3>(3 * i);
+    solution_.mode[kept] = solution_.mode[i];
+    s.anchors.add(contacts_.contacts[kept++]);
+  }
+  contacts_.count = kept;
+  solution_.impulse.conservativeResize(0);
+  frame.force.setZero();
+  for (int i = 0; i < kept; ++i) frame.force -= body_impulse_[i] / h_;
+  report_contacts(frame);
+}
+
+void LocalSimulation::find_contacts(const VectorX& x, const Vec3& tool, int start) noexcept {
+  const SurfacePatch& patch = model_->model.patch;
+  if (tool_.kind == ToolShape::Kind::point) {
+    contacts_.count = 0;
+    contacts_.add(track_point_contact(patch, x, tool, start));
+    return;
+  }
+  // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick.
+  const double margin = 0.05 * tool_.radius;
+  LocalWorkspace& w = model_->work;
+  const int found = model_->index->candidates({tool, tool}, tool_.radius + margin, w.candidates);
+  find_sphere_contacts(patch, x, tool, tool_.radius, margin, {w.candidates.data(), static_cast<std::size_t>(found)},
+                       start, contacts_);
+}
+
+/// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
+void LocalSimulation::resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left,
+                                       int start) noexcept {
+  PreparedLocalModel& m = *model_;
+  LocalWorkspace& w = m.work;
+  for (int iteration = 0; iteration < kGeometryIterations; ++iteration) {
+    w.x_guess = w.x_event + h_left * (w.u_free + w.du);
+    if (tool_.kind == ToolShape::Kind::sphere && iteration == 0) m.index->refit(w.x_event, w.x_guess);
+    find_contacts(w.x_guess, tool, start);
+    if (!fill_problem(tool_velocity, h_left)) flags_ |= kRigidContact;
+    solver_->solve(problem_, solution_);
+    w.du_before = w.du;
+    spread_impulses();
+    const double change = h_left * (w.du - w.du_before).lpNorm<Eigen::Infinity>();
+    if (tool_.kind == ToolShape::Kind::point) start = contacts_.contacts[0].triangle;
+    if (change < kSettled) break;
+  }
+  w.x_end = w.x_event + h_left * (w.u_free + w.du);
+}
+
+/// False when a contact had to be softened because nothing there can move.
+bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noexcept {
+  const PreparedLocalModel& m = *model_;
+  const LocalWorkspace& w = m.work;
+  const auto& triangles = m.model.patch.triangles;
+  const MatrixX& C = m.dynamics->metric().C;
+  const int c = contacts_.count;
+  problem_.count = c;
+  problem_.h = h_;
+  problem_.velocity.resize(3 * c);
+  problem_.W.resize(3 * c, 3 * c);
+  bool all_move = true;
+  for (int i = 0; i < c; ++i) {
+    const Contact& contact = contacts_.contacts[i];
+    const Triangle& t = triangles[contact.triangle];
+    const Vec3& n = contact.normal;
+    problem_.normal[i] = n;
+    // The gap there would be without contact impulses, to first order.
+    const double gap_free = contact.gap + h_left * n.dot(interpolate(w.du, t, contact.bary));
+    const Vec3 relative = interpolate(w.u_free, t, contact.bary) - tool_velocity;
+    problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
+    for (int k = 0; k <= i; ++k) {
+      const Contact& other = contacts_.contacts[k];
+      const Mat3 W = couple(C, t, contact.bary, triangles[other.triangle], other.bary);
+      problem_.W.block<3, 3>(3 * i, 3 * k) = W;
+      problem_.W.block<3, 3>(3 * k, 3 * i) = W.transpose();
+    }
+    auto own = problem_.W.block<3, 3>(3 * i, 3 * i);
+    const double softest = 1 / (kStiffest * h_left * h_left);
+    if (own.trace() < 3 * softest) {
+      own += softest * Mat3::Identity();
+      all_move = false;
+    }
+  }
+  if (solution_.impulse.size() != 3 * c) solution_.impulse.setZero(3 * c);
+  return all_move;
+}
+
+/// Impulses of all contacts at the patch vertices, and the patch motion that they cause.
+void LocalSimulation::spread_impulses() noexcept {
+  PreparedLocalModel& m = *model_;
+  LocalWorkspace& w = m.work;
+  w.impulse.setZero();
+  for (int i = 0; i < contacts_.count; ++i)
+    add_at(w.impulse, m.model.patch.triangles[contacts_.contacts[i].triangle], contacts_.contacts[i].bary,
+           solution_.impulse.segment<3>(3 * i));
+  w.du.setZero();
+  const MatrixX& C = m.dynamics->metric().C;
+  for (int i = 0; i < m.model.patch.num_vertices(); ++i)
+    if (!node(w.impulse, i).isZero(0)) w.du.noalias() += C.middleCols<3>(3 * i) * node(w.impulse, i);
+}
+
+}  // namespace kt

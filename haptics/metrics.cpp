@@ -1,0 +1,122 @@
+#include "haptics/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kt {
+namespace {
+
+constexpr double kBuzzCutoff = 100;  // [Hz] method.md section 8
+
+/// One pass of the second-order Butterworth high-pass (bilinear transform), started at rest on the first value.
+void high_pass_once(std::vector<double>& v, double cutoff_hz, double rate_hz) {
+  const double k = std::tan(3.14159265358979323846 * cutoff_hz / rate_hz), q = std::sqrt(2.0);
+  const double a0 = 1 + q * k + k * k, a1 = 2 * (k * k - 1) / a0, a2 = (1 - q * k + k * k) / a0, b0 = 1 / a0;
+  double x1 = v.empty() ? 0 : v[0], x2 = x1, y1 = 0, y2 = 0;
+  for (double& x : v) {
+    const double y = b0 * (x - 2 * x1 + x2) - a1 * y1 - a2 * y2;
+    x2 = x1;
+    x1 = x;
+    y2 = y1;
+    y1 = y;
+    x = y;
+  }
+}
+
+/// Sum of squares above the cutoff over each unbroken stretch of contact.
+double buzz_energy(std::span<const LocalFrame> stretch, double h) {
+  double sum = 0;
+  std::vector<double> component(stretch.size());
+  for (int c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < stretch.size(); ++i) component[i] = stretch[i].force[c];
+    for (double y : high_pass(component, kBuzzCutoff, 1 / h)) sum += y * y;
+  }
+  return sum;
+}
+
+bool in_contact(const LocalFrame& f) { return f.mode != ContactMode::free; }
+
+}  // namespace
+
+std::vector<double> high_pass(std::span<const double> values, double cutoff_hz, double rate_hz) {
+  std::vector<double> v(values.begin(), values.end());
+  if (2 * cutoff_hz >= rate_hz) return std::vector<double>(v.size(), 0);
+  high_pass_once(v, cutoff_hz, rate_hz);
+  std::reverse(v.begin(), v.end());
+  high_pass_once(v, cutoff_hz, rate_hz);
+  std::reverse(v.begin(), v.end());
+  return v;
+}
+
+double percentile(std::vector<double> values, double p) {
+  if (values.empty()) return 0;
+  const auto rank = static_cast<std::size_t>(std::ceil(p * static_cast<double>(values.size())));
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::min(values.size() - 1, rank > 0 ? rank - 1 : 0));
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_from, double h) {
+  ForceMetrics out;
+  double work = 0, steady_force = 0, buzz = 0;
+  int touching = 0, steady = 0;
+  std::size_t stretch_begin = 0;
+  const auto close_stretch = [&](std::size_t end) {
+    if (end > stretch_begin + 20) buzz += buzz_energy(frames.subspan(stretch_begin, end - stretch_begin), h);
+  };
+  bool stretch_open = false;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const LocalFrame& f = frames[i];
+    out.ticks_free += f.mode == ContactMode::free;
+    out.ticks_stick += f.mode == ContactMode::stick;
+    out.ticks_slide += f.mode == ContactMode::slide;
+    out.ticks_frictional_slide += f.mode == ContactMode::frictional_slide;
+    out.max_t_over_n = std::max(out.max_t_over_n, f.cone_ratio);
+    if (i > 0) work -= f.force.dot(f.tool - frames[i - 1].tool);  // the tool works against the force on it
+    out.energy_min = std::min(out.energy_min, work);
+    const bool is_steady = in_contact(f) && f.t > steady_from;
+    if (is_steady && !stretch_open) stretch_begin = i;
+    if (!is_steady && stretch_open) close_stretch(i);
+    stretch_open = is_steady;
+    if (in_contact(f)) {
+      ++touching;
+      out.mean_n += f.f_n;
+      out.mean_t += f.f_t;
+      out.max_n = std::max(out.max_n, f.f_n);
+      out.max_t = std::max(out.max_t, f.f_t);
+    }
+    if (is_steady) {
+      ++steady;
+      steady_force += f.force.norm();
+    }
+    if (i == 0 || !in_contact(frames[i - 1])) continue;
+    const LocalFrame& before = frames[i - 1];
+    if (!in_contact(f)) {
+      // Held a moment ago and the tool did not back off along the force: contact should not have ended.
+      const bool backs_off = before.force.dot(f.tool - before.tool) > 0;
+      out.lost_contacts += !backs_off;
+      continue;
+    }
+    out.crossings += f.triangle != before.triangle;
+    if (f.t <= steady_from) continue;
+    const double jump = (f.force - before.force).norm();
+    if (f.model_frame != before.model_frame)
+      out.refresh_jump = std::max(out.refresh_jump, jump);
+    else if (f.triangle != before.triangle)
+      out.crossing_jump = std::max(out.crossing_jump, jump);
+  }
+  if (stretch_open) close_stretch(frames.size());
+  if (touching > 0) {
+    out.mean_n /= touching;
+    out.mean_t /= touching;
+  }
+  if (steady > 0 && steady_force > 0) {
+    const double mean = steady_force / steady;
+    out.buzz = std::sqrt(buzz / steady) / mean;
+    out.crossing_jump /= mean;
+    out.refresh_jump /= mean;
+  }
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,43 @@
+#include "haptics/prepared_local_model.hpp"
+
+namespace kt {
+
+std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
+                                            const std::string& collision_backend, int num_nodes, int num_triangles) {
+  auto out = std::make_unique<PreparedLocalModel>();
+  out->model = std::move(model);
+  const LocalModel& m = out->model;
+  const int p3 = 3 * m.patch.num_vertices(), r = m.dof();
+  const int triangles = static_cast<int>(m.patch.triangles.size());
+  out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
+  out->patch_basis = m.basis.topRows(p3);
+
+  out->index = make_triangle_index(collision_backend);
+  out->index->build(m.patch.triangles, m.x0.head(p3));
+
+  VectorX row_weight = VectorX::Zero(p3);
+  for (int c = 0; c < out->patch_basis.outerSize(); ++c)
+    for (SparseMatrix::InnerIterator it(out->patch_basis, c); it; ++it) row_weight[it.row()] += std::abs(it.value());
+  for (const Triangle& t : m.patch.triangles)
+    out->moves.push_back({row_weight[3 * t[0]] > 0, row_weight[3 * t[1]] > 0, row_weight[3 * t[2]] > 0});
+
+  out->recovered_row.assign(num_nodes, -1);
+  for (int i = 0; i < static_cast<int>(m.recovered_node.size()); ++i) out->recovered_row[m.recovered_node[i]] = i;
+  out->local_triangle.assign(num_triangles, -1);
+  for (int t = 0; t < triangles; ++t) out->local_triangle[m.patch.global_triangle[t]] = t;
+
+  out->state.q = VectorX::Zero(r);
+  out->state.q_rate = m.q_rate0;
+  LocalWorkspace& w = out->work;
+  w.v_free = w.q_trial = w.force = VectorX::Zero(r);
+  w.x = m.x0.head(p3);
+  w.x_event = w.x_end = w.x_guess = w.x;
+  w.u_free = w.du = w.du_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
+  w.x_recovered = m.x0;
+  w.v_recovered = m.v0;
+  w.candidates.resize(triangles);
+  w.ignored.resize(triangles);
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,89 @@
+#include "haptics/refresher.hpp"
+
+#include <chrono>
+
+#include "collision/closest_point.hpp"
+#include "core/sparse_solver.hpp"
+
+namespace kt {
+namespace {
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool is_positive_definite(const SparseMatrix& matrix) {
+  return matrix.rows() == 0 || make_sparse_solver()->factor(matrix);
+}
+
+}  // namespace
+
+LocalScheme local_scheme(const std::string& integrator) {
+  if (integrator == "symplectic_euler") return LocalScheme::symplectic_euler;
+  if (integrator == "implicit_euler") return LocalScheme::implicit_euler;
+  throw_unknown("local.integrator", integrator, {"symplectic_euler", "implicit_euler"});
+}
+
+Metric contact_metric(const std::string& name) {
+  if (name == "identity") return Metric::identity;
+  if (name == "mass") return Metric::mass;
+  if (name == "implicit") return Metric::implicit;
+  throw_unknown("contact.metric", name, {"identity", "mass", "implicit"});
+}
+
+Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
+                     double reach)
+    : surface_(surface), scene_(scene), tool_(tool), reach_(reach),
+      global_(model, make_integrator(scene.global.integrator), 1 / scene.global.rate_hz),
+      reduce_(find_reducer(scene.local.reducer)), scheme_(local_scheme(scene.local.integrator)),
+      metric_(contact_metric(scene.contact.metric)) {}
+
+ContactSite Refresher::find_site(const Vec3& tool, int triangle) const {
+  const VectorX& x = global_.state().x;
+  ContactSite site{tool, triangle, reach_};
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto consider = [&](int t) {
+    const Triangle& v = surface_.triangles[t];
+    const ClosestPoint at = closest_point_on_triangle(tool, node(x, v[0]), node(x, v[1]), node(x, v[2]));
+    if (at.distance_sq < nearest) {
+      nearest = at.distance_sq;
+      site.centre = at.point;
+      site.triangle = t;
+    }
+  };
+  if (triangle >= 0)  // in contact: there, not on the other side of a thin body
+    consider(triangle);
+  else
+    for (int t = 0; t < static_cast<int>(surface_.triangles.size()); ++t) consider(t);
+  return site;
+}
+
+std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool, std::span<const LocalReport> reports) {
+  auto start = std::chrono::steady_clock::now();
+  std::vector<ContactSample> history;
+  for (const LocalReport& report : reports)
+    history.insert(history.end(), report.samples.begin(), report.samples.begin() + report.count);
+  if (t > global_.state().t) {
+    global_.advance(t, history);
+    global_ms.push_back(milliseconds_since(start));
+  }
+
+  start = std::chrono::steady_clock::now();
+  const ContactSite site = find_site(tool, reports.empty() ? -1 : reports.back().triangle);
+  const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
+  const ReduceOptions options{scene_.local.rings};
+  LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
+  // A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one.
+  if (!is_positive_definite(local.stiffness)) {
+    local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
+    local.definite_tangent = true;
+    ++definite_tangents;
+  }
+  local.frame = frame_++;
+  auto out = prepare(std::move(local), scheme_, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
+                     global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
+  refresh_ms.push_back(milliseconds_since(start));
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,47 @@
+#pragma once
+// The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
+#include <span>
+
+#include "haptics/local_simulation.hpp"
+#include "io/scene.hpp"
+
+namespace kt {
+
+/// What the haptic side reports after each tick.
+struct LocalReport {
+  int tick = 0;                  ///< index of the tick that ended
+  Vec3 tool = Vec3::Zero();      ///< [m]
+  int triangle = -1;             ///< in contact: which surface triangle
+  int count = 0;
+  std::array<ContactSample, kMaxContacts> samples{};
+};
+
+class Refresher {
+ public:
+  /// @param reach  how far the tool's surface gets between two refreshes [m]
+  Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool, double reach);
+
+  /// The local model for the tick that starts at time t, after the reports of all ticks before it.
+  std::unique_ptr<PreparedLocalModel> refresh(double t, const Vec3& tool, std::span<const LocalReport> reports);
+
+  const State& state() const { return global_.state(); }
+  std::vector<double> global_ms, refresh_ms;  ///< time of each integration; of linearize + reduce + prepare
+  int definite_tangents = 0;
+
+ private:
+  ContactSite find_site(const Vec3& tool, int triangle) const;
+  const Surface& surface_;
+  Scene scene_;
+  ToolShape tool_;
+  double reach_;
+  GlobalSimulation global_;
+  ReduceFn reduce_;
+  LocalScheme scheme_;
+  Metric metric_;
+  int frame_ = 0;
+};
+
+LocalScheme local_scheme(const std::string& integrator);
+Metric contact_metric(const std::string& name);
+
+}  // namespace kt

@@ -1,0 +1,147 @@
+#include "haptics/session.hpp"
+
+#include <cmath>
+
+#include "haptics/device/press_drag.hpp"
+#include "haptics/session_run.hpp"
+#include "haptics/links.hpp"
+#include "models/model.hpp"
+
+namespace kt {
+namespace {
+
+ToolShape scene_tool(const SceneTool& tool) {
+  if (tool.shape == "point") return {ToolShape::Kind::point, 0};
+  if (tool.shape == "sphere") return {ToolShape::Kind::sphere, tool.radius};
+  throw_unknown("tool.shape", tool.shape, {"point", "sphere"});
+}
+
+ModelOptions model_options(const SceneModel& m, const std::vector<int>& fixed_nodes) {
+  ModelOptions out;
+  out.young = m.young;
+  out.poisson = m.poisson;
+  out.density = m.density;
+  out.damping_mass = m.damping.mass;
+  out.damping_stiffness = m.damping.stiffness;
+  out.stiffness = m.stiffness;
+  out.damper = m.damper;
+  out.material = m.material;
+  out.fixed_nodes = fixed_nodes;
+  return out;
+}
+
+std::vector<TimedPoint> to_path(const std::vector<Waypoint>& waypoints) {
+  std::vector<TimedPoint> out;
+  for (const Waypoint& w : waypoints) out.push_back({w.t, w.position});
+  return out;
+}
+
+int pressing_axis(const SceneFixed& fixed) { return fixed.below ? fixed.below->axis[0] - 'x' : 2; }
+
+PressDragOptions press_drag_options(const PressDrag& p, const Scene& scene) {
+  PressDragOptions out;
+  out.axis = pressing_axis(scene.object.fixed);
+  out.at = p.at;
+  out.depth = p.depth;
+  out.press_time = p.press_time;
+  out.direction = p.direction;
+  out.speed = p.speed;
+  out.duration = scene.duration;
+  out.clearance = 0.5 * p.depth;
+  return out;
+}
+
+std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const std::vector<TimedPoint>& path) {
+  const ScenePath& p = scene.tool.path;
+  DeviceOptions options;
+  options.h = 1 / scene.local.rate_hz;
+  options.path = path;
+  if (p.recording) {
+    options.recording = *p.recording;
+    return make_device("recorded", options);
+  }
+  if (!p.hand) return make_device("scripted", options);
+  options.hand_stiffness = p.hand->stiffness;
+  options.hand_damping = p.hand->damping;
+  options.hand_mass = p.hand->mass;
+  return make_device("hand", options);
+}
+
+bool is_geometric(const std::string& law) { return law.rfind("paper", 0) == 0; }
+
+/// Names and combinations that only the tables of several libraries together can judge.
+void check_methods(const Scene& scene) {
+  require_backend("link.type", scene.link.type, link_backends());
+  require_backend("collision.backend", scene.collision.backend, triangle_index_backends());
+  require_backend("local.reducer", scene.local.reducer, reducer_backends());
+  require_backend("global.integrator", scene.global.integrator, integrator_backends());
+  require_backend("contact.law", scene.contact.law, contact_solver_backends());
+  local_scheme(scene.local.integrator);
+  if (!is_geometric(scene.contact.law) && contact_metric(scene.contact.metric) == Metric::identity)
+    throw InputError(text("contact.metric \"identity\" belongs to the paper's laws (its operators are projectors in "
+                          "positions); contact.law \"", scene.contact.law, "\" needs \"mass\" or \"implicit\""));
+}
+
+/// Explicit steps beyond their limit are allowed (to show what happens), not silent.
+void warn_of_instability(const Scene& scene, const DeformableModel& model, std::vector<std::string>& warnings) {
+  if (local_scheme(scene.local.integrator) != LocalScheme::symplectic_euler) return;
+  const double omega = highest_frequency(model, rest_state(model)), h = 1 / scene.local.rate_hz;
+  if (h > 2 / omega)
+    warnings.push_back(text("local.integrator symplectic_euler with a step of ", 1e3 * h, " ms may diverge: the body's "
+                            "fastest mode allows ", 2e3 / omega, " ms; use implicit_euler or a softer, coarser body"));
+}
+
+}  // namespace
+
+std::vector<BackendInfo> link_backends() {
+  return {
+#define LINK(name, available, option, what) {#name, what, available != 0, option},
+#include "haptics/link/link.def"
+#undef LINK
+  };
+}
+
+Session::Session(const Scene& scene) : scene_(scene), tool_(scene_tool(scene.tool)) {
+  check_methods(scene);
+  Mesh mesh = load_scene_mesh(scene);
+  const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
+  if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
+  surface_ = make_surface(mesh);
+  const ScenePath& p = scene.tool.path;
+  if (p.press_drag)
+    path_ = make_press_drag(mesh, tool_, press_drag_options(*p.press_drag, scene));
+  else if (p.waypoints)
+    path_ = to_path(*p.waypoints);
+  else if (p.hand)
+    path_ = to_path(p.hand->target);
+  scene_device(scene, path_);  // a wrong path is found now and not after the model is built
+  model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object.model, fixed));
+  warn_of_instability(scene, *model_, warnings_);
+}
+
+Session::~Session() = default;
+
+SessionResult Session::run(const SessionOptions& options) {
+  SessionResult result;
+  result.warnings = warnings_;
+  SessionOptions used = options;
+  const bool threaded = scene_.link.type == "thread" && options.refreshes.empty();
+  if (threaded) used.check_contacts = false;  // it would take the haptic thread's time
+
+  auto device = scene_device(scene_, path_);
+  const double interval = 1 / scene_.global.rate_hz + 1e-3 * scene_.link.latency_ms;
+  // A threaded refresh is always at least one interval old when it arrives.
+  const double reach = 1.25 * tool_.radius + device->max_speed() * interval * (scene_.link.type == "thread" ? 2 : 1);
+  Refresher refresher(*model_, surface_, scene_, tool_, reach);
+  HapticLoop haptic(scene_, tool_, std::move(device), used);
+  const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
+  const RunParts parts{scene_, used, refresher, haptic, result, ticks};
+  threaded ? run_threads(parts) : run_lockstep(parts);
+  haptic.finish(result);
+  result.global_ms = std::move(refresher.global_ms);
+  result.refresh_ms = std::move(refresher.refresh_ms);
+  result.definite_tangents = refresher.definite_tangents;
+  return result;
+}
+
+}  // namespace kt

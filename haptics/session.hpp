@@ -1,0 +1,82 @@
+#pragma once
+// Builds everything from a scene and runs both rates: in lockstep (deterministic) or in two threads (wall clock).
+#include <atomic>
+#include <functional>
+#include <vector>
+
+#include "haptics/device/haptic_device.hpp"
+#include "haptics/local_simulation.hpp"
+#include "io/scene.hpp"
+
+namespace kt {
+
+/// One refresh: which tick the body was linearized at, and which tick started with the new local model (-1: lost).
+struct RefreshEvent {
+  int linearized_tick = 0, adopted_tick = 0;
+  bool operator==(const RefreshEvent&) const = default;
+};
+
+/// The whole body at one moment, the local side's view laid over the global one: for pictures.
+struct Snapshot {
+  double t = 0;
+  Vec3 tool = Vec3::Zero();
+  VectorX x;  ///< [m], (3n)
+};
+
+struct SessionResult {
+  std::vector<LocalFrame> frames;          ///< one a tick
+  std::vector<double> step_us;             ///< CPU time of each tick [us]
+  std::vector<double> lateness_us;         ///< thread link: wall clock after the tick was due [us]
+  std::vector<double> penetration;         ///< per tick, by contact_check [m]; empty when not asked for
+  std::vector<double> global_ms, refresh_ms;
+  std::vector<RefreshEvent> refreshes;
+  std::vector<Snapshot> snapshots;
+  std::vector<std::string> warnings;
+  int last_dof = 0, last_patch_vertices = 0;
+  int definite_tangents = 0;               ///< refreshes whose exact tangent was indefinite
+  int limited_forces = 0;                  ///< ticks whose force was cut to the device's limit
+  int missed_impacts = 0;                  ///< ticks without contact that end inside the body, by contact_check
+  int deadline_misses = 0;                 ///< ticks whose compute time exceeded the haptic period
+  long long allocations = -1;              ///< in the haptic ticks; -1: not counted
+  bool stopped = false;                    ///< by the stop flag
+  bool real_time_scheduling = false;       ///< thread link: SCHED_FIFO was granted
+  std::uint64_t hash = 0;                  ///< of every frame's position, force, mode and place
+};
+
+struct SessionOptions {
+  bool check_contacts = true;                        ///< run contact_check after each tick (lockstep only)
+  std::vector<RefreshEvent> refreshes;               ///< replay: this schedule instead of the scene's; lockstep
+  std::vector<double> snapshot_times;                ///< [s]
+  std::function<long long()> count_allocations;      ///< allocations of this thread so far
+  std::function<void(double)> progress;              ///< share done, 0..1
+  const std::atomic<bool>* stop = nullptr;           ///< Ctrl-C: end after this tick and keep what is there
+};
+
+/// Everything of a scene that takes time to build: mesh, model, surface, device. Throws InputError.
+class Session {
+ public:
+  explicit Session(const Scene& scene);
+  ~Session();
+  SessionResult run(const SessionOptions& options = {});
+
+  const Scene& scene() const { return scene_; }
+  const DeformableModel& model() const { return *model_; }
+  const std::vector<TimedPoint>& path() const { return path_; }  ///< of a scripted tool
+
+ private:
+  friend class SessionRun;
+  Scene scene_;
+  std::unique_ptr<DeformableModel> model_;
+  Surface surface_;
+  ToolShape tool_;
+  std::vector<TimedPoint> path_;
+  std::vector<std::string> warnings_;
+};
+
+/// Loads, scales and, where the model needs it, tetrahedralizes the scene's mesh.
+Mesh load_scene_mesh(const Scene& scene);
+
+/// Nodes that the scene clamps, ascending. Throws InputError when a choice holds no node or all of them.
+std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed);
+
+}  // namespace kt

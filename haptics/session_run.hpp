@@ -1,0 +1,53 @@
+#pragma once
+// What both ways of running a session share: the haptic tick with its bookkeeping.
+#include "haptics/refresher.hpp"
+#include "haptics/session.hpp"
+
+namespace kt {
+
+/// The haptic side of one run: device, local simulation, records. One thread uses it.
+class HapticLoop {
+ public:
+  HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device, const SessionOptions& options);
+
+  /// One tick: device -> sweep -> local step -> device. Fills the next row of the records; nothing is allocated.
+  LocalReport tick() noexcept;
+
+  /// Gives the model that was in use back.
+  std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> model) noexcept;
+
+  /// The body as the haptic side sees it: the global state with the local patch over it.
+  Snapshot snapshot(const VectorX& global_x) const;
+
+  int next_tick() const { return tick_; }
+  int num_ticks() const { return static_cast<int>(frames_.size()); }
+  const Vec3& tool_position() const { return position_; }
+  void finish(SessionResult& out);
+
+ private:
+  const SessionOptions& options_;
+  std::unique_ptr<HapticDevice> device_;
+  LocalSimulation local_;
+  DeviceLimits limits_;
+  Vec3 position_;
+  int tick_ = 0;
+  std::vector<LocalFrame> frames_;
+  std::vector<double> step_us_, penetration_;
+  int limited_ = 0, missed_ = 0, last_dof_ = 0, last_vertices_ = 0;
+  long long allocations_ = 0;
+};
+
+/// Everything a run needs, made from the session.
+struct RunParts {
+  const Scene& scene;
+  const SessionOptions& options;
+  Refresher& refresher;
+  HapticLoop& haptic;
+  SessionResult& result;
+  int ticks_per_refresh;
+};
+
+void run_lockstep(const RunParts& run);
+void run_threads(const RunParts& run);
+
+}  // namespace kt

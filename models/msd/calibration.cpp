@@ -1,0 +1,139 @@
+#include "models/msd/calibration.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/free_dofs.hpp"
+#include "core/sparse_solver.hpp"
+
+namespace kt {
+namespace {
+
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+
+/// Gradients of the four linear shape functions [1/m] as columns.
+Eigen::Matrix<double, 3, 4> shape_gradients(const VectorX& x, const Tetrahedron& t) {
+  Mat3 edges;
+  for (int c = 0; c < 3; ++c) edges.col(c) = node(x, t[c + 1]) - node(x, t[0]);
+  const Mat3 inverse = edges.inverse();
+  Eigen::Matrix<double, 3, 4> g;
+  g.rightCols<3>() = inverse.transpose();
+  g.col(0) = -g.rightCols<3>().rowwise().sum();
+  return g;
+}
+
+/// -d^T K_ij d of each edge, K from linear tetrahedra; the block is lambda g_i g_j^T + mu (g_j g_i^T + (g_i.g_j) I).
+std::vector<double> stiffness_along_edges(const Mesh& mesh, double young, double poisson,
+                                          const std::vector<Spring>& springs) {
+  const double lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), mu = young / (2 * (1 + poisson));
+  std::map<std::pair<int, int>, std::size_t> spring_of;
+  for (std::size_t s = 0; s < springs.size(); ++s) spring_of[{springs[s].a, springs[s].b}] = s;
+  std::vector<double> k(springs.size(), 0);
+  for (const Tetrahedron& t : mesh.tetrahedra) {
+    const double volume = std::abs(tetrahedron_volume(mesh.x, t));
+    const auto g = shape_gradients(mesh.x, t);
+    for (int i = 0; i < 4; ++i)
+      for (int j = i + 1; j < 4; ++j) {
+        const Vec3 d = (node(mesh.x, t[j]) - node(mesh.x, t[i])).normalized();
+        const double gi = g.col(i).dot(d), gj = g.col(j).dot(d);
+        k[spring_of.at(std::minmax(t[i], t[j]))] -= volume * ((lambda + mu) * gi * gj + mu * g.col(i).dot(g.col(j)));
+      }
+  }
+  return k;
+}
+
+/// Surfaces without a volume: the membrane's stiffness cannot come from tetrahedra, so every edge is alike.
+Calibration uniform_membrane(double young, std::vector<Spring>& springs) {
+  for (Spring& s : springs) s.stiffness = young * s.rest_length;
+  return {1, 1, 1};
+}
+
+SparseMatrix rest_stiffness(int n, const Mesh& mesh, const std::vector<Spring>& springs) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const Spring& s : springs) {
+    const Vec3 d = (node(mesh.x, s.b) - node(mesh.x, s.a)) / s.rest_length;
+    const Mat3 k = s.stiffness * d * d.transpose();
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        entries.emplace_back(3 * s.a + r, 3 * s.a + c, k(r, c));
+        entries.emplace_back(3 * s.b + r, 3 * s.b + c, k(r, c));
+        entries.emplace_back(3 * s.a + r, 3 * s.b + c, -k(r, c));
+        entries.emplace_back(3 * s.b + r, 3 * s.a + c, -k(r, c));
+      }
+  }
+  SparseMatrix out(3 * n, 3 * n);
+  out.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
+Mat3 unit_strain(int i) {
+  constexpr int kRow[6] = {0, 1, 2, 1, 0, 0}, kColumn[6] = {0, 1, 2, 2, 2, 1};
+  Mat3 e = Mat3::Zero();
+  e(kRow[i], kColumn[i]) += i < 3 ? 1.0 : 0.5;  // engineering shear: gamma = 1
+  if (i >= 3) e(kColumn[i], kRow[i]) += 0.5;
+  return e;
+}
+
+}  // namespace
+
+Mat6 isotropic_elasticity(double young, double poisson) {
+  const double lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), mu = young / (2 * (1 + poisson));
+  Mat6 c = Mat6::Zero();
+  c.topLeftCorner<3, 3>().setConstant(lambda);
+  c.diagonal() += (Eigen::Matrix<double, 6, 1>() << 2 * mu, 2 * mu, 2 * mu, mu, mu, mu).finished();
+  return c;
+}
+
+Mat6 network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs) {
+  const int n = mesh.num_nodes();
+  const SparseMatrix stiffness = rest_stiffness(n, mesh, springs);
+  MatrixX u(3 * n, 6);
+  for (int strain = 0; strain < 6; ++strain)
+    for (int i = 0; i < n; ++i) u.col(strain).segment<3>(3 * i) = unit_strain(strain) * node(mesh.x, i);
+
+  std::vector<int> boundary;
+  for (const Triangle& t : mesh.triangles) boundary.insert(boundary.end(), t.begin(), t.end());
+  const FreeDofs inner = make_free_dofs(n, boundary);
+  if (inner.size() > 0) {
+    SparseMatrix system = gather(inner, stiffness);
+    const double shift = 1e-9 * VectorX(system.diagonal()).maxCoeff();  // an inner node may hang on one plane of springs
+    for (int i = 0; i < inner.size(); ++i) system.coeffRef(i, i) += shift;
+    const auto solver = make_sparse_solver();
+    if (!solver->factor(system)) throw RunError("msd calibration: the inner network is not rigid");
+    const MatrixX force = stiffness * u;
+    MatrixX rhs(inner.size(), 6);
+    for (int i = 0; i < inner.size(); ++i) rhs.row(i) = force.row(inner.to_all[i]);
+    const MatrixX relax = solver->solve(rhs);
+    for (int i = 0; i < inner.size(); ++i) u.row(inner.to_all[i]) -= relax.row(i);
+  }
+  double volume = 0;
+  for (const Tetrahedron& t : mesh.tetrahedra) volume += std::abs(tetrahedron_volume(mesh.x, t));
+  return u.transpose() * (stiffness * u) / volume;
+}
+
+Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs) {
+  if (mesh.tetrahedra.empty()) return uniform_membrane(young, springs);
+  const std::vector<double> k = stiffness_along_edges(mesh, young, poisson, springs);
+  double mean = 0;
+  for (double value : k) mean += std::max(0.0, value);
+  mean /= static_cast<double>(k.size());
+  // Obtuse tetrahedra give edges that push: a spring must not, so it keeps a tenth of the mean stiffness.
+  for (std::size_t s = 0; s < springs.size(); ++s) springs[s].stiffness = std::max(k[s], 0.1 * mean);
+
+  const Mat6 target = isotropic_elasticity(young, poisson);
+  Mat6 network = network_elasticity(mesh, springs);
+  const double scale = network.cwiseProduct(target).sum() / network.squaredNorm();
+  for (Spring& s : springs) s.stiffness *= scale;
+  network *= scale;
+
+  Calibration out;
+  out.residual = (network - target).norm() / target.norm();
+  const Mat6 compliance = network.inverse();
+  out.young_error = (1 / compliance(0, 0) + 1 / compliance(1, 1) + 1 / compliance(2, 2)) / (3 * young) - 1;
+  out.shear_error = (network(3, 3) + network(4, 4) + network(5, 5)) / (3 * target(3, 3)) - 1;
+  return out;
+}
+
+}  // namespace kt
