@@ -1,0 +1,63 @@
+#include "apps/report.hpp"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <iostream>
+
+#include "core/error.hpp"
+#include "io/child_process.hpp"
+
+namespace kt {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kNoMatplotlib = 3;  // exit status of the script when it wrote the page without pictures
+
+bool warn(const std::string& dir, const std::string& why) {
+  std::cerr << text("kilotouch: warning: no pictures: ", why, "; the numbers are in ", dir, '\n');
+  return false;
+}
+
+/// In the source tree, or where an installed command finds its data. Empty: neither.
+std::string find_script() {
+  std::error_code none;
+  const fs::path self = fs::read_symlink("/proc/self/exe", none);
+  for (const fs::path& path : {fs::path(KT_REPORT_SCRIPT), self.parent_path() / "../share/kilotouch/report.py"})
+    if (fs::exists(path, none)) return path.lexically_normal().string();
+  return {};
+}
+
+/// The child works in a folder of its own.
+std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
+
+bool run_script(const std::string& dir, std::vector<std::string> options, const ReportSettings& settings) {
+  const std::string script = find_script();
+  if (script.empty()) return warn(dir, text("report.py is not at ", KT_REPORT_SCRIPT, " nor in share/kilotouch"));
+  if (::access(settings.python.c_str(), X_OK) != 0)
+    return warn(dir, text(settings.python, " is missing (Debian: python3-matplotlib)"));
+  std::vector<std::string> arguments = {settings.python, script, absolute(dir)};
+  if (!settings.title.empty()) options.push_back("--title=" + settings.title);
+  if (!settings.compare.empty()) options.push_back("--compare");
+  for (const std::string& other : settings.compare) options.push_back(absolute(other));
+  arguments.insert(arguments.end(), options.begin(), options.end());
+
+  const PrivateFolder folder;
+  // Address space, not memory: NumPy's libraries reserve far more than they touch.
+  const ChildLimits limits{.seconds = settings.seconds, .memory_bytes = std::size_t{32} << 30};
+  const ChildResult result = run_program(arguments, folder, limits);
+  if (result.exit_code == kNoMatplotlib)
+    return warn(dir, "numpy or matplotlib is missing (Debian: python3-matplotlib)");
+  return result.good() || warn(dir, "report.py " + result.trouble(limits));
+}
+
+}  // namespace
+
+bool write_report(const std::string& dir, const ReportSettings& settings) { return run_script(dir, {}, settings); }
+
+bool write_paper_report(const std::string& dir, const ReportSettings& settings) {
+  return run_script(dir, {"--paper"}, settings);
+}
+
+}  // namespace kt

@@ -1,0 +1,22 @@
+#pragma once
+// Pictures and HTML pages of a result folder, drawn by scripts/report.py in a child process. The numbers are on disk
+// before: whatever goes wrong here (no Python, no matplotlib, a crash) is a warning on stderr and never a failed run.
+#include <string>
+#include <vector>
+
+namespace kt {
+
+struct ReportSettings {
+  std::string title = {};                 ///< empty: the scene's
+  std::vector<std::string> compare = {};  ///< other result folders, drawn and tabulated beside this one
+  std::string python = "/usr/bin/python3";
+  double seconds = 60.0;  ///< the script takes 2 s; a stuck one ends after this
+};
+
+/// force.png, step_time.png, mesh.png and report.html in `dir`.     @returns whether all of them were made
+bool write_report(const std::string& dir, const ReportSettings& settings = {});
+
+/// paper.png and paper.html in `dir`, from its folders slide, stick, stick_slip and coulomb.
+bool write_paper_report(const std::string& dir, const ReportSettings& settings = {});
+
+}  // namespace kt
