@@ -1,5 +1,8 @@
 // What the readers of tetrahedral files share.
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <set>
 #include <utility>
 
 #include "core/error.hpp"
@@ -52,6 +55,78 @@ void finish_solid(Mesh& mesh, const std::string& path, const LoadOptions& option
   if (options.lenient) return;
   if (const int dropped = drop_unused_nodes(mesh); dropped > 0)
     notes.push_back(text(dropped, " nodes that no tetrahedron uses dropped"));
+}
+
+namespace {
+
+constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // opposite to corner 0..3, outward
+
+struct Face {
+  Triangle key;  ///< ascending nodes
+  int tetrahedron;
+  bool operator<(const Face& o) const { return key != o.key ? key < o.key : tetrahedron < o.tetrahedron; }
+};
+
+/// Region number of every tetrahedron; regions end at the triangles of the surface.
+std::vector<int> find_regions(const Mesh& solid, const std::set<Triangle>& walls, int& count) {
+  std::vector<Face> faces;
+  for (int i = 0; i < static_cast<int>(solid.tetrahedra.size()); ++i)
+    for (const auto& f : kFaces) {
+      const Tetrahedron& t = solid.tetrahedra[i];
+      Face face{{t[f[0]], t[f[1]], t[f[2]]}, i};
+      std::sort(face.key.begin(), face.key.end());
+      faces.push_back(face);
+    }
+  std::sort(faces.begin(), faces.end());
+  std::vector<int> parent(solid.tetrahedra.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (std::size_t i = 1; i < faces.size(); ++i)
+    if (faces[i].key == faces[i - 1].key && !walls.count(faces[i].key)) {
+      const int p = root(faces[i].tetrahedron), q = root(faces[i - 1].tetrahedron);
+      parent[std::max(p, q)] = std::min(p, q);
+    }
+  std::vector<int> region(parent.size(), -1);
+  count = 0;
+  for (std::size_t i = 0; i < parent.size(); ++i) {
+    const int r = root(static_cast<int>(i));
+    region[i] = r == static_cast<int>(i) ? count++ : region[r];
+  }
+  return region;
+}
+
+}  // namespace
+
+void drop_cavities(Mesh& solid, const Mesh& surface) {
+  std::set<Triangle> walls;
+  std::set<Triangle> outward;
+  for (Triangle t : surface.triangles) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    outward.insert(t);
+    std::sort(t.begin(), t.end());
+    walls.insert(t);
+  }
+  int count = 0;
+  const std::vector<int> region = find_regions(solid, walls, count);
+  if (count < 2) return;
+  // A region is inside when its faces on the surface point as the surface does.
+  std::vector<char> inside(static_cast<std::size_t>(count), 0);
+  for (std::size_t i = 0; i < solid.tetrahedra.size(); ++i)
+    for (const auto& f : kFaces) {
+      const Tetrahedron& t = solid.tetrahedra[i];
+      Triangle face{t[f[0]], t[f[1]], t[f[2]]};
+      std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+      if (outward.count(face)) inside[region[i]] = 1;
+    }
+  std::vector<Tetrahedron> kept;
+  for (std::size_t i = 0; i < solid.tetrahedra.size(); ++i)
+    if (inside[region[i]]) kept.push_back(solid.tetrahedra[i]);
+  solid.tetrahedra = std::move(kept);
+  solid.triangles = boundary_triangles(solid.tetrahedra);
+  drop_unused_nodes(solid);
 }
 
 }  // namespace kt

@@ -5,7 +5,9 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "io/mesh_doctor.hpp"
 #include "io/mesh_formats.hpp"
+#include "io/mesh_io.hpp"
 #include "io/tetrahedralize_backends.hpp"
 
 namespace kt {
@@ -43,6 +45,37 @@ void check_options(const TetrahedralizeOptions& o) {
     throw InputError(text("tetrahedralize: timeout is ", o.timeout, " s; must be > 0"));
   if (!(o.memory_gb > 0 && o.memory_gb <= 1024))
     throw InputError(text("tetrahedralize: memory_gb is ", o.memory_gb, "; must be in (0, 1024]"));
+}
+
+/// Says what is wrong with the surface and where, before a backend stumbles over it.
+void check_surface(const Mesh& surface) {
+  if (!surface.tetrahedra.empty()) throw InputError("tetrahedralize: the mesh already has tetrahedra");
+  if (surface.triangles.empty()) throw InputError("tetrahedralize: the mesh has no triangles");
+  MeshReport report = examine(surface, {.self_intersections = false});
+  const auto refuse = [](const char* what, const std::vector<MeshPlace>& places, const char* advice) {
+    if (places.empty()) return;
+    throw InputError(text("tetrahedralize: the surface ", what, " in ", places.size(),
+                          places.size() == 1 ? " place" : " places", ": ", places.size() == 1 ? "" : "first ",
+                          describe(places[0]), "; ", advice));
+  };
+  constexpr const char* kRepair = "try mesh repair";
+  constexpr const char* kWrap = "try mesh repair, or mesh repair --wrap";
+  refuse("has NaN or infinite coordinates", report.non_finite, kRepair);
+  refuse("has triangles without area", report.degenerate, kWrap);
+  refuse("has triangles that occur twice", report.duplicates, kRepair);
+  refuse("is open", report.open_edges, "try mesh repair, mesh repair --fill-holes N or mesh repair --wrap");
+  refuse("has edges of three or more triangles", report.nonmanifold_edges, kWrap);
+  refuse("has nodes where several fans of triangles touch", report.nonmanifold_nodes, kRepair);
+  refuse("cannot be oriented", report.one_sided, "try mesh repair --wrap");
+  refuse("has triangles turned the wrong way", report.flipped, kRepair);
+  refuse("is inside out", report.inside_out, kRepair);
+  refuse("has one piece inside another, both outward,", report.nested,
+         "remove one, or turn the inner one to make a cavity");
+#if KT_WITH_CGAL
+  constexpr std::size_t kEnough = 1000;  // more places tell the user nothing more
+  report = examine(surface, {.self_intersections = true, .max_intersections = kEnough});
+  refuse("crosses itself", report.self_intersections, "try mesh repair --wrap");
+#endif
 }
 
 /// The same triangle whatever corner it starts with, with its orientation.
@@ -95,6 +128,25 @@ std::vector<BackendInfo> tetrahedralizers() {
   };
 }
 
+ChildLimits child_limits(const TetrahedralizeOptions& options) {
+  constexpr double kGigabyte = 1073741824.0;
+  return {.seconds = options.timeout, .memory_bytes = static_cast<std::size_t>(options.memory_gb * kGigabyte)};
+}
+
+Mesh fill_in_child(const std::string& backend, const Mesh& surface, const TetrahedralizeOptions& options,
+                   Mesh (*fill)(const Mesh&, const TetrahedralizeOptions&)) {
+  const PrivateFolder folder;
+  const std::string file = folder / "out.vtu";
+  const ChildLimits limits = child_limits(options);
+  const ChildResult run = run_forked([&] { save_mesh(file, fill(surface, options)); }, folder, limits);
+  if (!run.good()) throw RunError(text(backend, " ", run.trouble(limits)));
+  try {
+    return load_mesh(file);
+  } catch (const InputError& e) {
+    throw RunError(text(backend, " left no usable result: ", e.what()));
+  }
+}
+
 double automatic_max_volume(const Mesh& surface) {
   double sum_sq = 0;
   for (const Triangle& t : surface.triangles)
@@ -109,6 +161,7 @@ Mesh tetrahedralize(const Mesh& surface, const TetrahedralizeOptions& options) {
   TetrahedralizeOptions settings = options;
   if (settings.backend.empty()) settings.backend = first_available();
   require_backend("tetrahedralizer", settings.backend, tetrahedralizers());
+  check_surface(surface);
   Mesh input{surface.x, surface.triangles, {}};
   drop_unused_nodes(input);
   if (settings.max_volume == 0) settings.max_volume = automatic_max_volume(input);
@@ -116,7 +169,7 @@ Mesh tetrahedralize(const Mesh& surface, const TetrahedralizeOptions& options) {
   Mesh solid = find_backend(settings.backend)(input, settings);
   const bool keeps_surface = settings.backend != "cgal";
   if (keeps_surface && !solid.tetrahedra.empty()) restore_surface(settings.backend, input, solid);
-  constexpr double kExact = 1e-9, kRemeshed = 0.2;  // [-] of the volume
+  constexpr double kExact = 1e-9, kRemeshed = 0.1;  // [-] of the volume
   check_result(settings.backend, input, solid, keeps_surface ? kExact : kRemeshed);
   return solid;
 }

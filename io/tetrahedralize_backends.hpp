@@ -1,5 +1,6 @@
 #pragma once
 // What a backend in tetrahedralizer.def implements. Internal to io/.
+#include "io/child_process.hpp"
 #include "io/tetrahedralize.hpp"
 
 namespace kt {
@@ -11,5 +12,13 @@ namespace kt {
   Mesh tetrahedralize_##name(const Mesh& surface, const TetrahedralizeOptions& options);
 #include "io/tetrahedralizer.def"
 #undef TETRAHEDRALIZER
+
+/// Limits that the options ask for.
+ChildLimits child_limits(const TetrahedralizeOptions& options);
+
+/// Runs `fill` in a forked child; nodes and tetrahedra come back through a file, the surface is made here.
+/// @throws RunError with what the child last said.
+Mesh fill_in_child(const std::string& backend, const Mesh& surface, const TetrahedralizeOptions& options,
+                   Mesh (*fill)(const Mesh&, const TetrahedralizeOptions&));
 
 }  // namespace kt

@@ -31,14 +31,15 @@ Mesh tetrahedralize_tetgen(const Mesh& surface, const TetrahedralizeOptions& opt
   char switches[96];
   // p: fill a surface, Y: keep its triangles, q: quality, a: largest volume. %f: TetGen does not read exponents.
   std::snprintf(switches, sizeof switches, "-pYq%.6fa%.30f", options.quality, options.max_volume);
-  const ChildLimits limits{.seconds = options.timeout,
-                           .memory_bytes = static_cast<std::size_t>(options.memory_gb * double(std::size_t{1} << 30))};
+  const ChildLimits limits = child_limits(options);
   const ChildResult run = run_program({"tetgen", switches, "in.smesh"}, folder, limits);
   if (run.exit_code == 127) throw RunError("tetgen: the program is not installed (package tetgen)");
   if (!run.good()) throw RunError(text("tetgen ", run.trouble(limits)));
   try {
     Notes ignored;
-    return read_node_ele(folder / "in.1.node", LoadOptions{}, ignored);
+    Mesh solid = read_node_ele(folder / "in.1.node", LoadOptions{}, ignored);
+    drop_cavities(solid, surface);  // TetGen fills them unless given a point in each
+    return solid;
   } catch (const InputError& e) {
     throw RunError(text("tetgen left no usable result: ", e.what()));
   }
