@@ -72,12 +72,14 @@ ChildResult wait_for(pid_t child, const std::string& log, const ChildLimits& lim
   for (;;) {
     const pid_t ended = ::waitpid(child, &status, WNOHANG);
     if (ended == child || (ended < 0 && errno != EINTR)) break;
-    if (Clock::now() > deadline) {
-      result.timed_out = true;
+    const bool stopped = limits.stop && limits.stop->load();
+    if (stopped || Clock::now() > deadline) {
+      result.timed_out = !stopped;
       ::kill(-child, SIGKILL);
       ::kill(child, SIGKILL);  // in case it has not yet made its own group
       while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
       }
+      if (stopped) throw RunError("interrupted");
       break;
     }
     std::this_thread::sleep_for(pause);

@@ -2,6 +2,7 @@
 // Work that may crash, abort or never end runs in a child process: third-party mesh generators do all three on bad
 // surfaces. The child has limits on memory, processor time and wall-clock time, a private folder that is removed
 // afterwards, and dies with its parent.
+#include <atomic>
 #include <functional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@ namespace kt {
 struct ChildLimits {
   double seconds = 60;                              ///< wall clock, and of processor time
   std::size_t memory_bytes = std::size_t{4} << 30;  ///< address space
+  const std::atomic<bool>* stop = nullptr;          ///< when set and true: the child is ended, RunError "interrupted"
 };
 
 struct ChildResult {

@@ -107,15 +107,15 @@ void orient(Mesh& mesh, Done& done) {
 }
 
 #if KT_WITH_CGAL
-ChildLimits limits_of(double seconds) { return {.seconds = seconds, .memory_bytes = std::size_t{8} << 30}; }
-
 /// Runs `work` in a child and reads back the mesh it leaves: CGAL loops for ever on a few inputs.
-Mesh guarded(const std::string& what, double seconds, const std::function<Mesh()>& work,
+template <class Options>
+Mesh guarded(const std::string& what, const Options& options, const std::function<Mesh()>& work,
              std::string* output = nullptr) {
   const PrivateFolder folder;
   const std::string file = folder / "out.obj";
-  const ChildResult run = run_forked([&] { save_mesh(file, work()); }, folder, limits_of(seconds));
-  if (!run.good()) throw RunError(text(what, " ", run.trouble(limits_of(seconds))));
+  const ChildLimits limits{.seconds = options.timeout, .memory_bytes = std::size_t{8} << 30, .stop = options.stop};
+  const ChildResult run = run_forked([&] { save_mesh(file, work()); }, folder, limits);
+  if (!run.good()) throw RunError(text(what, " ", run.trouble(limits)));
   if (output) *output = run.output;
   return load_mesh(file);
 }
@@ -125,7 +125,7 @@ void fill_holes(Mesh& mesh, const RepairOptions& options, Done& done) {
 #if KT_WITH_CGAL
   std::string filled;
   mesh = guarded(
-      "filling holes", options.timeout,
+      "filling holes", options,
       [&] {
         Mesh copy = mesh;
         std::printf("%d", fill_holes_cgal(copy, options.fill_holes));
@@ -187,7 +187,7 @@ WrapResult wrap(const Mesh& surface, const WrapOptions& options) {
   r.offset = options.offset > 0 ? options.offset : r.alpha / kOffsets;
   if (r.alpha < diagonal * 1e-3)
     throw InputError(text("alpha is ", r.alpha, "; must be at least 1/1000 of the box diagonal, ", diagonal * 1e-3));
-  r.mesh = guarded("wrapping", options.timeout, [&] { return alpha_wrap_cgal(input, r.alpha, r.offset); });
+  r.mesh = guarded("wrapping", options, [&] { return alpha_wrap_cgal(input, r.alpha, r.offset); });
   r.volume_before = enclosed_volume(input);
   r.volume_after = enclosed_volume(r.mesh);
   r.distance_to_wrap = sampled_distance_cgal(input, r.mesh, r.alpha / 4);

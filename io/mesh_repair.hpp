@@ -1,6 +1,7 @@
 #pragma once
 // Fixes what can be fixed without changing the shape, and says what it did. Wrapping changes the shape and is asked
 // for.
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -9,14 +10,15 @@
 namespace kt {
 
 struct RepairOptions {
-  bool weld = true;               ///< join nodes at equal positions
-  bool drop_degenerate = true;    ///< triangles without area whose removal opens no gap (two corners joined)
-  bool drop_duplicates = true;    ///< second copies of a triangle
-  bool split_nonmanifold = true;  ///< one copy of a node for every fan that touches in it
-  bool orient = true;             ///< agree inside each piece; closed pieces outward, cavities inward
-  bool drop_isolated = true;      ///< nodes that nothing uses
-  int fill_holes = 0;             ///< close holes of at most this many edges (CGAL); 0: none
-  double timeout = 120;           ///< for hole filling [s]
+  bool weld = true;                         ///< join nodes at equal positions
+  bool drop_degenerate = true;              ///< triangles without area whose removal opens no gap (two corners joined)
+  bool drop_duplicates = true;              ///< second copies of a triangle
+  bool split_nonmanifold = true;            ///< one copy of a node for every fan that touches in it
+  bool orient = true;                       ///< agree inside each piece; closed pieces outward, cavities inward
+  bool drop_isolated = true;                ///< nodes that nothing uses
+  int fill_holes = 0;                       ///< close holes of at most this many edges (CGAL); 0: none
+  double timeout = 120;                     ///< for hole filling [s]
+  const std::atomic<bool>* stop = nullptr;  ///< when set and true: RunError "interrupted"
 };
 
 struct RepairResult {
@@ -33,6 +35,7 @@ struct WrapOptions {
   double alpha = 0;      ///< size of the ball that may not enter holes [mesh unit]; 0: box diagonal / 40
   double offset = 0;     ///< distance of the wrap from the input [mesh unit]; 0: alpha / 30
   double timeout = 300;  ///< [s]
+  const std::atomic<bool>* stop = nullptr;  ///< when set and true: RunError "interrupted"
 };
 
 struct WrapResult {

@@ -130,7 +130,9 @@ std::vector<BackendInfo> tetrahedralizers() {
 
 ChildLimits child_limits(const TetrahedralizeOptions& options) {
   constexpr double kGigabyte = 1073741824.0;
-  return {.seconds = options.timeout, .memory_bytes = static_cast<std::size_t>(options.memory_gb * kGigabyte)};
+  return {.seconds = options.timeout,
+          .memory_bytes = static_cast<std::size_t>(options.memory_gb * kGigabyte),
+          .stop = options.stop};
 }
 
 Mesh fill_in_child(const std::string& backend, const Mesh& surface, const TetrahedralizeOptions& options,

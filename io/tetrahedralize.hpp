@@ -1,6 +1,7 @@
 #pragma once
 // Fills a closed surface with tetrahedra. Backends: tetrahedralizer.def. Every backend runs in a child process with
 // limits, because all of them crash, abort or hang on some bad surface; what comes back is checked before it is used.
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct TetrahedralizeOptions {
   double quality = 1.4;   ///< bound on radius / shortest edge [-], 1.1 .. 10 (a regular tetrahedron has 0.61)
   double timeout = 120;   ///< wall clock [s], > 0
   double memory_gb = 4;   ///< address space of the child, > 0
+  const std::atomic<bool>* stop = nullptr;  ///< when set and true: the child is ended, RunError "interrupted"
 };
 
 /// The table of backends, in the order of the .def file.

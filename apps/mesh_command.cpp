@@ -1,0 +1,197 @@
+#include "apps/mesh_command.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "apps/commands.hpp"
+#include "apps/mesh_report.hpp"
+#include "core/error.hpp"
+#include "io/mesh_io.hpp"
+#include "io/mesh_repair.hpp"
+#include "io/output_file.hpp"
+#include "io/tetrahedra_quality.hpp"
+#include "io/tetrahedralize.hpp"
+
+namespace kt {
+namespace {
+
+using nlohmann::json;
+
+struct MeshArguments {
+  std::string mesh, out, json_file;
+  int places = 3;
+  bool no_intersections = false;
+  RepairOptions repair;
+  bool use_wrap = false;
+  WrapOptions wrap;
+  TetrahedralizeOptions tet;
+  double timeout = 120;
+};
+
+/// Outputs that cannot be written must fail before the work, not after it.
+void check_outputs(const MeshArguments& a) {
+  const std::vector<std::string> known = writable_mesh_extensions();
+  if (!a.out.empty() && std::find(known.begin(), known.end(), mesh_extension(a.out)) == known.end())
+    throw InputError(text(a.out, ": file extension cannot be written; known: ", join(known)));
+  for (const std::string& path : {a.out, a.json_file}) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    if (!folder.empty() && !std::filesystem::is_directory(folder))
+      throw InputError(text(path, ": there is no folder ", folder.string()));
+  }
+}
+
+Mesh load(const MeshArguments& a, bool lenient, json& out) {
+  std::vector<std::string> notes;
+  Mesh mesh = load_mesh(a.mesh, {.lenient = lenient}, &notes);
+  for (const std::string& note : notes) std::cout << "  note: " << note << "\n";
+  out["file"] = a.mesh;
+  out["notes"] = notes;
+  return mesh;
+}
+
+void finish(const MeshArguments& a, const Mesh& mesh, json& out) {
+  if (!a.out.empty()) {
+    save_mesh(a.out, mesh);
+    std::cout << "written: " << a.out << "\n";
+    out["written"] = a.out;
+  }
+  if (!a.json_file.empty()) write_file_whole(a.json_file, out.dump(2) + "\n");
+}
+
+void info(const MeshArguments& a) {
+  check_outputs(a);
+  json out;
+  std::cout << a.mesh << "\n";
+  const Mesh mesh = load(a, true, out);
+  const MeshReport report = examine(mesh, {.self_intersections = !a.no_intersections});
+  std::cout << report_text(mesh, report, a.places) << (report.clean() ? "no defects found\n" : "");
+  out["report"] = report_json(mesh, report);
+  finish(a, mesh, out);
+}
+
+void print_wrap(const WrapResult& w, bool was_closed) {
+  std::cout << "  wrapped with alpha " << w.alpha << ", offset " << w.offset << "\n  volume " << w.volume_before
+            << " -> " << w.volume_after;
+  if (was_closed && w.volume_before > 0)
+    std::cout << " (" << std::showpos << 100 * (w.volume_after / w.volume_before - 1) << std::noshowpos << " %)";
+  else
+    std::cout << " (the input encloses none)";
+  std::cout << "\n  largest distance from the input to the wrap " << w.distance_to_wrap << ", back "
+            << w.distance_to_input << "\n";
+}
+
+void run_repair(MeshArguments& a) {
+  check_outputs(a);
+  json out;
+  std::cout << a.mesh << "\n";
+  const Mesh input = load(a, true, out);
+  a.repair.timeout = a.wrap.timeout = a.timeout;
+  a.repair.stop = a.wrap.stop = &stop_requested();
+  RepairResult repaired = repair(input, a.repair);
+  for (const std::string& line : repaired.done) std::cout << "  " << line << "\n";
+  if (repaired.done.empty()) std::cout << "  nothing to repair\n";
+  out["done"] = repaired.done;
+  if (a.use_wrap) {
+    const bool was_closed = examine(repaired.mesh, {.self_intersections = false}).closed();
+    WrapResult wrapped = wrap(repaired.mesh, a.wrap);
+    print_wrap(wrapped, was_closed);
+    out["wrap"] = wrap_json(wrapped);
+    repaired.mesh = std::move(wrapped.mesh);
+  }
+  const MeshReport report = examine(repaired.mesh, {.self_intersections = !a.no_intersections});
+  std::cout << "result\n" << report_text(repaired.mesh, report, a.places);
+  if (report.clean())
+    std::cout << "no defects left\n";
+  else
+    std::cout << "defects are left: see above" << (a.use_wrap ? "\n" : "; --wrap makes a closed surface of anything\n");
+  out["report"] = report_json(repaired.mesh, report);
+  finish(a, repaired.mesh, out);
+}
+
+void tet(MeshArguments& a) {
+  check_outputs(a);
+  json out;
+  std::cout << a.mesh << "\n";
+  const Mesh surface = load(a, false, out);
+  a.tet.timeout = a.timeout;
+  a.tet.stop = &stop_requested();
+  const auto start = std::chrono::steady_clock::now();
+  const Mesh solid = tetrahedralize(surface, a.tet);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const TetrahedraQuality q = tetrahedra_quality(solid);
+  const double surface_volume = enclosed_volume(surface);
+  std::cout << "  " << solid.num_nodes() << " nodes, " << solid.tetrahedra.size() << " tetrahedra, "
+            << solid.triangles.size() << " surface triangles in " << seconds << " s\n  volume " << q.volume
+            << " (surface: " << surface_volume << "), largest radius/edge " << q.radius_edge_max
+            << ", smallest dihedral angle " << q.dihedral_min << " degrees\n";
+  out["nodes"] = solid.num_nodes();
+  out["tetrahedra"] = solid.tetrahedra.size();
+  out["triangles"] = solid.triangles.size();
+  out["volume"] = q.volume;
+  out["surface_volume"] = surface_volume;
+  out["radius_edge_max"] = q.radius_edge_max;
+  out["dihedral_min_deg"] = q.dihedral_min;
+  out["seconds"] = seconds;
+  finish(a, solid, out);
+}
+
+void add_common(CLI::App& command, MeshArguments& a) {
+  command.add_option("MESH", a.mesh, "file: " + join(readable_mesh_extensions()))->required();
+  command.add_option("-o,--out", a.out, "write the mesh: " + join(writable_mesh_extensions()));
+  command.add_option("--json", a.json_file, "write the whole result as JSON");
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& app, int& exit_code) {
+  const auto a = std::make_shared<MeshArguments>();  // outlives this function with the callbacks
+  CLI::App* mesh = app.add_subcommand("mesh", "what is wrong with a mesh; repair it; fill it with tetrahedra");
+  mesh->require_subcommand(1);
+
+  CLI::App* info_command = mesh->add_subcommand("info", "what is wrong with a mesh, and where");
+  add_common(*info_command, *a);
+  info_command->add_option("--places", a->places, "places shown per defect")->check(CLI::NonNegativeNumber);
+  info_command->add_flag("--no-intersections", a->no_intersections, "skip the search for self-intersections");
+  info_command->footer("Example: kilotouch mesh info meshes/broken/open.off");
+  info_command->callback([a, &exit_code] {
+    info(*a);
+    exit_code = 0;
+  });
+
+  CLI::App* repair_command = mesh->add_subcommand("repair", "fix what can be fixed without changing the shape");
+  add_common(*repair_command, *a);
+  repair_command->add_option("--places", a->places, "places shown per defect")->check(CLI::NonNegativeNumber);
+  repair_command->add_flag("--no-intersections", a->no_intersections, "skip the search for self-intersections");
+  repair_command->add_option("--fill-holes", a->repair.fill_holes, "close holes of at most this many edges");
+  repair_command->add_flag("--wrap", a->use_wrap, "wrap: a closed surface around anything; changes the shape a little");
+  repair_command->add_option("--alpha", a->wrap.alpha,
+                             "wrap: ball that may not enter holes, mesh unit; 0: diagonal/40");
+  repair_command->add_option("--offset", a->wrap.offset, "wrap: distance from the input, mesh unit; 0: alpha/30");
+  repair_command->add_option("--timeout", a->timeout, "limit for filling and wrapping, s");
+  repair_command->footer("Example: kilotouch mesh repair liver.obj --wrap -o liver_wrapped.off");
+  repair_command->callback([a, &exit_code] {
+    run_repair(*a);
+    exit_code = 0;
+  });
+
+  CLI::App* tet_command = mesh->add_subcommand("tet", "fill a closed surface with tetrahedra");
+  add_common(*tet_command, *a);
+  std::vector<std::string> names;
+  for (const BackendInfo& b : tetrahedralizers())
+    names.push_back(b.available ? b.name : b.name + " (not in this build)");
+  tet_command->add_option("--backend", a->tet.backend, join(names));
+  tet_command->add_option("--max-volume", a->tet.max_volume,
+                          "largest tetrahedron, mesh unit^3; 0: from the surface's edges");
+  tet_command->add_option("--quality", a->tet.quality, "bound on radius / shortest edge, 1.1 .. 10");
+  tet_command->add_option("--timeout", a->timeout, "limit for the backend, s");
+  tet_command->footer("Example: kilotouch mesh tet meshes/organ.off --max-volume 1e-7 -o organ.vtu");
+  tet_command->callback([a, &exit_code] {
+    tet(*a);
+    exit_code = 0;
+  });
+}
+
+}  // namespace kt
