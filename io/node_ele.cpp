@@ -10,10 +10,12 @@ namespace {
 /// Nodes; returns the index of the first one, 0 or 1, which the .ele file shares.
 int read_nodes(const std::string& path, const LoadOptions& options, VectorX& x) {
   TextReader in(path, read_whole_file(path));
-  const int n = in.count("nodes", 8);  // "0 0 0 0\n"
+  const long long announced = in.integer("the number of nodes");
   const long long dimension = in.integer("the dimension");
   if (dimension != 3) in.fail("dimension is ", dimension, "; must be 3");
   const int extras = in.count("attributes", 1) + in.count("boundary markers", 1);
+  in.check_count(announced, "nodes", 8);  // "0 0 0 0\n"
+  const int n = static_cast<int>(announced);
   x.resize(3 * n);
   long long base = 0;
   for (int i = 0; i < n; ++i) {

@@ -166,7 +166,7 @@ def broken_meshes():
     write_off("broken/open.off", points, faces[:-1], "cube without one triangle")
     write_off("broken/flipped_face.off", points, faces[:3] + [faces[3][::-1]] + faces[4:], "cube, face 3 turned inward")
     write_off("broken/inside_out.off", points, [f[::-1] for f in faces], "cube, all faces turned inward")
-    apex = points + [(0.01, -0.01, 0.03)]
+    apex = points + [(0.04, 0.01, -0.02)]  # outside: the fin crosses nothing
     edge = next((f[0], f[1]) for f in faces)
     write_off("broken/nonmanifold_edge.off", apex, faces + [(edge[0], edge[1], 8)], "cube with a fin: three faces on an edge")
     bow_points, bow_faces = joined(cube(), cube(origin=(0.02, 0.02, 0.02)))

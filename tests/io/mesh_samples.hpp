@@ -1,0 +1,70 @@
+#pragma once
+// Where test meshes are, and small ones made by hand.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "io/child_process.hpp"
+#include "io/mesh_io.hpp"
+
+namespace kt {
+
+inline std::vector<std::string> files_in(const std::string& folder) {
+  std::vector<std::string> out;
+  if (std::filesystem::is_directory(folder))
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const auto known = readable_mesh_extensions();
+      if (std::find(known.begin(), known.end(), mesh_extension(entry.path().string())) != known.end())
+        out.push_back(entry.path().string());
+    }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+/// The project's own good meshes.
+inline std::vector<std::string> own_meshes() { return files_in(KT_SOURCE_DIR "/meshes"); }
+
+/// Real meshes beside the project; empty where the folder is not there, and every test passes without it.
+inline std::vector<std::string> real_meshes() { return files_in(KT_SOURCE_DIR "/../shared/data/meshes"); }
+
+inline std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+inline std::string write_sample(const PrivateFolder& folder, const std::string& name, const std::string& content) {
+  std::ofstream(folder / name, std::ios::binary) << content;
+  return folder / name;
+}
+
+/// what() of the InputError that f throws, without the folder; "" when it does not throw.
+template <class F>
+std::string input_error(const PrivateFolder& folder, F&& f) {
+  try {
+    f();
+  } catch (const InputError& e) {
+    std::string what = e.what();
+    const std::string prefix = folder.path() + "/";
+    for (std::size_t at; (at = what.find(prefix)) != std::string::npos;) what.erase(at, prefix.size());
+    return what;
+  }
+  return "";
+}
+
+inline Mesh tetrahedron_surface() {
+  Mesh mesh;
+  mesh.x = VectorX{{0, 0, 0, 0.02, 0, 0, 0, 0.02, 0, 0, 0, 0.02}};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+  return mesh;
+}
+
+/// Each list in a canonical order, to compare meshes that differ in order only.
+inline std::vector<Triangle> sorted_triangles(std::vector<Triangle> list) {
+  for (Triangle& t : list) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+}  // namespace kt
