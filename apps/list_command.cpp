@@ -44,7 +44,7 @@ void list(const std::string& json_file) {
       json[family.key].push_back({{"name", b.name}, {"what", b.what}, {"available", b.available}, {"option", b.option}});
     }
   }
-  if (!json_file.empty()) write_file(json_file, json.dump(2) + "\n");
+  if (!json_file.empty()) write_file_whole(json_file, json.dump(2) + "\n");
 }
 
 }  // namespace

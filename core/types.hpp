@@ -1,6 +1,7 @@
 #pragma once
 // The vocabulary every folder shares: vectors, matrices, node access in stacked arrays. SI units everywhere.
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <Eigen/SparseCore>
 #include <array>
 

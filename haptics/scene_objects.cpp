@@ -4,6 +4,7 @@
 
 #include "haptics/session.hpp"
 #include "io/mesh_io.hpp"
+#include "io/mesh_repair.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/msd/springs.hpp"
 
@@ -20,12 +21,17 @@ void rescale(Mesh& mesh, const SceneObject& object) {
 
 }  // namespace
 
-Mesh load_scene_mesh(const Scene& scene) {
+Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
   const SceneObject& object = scene.object;
   if (object.mesh.empty()) throw InputError("object.mesh: no mesh is named");
-  Mesh mesh = load_mesh(object.mesh);
+  Mesh mesh = load_mesh(object.mesh, {}, &notes);
   if (mesh.triangles.empty()) throw InputError(text(object.mesh, ": the mesh has no triangles"));
   rescale(mesh, object);
+  if (object.repair && mesh.tetrahedra.empty()) {
+    RepairResult repaired = repair(mesh);
+    for (const std::string& what : repaired.done) notes.push_back("object.repair: " + what);
+    mesh = std::move(repaired.mesh);
+  }
   if (object.layers) return add_inner_layers(mesh, object.layers->count, object.layers->count * object.layers->thickness);
   if (!mesh.tetrahedra.empty()) return mesh;
   const SceneTetrahedralize wanted = object.tetrahedralize.value_or(SceneTetrahedralize{});

@@ -103,7 +103,7 @@ std::vector<BackendInfo> link_backends() {
 
 Session::Session(const Scene& scene) : scene_(scene), tool_(scene_tool(scene.tool)) {
   check_methods(scene);
-  Mesh mesh = load_scene_mesh(scene);
+  Mesh mesh = load_scene_mesh(scene, warnings_);
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
   surface_ = make_surface(mesh);
@@ -131,9 +131,11 @@ SessionResult Session::run(const SessionOptions& options) {
   auto device = scene_device(scene_, path_);
   const double interval = 1 / scene_.global.rate_hz + 1e-3 * scene_.link.latency_ms;
   // A threaded refresh is always at least one interval old when it arrives.
-  const double reach = 1.25 * tool_.radius + device->max_speed() * interval * (scene_.link.type == "thread" ? 2 : 1);
+  result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
+  const double reach = 1.25 * tool_.radius + result.max_speed * interval * (scene_.link.type == "thread" ? 2 : 1);
   Refresher refresher(*model_, surface_, scene_, tool_, reach);
   HapticLoop haptic(scene_, tool_, std::move(device), used);
+  result.start = haptic.tool_position();
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
   const RunParts parts{scene_, used, refresher, haptic, result, ticks};
   threaded ? run_threads(parts) : run_lockstep(parts);

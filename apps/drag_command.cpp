@@ -1,0 +1,57 @@
+// kilotouch drag MESH: the main job with no scene file.
+#include <filesystem>
+
+#include "apps/commands.hpp"
+#include "apps/run_session.hpp"
+
+namespace kt {
+namespace {
+
+/// A tenth of a metre, soft as tissue, held at the far side; a sphere presses and drags over the near side.
+/// Sizes follow the body's own size, so that any mesh in any unit gives a sensible first contact.
+Scene drag_scene(const std::string& mesh, const std::vector<std::string>& set) {
+  // Settings are applied to a scene that already names the mesh, so that --set can change everything.
+  Scene base = default_scene();
+  base.title = "drag over " + std::filesystem::path(mesh).filename().string();
+  base.duration = 1.2;
+  base.object.mesh = mesh;
+  base.object.size = 0.1;
+  base.object.repair = true;
+  base.object.fixed.below = FixedBelow{"z", 0.2};
+  base.tool.radius = 0.004;
+  base.tool.path.press_drag->depth = 0.003;
+  base.tool.path.press_drag->speed = 0.04;
+  return parse_scene(to_json(base), set, "drag " + mesh);
+}
+
+struct DragArguments {
+  std::string mesh;
+  std::vector<std::string> set;
+  RunSettings settings;
+  bool no_report = false;
+};
+
+}  // namespace
+
+void add_drag_command(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("drag", "press and drag a tool over a mesh, with no scene file");
+  auto a = std::make_shared<DragArguments>();
+  a->settings.out = "out";
+  command->add_option("MESH", a->mesh, "surface (OBJ OFF PLY STL) or solid (node/ele MSH VTU)")->required();
+  command->add_option("--set", a->set, "change a setting, KEY=VALUE (docs/scene.md); may be repeated")->allow_extra_args(false);
+  command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
+  command->add_option("--json", a->settings.json_file, "also write the summary to this file");
+  command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
+  command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
+  command->footer("The mesh is scaled to 0.1 m (--set object.size=...) and clamped in its lowest fifth.\n"
+                  "Example:\n  kilotouch drag meshes/organ.off --out out/organ --set contact.mu=0.3");
+  command->callback([a, &exit_code] {
+    a->settings.report = !a->no_report;
+    a->settings.reproduce = "kilotouch drag " + a->mesh;
+    for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
+    const RunOutcome outcome = run_scene(drag_scene(a->mesh, a->set), a->settings);
+    exit_code = outcome.result.stopped ? 1 : 0;
+  });
+}
+
+}  // namespace kt

@@ -1,0 +1,165 @@
+// kilotouch paper: the paper's three drag experiments (figures 3, 4, 5) and, beside them, the consistent law.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+
+#include "apps/commands.hpp"
+#include "apps/report.hpp"
+#include "apps/run_session.hpp"
+#include "core/error.hpp"
+#include "haptics/metrics.hpp"
+#include "io/output_file.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kRoundoff = 1e-12;  // |F_T| of pure sliding against F_N: one projection in double precision
+constexpr double kCone = 1e-9;       // slack of F_T <= mu F_N
+
+struct Experiment {
+  std::string folder, law, metric, integrator;
+  double global_hz;
+};
+
+// The paper's own numerics, then the same drag with the consistent law.
+const std::vector<Experiment> kExperiments = {
+    {"slide", "paper_slide", "identity", "symplectic_euler", 10},
+    {"stick", "paper_stick", "identity", "symplectic_euler", 10},
+    {"stick_slip", "paper_stick_slip", "identity", "symplectic_euler", 10},
+    {"coulomb", "coulomb", "implicit", "implicit_euler", 10},
+};
+
+/// A coarse slab (5 mm triangles), pressed 4 mm by a point and dragged at 50 mm/s.
+Scene paper_scene(const std::string& mesh, const Experiment& e, const std::vector<std::string>& set) {
+  Scene scene = default_scene();
+  scene.title = e.law;
+  scene.duration = 1.2;
+  scene.object.mesh = mesh;
+  scene.tool.shape = "point";
+  scene.tool.path.press_drag->depth = 0.004;
+  scene.tool.path.press_drag->speed = 0.05;
+  scene.contact = {e.law, 1.0, 1.0, e.metric};
+  scene.global = {e.global_hz, e.integrator};
+  scene.local.integrator = e.integrator;
+  return parse_scene(to_json(scene), set, "paper");
+}
+
+/// The drop in F_T at the first stick -> slip transition after the press, as a share of F_T; 0 when there is none.
+double first_slip_drop(const std::vector<LocalFrame>& frames, double from) {
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (frames[i].t < from || frames[i - 1].mode != ContactMode::stick) continue;
+    if (frames[i].mode == ContactMode::frictional_slide && frames[i].f_t < frames[i - 1].f_t)
+      return 1 - frames[i].f_t / frames[i - 1].f_t;
+  }
+  return 0;
+}
+
+int stick_to_slip(const std::vector<LocalFrame>& frames) {
+  int count = 0;
+  for (std::size_t i = 1; i < frames.size(); ++i)
+    count += frames[i - 1].mode == ContactMode::stick && frames[i].mode == ContactMode::frictional_slide;
+  return count;
+}
+
+double largest_ratio(const std::vector<LocalFrame>& frames) {
+  double out = 0;
+  for (const LocalFrame& f : frames)
+    if (f.f_n > 0) out = std::max(out, f.f_t / f.f_n);
+  return out;
+}
+
+Json claim(const std::string& what, double value, const std::string& bound, bool holds) {
+  return {{"text", what}, {"value", value}, {"bound", bound}, {"holds", holds}};
+}
+
+Json check_claims(const std::vector<RunOutcome>& runs, double pressed) {
+  const auto& slide = runs[0].summary["force"];
+  const double sliding = slide["max_t"].get<double>() / slide["max_n"].get<double>();
+  const double sticking = largest_ratio(runs[1].result.frames);
+  const double cone = measure_forces(runs[2].result.frames, pressed, 1e-3).max_t_over_n;
+  const double drop = first_slip_drop(runs[2].result.frames, pressed);
+  return {claim("Pure sliding: largest F_T / largest F_N (the paper's figure 3: no tangential force)", sliding,
+                "< 1e-12", sliding < kRoundoff && slide["max_n"].get<double>() > 0),
+          claim("Pure sticking: largest F_T / F_N (figure 4: F_T exceeds F_N)", sticking, "> 1", sticking > 1),
+          claim("Stick-slip, mu = 1: largest F_T / (mu F_N) over all ticks (figure 5)", cone, "<= 1 + 1e-9",
+                cone > 0 && cone <= 1 + kCone),
+          claim("Stick-slip: transitions from sticking to sliding", stick_to_slip(runs[2].result.frames), ">= 1",
+                stick_to_slip(runs[2].result.frames) >= 1),
+          claim("Stick-slip: drop of F_T at the first transition in the drag, share of F_T", drop, "> 0", drop > 0)};
+}
+
+Json table_row(const Experiment& e, const RunOutcome& run) {
+  const auto& s = run.summary;
+  return {{"law", e.law}, {"metric", e.metric}, {"integrator", e.integrator}, {"mean_n", s["force"]["mean_n"]},
+          {"mean_t", s["force"]["mean_t"]}, {"buzz", s["force"]["buzz"]}, {"crossing_jump", s["force"]["crossing_jump"]},
+          {"refresh_jump", s["force"]["refresh_jump"]}, {"penetration_max_m", s["penetration_max_m"]},
+          {"step_us_p50", s["step_us"]["p50"]}, {"hash", s["hash"]}};
+}
+
+void print(const Json& report) {
+  std::cout << "Claims of the paper\n";
+  for (const auto& c : report["claims"])
+    std::printf("  %-5s %-92s %.6g (%s)\n", c["holds"].get<bool>() ? "holds" : "FAILS", c["text"].get<std::string>().c_str(),
+                c["value"].get<double>(), c["bound"].get<std::string>().c_str());
+  std::cout << "The same drag, law against law (buzz and jumps relative to the mean force)\n";
+  std::printf("  %-17s %-9s %9s %9s %8s %14s %13s %8s\n", "law", "metric", "F_N [N]", "F_T [N]", "buzz", "crossing jump",
+              "refresh jump", "step us");
+  for (const auto& r : report["table"])
+    std::printf("  %-17s %-9s %9.4f %9.4f %7.1f%% %13.1f%% %12.1f%% %8.2f\n", r["law"].get<std::string>().c_str(),
+                r["metric"].get<std::string>().c_str(), r["mean_n"].get<double>(), r["mean_t"].get<double>(),
+                100 * r["buzz"].get<double>(), 100 * r["crossing_jump"].get<double>(), 100 * r["refresh_jump"].get<double>(),
+                r["step_us_p50"].get<double>());
+}
+
+std::string find_slab() {
+  for (const char* candidate : {KT_MESHES_INSTALLED, KT_MESHES_SOURCE})
+    if (std::filesystem::exists(std::string(candidate) + "/slab_coarse.off"))
+      return std::string(candidate) + "/slab_coarse.off";
+  throw InputError("paper: meshes/slab_coarse.off is missing; name a mesh with --mesh");
+}
+
+struct PaperArguments {
+  std::string out = "out/paper", mesh, json_file;
+  std::vector<std::string> set;
+};
+
+void run_paper(PaperArguments a, int& exit_code) {
+  if (a.mesh.empty()) a.mesh = find_slab();
+  std::vector<RunOutcome> runs;
+  Json report{{"claims", Json::array()}, {"table", Json::array()}};
+  for (const Experiment& e : kExperiments) {
+    RunSettings settings;
+    settings.out = a.out + "/" + e.folder;
+    settings.quiet = true;
+    settings.report = false;
+    runs.push_back(run_scene(paper_scene(a.mesh, e, a.set), settings));
+    report["table"].push_back(table_row(e, runs.back()));
+    if (runs.back().result.stopped) throw RunError("paper: stopped before all experiments were done");
+  }
+  report["claims"] = check_claims(runs, 0.2);
+  write_file_whole(a.out + "/paper.json", report.dump(2) + "\n");
+  if (!a.json_file.empty()) write_file_whole(a.json_file, report.dump(2) + "\n");
+  print(report);
+  write_paper_report(a.out);
+  std::cout << "  results  " << a.out << "/paper.html\n";
+  for (const auto& c : report["claims"])
+    if (!c["holds"].get<bool>()) exit_code = 1;
+}
+
+}  // namespace
+
+void add_paper_command(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("paper", "the paper's three drag experiments, its claims checked");
+  auto a = std::make_shared<PaperArguments>();
+  command->add_option("--out", a->out, "folder for the results")->capture_default_str();
+  command->add_option("--mesh", a->mesh, "surface to drag over; default: the coarse slab");
+  command->add_option("--set", a->set, "change a setting of all four scenes, KEY=VALUE")->allow_extra_args(false);
+  command->add_option("--json", a->json_file, "also write claims and table to this file");
+  command->footer("Example:\n  kilotouch paper --out out/paper");
+  command->callback([a, &exit_code] { run_paper(*a, exit_code); });
+}
+
+}  // namespace kt

@@ -1,0 +1,37 @@
+// kilotouch run SCENE.json
+#include "apps/commands.hpp"
+#include "apps/run_session.hpp"
+
+namespace kt {
+namespace {
+
+struct RunArguments {
+  std::string scene;
+  std::vector<std::string> set;
+  RunSettings settings;
+  bool no_report = false;
+};
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("run", "run a scene: force, trace, summary, report");
+  auto a = std::make_shared<RunArguments>();
+  a->settings.out = "out";
+  command->add_option("SCENE", a->scene, "scene file (docs/scene.md)")->required();
+  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")->allow_extra_args(false);
+  command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
+  command->add_option("--json", a->settings.json_file, "also write the summary to this file");
+  command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
+  command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
+  command->footer("Example:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab");
+  command->callback([a, &exit_code] {
+    a->settings.report = !a->no_report;
+    a->settings.reproduce = "kilotouch run " + a->scene;
+    for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
+    const RunOutcome outcome = run_scene(load_scene(a->scene, a->set), a->settings);
+    exit_code = outcome.result.stopped ? 1 : 0;
+  });
+}
+
+}  // namespace kt

@@ -1,0 +1,257 @@
+#include "apps/run_outputs.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+
+#include "core/error.hpp"
+#include "io/output_file.hpp"
+#include "io/vtu.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json percentiles(const std::vector<double>& values, bool tail) {
+  Json out{{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
+  if (tail) out["p999"] = percentile(values, 0.999);
+  out["max"] = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+  return out;
+}
+
+Json model_json(const Session& session) {
+  const ModelInfo info = session.model().info();
+  const Mesh& mesh = session.model().mesh();
+  const auto springs = info.parameters.find("springs");
+  Json out{{"type", info.type}, {"material", info.material}, {"nodes", mesh.num_nodes()},
+           {"tets", mesh.tetrahedra.size()},
+           {"springs", springs == info.parameters.end() ? 0 : static_cast<int>(springs->second)},
+           {"triangles", mesh.triangles.size()}, {"fixed_nodes", session.model().fixed_nodes().size()}};
+  for (const auto& [name, value] : info.parameters)
+    if (name != "springs") out["parameters"][name] = value;
+  return out;
+}
+
+/// The tick's flags as warnings, one line a kind.
+void add_flag_warnings(const SessionResult& result, Json& warnings) {
+  struct Kind {
+    unsigned flag;
+    const char* text;
+  };
+  constexpr Kind kKinds[] = {
+      {kEventsExhausted, "more impacts in one tick than are resolved"},
+      {kLeftPatch, "the contact reached the edge of the local patch (raise global.rate_hz or move slower)"},
+      {kLostAnchor, "a refresh brought a patch that does not hold the contact"},
+      {kRigidContact, "contact with a clamped part, which cannot give way"},
+      {kNotFinite, "the local model left the finite numbers and was reset (use local.integrator implicit_euler)"}};
+  for (const Kind& kind : kKinds) {
+    const auto ticks = std::count_if(result.frames.begin(), result.frames.end(),
+                                     [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
+    if (ticks > 0) warnings.push_back(text(kind.text, ": ", ticks, " of ", result.frames.size(), " ticks"));
+  }
+  if (result.limited_forces > 0)
+    warnings.push_back(text("the force was cut to the device's limit in ", result.limited_forces, " ticks"));
+  if (result.definite_tangents > 0)
+    warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
+                            result.refreshes.size(), " refreshes; the clamped one was used there"));
+  if (result.stopped) warnings.push_back(text("stopped early, after ", result.frames.size(), " ticks"));
+}
+
+std::string trace_csv(const SessionResult& result) {
+  std::string out =
+      "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us\n";
+  for (std::size_t i = 0; i < result.frames.size(); ++i) {
+    const LocalFrame& f = result.frames[i];
+    const auto number = [&](double value) {
+      append_number(out, value);
+      out += ',';
+    };
+    number(f.t);
+    for (int c = 0; c < 3; ++c) number(f.tool[c]);
+    for (int c = 0; c < 3; ++c) number(f.force[c]);
+    number(f.f_n);
+    number(f.f_t);
+    out += text(name_of(f.mode), ',', f.triangle, ',');
+    number(f.toi);
+    number(f.gap);
+    out += text(f.model_frame, ',');
+    number(result.step_us[i]);
+    out.back() = '\n';
+  }
+  return out;
+}
+
+/// The start position, then one line a tick: what the recorded device plays.
+std::string recording_csv(const SessionResult& result, const Vec3& start) {
+  std::string out = "t,x,y,z\n";
+  const auto line = [&](double t, const Vec3& x) {
+    append_number(out, t);
+    for (int c = 0; c < 3; ++c) append_number(out += ',', x[c]);
+    out += '\n';
+  };
+  line(0, start);
+  for (const LocalFrame& f : result.frames) line(f.t, f.tool);
+  return out;
+}
+
+Json session_json(const Session& session, const SessionResult& result) {
+  Json refreshes = Json::array();
+  for (const RefreshEvent& r : result.refreshes) refreshes.push_back({r.linearized_tick, r.adopted_tick});
+  return {{"kilotouch", KT_VERSION}, {"scene", Json::parse(to_json(session.scene()))}, {"recording", "recording.csv"},
+          {"max_speed", result.max_speed}, {"refreshes", refreshes}, {"hash", hash_text(result.hash)}};
+}
+
+/// Surface nodes only, renumbered: what a picture needs.
+Json view_json(const Session& session, const SessionResult& result) {
+  const Mesh& mesh = session.model().mesh();
+  std::vector<int> local(mesh.num_nodes(), -1), nodes;
+  Json triangles = Json::array();
+  for (const Triangle& t : mesh.triangles) {
+    for (int i : t)
+      if (local[i] < 0) {
+        local[i] = static_cast<int>(nodes.size());
+        nodes.push_back(i);
+      }
+    triangles.push_back({local[t[0]], local[t[1]], local[t[2]]});
+  }
+  const auto point = [](const Vec3& p) { return Json{p.x(), p.y(), p.z()}; };
+  const auto points = [&](const VectorX& x) {
+    Json out = Json::array();
+    for (int i : nodes) out.push_back(point(node(x, i)));
+    return out;
+  };
+  Json fixed = Json::array(), frames = Json::array(), path = Json::array();
+  for (int i : session.model().fixed_nodes())
+    if (local[i] >= 0) fixed.push_back(local[i]);
+  for (const Snapshot& s : result.snapshots) frames.push_back({{"t", s.t}, {"tool", point(s.tool)}, {"x", points(s.x)}});
+  const std::size_t stride = std::max<std::size_t>(1, result.frames.size() / 500);
+  for (std::size_t i = 0; i < result.frames.size(); i += stride) path.push_back(point(result.frames[i].tool));
+  const SceneTool& tool = session.scene().tool;
+  return {{"tool", {{"shape", tool.shape}, {"radius", tool.shape == "point" ? 0.0 : tool.radius}}},
+          {"frames", frames}, {"rest", points(mesh.x)}, {"triangles", triangles}, {"fixed", fixed}, {"path", path}};
+}
+
+}  // namespace
+
+std::string hash_text(std::uint64_t hash) {
+  char out[17];
+  std::snprintf(out, sizeof out, "%016llx", static_cast<unsigned long long>(hash));
+  return out;
+}
+
+double steady_from(const Scene& scene, const SessionResult& result) {
+  constexpr double kSettle = 0.1;  // [s] the press's own transient
+  if (scene.tool.path.press_drag) return scene.tool.path.press_drag->press_time + kSettle;
+  for (const LocalFrame& f : result.frames)
+    if (f.mode != ContactMode::free) return f.t + kSettle;
+  return 0;
+}
+
+Json make_summary(const Session& session, const SessionResult& result) {
+  const Scene& scene = session.scene();
+  const ForceMetrics force = measure_forces(result.frames, steady_from(scene, result), 1 / scene.local.rate_hz);
+  Json out;
+  out["scene"] = scene.title.empty() ? scene.object.mesh : scene.title;
+  out["seed"] = scene.seed;
+  out["hash"] = hash_text(result.hash);
+  out["model"] = model_json(session);
+  out["local"] = {{"reducer", scene.local.reducer}, {"rings", scene.local.rings}, {"dof", result.last_dof},
+                  {"patch_vertices", result.last_patch_vertices}, {"certified_error", nullptr},
+                  {"reason", "chosen by the scene"}};
+  out["force"] = {{"mean_n", force.mean_n}, {"max_n", force.max_n}, {"mean_t", force.mean_t}, {"max_t", force.max_t},
+                  {"max_t_over_mu_n", scene.contact.mu_static > 0 ? force.max_t_over_n / scene.contact.mu_static : 0.0},
+                  {"buzz", force.buzz}, {"crossing_jump", force.crossing_jump}, {"refresh_jump", force.refresh_jump}};
+  out["ticks"] = {{"free", force.ticks_free}, {"stick", force.ticks_stick}, {"slide", force.ticks_slide},
+                  {"frictional_slide", force.ticks_frictional_slide}, {"total", result.frames.size()}};
+  out["crossings"] = force.crossings;
+  out["lost_contacts"] = force.lost_contacts;
+  const bool checked = !result.penetration.empty();
+  out["missed_impacts"] = checked ? Json(result.missed_impacts) : Json(nullptr);
+  out["penetration_max_m"] =
+      checked ? Json(*std::max_element(result.penetration.begin(), result.penetration.end())) : Json(nullptr);
+  out["energy_min_j"] = force.energy_min;
+  out["step_us"] = percentiles(result.step_us, true);
+  if (!result.lateness_us.empty()) {
+    out["lateness_us"] = percentiles(result.lateness_us, true);
+    out["platform_gaps"] = std::count_if(result.lateness_us.begin(), result.lateness_us.end(),
+                                         [](double late) { return late > 1000; });
+    out["real_time_scheduling"] = result.real_time_scheduling;
+  }
+  out["global_ms"] = percentiles(result.global_ms, false);
+  out["refresh_ms"] = percentiles(result.refresh_ms, false);
+  out["refreshes"] = result.refreshes.size();
+  out["deadline_misses"] = result.deadline_misses;
+  out["allocations_per_tick"] = result.allocations < 0 || result.frames.empty()
+                                    ? Json(nullptr)
+                                    : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
+  out["warnings"] = Json::array();
+  for (const std::string& warning : result.warnings) out["warnings"].push_back(warning);
+  add_flag_warnings(result, out["warnings"]);
+  out["settings"] = Json::parse(to_json(scene));
+  return out;
+}
+
+void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) throw InputError(text("--out ", dir, ": cannot make the folder: ", error.message()));
+  const Vec3 start = result.start;
+  write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
+  write_file_whole(dir + "/trace.csv", trace_csv(result));
+  write_file_whole(dir + "/summary.json", summary.dump(2) + "\n");
+  write_file_whole(dir + "/view.json", view_json(session, result).dump());
+  write_file_whole(dir + "/recording.csv", recording_csv(result, start));
+  write_file_whole(dir + "/session.json", session_json(session, result).dump(2) + "\n");
+}
+
+void write_states(const std::string& dir, const Session& session, const SessionResult& result) {
+  PvdSeries series(dir + "/states.pvd");
+  const Mesh& mesh = session.model().mesh();
+  for (const Snapshot& s : result.snapshots) series.add(s.t, mesh, s.x, {{"displacement", s.x - mesh.x}});
+}
+
+void print_summary(const Json& s) {
+  const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
+  const auto line = [](const std::string& name, const std::string& content) {
+    std::cout << "  " << name << std::string(name.size() < 14 ? 14 - name.size() : 1, ' ') << content << '\n';
+  };
+  const auto number = [](double v, const char* format) {
+    char out[48];
+    std::snprintf(out, sizeof out, format, v);
+    return std::string(out);
+  };
+  std::cout << s["scene"].get<std::string>() << '\n';
+  line("body", text(s["model"]["type"].get<std::string>(), ", ", s["model"]["nodes"], " nodes, ", s["model"]["tets"],
+                    " tetrahedra, ", s["model"]["triangles"], " surface triangles"));
+  line("local model", text(s["local"]["reducer"].get<std::string>(), ", ", s["local"]["dof"], " dof, ",
+                           s["local"]["patch_vertices"], " patch vertices"));
+  line("force", text("normal mean ", number(value("force", "mean_n"), "%.4g"), " N, max ",
+                     number(value("force", "max_n"), "%.4g"), " N; tangential mean ",
+                     number(value("force", "mean_t"), "%.4g"), " N, max ", number(value("force", "max_t"), "%.4g"), " N"));
+  line("steadiness", text("buzz ", number(100 * value("force", "buzz"), "%.3g"), " %, jump at edges ",
+                          number(100 * value("force", "crossing_jump"), "%.3g"), " %, at refreshes ",
+                          number(100 * value("force", "refresh_jump"), "%.3g"), " % of the mean force"));
+  line("ticks", text(s["ticks"]["total"], ": ", s["ticks"]["free"], " free, ", s["ticks"]["stick"], " stick, ",
+                     s["ticks"]["slide"], " slide, ", s["ticks"]["frictional_slide"], " slide with friction; ",
+                     s["crossings"], " edges crossed, ", s["lost_contacts"], " contacts lost"));
+  if (!s["penetration_max_m"].is_null())
+    line("checked", text(s["missed_impacts"], " missed impacts, deepest penetration ",
+                         number(1e6 * s["penetration_max_m"].get<double>(), "%.3g"), " um"));
+  line("haptic step", text("median ", number(value("step_us", "p50"), "%.3g"), " us, p99.9 ",
+                           number(value("step_us", "p999"), "%.3g"), " us (CPU); ", s["deadline_misses"],
+                           " over the period; ",
+                           s["allocations_per_tick"].is_null() ? std::string("allocations not counted")
+                                                               : text(s["allocations_per_tick"], " allocations a tick")));
+  if (s.contains("lateness_us"))
+    line("lateness", text("median ", number(value("lateness_us", "p50"), "%.3g"), " us, p99.9 ",
+                          number(value("lateness_us", "p999"), "%.3g"), " us; ", s["platform_gaps"],
+                          " platform gaps over 1 ms; SCHED_FIFO ", s["real_time_scheduling"].get<bool>() ? "yes" : "no"));
+  line("refresh", text("global step ", number(value("global_ms", "p50"), "%.3g"), " ms, linearize and reduce ",
+                       number(value("refresh_ms", "p50"), "%.3g"), " ms (medians)"));
+  line("hash", s["hash"].get<std::string>());
+  for (const auto& warning : s["warnings"]) std::cout << "  warning: " << warning.get<std::string>() << '\n';
+}
+
+}  // namespace kt

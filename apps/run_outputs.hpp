@@ -1,0 +1,30 @@
+#pragma once
+// What a run leaves in its folder: trace.csv, summary.json, view.json, session.json + recording.csv (for replay).
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "haptics/metrics.hpp"
+#include "haptics/session.hpp"
+
+namespace kt {
+
+/// summary.json of interface contract: model, force, ticks, times, warnings. Times of the step are CPU time.
+nlohmann::ordered_json make_summary(const Session& session, const SessionResult& result);
+
+/// Writes every file; the folder is made. Throws InputError when it cannot be written.
+void write_run(const std::string& dir, const Session& session, const SessionResult& result,
+               const nlohmann::ordered_json& summary);
+
+/// VTU of each snapshot and one PVD, for ParaView.
+void write_states(const std::string& dir, const Session& session, const SessionResult& result);
+
+/// From where on a run counts as steady [s]: after the press, or 0.1 s after the first contact.
+double steady_from(const Scene& scene, const SessionResult& result);
+
+/// 16 hexadecimal digits.
+std::string hash_text(std::uint64_t hash);
+
+/// A few lines on standard output: what happened, in words.
+void print_summary(const nlohmann::ordered_json& summary);
+
+}  // namespace kt

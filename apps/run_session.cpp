@@ -1,0 +1,59 @@
+#include "apps/run_session.hpp"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+#include "apps/allocation_counter.hpp"
+#include "apps/commands.hpp"
+#include "apps/report.hpp"
+#include "apps/run_outputs.hpp"
+#include "io/output_file.hpp"
+
+namespace kt {
+
+std::function<void(double)> progress_bar(const std::string& title) {
+  if (!isatty(STDERR_FILENO)) return {};
+  using Clock = std::chrono::steady_clock;
+  return [title, start = Clock::now(), last = Clock::now()](double share) mutable {
+    const auto now = Clock::now();
+    const double elapsed = std::chrono::duration<double>(now - start).count();
+    const bool finished = share >= 1;
+    // Runs of under a second need no bar; more than ten updates a second only flicker.
+    if (elapsed < 1 || (!finished && now - last < std::chrono::milliseconds(100))) return;
+    last = now;
+    const int width = 30, done = static_cast<int>(width * share);
+    const std::string bar = std::string(static_cast<std::size_t>(done), '#') + std::string(static_cast<std::size_t>(width - done), '.');
+    std::fprintf(stderr, "\r%s [%s] %3.0f %%  %.0f s left ", title.c_str(), bar.c_str(), 100 * share,
+                 share > 0 ? elapsed * (1 - share) / share : 0.0);
+    if (finished) std::fprintf(stderr, "\r\033[K");
+  };
+}
+
+RunOutcome run_scene(const Scene& scene, RunSettings settings) {
+  Session session(scene);
+  SessionOptions& options = settings.session;
+  options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
+  options.progress = progress_bar(scene.title.empty() ? "running" : scene.title);
+  options.stop = &stop_requested();
+  const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0.2 * scene.duration;
+  if (options.snapshot_times.empty()) options.snapshot_times = {pressed, 0.5 * (pressed + scene.duration), scene.duration};
+
+  RunOutcome out;
+  out.result = session.run(options);
+  out.summary = make_summary(session, out.result);
+  out.summary["command"] = settings.reproduce;
+  if (!settings.quiet) print_summary(out.summary);
+  if (!settings.json_file.empty()) write_file_whole(settings.json_file, out.summary.dump(2) + "\n");
+  if (settings.out.empty()) return out;
+  write_run(settings.out, session, out.result, out.summary);
+  if (settings.states) write_states(settings.out, session, out.result);
+  if (settings.report) write_report(settings.out, {.title = scene.title, .compare = {}});
+  if (!settings.quiet)
+    std::cout << "  results       " << settings.out << (settings.report ? "/report.html" : "/summary.json") << '\n';
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,31 @@
+#pragma once
+// Runs a scene for a command: progress bar, Ctrl-C, allocation count, outputs, report.
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "haptics/session.hpp"
+
+namespace kt {
+
+struct RunSettings {
+  std::string out;               ///< folder for the results; empty: none are written
+  std::string json_file;         ///< also the summary alone; empty: no
+  bool states = false;           ///< VTU and PVD of the snapshots
+  bool report = true;            ///< pictures and report.html
+  bool quiet = false;            ///< no summary on standard output
+  std::string reproduce;         ///< the command, for the report
+  SessionOptions session;
+};
+
+struct RunOutcome {
+  nlohmann::ordered_json summary;
+  SessionResult result;
+};
+
+/// Throws InputError and RunError.
+RunOutcome run_scene(const Scene& scene, RunSettings settings);
+
+/// A bar with the time left on stderr, when that is a terminal; nothing otherwise.
+std::function<void(double)> progress_bar(const std::string& title);
+
+}  // namespace kt
