@@ -69,6 +69,7 @@ struct SceneObject {
   std::string mesh;             ///< file; relative to the scene file in the file, resolved once loaded
   std::optional<double> size;   ///< longest edge of the bounding box [m]. At most one of size and scale is set;
   std::optional<double> scale;  ///< one mesh unit [m]. Neither: the mesh is in metres
+  bool repair = false;          ///< repair the surface where that is safe, and say what was done
   SceneFixed fixed;
   std::optional<SceneTetrahedralize> tetrahedralize;  ///< absent: only when the model cannot do without
   std::optional<SceneLayers> layers;

@@ -53,6 +53,7 @@ void fields(A& a, SceneObject& s) {
   a("mesh", s.mesh);
   a("size", s.size);
   a("scale", s.scale);
+  a("repair", s.repair);
   a("fixed", s.fixed);
   a("tetrahedralize", s.tetrahedralize);
   a("layers", s.layers);
