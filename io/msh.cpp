@@ -198,21 +198,28 @@ Mesh read_msh(const std::string& path, const LoadOptions& options, Notes& notes)
 std::string write_msh(const Mesh& mesh) {
   const int n = mesh.num_nodes();
   const std::size_t triangles = mesh.triangles.size(), tetrahedra = mesh.tetrahedra.size();
-  const int dimension = tetrahedra > 0 ? 3 : 2;
-  std::string out =
-      text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 ", n, " 1 ", n, "\n", dimension, " 1 0 ", n, "\n");
+  // Gmsh refuses elements of an entity that $Entities does not announce, with its box.
+  const bool solid = tetrahedra > 0, surface = triangles > 0;
+  std::string box;
+  const Bounds b = bounds(mesh);
+  for (const Vec3& corner : {b.min, b.max})
+    for (int k = 0; k < 3; ++k) append_number(box += ' ', corner[k]);
+  std::string out = text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 ", int{surface}, ' ', int{solid}, '\n');
+  if (surface) out += text(1, box, " 0 0\n");
+  if (solid) out += text(1, box, surface ? " 0 1 1\n" : " 0 0\n");
+  out += text("$EndEntities\n$Nodes\n1 ", n, " 1 ", n, "\n", solid ? 3 : 2, " 1 0 ", n, "\n");
   for (int i = 1; i <= n; ++i) out += text(i, '\n');
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < 3; ++k) {
       append_number(out, mesh.x[3 * i + k]);
       out += k < 2 ? ' ' : '\n';
     }
-  out += text("$EndNodes\n$Elements\n", (triangles > 0) + (tetrahedra > 0), ' ', triangles + tetrahedra, " 1 ",
+  out += text("$EndNodes\n$Elements\n", int{surface} + int{solid}, ' ', triangles + tetrahedra, " 1 ",
               triangles + tetrahedra, "\n");
   std::size_t number = 0;
-  if (triangles > 0) out += text("2 1 2 ", triangles, '\n');
+  if (surface) out += text("2 1 2 ", triangles, '\n');
   for (const Triangle& t : mesh.triangles) out += text(++number, ' ', t[0] + 1, ' ', t[1] + 1, ' ', t[2] + 1, '\n');
-  if (tetrahedra > 0) out += text("3 1 4 ", tetrahedra, '\n');
+  if (solid) out += text("3 1 4 ", tetrahedra, '\n');
   for (const Tetrahedron& t : mesh.tetrahedra)
     out += text(++number, ' ', t[0] + 1, ' ', t[1] + 1, ' ', t[2] + 1, ' ', t[3] + 1, '\n');
   return out + "$EndElements\n";

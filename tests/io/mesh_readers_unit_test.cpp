@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(
         Sample{"a.off", replaced(kOff, "4 4 0", "5 4 0"), "a.off:7: face 0 has 1 corners; must be at least 3"},
         Sample{"a.off", replaced(kOff, "4 4 0", "4 3 0"), "a.off:10: data \"3\" after the 4 vertices and 3 faces"},
         Sample{"a.off", replaced(kOff, "3 1 2 3\n3 0 3 2\n", ""), "file ends at face 2; the header announces 4"},
-        Sample{"a.off", replaced(kOff, "3 1 2 3", "3 1 2 7"), "a.off:9: vertex index 7 of face 2 is out of range 0..3"},
+        Sample{"a.off", replaced(kOff, "3 1 2 3", "3 1 2 4"), "a.off:9: vertex index 4 of face 2 is out of range 0..3"},
         Sample{"a.off", replaced(kOff, "3 1 2 3", "3 1 2 -1"),
                "a.off:9: vertex index -1 of face 2 is out of range 0..3"},
         Sample{"a.off", replaced(kOff, "3 1 2 3", "2 1 2"), "a.off:9: face 2 has 2 corners; must be at least 3"},

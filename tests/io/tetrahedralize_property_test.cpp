@@ -70,6 +70,16 @@ TEST(Tetrahedralize, MaxVolumeHoldsAwayFromTheSurfaceButForAFew) {
   }
 }
 
+TEST(Tetrahedralize, SurfaceNodesAreKeptToTheLastBit) {
+  Mesh surface = load_mesh(KT_SOURCE_DIR "/meshes/genus5.off");
+  surface.x = surface.x.array() / 3 + 0.1;  // digits that TetGen's text files cut off
+  for (const std::string& backend : available()) {
+    if (backend == "cgal") continue;
+    const Mesh solid = tetrahedralize(surface, {.backend = backend});
+    EXPECT_TRUE(solid.x.head(surface.x.size()) == surface.x) << backend;
+  }
+}
+
 TEST(Tetrahedralize, ScaleDoesNotMatter) {
   for (const std::string& backend : available()) {
     std::vector<std::size_t> counts;

@@ -79,13 +79,13 @@ TEST(Vtu, AsciiArraysAreRead) {
 TEST(Vtu, InlineBase64ArraysAreRead) {
   // UInt32 lengths, then the values, as VTK writes "binary": 4 points, 1 triangle.
   const PrivateFolder folder;
-  const std::string points = "MAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAAAACAPw==";
+  const std::string points = "MAAAAA==AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/";
   const std::string content =
       std::string(kHead) + kPiece + "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"binary\">\n" +
       points +
       "\n</DataArray>\n</Points>\n"
       "<Cells>\n<DataArray type=\"Int32\" Name=\"connectivity\" "
-      "format=\"binary\">GAAAAAAAAAABAAAAAgAAAAAAAAABAAAAAwAAAA==</DataArray>\n"
+      "format=\"binary\">GAAAAA==AAAAAAEAAAACAAAAAAAAAAEAAAADAAAA</DataArray>\n"
       "<DataArray type=\"Int32\" Name=\"offsets\" format=\"binary\">CAAAAAMAAAAGAAAA</DataArray>\n"
       "<DataArray type=\"UInt8\" Name=\"types\" format=\"binary\">AgAAAAUF</DataArray>\n</Cells>\n"
       "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";

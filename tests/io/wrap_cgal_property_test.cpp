@@ -33,7 +33,8 @@ TEST(Wrap, ReportsTheChangeOfVolume) {
   EXPECT_EQ(w.volume_after, enclosed_volume(w.mesh));
   EXPECT_GT(w.volume_after, w.volume_before);  // 0.6 mm outside a sphere of 30 mm: about 6 %
   EXPECT_LT(w.volume_after, 1.12 * w.volume_before);
-  EXPECT_NEAR(w.distance_to_wrap, 0.0006, 0.0006);
+  EXPECT_NEAR(w.distance_to_wrap, 0.0006, 0.0003);
+  EXPECT_NEAR(w.distance_to_input, 0.0006, 0.0003);
 }
 
 TEST(Wrap, TimeIsLimited) {
