@@ -1,8 +1,9 @@
 // Embree as broad phase: a hierarchy over the swept boxes of the patch, asked for everything near the tool's path.
 //
 // Embree keeps floats: coordinates are taken relative to the patch, and boxes are rounded outward. Committing a scene
-// costs several microseconds and allocates, so boxes carry a slack and the hierarchy is refitted only when a vertex has
-// left its box; until then a tick only checks that none has. Only candidates come from here, never a hit distance.
+// costs several microseconds and allocates, which a haptic tick must not; so the hierarchy holds boxes with a slack, and
+// a triangle that leaves its box is kept in a short list beside the hierarchy until the next build (every refresh builds
+// anew). Candidates are then sifted with the exact swept boxes. Never a hit distance of Embree's own is used.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace kt {
 namespace {
 
-constexpr double kSlack = 0.25;  // of a triangle's box size: how far it may move before a refit
+constexpr double kSlack = 0.5;  // of a triangle's box size: how far it may move within the hierarchy
 
 struct Box {
   Vec3 low, high;
@@ -45,13 +46,18 @@ class EmbreeIndex final : public TriangleIndex {
     release();
     triangles_.assign(triangles.begin(), triangles.end());
     held_.resize(triangles_.size());
+    now_.resize(triangles_.size());
+    escaped_.reserve(triangles_.size());
+    escaped_.clear();
     origin_ = x.size() >= 3 ? Vec3(node(x, 0)) : Vec3(Vec3::Zero());
-    for (std::size_t t = 0; t < triangles_.size(); ++t) held_[t] = widened(swept(t, x, x));
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      now_[t] = swept(t, x, x);
+      held_[t] = widened(now_[t]);
+    }
     scene_ = rtcNewScene(shared_device());
     rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     geometry_ = rtcNewGeometry(shared_device(), RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_REFIT);
     rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(triangles_.size()));
     rtcSetGeometryUserData(geometry_, this);
     rtcSetGeometryBoundsFunction(geometry_, bounds_of, this);
@@ -62,18 +68,12 @@ class EmbreeIndex final : public TriangleIndex {
   }
 
   void refit(const VectorX& x_t0, const VectorX& x_t1) noexcept override {
-    bool escaped = false;
+    escaped_.clear();
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      const Box now = swept(t, x_t0, x_t1);
+      const Box& now = now_[t] = swept(t, x_t0, x_t1);
       const bool held = (now.low.array() >= held_[t].low.array()).all() && (now.high.array() <= held_[t].high.array()).all();
-      if (held) continue;
-      held_[t] = widened(now);
-      escaped = true;
+      if (!held) escaped_.push_back(static_cast<int>(t));
     }
-    if (!escaped) return;
-    rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
-    rtcCommitGeometry(geometry_);
-    rtcCommitScene(scene_);
   }
 
   int candidates(const ToolSweep& sweep, double margin, std::span<int> out) const noexcept override {
@@ -90,6 +90,7 @@ class EmbreeIndex final : public TriangleIndex {
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(scene_, &ball, &context, nullptr, &query);
+    for (int t : escaped_) query.add(t);
     std::sort(out.begin(), out.begin() + query.count);  // so that the result does not depend on the traversal
     return query.count;
   }
@@ -100,6 +101,11 @@ class EmbreeIndex final : public TriangleIndex {
     std::span<int> out;
     int count;
     Vec3 low, high;  // relative to the origin
+    void add(int t) noexcept {
+      const Box& box = index->now_[static_cast<std::size_t>(t)];
+      const bool apart = (box.low.array() > high.array()).any() || (box.high.array() < low.array()).any();
+      if (!apart && static_cast<std::size_t>(count) < out.size()) out[static_cast<std::size_t>(count++)] = t;
+    }
   };
 
   Box swept(std::size_t t, const VectorX& x_t0, const VectorX& x_t1) const noexcept {
@@ -131,9 +137,8 @@ class EmbreeIndex final : public TriangleIndex {
 
   static bool collect(RTCPointQueryFunctionArguments* args) {
     Query& query = *static_cast<Query*>(args->userPtr);
-    const Box& box = query.index->held_[args->primID];
-    const bool apart = (box.low.array() > query.high.array()).any() || (box.high.array() < query.low.array()).any();
-    if (!apart) query.out[static_cast<std::size_t>(query.count++)] = static_cast<int>(args->primID);
+    const int t = static_cast<int>(args->primID);
+    if (!std::binary_search(query.index->escaped_.begin(), query.index->escaped_.end(), t)) query.add(t);
     return false;  // the ball stays as large as it is
   }
 
@@ -145,7 +150,8 @@ class EmbreeIndex final : public TriangleIndex {
   }
 
   std::vector<Triangle> triangles_;
-  std::vector<Box> held_;  // relative to the origin, with slack
+  std::vector<Box> held_, now_;  // relative to the origin: in the hierarchy, with slack; swept in this tick
+  std::vector<int> escaped_;     // triangles outside their held box, ascending
   Vec3 origin_ = Vec3::Zero();
   RTCScene scene_ = nullptr;
   RTCGeometry geometry_ = nullptr;

@@ -8,11 +8,42 @@ namespace kt {
 GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
                                    double max_step)
     : model_(model), integrator_(std::move(integrator)), max_step_(max_step), state_(rest_state(model)) {
+  may_hold_ = !std::isfinite(integrator_->stable_step(1.0));
   // 80 %: the frequency is estimated from below, and contact stiffens the body a little.
   max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(highest_frequency(model, state_)));
 }
 
-void GlobalSimulation::advance(double t_end, std::span<const ContactSample> history) {
+/// False, and nothing has changed, when the holds would have to pull.
+bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample> history,
+                                    std::span<const ContactHold> holds) {
+  constexpr double kHoldStiffness = 1e5;  // [N/m] a hundred times any tissue under a tool: some micrometres of error
+  const double dt = t_end - state_.t;
+  const bool all_stick = std::all_of(holds.begin(), holds.end(), [](const ContactHold& h) { return h.sticks; });
+  VectorX friction = VectorX::Zero(state_.x.size());
+  double normal_impulse = 0;
+  for (const ContactSample& s : history) {
+    const double along = s.normal.dot(s.impulse);
+    normal_impulse -= along;
+    if (all_stick || s.sticks) continue;  // what sticks is held in all directions
+    const Vec3 tangential = friction_scale_ / dt * (s.impulse - along * s.normal);
+    for (int c = 0; c < 3; ++c) node(friction, s.nodes[c]) += s.bary[c] * tangential;
+  }
+  const HeldModel held(model_, holds, kHoldStiffness);
+  const State before = state_;
+  integrator_->step(held, friction, dt, state_);
+  state_.t = t_end;
+  const double push = held.push(state_.x);
+  if (push < 0) {
+    state_ = before;
+    return false;
+  }
+  if (normal_impulse > 0) friction_scale_ = std::clamp(push * dt / normal_impulse, 0.0, 1.0);
+  return true;
+}
+
+void GlobalSimulation::advance(double t_end, std::span<const ContactSample> history,
+                               std::span<const ContactHold> holds) {
+  if (may_hold_ && !holds.empty() && t_end > state_.t && advance_held(t_end, history, holds)) return;
   const int steps = static_cast<int>(std::ceil((t_end - state_.t) / max_step_ - 1e-9));
   if (steps <= 0) return;
   const double t_begin = state_.t, dt = (t_end - t_begin) / steps;

@@ -2,6 +2,7 @@
 // The slow side: integrates the full model with the contact force history that the local side returned.
 #include <span>
 
+#include "core/held_model.hpp"
 #include "core/integrator.hpp"
 
 namespace kt {
@@ -12,6 +13,9 @@ struct ContactSample {
   std::array<int, 3> nodes{};    ///< global nodes of the touched triangle
   Vec3 bary = Vec3::Zero();      ///< their weights
   Vec3 impulse = Vec3::Zero();   ///< given to the body during the tick [N s]
+  Vec3 normal = Vec3::Zero();    ///< unit, from the body towards the tool
+  Vec3 point = Vec3::Zero();     ///< contact point at the end of the tick [m]
+  bool sticks = false;           ///< the contact point went with the tool
 };
 
 /// Model + integrator + state. advance() catches up to t_end in equal steps no longer than `max_step`.
@@ -22,16 +26,24 @@ class GlobalSimulation {
 
   /// Each step feels the impulses of its own time span, as forces spread over it: no impulse is lost or counted twice.
   /// `history` is ascending in t. Throws RunError when the state leaves the finite numbers.
-  void advance(double t_end, std::span<const ContactSample> history);
+  ///
+  /// Contacts that last to the end (`holds`) take over from the normal forces of the history, which are those of a
+  /// stiffer local model: their points are held where the tool left them, in one step; see held_model.hpp. Only for an
+  /// integrator without a stability limit, else the history acts alone, as in the paper.
+  void advance(double t_end, std::span<const ContactSample> history, std::span<const ContactHold> holds = {});
 
   const State& state() const { return state_; }
   const DeformableModel& model() const { return model_; }
   double step() const { return max_step_; }  ///< [s]
 
  private:
+  bool advance_held(double t_end, std::span<const ContactSample> history, std::span<const ContactHold> holds);
+
   const DeformableModel& model_;
   std::unique_ptr<Integrator> integrator_;
   double max_step_;
+  bool may_hold_ = false;       // the integrator is stable with stiff springs
+  double friction_scale_ = 1;   // normal force of the body / of the local model, in the last held interval
   State state_;
 };
 

@@ -45,7 +45,6 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
     const int row = old.recovered_row[now.model.patch.global_node[i]];
     node(w.du, i) = row >= 0 && row < old.model.patch.num_vertices() ? Vec3(node(old.work.du, row)) : Vec3(Vec3::Zero());
   }
-  solution_.impulse.setZero(0);
   return next;
 }
 
@@ -131,6 +130,9 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     sample.t = t_ - h_;
     sample.bary = contact.bary;
     sample.impulse = body_impulse_[i];
+    sample.normal = contact.normal;
+    sample.sticks = solution_.mode[i] == ContactMode::stick;
+    sample.point = frame.tool - (tool_.radius + contact.gap) * contact.normal;
     for (int c = 0; c < 3; ++c) sample.nodes[c] = patch.global_node[t[c]];
   }
   frame.f_n = normal_sum.norm();

@@ -62,6 +62,7 @@ class LocalSimulation {
   void resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left, int start) noexcept;
   void find_contacts(const VectorX& x, const Vec3& tool, int start) noexcept;
   bool fill_problem(const Vec3& tool_velocity, double h_left) noexcept;
+  void warm_start(const ContactSet& before, const std::array<Vec3, kMaxContacts>& impulses) noexcept;
   void spread_impulses() noexcept;
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;     // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
@@ -73,7 +74,7 @@ class LocalSimulation {
   ContactSet contacts_;         // of this tick
   ContactProblem problem_;
   ContactSolution solution_;
-  std::array<Vec3, kMaxContacts> body_impulse_{};  // per contact [N s]
+  std::array<Vec3, kMaxContacts> body_impulse_{};  // per contact, kept for the next tick's start [N s]
   std::array<ContactSample, kMaxContacts> samples_{};
   int num_samples_ = 0;
   unsigned flags_ = 0;

@@ -8,8 +8,9 @@
 namespace kt {
 namespace {
 
-constexpr int kGeometryIterations = 6;
-constexpr double kSettled = 1e-9;       // [m] largest change of a patch vertex between two iterations: done
+constexpr int kGeometryIterations = 10;
+constexpr double kSettled = 5e-8;       // [m] patch vertices at the guess and at the result agree: done
+constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kStiffest = 1e6;       // [N/m] a contact with an immovable part feels this spring
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
 
@@ -108,7 +109,6 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
     s.anchors.add(contacts_.contacts[kept++]);
   }
   contacts_.count = kept;
-  solution_.impulse.conservativeResize(0);
   frame.force.setZero();
   for (int i = 0; i < kept; ++i) frame.force -= body_impulse_[i] / h_;
   report_contacts(frame);
@@ -130,23 +130,39 @@ void LocalSimulation::find_contacts(const VectorX& x, const Vec3& tool, int star
 }
 
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
+/// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing between
+/// two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two steps
+/// suggest.
 void LocalSimulation::resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left,
                                        int start) noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
+  ContactSet before = m.state.anchors;
+  double relaxed = 1;
   for (int iteration = 0; iteration < kGeometryIterations; ++iteration) {
     w.x_guess = w.x_event + h_left * (w.u_free + w.du);
     if (tool_.kind == ToolShape::Kind::sphere && iteration == 0) m.index->refit(w.x_event, w.x_guess);
     find_contacts(w.x_guess, tool, start);
     if (!fill_problem(tool_velocity, h_left)) flags_ |= kRigidContact;
+    warm_start(before, body_impulse_);
     solver_->solve(problem_, solution_);
-    w.du_before = w.du;
-    spread_impulses();
-    const double change = h_left * (w.du - w.du_before).lpNorm<Eigen::Infinity>();
+    before = contacts_;
+    for (int i = 0; i < contacts_.count; ++i) body_impulse_[i] = solution_.impulse.segment<3>(3 * i);
     if (tool_.kind == ToolShape::Kind::point) start = contacts_.contacts[0].triangle;
-    if (change < kSettled) break;
+
+    w.du_guess = w.du;
+    spread_impulses();
+    w.x_end = w.x_event + h_left * (w.u_free + w.du);
+    w.step_before.swap(w.step);
+    w.step = w.du - w.du_guess;
+    if (h_left * w.step.lpNorm<Eigen::Infinity>() < kSettled) break;
+    if (iteration > 0) {
+      const double turn = (w.step - w.step_before).squaredNorm();
+      const double suggested = turn > 0 ? -relaxed * w.step_before.dot(w.step - w.step_before) / turn : 1.0;
+      relaxed = std::clamp(suggested, kLeastRelaxed, 1.0);
+    }
+    if (iteration + 1 < kGeometryIterations) w.du = w.du_guess + relaxed * w.step;
   }
-  w.x_end = w.x_event + h_left * (w.u_free + w.du);
 }
 
 /// False when a contact had to be softened because nothing there can move.
@@ -183,8 +199,16 @@ bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noe
       all_move = false;
     }
   }
-  if (solution_.impulse.size() != 3 * c) solution_.impulse.setZero(3 * c);
   return all_move;
+}
+
+/// Starts the solver from the impulses that the same triangles carried before.
+void LocalSimulation::warm_start(const ContactSet& before, const std::array<Vec3, kMaxContacts>& impulses) noexcept {
+  solution_.impulse.setZero(3 * contacts_.count);
+  for (int i = 0; i < contacts_.count; ++i)
+    for (int k = 0; k < before.count; ++k)
+      if (before.contacts[k].triangle == contacts_.contacts[i].triangle)
+        solution_.impulse.segment<3>(3 * i) = impulses[k];
 }
 
 /// Impulses of all contacts at the patch vertices, and the patch motion that they cause.

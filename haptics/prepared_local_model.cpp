@@ -32,7 +32,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   w.v_free = w.q_trial = w.force = VectorX::Zero(r);
   w.x = m.x0.head(p3);
   w.x_event = w.x_end = w.x_guess = w.x;
-  w.u_free = w.du = w.du_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
+  w.u_free = w.du = w.du_guess = w.step = w.step_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
   w.x_recovered = m.x0;
   w.v_recovered = m.v0;
   w.candidates.resize(triangles);

@@ -19,7 +19,8 @@ struct LocalState {
 struct LocalWorkspace {
   VectorX v_free, q_trial, force;       ///< (r)
   VectorX x, x_event, x_end, x_guess;   ///< patch positions: start of tick, last event, end of tick, guess [m], (3p)
-  VectorX u_free, du, du_before;        ///< patch velocity without contact, its change by contact, last iterate [m/s]
+  VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
+  VectorX du_guess, step, step_before;  ///< iterates of du
   VectorX impulse, impulse_weighted;    ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
   VectorX x_recovered, v_recovered;     ///< (3 recovered)
   std::vector<int> candidates;          ///< (triangles)

@@ -63,8 +63,12 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
     history.insert(history.end(), report.samples.begin(), report.samples.begin() + report.count);
+  std::vector<ContactHold> holds;
+  if (!reports.empty())
+    for (const ContactSample& s : std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)))
+      holds.push_back({s.nodes, s.bary, s.normal, s.point, s.sticks});
   if (t > global_.state().t) {
-    global_.advance(t, history);
+    global_.advance(t, history, holds);
     global_ms.push_back(milliseconds_since(start));
   }
 

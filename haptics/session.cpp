@@ -132,7 +132,7 @@ SessionResult Session::run(const SessionOptions& options) {
   const double interval = 1 / scene_.global.rate_hz + 1e-3 * scene_.link.latency_ms;
   // A threaded refresh is always at least one interval old when it arrives.
   result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
-  const double reach = 1.25 * tool_.radius + result.max_speed * interval * (scene_.link.type == "thread" ? 2 : 1);
+  const double reach = 1.5 * tool_.radius + result.max_speed * interval * (scene_.link.type == "thread" ? 2 : 1);
   Refresher refresher(*model_, surface_, scene_, tool_, reach);
   HapticLoop haptic(scene_, tool_, std::move(device), used);
   result.start = haptic.tool_position();

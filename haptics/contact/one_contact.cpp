@@ -17,66 +17,95 @@ Mat3 frame_of(const Vec3& m) {
   return frame;
 }
 
+using Vec2 = Eigen::Vector2d;
+
+Vec2 turned(const Vec2& d) { return {-d.y(), d.x()}; }
+double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
 /// The slip problem in the contact frame (m, t1, t2). With p_t = mu p_m d and u_m = 0, p_m = -b_m / D(d) and
-/// D u_t = r(d); friction opposes sliding when r is antiparallel to d.
+/// D u_t = r(d); friction opposes sliding when r is antiparallel to d: across(d) = 0 with d.r(d) <= 0.
 struct Slip {
   const Mat3& W;
   const Vec3& b;
   double mu;
-  double D(const Eigen::Vector2d& d) const { return W(0, 0) + mu * W.block<1, 2>(0, 1).dot(d); }
-  Eigen::Vector2d r(const Eigen::Vector2d& d) const {
+  double D(const Vec2& d) const { return W(0, 0) + mu * W.block<1, 2>(0, 1).dot(d); }
+  Vec2 r(const Vec2& d) const {
     return D(d) * b.tail<2>() - b[0] * (W.block<2, 1>(1, 0) + mu * (W.bottomRightCorner<2, 2>() * d));
   }
-  static double across(const Eigen::Vector2d& d, const Eigen::Vector2d& r) { return d.x() * r.y() - d.y() * r.x(); }
-  double across_at(double angle) const {
-    const Eigen::Vector2d d(std::cos(angle), std::sin(angle));
-    return across(d, r(d));
+  double across(const Vec2& d) const { return cross(d, r(d)); }
+  /// Derivative of across by the angle of d.
+  double across_slope(const Vec2& d) const {
+    const Vec2 e = turned(d);
+    const Vec2 change = mu * W.block<1, 2>(0, 1).dot(e) * b.tail<2>() - b[0] * mu * (W.bottomRightCorner<2, 2>() * e);
+    return cross(e, r(d)) + cross(d, change);
   }
 };
 
 constexpr int kSamples = 24;  // a degree-two polynomial has at most four roots; pairs closer than this need a W with
                               // condition beyond 1e3 and both are then slip directions alike
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kAligned = 1e-13;  // of |r|: the angle between friction and sliding, in radians
 
-/// Root of the sign change between two angles: regula falsi, Illinois variant, to the last bits.
-double refine(const Slip& slip, double low, double high, double f_low, double f_high) {
-  for (int i = 0; i < 60 && high - low > 1e-15; ++i) {
-    const double middle = i % 3 == 2 ? 0.5 * (low + high) : (low * f_high - high * f_low) / (f_high - f_low);
-    if (!(middle > low && middle < high)) break;
-    const double f = slip.across_at(middle);
-    if (f == 0) return middle;
+/// Newton from the last tick's or sweep's direction: nearly always the answer, in two or three steps.
+bool polish(const Slip& slip, Vec2& d) {
+  for (int i = 0; i < 6; ++i) {
+    const Vec2 r = slip.r(d);
+    const double f = cross(d, r);
+    if (std::abs(f) <= kAligned * r.norm()) return d.dot(r) <= 0 && slip.D(d) > 0;
+    const double slope = slip.across_slope(d);
+    if (!(std::abs(f) < 0.5 * std::abs(slope))) return false;  // half a radian: not near a root
+    d = (d - f / slope * turned(d)).normalized();
+  }
+  return false;
+}
+
+/// Root of the sign change between two directions less than a right angle apart: regula falsi on the chord, Illinois
+/// variant with every third step a bisection, to the last bits.
+Vec2 refine(const Slip& slip, const Vec2& from, const Vec2& to, double f_low, double f_high) {
+  double low = 0, high = 1;
+  const auto at = [&](double s) { return Vec2(((1 - s) * from + s * to).normalized()); };
+  for (int i = 0; i < 60 && high - low > 1e-16; ++i) {
+    const double s = i % 3 == 2 ? 0.5 * (low + high) : (low * f_high - high * f_low) / (f_high - f_low);
+    if (!(s > low && s < high)) break;
+    const double f = slip.across(at(s));
+    if (f == 0) return at(s);
     if ((f > 0) == (f_low > 0)) {
-      low = middle;
+      low = s;
       f_low = f;
       f_high *= 0.5;
     } else {
-      high = middle;
+      high = s;
       f_high = f;
       f_low *= 0.5;
     }
   }
-  return 0.5 * (low + high);
+  return at(0.5 * (low + high));
 }
 
-/// Unit direction of the friction impulse, or the one against the velocity without contact when none is found.
-Eigen::Vector2d slip_direction(const Slip& slip) {
-  static const auto kDirections = [] {
-    std::array<Eigen::Vector2d, kSamples + 1> out;
-    for (int i = 0; i <= kSamples; ++i)
-      out[i] = {std::cos(2 * kPi * (i % kSamples) / kSamples), std::sin(2 * kPi * (i % kSamples) / kSamples)};
-    return out;
-  }();
-  Eigen::Vector2d best = -slip.b.tail<2>();
-  best = best.norm() > 0 ? Eigen::Vector2d(best.normalized()) : Eigen::Vector2d(1, 0);
+const std::array<Vec2, kSamples + 1> kDirections = [] {
+  std::array<Vec2, kSamples + 1> out;
+  for (int i = 0; i <= kSamples; ++i)
+    out[i] = {std::cos(2 * kPi * (i % kSamples) / kSamples), std::sin(2 * kPi * (i % kSamples) / kSamples)};
+  return out;
+}();
+
+/// Unit direction of the friction impulse: from `guess` if that is near one, else of all directions the most
+/// dissipative root; against the velocity without contact when none is found.
+Vec2 slip_direction(const Slip& slip, const Vec2& guess) {
+  if (const double length = guess.norm(); length > 0) {
+    Vec2 d = guess / length;
+    if (polish(slip, d)) return d;
+  }
+  Vec2 best = -slip.b.tail<2>();
+  best = best.norm() > 0 ? Vec2(best.normalized()) : Vec2(1, 0);
   double strongest = 0;
-  double f_low = Slip::across(kDirections[0], slip.r(kDirections[0]));
+  double f_low = slip.across(kDirections[0]);
   for (int i = 0; i < kSamples; ++i) {
-    const double f_high = Slip::across(kDirections[i + 1], slip.r(kDirections[i + 1]));
+    const double f_high = slip.across(kDirections[i + 1]);
     if ((f_low <= 0) != (f_high <= 0)) {
-      const double angle = refine(slip, 2 * kPi * i / kSamples, 2 * kPi * (i + 1) / kSamples, f_low, f_high);
-      const Eigen::Vector2d d(std::cos(angle), std::sin(angle));
+      const Vec2 d = refine(slip, kDirections[i], kDirections[i + 1], f_low, f_high);
       const double along = d.dot(slip.r(d));
-      if (slip.D(d) > 0 && along < strongest) {  // opposes the motion; of several, the most dissipative
+      if (slip.D(d) > 0 && along < strongest) {
         strongest = along;
         best = d;
       }
@@ -88,24 +117,29 @@ Eigen::Vector2d slip_direction(const Slip& slip) {
 
 }  // namespace
 
-OneContactSolution solve_one_contact(const Mat3& W_world, const Vec3& b_world, const Vec3& normal,
-                                     const Friction& friction) noexcept {
-  const Mat3 frame = frame_of(-normal);
-  const Vec3 b = frame.transpose() * b_world;
+OneContact::OneContact(const Mat3& W, const Vec3& normal) noexcept
+    : frame_(frame_of(-normal)), W_(frame_.transpose() * W * frame_), inverse_(W_.inverse()) {}
+
+OneContactSolution OneContact::solve(const Vec3& b_world, const Friction& friction, const Vec3& guess) const noexcept {
+  const Vec3 b = frame_.transpose() * b_world;
   if (b[0] >= 0) return {};  // the body leaves the tool by itself
-  const Mat3 W = frame.transpose() * W_world * frame;
   const bool frictionless = friction.mu_static == 0;
   if (!frictionless) {
-    const Vec3 p = -(W.inverse() * b);
-    if (p[0] > 0 && p.tail<2>().norm() <= friction.mu_static * p[0]) return {frame * p, ContactMode::stick};
+    const Vec3 p = -(inverse_ * b);
+    if (p[0] > 0 && p.tail<2>().norm() <= friction.mu_static * p[0]) return {frame_ * p, ContactMode::stick};
   }
   const double mu = friction.mu_kinetic;
   if (mu == 0)
-    return {frame.col(0) * (-b[0] / W(0, 0)), frictionless ? ContactMode::slide : ContactMode::frictional_slide};
-  const Slip slip{W, b, mu};
-  const Eigen::Vector2d d = slip_direction(slip);
-  const double p_m = -b[0] / std::max(slip.D(d), 1e-3 * W(0, 0));
-  return {frame * Vec3(p_m, mu * p_m * d.x(), mu * p_m * d.y()), ContactMode::frictional_slide};
+    return {frame_.col(0) * (-b[0] / W_(0, 0)), frictionless ? ContactMode::slide : ContactMode::frictional_slide};
+  const Slip slip{W_, b, mu};
+  const Vec2 d = slip_direction(slip, frame_.rightCols<2>().transpose() * guess);
+  const double p_m = -b[0] / std::max(slip.D(d), 1e-3 * W_(0, 0));
+  return {frame_ * Vec3(p_m, mu * p_m * d.x(), mu * p_m * d.y()), ContactMode::frictional_slide};
+}
+
+OneContactSolution solve_one_contact(const Mat3& W, const Vec3& b, const Vec3& normal, const Friction& friction,
+                                     const Vec3& guess) noexcept {
+  return OneContact(W, normal).solve(b, friction, guess);
 }
 
 }  // namespace kt

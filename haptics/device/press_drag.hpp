@@ -19,8 +19,8 @@ struct PressDragOptions {
   double clearance = 0.002;                     ///< the path starts this far above the surface [m]
 };
 
-/// The tool touches where it would if dropped along the axis; it turns round where the surface ends or becomes
-/// steeper than 45 degrees. Throws InputError when the tool, dropped there, misses the body.
+/// The tool touches where it would if dropped along the axis; it turns round where the surface ends, becomes
+/// steeper than 31 degrees, or where the body is thinner than three depths. Throws InputError when the tool, dropped there, misses the body.
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& options);
 
 /// Reference point of the tool at first touch when dropped along the axis, or nothing when it misses.

@@ -1,0 +1,46 @@
+#pragma once
+// A body whose touched points are held where the tool left them: how the global side catches up with a contact.
+//
+// The local model is stiffer than the body (the wall, thirty times in the worst case), so its force history alone would
+// push the body past the tool by that factor, and low global rates would swing. Where the contact point ended is known
+// exactly, from the tool; so the normal force of the catch-up follows from it, and only friction from the history.
+#include <memory>
+#include <span>
+
+#include "core/deformable_model.hpp"
+
+namespace kt {
+
+/// One contact at the end of a refresh interval.
+struct ContactHold {
+  std::array<int, 3> nodes{};    ///< of the touched triangle
+  Vec3 bary = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();    ///< unit, from the body towards the tool
+  Vec3 point = Vec3::Zero();     ///< where the contact point is [m]
+  bool sticks = false;           ///< held in all directions; else along the normal only
+};
+
+/// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent, since a triangle's nodes
+/// are coupled anyway.
+class HeldModel final : public DeformableModel {
+ public:
+  /// @param stiffness  of each spring [N/m], > 0
+  HeldModel(const DeformableModel& model, std::span<const ContactHold> holds, double stiffness);
+  const Mesh& mesh() const override { return model_.mesh(); }
+  const SparseMatrix& mass() const override { return model_.mass(); }
+  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+  void force(const State& state, VectorX& out) const override;
+  Tangent tangent(const State& state, TangentKind kind) const override;
+  ModelInfo info() const override { return model_.info(); }
+
+  /// Sum over the holds of the normal force that they push the body with at x [N]; negative: they pull.
+  double push(const VectorX& x) const;
+
+ private:
+  Mat3 spring(const ContactHold& hold) const;
+  const DeformableModel& model_;
+  std::span<const ContactHold> holds_;
+  double stiffness_;
+};
+
+}  // namespace kt
