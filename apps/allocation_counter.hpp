@@ -1,5 +1,6 @@
 #pragma once
-// Counts heap allocations of the calling thread, from every library: the program's own malloc stands in front of libc's.
+// Counts heap allocations of the calling thread, from every library: the program's own malloc stands in front of
+// libc's.
 
 namespace kt {
 

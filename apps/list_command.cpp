@@ -41,7 +41,8 @@ void list(const std::string& json_file) {
       std::cout << "  " << b.name << std::string(b.name.size() < 18 ? 18 - b.name.size() : 1, ' ') << b.what;
       if (!b.available) std::cout << "  [not in this build: configure with -D" << b.option << "=ON]";
       std::cout << '\n';
-      json[family.key].push_back({{"name", b.name}, {"what", b.what}, {"available", b.available}, {"option", b.option}});
+      json[family.key].push_back(
+          {{"name", b.name}, {"what", b.what}, {"available", b.available}, {"option", b.option}});
     }
   }
   if (!json_file.empty()) write_file_whole(json_file, json.dump(2) + "\n");

@@ -19,7 +19,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   auto a = std::make_shared<RunArguments>();
   a->settings.out = "out";
   command->add_option("SCENE", a->scene, "scene file (docs/scene.md)")->required();
-  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")->allow_extra_args(false);
+  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
+      ->allow_extra_args(false);
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   command->add_option("--json", a->settings.json_file, "also write the summary to this file");
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");

@@ -25,10 +25,13 @@ Json model_json(const Session& session) {
   const ModelInfo info = session.model().info();
   const Mesh& mesh = session.model().mesh();
   const auto springs = info.parameters.find("springs");
-  Json out{{"type", info.type}, {"material", info.material}, {"nodes", mesh.num_nodes()},
+  Json out{{"type", info.type},
+           {"material", info.material},
+           {"nodes", mesh.num_nodes()},
            {"tets", mesh.tetrahedra.size()},
            {"springs", springs == info.parameters.end() ? 0 : static_cast<int>(springs->second)},
-           {"triangles", mesh.triangles.size()}, {"fixed_nodes", session.model().fixed_nodes().size()}};
+           {"triangles", mesh.triangles.size()},
+           {"fixed_nodes", session.model().fixed_nodes().size()}};
   for (const auto& [name, value] : info.parameters)
     if (name != "springs") out["parameters"][name] = value;
   return out;
@@ -99,8 +102,9 @@ std::string recording_csv(const SessionResult& result, const Vec3& start) {
 Json session_json(const Session& session, const SessionResult& result) {
   Json refreshes = Json::array();
   for (const RefreshEvent& r : result.refreshes) refreshes.push_back({r.linearized_tick, r.adopted_tick});
-  return {{"kilotouch", KT_VERSION}, {"scene", Json::parse(to_json(session.scene()))}, {"recording", "recording.csv"},
-          {"max_speed", result.max_speed}, {"refreshes", refreshes}, {"hash", hash_text(result.hash)}};
+  return {{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
+          {"recording", "recording.csv"}, {"max_speed", result.max_speed},
+          {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
 }
 
 /// Surface nodes only, renumbered: what a picture needs.
@@ -125,12 +129,17 @@ Json view_json(const Session& session, const SessionResult& result) {
   Json fixed = Json::array(), frames = Json::array(), path = Json::array();
   for (int i : session.model().fixed_nodes())
     if (local[i] >= 0) fixed.push_back(local[i]);
-  for (const Snapshot& s : result.snapshots) frames.push_back({{"t", s.t}, {"tool", point(s.tool)}, {"x", points(s.x)}});
+  for (const Snapshot& s : result.snapshots)
+    frames.push_back({{"t", s.t}, {"tool", point(s.tool)}, {"x", points(s.x)}});
   const std::size_t stride = std::max<std::size_t>(1, result.frames.size() / 500);
   for (std::size_t i = 0; i < result.frames.size(); i += stride) path.push_back(point(result.frames[i].tool));
   const SceneTool& tool = session.scene().tool;
   return {{"tool", {{"shape", tool.shape}, {"radius", tool.shape == "point" ? 0.0 : tool.radius}}},
-          {"frames", frames}, {"rest", points(mesh.x)}, {"triangles", triangles}, {"fixed", fixed}, {"path", path}};
+          {"frames", frames},
+          {"rest", points(mesh.x)},
+          {"triangles", triangles},
+          {"fixed", fixed},
+          {"path", path}};
 }
 
 }  // namespace
@@ -157,14 +166,22 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["seed"] = scene.seed;
   out["hash"] = hash_text(result.hash);
   out["model"] = model_json(session);
-  out["local"] = {{"reducer", scene.local.reducer}, {"rings", scene.local.rings}, {"dof", result.last_dof},
-                  {"patch_vertices", result.last_patch_vertices}, {"certified_error", nullptr},
-                  {"reason", "chosen by the scene"}};
-  out["force"] = {{"mean_n", force.mean_n}, {"max_n", force.max_n}, {"mean_t", force.mean_t}, {"max_t", force.max_t},
+  out["local"] = {{"reducer", scene.local.reducer}, {"rings", scene.local.rings},
+                  {"dof", result.last_dof},         {"patch_vertices", result.last_patch_vertices},
+                  {"certified_error", nullptr},     {"reason", "chosen by the scene"}};
+  out["force"] = {{"mean_n", force.mean_n},
+                  {"max_n", force.max_n},
+                  {"mean_t", force.mean_t},
+                  {"max_t", force.max_t},
                   {"max_t_over_mu_n", scene.contact.mu_static > 0 ? force.max_t_over_n / scene.contact.mu_static : 0.0},
-                  {"buzz", force.buzz}, {"crossing_jump", force.crossing_jump}, {"refresh_jump", force.refresh_jump}};
-  out["ticks"] = {{"free", force.ticks_free}, {"stick", force.ticks_stick}, {"slide", force.ticks_slide},
-                  {"frictional_slide", force.ticks_frictional_slide}, {"total", result.frames.size()}};
+                  {"buzz", force.buzz},
+                  {"crossing_jump", force.crossing_jump},
+                  {"refresh_jump", force.refresh_jump}};
+  out["ticks"] = {{"free", force.ticks_free},
+                  {"stick", force.ticks_stick},
+                  {"slide", force.ticks_slide},
+                  {"frictional_slide", force.ticks_frictional_slide},
+                  {"total", result.frames.size()}};
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
   const bool checked = !result.penetration.empty();
@@ -175,17 +192,18 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["step_us"] = percentiles(result.step_us, true);
   if (!result.lateness_us.empty()) {
     out["lateness_us"] = percentiles(result.lateness_us, true);
-    out["platform_gaps"] = std::count_if(result.lateness_us.begin(), result.lateness_us.end(),
-                                         [](double late) { return late > 1000; });
+    out["platform_gaps"] =
+        std::count_if(result.lateness_us.begin(), result.lateness_us.end(), [](double late) { return late > 1000; });
     out["real_time_scheduling"] = result.real_time_scheduling;
   }
   out["global_ms"] = percentiles(result.global_ms, false);
   out["refresh_ms"] = percentiles(result.refresh_ms, false);
   out["refreshes"] = result.refreshes.size();
   out["deadline_misses"] = result.deadline_misses;
-  out["allocations_per_tick"] = result.allocations < 0 || result.frames.empty()
-                                    ? Json(nullptr)
-                                    : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
+  out["allocations_per_tick"] =
+      result.allocations < 0 || result.frames.empty()
+          ? Json(nullptr)
+          : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
   out["warnings"] = Json::array();
   for (const std::string& warning : result.warnings) out["warnings"].push_back(warning);
   add_flag_warnings(result, out["warnings"]);
@@ -227,9 +245,10 @@ void print_summary(const Json& s) {
                     " tetrahedra, ", s["model"]["triangles"], " surface triangles"));
   line("local model", text(s["local"]["reducer"].get<std::string>(), ", ", s["local"]["dof"], " dof, ",
                            s["local"]["patch_vertices"], " patch vertices"));
-  line("force", text("normal mean ", number(value("force", "mean_n"), "%.4g"), " N, max ",
-                     number(value("force", "max_n"), "%.4g"), " N; tangential mean ",
-                     number(value("force", "mean_t"), "%.4g"), " N, max ", number(value("force", "max_t"), "%.4g"), " N"));
+  line("force",
+       text("normal mean ", number(value("force", "mean_n"), "%.4g"), " N, max ",
+            number(value("force", "max_n"), "%.4g"), " N; tangential mean ", number(value("force", "mean_t"), "%.4g"),
+            " N, max ", number(value("force", "max_t"), "%.4g"), " N"));
   line("steadiness", text("buzz ", number(100 * value("force", "buzz"), "%.3g"), " %, jump at edges ",
                           number(100 * value("force", "crossing_jump"), "%.3g"), " %, at refreshes ",
                           number(100 * value("force", "refresh_jump"), "%.3g"), " % of the mean force"));
@@ -239,15 +258,16 @@ void print_summary(const Json& s) {
   if (!s["penetration_max_m"].is_null())
     line("checked", text(s["missed_impacts"], " missed impacts, deepest penetration ",
                          number(1e6 * s["penetration_max_m"].get<double>(), "%.3g"), " um"));
-  line("haptic step", text("median ", number(value("step_us", "p50"), "%.3g"), " us, p99.9 ",
-                           number(value("step_us", "p999"), "%.3g"), " us (CPU); ", s["deadline_misses"],
-                           " over the period; ",
-                           s["allocations_per_tick"].is_null() ? std::string("allocations not counted")
-                                                               : text(s["allocations_per_tick"], " allocations a tick")));
+  line("haptic step",
+       text("median ", number(value("step_us", "p50"), "%.3g"), " us, p99.9 ", number(value("step_us", "p999"), "%.3g"),
+            " us (CPU); ", s["deadline_misses"], " over the period; ",
+            s["allocations_per_tick"].is_null() ? std::string("allocations not counted")
+                                                : text(s["allocations_per_tick"], " allocations a tick")));
   if (s.contains("lateness_us"))
-    line("lateness", text("median ", number(value("lateness_us", "p50"), "%.3g"), " us, p99.9 ",
-                          number(value("lateness_us", "p999"), "%.3g"), " us; ", s["platform_gaps"],
-                          " platform gaps over 1 ms; SCHED_FIFO ", s["real_time_scheduling"].get<bool>() ? "yes" : "no"));
+    line("lateness",
+         text("median ", number(value("lateness_us", "p50"), "%.3g"), " us, p99.9 ",
+              number(value("lateness_us", "p999"), "%.3g"), " us; ", s["platform_gaps"],
+              " platform gaps over 1 ms; SCHED_FIFO ", s["real_time_scheduling"].get<bool>() ? "yes" : "no"));
   line("refresh", text("global step ", number(value("global_ms", "p50"), "%.3g"), " ms, linearize and reduce ",
                        number(value("refresh_ms", "p50"), "%.3g"), " ms (medians)"));
   line("hash", s["hash"].get<std::string>());

@@ -25,7 +25,8 @@ std::function<void(double)> progress_bar(const std::string& title) {
     if (elapsed < 1 || (!finished && now - last < std::chrono::milliseconds(100))) return;
     last = now;
     const int width = 30, done = static_cast<int>(width * share);
-    const std::string bar = std::string(static_cast<std::size_t>(done), '#') + std::string(static_cast<std::size_t>(width - done), '.');
+    const std::string bar =
+        std::string(static_cast<std::size_t>(done), '#') + std::string(static_cast<std::size_t>(width - done), '.');
     std::fprintf(stderr, "\r%s [%s] %3.0f %%  %.0f s left ", title.c_str(), bar.c_str(), 100 * share,
                  share > 0 ? elapsed * (1 - share) / share : 0.0);
     if (finished) std::fprintf(stderr, "\r\033[K");
@@ -39,7 +40,8 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   options.progress = progress_bar(scene.title.empty() ? "running" : scene.title);
   options.stop = &stop_requested();
   const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0.2 * scene.duration;
-  if (options.snapshot_times.empty()) options.snapshot_times = {pressed, 0.5 * (pressed + scene.duration), scene.duration};
+  if (options.snapshot_times.empty())
+    options.snapshot_times = {pressed, 0.5 * (pressed + scene.duration), scene.duration};
 
   RunOutcome out;
   out.result = session.run(options);

@@ -8,12 +8,12 @@
 namespace kt {
 
 struct RunSettings {
-  std::string out;               ///< folder for the results; empty: none are written
-  std::string json_file;         ///< also the summary alone; empty: no
-  bool states = false;           ///< VTU and PVD of the snapshots
-  bool report = true;            ///< pictures and report.html
-  bool quiet = false;            ///< no summary on standard output
-  std::string reproduce;         ///< the command, for the report
+  std::string out;        ///< folder for the results; empty: none are written
+  std::string json_file;  ///< also the summary alone; empty: no
+  bool states = false;    ///< VTU and PVD of the snapshots
+  bool report = true;     ///< pictures and report.html
+  bool quiet = false;     ///< no summary on standard output
+  std::string reproduce;  ///< the command, for the report
   SessionOptions session;
 };
 

@@ -1,8 +1,8 @@
 // Certified root search on the gap g(t) = distance(tool centre, triangle) - radius along the step.
 //
 // All vertices move linearly relative to the tool, so g changes by at most L = max |relative vertex displacement| per
-// unit of t. From values at two times, |t' - t| < g(t) / L around each is free of contact: that is trimmed away, the rest
-// is bisected, earlier half first. What cannot be shown free down to kResolution is a hit at its lower end. So no
+// unit of t. From values at two times, |t' - t| < g(t) / L around each is free of contact: that is trimmed away, the
+// rest is bisected, earlier half first. What cannot be shown free down to kResolution is a hit at its lower end. So no
 // contact is missed, no time is late, and all feature classes (face, edge, vertex), degenerate triangles and coplanar
 // motion take one path. Derivation of the rounding allowance: docs/collision.md.
 #include "collision/ccd.hpp"
@@ -15,10 +15,10 @@
 namespace kt {
 namespace {
 
-constexpr double kResolution = 0x1p-42;  // of the step: 2e-13
-constexpr int kMaxEvaluations = 400;     // then the earliest open interval is the answer (early, never late)
+constexpr double kResolution = 0x1p-42;     // of the step: 2e-13
+constexpr int kMaxEvaluations = 400;        // then the earliest open interval is the answer (early, never late)
 constexpr double kRounding = 64 * 0x1p-53;  // of the largest relative coordinate: error of one gap evaluation
-constexpr double kInside = 1e-5;         // of the longest edge: a point this little inside is still on the surface
+constexpr double kInside = 1e-5;            // of the longest edge: a point this little inside is still on the surface
 
 /// Triangle relative to the tool's centre, at both ends of the step.
 struct RelativeTriangle {
@@ -68,8 +68,8 @@ std::optional<Contact> touching_at_start(const RelativeTriangle& r, double round
   const Vec3 face = r.face_normal(0);
   double longest = 0;
   for (int i = 0; i < 3; ++i) longest = std::max(longest, (r.at_t0[(i + 1) % 3] - r.at_t0[i]).norm());
-  const bool slightly_inside =
-      r.radius == 0 && at.feature == ClosestPoint::Feature::face && face.dot(-at.point) < 0 && distance < kInside * longest;
+  const bool slightly_inside = r.radius == 0 && at.feature == ClosestPoint::Feature::face && face.dot(-at.point) < 0 &&
+                               distance < kInside * longest;
   is_touching = slightly_inside || distance - r.radius <= rounding;
   if (!is_touching) return std::nullopt;
   Contact contact = contact_at(r, 0);

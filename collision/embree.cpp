@@ -1,9 +1,9 @@
 // Embree as broad phase: a hierarchy over the swept boxes of the patch, asked for everything near the tool's path.
 //
 // Embree keeps floats: coordinates are taken relative to the patch, and boxes are rounded outward. Committing a scene
-// costs several microseconds and allocates, which a haptic tick must not; so the hierarchy holds boxes with a slack, and
-// a triangle that leaves its box is kept in a short list beside the hierarchy until the next build (every refresh builds
-// anew). Candidates are then sifted with the exact swept boxes. Never a hit distance of Embree's own is used.
+// costs several microseconds and allocates, which a haptic tick must not; so the hierarchy holds boxes with a slack,
+// and a triangle that leaves its box is kept in a short list beside the hierarchy until the next build (every refresh
+// builds anew). Candidates are then sifted with the exact swept boxes. Never a hit distance of Embree's own is used.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -71,7 +71,8 @@ class EmbreeIndex final : public TriangleIndex {
     escaped_.clear();
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       const Box& now = now_[t] = swept(t, x_t0, x_t1);
-      const bool held = (now.low.array() >= held_[t].low.array()).all() && (now.high.array() <= held_[t].high.array()).all();
+      const bool held =
+          (now.low.array() >= held_[t].low.array()).all() && (now.high.array() <= held_[t].high.array()).all();
       if (!held) escaped_.push_back(static_cast<int>(t));
     }
   }

@@ -69,6 +69,32 @@ Vec3 blended_normal(const SurfacePatch& patch, const VectorX& x, int triangle, c
   return length > 0 ? Vec3(n / length) : face_normal(patch, x, triangle);
 }
 
+namespace {
+
+/// Normal that decides on which side of the closest feature a point lies: the face's, the sum of both faces' at an
+/// edge, the angle-weighted sum at a vertex (Baerentzen and Aanaes 2005). Not normalized.
+Vec3 side_normal(const SurfacePatch& patch, const VectorX& x, int triangle, const ClosestPoint& at) noexcept {
+  Vec3 sum = face_normal(patch, x, triangle);
+  if (at.feature == ClosestPoint::Feature::edge)
+    all_sharing(patch, triangle, at, [&](int other) {
+      sum += face_normal(patch, x, other);
+      return true;
+    });
+  if (at.feature != ClosestPoint::Feature::vertex) return sum;
+  const int vertex = patch.triangles[triangle][at.feature_index];
+  sum.setZero();
+  for (int t : patch.topology.triangles_of(vertex)) {
+    const Triangle& v = patch.triangles[t];
+    const auto corner = static_cast<std::size_t>(std::ranges::find(v, vertex) - v.begin());
+    const Vec3 a = node(x, v[corner]);
+    const Vec3 b = node(x, v[(corner + 1) % 3]) - a, c = node(x, v[(corner + 2) % 3]) - a;
+    sum += std::atan2(b.cross(c).norm(), b.dot(c)) * face_normal(patch, x, t);
+  }
+  return sum;
+}
+
+}  // namespace
+
 Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p, int start) noexcept {
   int best = start;
   ClosestPoint at = closest(patch, x, start, p);
@@ -89,8 +115,23 @@ Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const V
   contact.triangle = best;
   contact.bary = at.bary;
   contact.normal = blended_normal(patch, x, best, at.bary);
-  contact.gap = contact.normal.dot(p - at.point);
+  const Vec3 side = side_normal(patch, x, best, at).normalized();
+  // In a sharp fold the blended normal can lie across the surface: then it says nothing about where the tool should go.
+  constexpr double kAcross = 0.2;
+  if (!(contact.normal.dot(side) > kAcross)) contact.normal = side;
+  contact.gap = std::copysign(std::sqrt(at.distance_sq), side.dot(p - at.point));
   return contact;
+}
+
+Contact nearest_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p) noexcept {
+  int nearest = 0;
+  double distance_sq = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < static_cast<int>(patch.triangles.size()); ++t)
+    if (const double d = closest(patch, x, t, p).distance_sq; d < distance_sq) {
+      distance_sq = d;
+      nearest = t;
+    }
+  return track_point_contact(patch, x, p, nearest);
 }
 
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,

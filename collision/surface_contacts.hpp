@@ -30,8 +30,11 @@ Vec3 face_normal(const SurfacePatch& patch, const VectorX& x, int triangle) noex
 
 /// Contact of a point tool at p: the closest point of the surface reached by descent from `start` over neighbouring
 /// triangles, so that the far side of a thin body is never mistaken for the near one. Normal: blended;
-/// gap: signed distance along it.
+/// gap: signed distance.
 Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p, int start) noexcept;
+
+/// The same from the nearest triangle of the whole patch.
+Contact nearest_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p) noexcept;
 
 /// Contacts of a sphere: every local minimum of the distance from its centre to the surface with a gap below `margin`
 /// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre.

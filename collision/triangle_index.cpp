@@ -23,7 +23,9 @@ std::vector<BackendInfo> triangle_index_backends() {
 std::unique_ptr<TriangleIndex> make_triangle_index(const std::string& name) {
   require_backend("collision.backend", name, triangle_index_backends());
 #define TRIANGLE_INDEX(known, available, option, what) \
-  if (name == #known) { KT_MAKE_IF(available, known) }
+  if (name == #known) {                                \
+    KT_MAKE_IF(available, known)                       \
+  }
 #include "collision/triangle_index.def"
 #undef TRIANGLE_INDEX
   return nullptr;

@@ -23,7 +23,8 @@ class TriangleIndex {
   virtual void refit(const VectorX& x_t0, const VectorX& x_t1) noexcept = 0;
 
   /// Writes the ascending indices of every triangle whose swept box comes within `margin` [m] of the segment's box;
-  /// at least all that the tool can touch. Returns how many were written (<= out.size(), which must hold all triangles).
+  /// at least all that the tool can touch. Returns how many were written (<= out.size(), which must hold all
+  /// triangles).
   virtual int candidates(const ToolSweep& sweep, double margin, std::span<int> out) const noexcept = 0;
 };
 

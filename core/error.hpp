@@ -34,7 +34,8 @@ std::string join(const std::vector<std::string>& names);
 std::string nearest_name(const std::string& name, const std::vector<std::string>& known);
 
 /// Throws InputError: unknown `what` `name`, did you mean ..., known: ...
-[[noreturn]] void throw_unknown(const std::string& what, const std::string& name, const std::vector<std::string>& known);
+[[noreturn]] void throw_unknown(const std::string& what, const std::string& name,
+                                const std::vector<std::string>& known);
 
 }  // namespace kt
 

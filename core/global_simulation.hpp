@@ -9,13 +9,13 @@ namespace kt {
 
 /// What the local side did to the body during one haptic tick at one contact.
 struct ContactSample {
-  double t = 0;                  ///< start of the tick [s]
-  std::array<int, 3> nodes{};    ///< global nodes of the touched triangle
-  Vec3 bary = Vec3::Zero();      ///< their weights
-  Vec3 impulse = Vec3::Zero();   ///< given to the body during the tick [N s]
-  Vec3 normal = Vec3::Zero();    ///< unit, from the body towards the tool
-  Vec3 point = Vec3::Zero();     ///< contact point at the end of the tick [m]
-  bool sticks = false;           ///< the contact point went with the tool
+  double t = 0;                 ///< start of the tick [s]
+  std::array<int, 3> nodes{};   ///< global nodes of the touched triangle
+  Vec3 bary = Vec3::Zero();     ///< their weights
+  Vec3 impulse = Vec3::Zero();  ///< given to the body during the tick [N s]
+  Vec3 normal = Vec3::Zero();   ///< unit, from the body towards the tool
+  Vec3 point = Vec3::Zero();    ///< contact point at the end of the tick [m]
+  bool sticks = false;          ///< the contact point went with the tool
 };
 
 /// Model + integrator + state. advance() catches up to t_end in equal steps no longer than `max_step`.
@@ -42,8 +42,8 @@ class GlobalSimulation {
   const DeformableModel& model_;
   std::unique_ptr<Integrator> integrator_;
   double max_step_;
-  bool may_hold_ = false;       // the integrator is stable with stiff springs
-  double friction_scale_ = 1;   // normal force of the body / of the local model, in the last held interval
+  bool may_hold_ = false;      // the integrator is stable with stiff springs
+  double friction_scale_ = 1;  // normal force of the body / of the local model, in the last held interval
   State state_;
 };
 

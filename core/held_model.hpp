@@ -13,11 +13,11 @@ namespace kt {
 
 /// One contact at the end of a refresh interval.
 struct ContactHold {
-  std::array<int, 3> nodes{};    ///< of the touched triangle
+  std::array<int, 3> nodes{};  ///< of the touched triangle
   Vec3 bary = Vec3::Zero();
-  Vec3 normal = Vec3::Zero();    ///< unit, from the body towards the tool
-  Vec3 point = Vec3::Zero();     ///< where the contact point is [m]
-  bool sticks = false;           ///< held in all directions; else along the normal only
+  Vec3 normal = Vec3::Zero();  ///< unit, from the body towards the tool
+  Vec3 point = Vec3::Zero();   ///< where the contact point is [m]
+  bool sticks = false;         ///< held in all directions; else along the normal only
 };
 
 /// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent, since a triangle's nodes

@@ -33,7 +33,7 @@ class LocalDynamics {
   /// Force of the linear model at (q, q') [N], (r). No allocation.
   void force(const VectorX& q, const VectorX& q_rate, VectorX& out) const noexcept;
 
-  const Response& inertia() const { return inertia_; }                       ///< through A: how forces act
+  const Response& inertia() const { return inertia_; }                                ///< through A: how forces act
   const Response& metric() const { return metric_is_inertia_ ? inertia_ : metric_; }  ///< how constraints act
   double h() const { return h_; }
 

@@ -10,26 +10,26 @@ namespace kt {
 
 /// The piece of surface that the tool can reach before the next refresh. Vertices are numbered locally.
 struct SurfacePatch {
-  std::vector<Triangle> triangles;    ///< local vertex indices
-  std::vector<int> global_triangle;   ///< of each local triangle
-  std::vector<int> global_node;       ///< of each local vertex, (p)
-  std::vector<char> on_rim;           ///< per triangle: it touches the edge of the patch, not of the body
+  std::vector<Triangle> triangles;   ///< local vertex indices
+  std::vector<int> global_triangle;  ///< of each local triangle
+  std::vector<int> global_node;      ///< of each local vertex, (p)
+  std::vector<char> on_rim;          ///< per triangle: it touches the edge of the patch, not of the body
   SurfaceTopology topology;
   int num_vertices() const { return static_cast<int>(global_node.size()); }
 };
 
 /// mass q'' = f0 - stiffness q - damping q' + forces;  recovered node displacement u = basis q.
 struct LocalModel {
-  int frame = 0;       ///< counts refreshes
-  double t = 0;        ///< of the linearization [s]
+  int frame = 0;  ///< counts refreshes
+  double t = 0;   ///< of the linearization [s]
   SurfacePatch patch;
-  std::vector<int> recovered_node;    ///< global nodes whose motion `basis` recovers; the first p are the patch's
-  VectorX x0, v0;                     ///< their positions [m] and velocities [m/s] at the linearization
-  SparseMatrix basis;                 ///< (3 recovered x r), orthonormal columns; zero rows: the node is immovable
+  std::vector<int> recovered_node;        ///< global nodes whose motion `basis` recovers; the first p are the patch's
+  VectorX x0, v0;                         ///< their positions [m] and velocities [m/s] at the linearization
+  SparseMatrix basis;                     ///< (3 recovered x r), orthonormal columns; zero rows: the node is immovable
   SparseMatrix mass, damping, stiffness;  ///< (r x r), symmetric; mass > 0
-  VectorX f0;                         ///< force at q = 0, q' = 0 [N], (r)
-  VectorX q_rate0;                    ///< reduced velocity at the linearization, (r)
-  bool definite_tangent = false;      ///< the exact tangent was indefinite here, the clamped one is used
+  VectorX f0;                             ///< force at q = 0, q' = 0 [N], (r)
+  VectorX q_rate0;                        ///< reduced velocity at the linearization, (r)
+  bool definite_tangent = false;          ///< the exact tangent was indefinite here, the clamped one is used
   std::string reducer;
   double certified_error = std::numeric_limits<double>::quiet_NaN();  ///< relative, 0-500 Hz; NaN: not certified
   int dof() const { return static_cast<int>(f0.size()); }

@@ -9,9 +9,9 @@ namespace kt {
 
 /// Rest geometry of one body. Plain data: readers fill it, models and collision read it.
 struct Mesh {
-  VectorX x;                              ///< rest positions [m], (3n)
-  std::vector<Triangle> triangles;        ///< surface, counter-clockwise seen from outside
-  std::vector<Tetrahedron> tetrahedra;    ///< empty for a surface mesh
+  VectorX x;                            ///< rest positions [m], (3n)
+  std::vector<Triangle> triangles;      ///< surface, counter-clockwise seen from outside
+  std::vector<Tetrahedron> tetrahedra;  ///< empty for a surface mesh
 
   int num_nodes() const { return static_cast<int>(x.size() / 3); }
   bool operator==(const Mesh&) const = default;

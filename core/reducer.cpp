@@ -28,9 +28,7 @@ ReduceFn find_reducer(const std::string& name) {
   return {};
 }
 
-Surface make_surface(const Mesh& mesh) {
-  return {mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes())};
-}
+Surface make_surface(const Mesh& mesh) { return {mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes())}; }
 
 namespace {
 

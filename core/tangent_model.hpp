@@ -6,10 +6,10 @@ namespace kt {
 
 /// M a = f0 + dfdx (x - x0) + dfdv (v - v0).
 struct TangentModel {
-  State state;               ///< x0, v0
-  VectorX f0;                ///< [N], (3n)
-  SparseMatrix dfdx, dfdv;   ///< [N/m], [N s/m], (3n x 3n)
-  SparseMatrix mass;         ///< [kg], (3n x 3n)
+  State state;              ///< x0, v0
+  VectorX f0;               ///< [N], (3n)
+  SparseMatrix dfdx, dfdv;  ///< [N/m], [N s/m], (3n x 3n)
+  SparseMatrix mass;        ///< [kg], (3n x 3n)
   std::vector<int> fixed_nodes;
 };
 

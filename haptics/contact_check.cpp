@@ -29,13 +29,15 @@ double penetration_depth(const SurfacePatch& patch, const VectorX& x, const Tool
     for (int c = 0; c < 3; ++c) {
       const Vec3 a = node(x, v[c]), b = node(x, v[(c + 1) % 3]), d = node(x, v[(c + 2) % 3]);
       if (nearest.feature == ClosestPoint::Feature::vertex && v[c] == patch.triangles[triangle][nearest.feature_index])
-        normal += std::acos(std::clamp((b - a).normalized().dot((d - a).normalized()), -1.0, 1.0)) * face_normal(patch, x, t);
+        normal +=
+            std::acos(std::clamp((b - a).normalized().dot((d - a).normalized()), -1.0, 1.0)) * face_normal(patch, x, t);
     }
     if (nearest.feature == ClosestPoint::Feature::face && t == triangle) normal = face_normal(patch, x, t);
     if (nearest.feature == ClosestPoint::Feature::edge) {
       const int e0 = patch.triangles[triangle][nearest.feature_index];
       const int e1 = patch.triangles[triangle][(nearest.feature_index + 1) % 3];
-      if (std::ranges::find(v, e0) != v.end() && std::ranges::find(v, e1) != v.end()) normal += face_normal(patch, x, t);
+      if (std::ranges::find(v, e0) != v.end() && std::ranges::find(v, e1) != v.end())
+        normal += face_normal(patch, x, t);
     }
   }
   const double distance = std::sqrt(nearest_sq);

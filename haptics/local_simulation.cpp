@@ -26,7 +26,8 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   LocalWorkspace& w = now.work;
   for (int i = 0; i < static_cast<int>(now.model.recovered_node.size()); ++i) {
     const int row = old.recovered_row[now.model.recovered_node[i]];
-    node(w.x_recovered, i) = row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(old.work.x_recovered, row) - node(now.model.x0, i));
+    node(w.x_recovered, i) =
+        row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(old.work.x_recovered, row) - node(now.model.x0, i));
     node(w.v_recovered, i) = row < 0 ? Vec3(node(now.model.v0, i)) : Vec3(node(old.work.v_recovered, row));
   }
   now.state.q.noalias() = now.model.basis.transpose() * w.x_recovered;
@@ -43,7 +44,8 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   // The motion that contact causes goes on: the first guess of the next tick.
   for (int i = 0; i < now.model.patch.num_vertices(); ++i) {
     const int row = old.recovered_row[now.model.patch.global_node[i]];
-    node(w.du, i) = row >= 0 && row < old.model.patch.num_vertices() ? Vec3(node(old.work.du, row)) : Vec3(Vec3::Zero());
+    node(w.du, i) =
+        row >= 0 && row < old.model.patch.num_vertices() ? Vec3(node(old.work.du, row)) : Vec3(Vec3::Zero());
   }
   return next;
 }

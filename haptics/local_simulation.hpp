@@ -10,26 +10,26 @@ namespace kt {
 
 /// Things that a tick reports besides its force.
 enum LocalFlag : unsigned {
-  kEventsExhausted = 1,   ///< more impacts in one tick than kMaxEvents
-  kLeftPatch = 2,         ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
-  kLostAnchor = 4,        ///< a refresh brought a patch that does not hold the contact
-  kRigidContact = 8,      ///< contact with a part that cannot move: the force is bounded by a stiff spring
-  kNotFinite = 16,        ///< the local state left the finite numbers; it was reset and the force is zero
+  kEventsExhausted = 1,  ///< more impacts in one tick than kMaxEvents
+  kLeftPatch = 2,        ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
+  kLostAnchor = 4,       ///< a refresh brought a patch that does not hold the contact
+  kRigidContact = 8,     ///< contact with a part that cannot move: the force is bounded by a stiff spring
+  kNotFinite = 16,       ///< the local state left the finite numbers; it was reset and the force is zero
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
 
 /// One tick's result. Plain values: it is recorded, sent and compared as it is.
 struct LocalFrame {
-  double t = 0;                        ///< end of the tick [s]
-  Vec3 tool = Vec3::Zero();            ///< reference point at t [m]
-  Vec3 force = Vec3::Zero();           ///< on the tool [N]
-  double f_n = 0, f_t = 0;             ///< its normal and tangential parts [N]
-  double cone_ratio = 0;               ///< largest |f_t| / f_n over the contacts
+  double t = 0;               ///< end of the tick [s]
+  Vec3 tool = Vec3::Zero();   ///< reference point at t [m]
+  Vec3 force = Vec3::Zero();  ///< on the tool [N]
+  double f_n = 0, f_t = 0;    ///< its normal and tangential parts [N]
+  double cone_ratio = 0;      ///< largest |f_t| / f_n over the contacts
   ContactMode mode = ContactMode::free;
-  int triangle = -1;                   ///< of the body's surface: the contact that carries most
-  double toi = 0;                      ///< of the first impact in this tick, 0 when already in contact
-  double gap = 0;                      ///< smallest gap of a held contact after the tick [m]
+  int triangle = -1;  ///< of the body's surface: the contact that carries most
+  double toi = 0;     ///< of the first impact in this tick, 0 when already in contact
+  double gap = 0;     ///< smallest gap of a held contact after the tick [m]
   int model_frame = -1;
   int contacts = 0, events = 0;
   unsigned flags = 0;
@@ -58,20 +58,20 @@ class LocalSimulation {
   void find_free_motion() noexcept;
   bool find_impact(const ToolSweep& sweep, Contact& impact) noexcept;
   void accept_free_motion() noexcept;
-  void step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept;   // local_simulation_constrained.cpp
+  void step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_constrained.cpp
   void resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left, int start) noexcept;
   void find_contacts(const VectorX& x, const Vec3& tool, int start) noexcept;
   bool fill_problem(const Vec3& tool_velocity, double h_left) noexcept;
   void warm_start(const ContactSet& before, const std::array<Vec3, kMaxContacts>& impulses) noexcept;
   void spread_impulses() noexcept;
-  void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;     // local_simulation_geometric.cpp
+  void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
 
   ToolShape tool_;
   double h_, t_ = 0;
   std::unique_ptr<ContactSolver> solver_;
   std::unique_ptr<PreparedLocalModel> model_;
-  ContactSet contacts_;         // of this tick
+  ContactSet contacts_;  // of this tick
   ContactProblem problem_;
   ContactSolution solution_;
   std::array<Vec3, kMaxContacts> body_impulse_{};  // per contact, kept for the next tick's start [N s]

@@ -95,7 +95,8 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   s.q.noalias() += h_ * w.v_free;
   s.q_rate = w.v_free;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i) {
-    if (!node(w.impulse_weighted, i).isZero(0)) s.q.noalias() += h_ * (Y.middleCols<3>(3 * i) * node(w.impulse_weighted, i));
+    if (!node(w.impulse_weighted, i).isZero(0))
+      s.q.noalias() += h_ * (Y.middleCols<3>(3 * i) * node(w.impulse_weighted, i));
     if (!node(w.impulse, i).isZero(0)) s.q_rate.noalias() += Y.middleCols<3>(3 * i) * node(w.impulse, i);
   }
 
@@ -130,11 +131,10 @@ void LocalSimulation::find_contacts(const VectorX& x, const Vec3& tool, int star
 }
 
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
-/// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing between
-/// two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two steps
-/// suggest.
-void LocalSimulation::resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left,
-                                       int start) noexcept {
+/// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing
+/// between two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two
+/// steps suggest.
+void LocalSimulation::resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left, int start) noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
   ContactSet before = m.state.anchors;

@@ -77,12 +77,26 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
     }
   }
   solver_->solve(problem_, solution_);
-  if (solution_.mode[0] == ContactMode::free) {  // the surface would pull: let go, without the push
+  // The surface would pull: no push, no force. Where it then comes to lie over the tool (it springs back, or an
+  // explicit step chatters) contact goes on from there in the next tick; else it has ended.
+  if (solution_.mode[0] == ContactMode::free) {
     s.q = w.q_trial;
     find_free_motion();
+    w.v_free = s.q_rate + (1 - toi) * (w.v_free - s.q_rate);
     s.q += h_left * w.v_free;
     s.q_rate = w.v_free;
+    w.x_end = m.model.x0.head(w.x.size());
+    w.x_end.noalias() += m.patch_basis * s.q;
+    const Contact next = nearest_point_contact(patch, w.x_end, target);
     s.anchors.count = 0;
+    if (next.gap > 0) return;
+    s.anchors.add(next);
+    contacts_.count = 0;
+    contacts_.add(next);
+    body_impulse_[0].setZero();
+    report_contacts(frame);
+    frame.mode = solver_->deformation() == Deformation::full ? ContactMode::stick : ContactMode::slide;
+    frame.triangle = patch.global_triangle[next.triangle];
     return;
   }
 
@@ -90,7 +104,8 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   s.q_rate = w.v_free;
   for (int c = 0; c < 3; ++c) {
     s.q_rate.noalias() += m.dynamics->metric().Y.middleCols<3>(3 * t[c]) * (contact.bary[c] * solution_.impulse);
-    s.q_rate.noalias() += m.dynamics->inertia().Y.middleCols<3>(3 * t[c]) * (contact.bary[c] * solution_.inertial_impulse);
+    s.q_rate.noalias() +=
+        m.dynamics->inertia().Y.middleCols<3>(3 * t[c]) * (contact.bary[c] * solution_.inertial_impulse);
   }
   s.q.noalias() += h_left * s.q_rate;
   frame.force = solution_.force_on_tool;

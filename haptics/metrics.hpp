@@ -9,14 +9,15 @@ namespace kt {
 
 struct ForceMetrics {
   double mean_n = 0, max_n = 0, mean_t = 0, max_t = 0;  ///< [N], over the ticks in contact
-  double max_t_over_n = 0;       ///< largest |f_t| / f_n of any one contact
-  double buzz = 0;               ///< RMS of the force above 100 Hz in steady contact / mean force
-  double crossing_jump = 0;      ///< largest |dF| over one tick at a triangle crossing / mean force
-  double refresh_jump = 0;       ///< the same at a model refresh
-  double energy_min = 0;         ///< min over t of the work done by the tool on the body [J]; < 0: energy came out
+  double max_t_over_n = 0;                              ///< largest |f_t| / f_n of any one contact
+  double buzz = 0;           ///< RMS of the force above 100 Hz in steady contact (not within 5 ms
+                             ///< of a refresh) / mean force
+  double crossing_jump = 0;  ///< largest |dF| over one tick at a triangle crossing / mean force
+  double refresh_jump = 0;   ///< the same at a model refresh
+  double energy_min = 0;     ///< min over t of the work done by the tool on the body [J]; < 0: energy came out
   int ticks_free = 0, ticks_stick = 0, ticks_slide = 0, ticks_frictional_slide = 0;
-  int crossings = 0;             ///< changes of triangle in contact
-  int lost_contacts = 0;         ///< times that contact ended while the tool was not moving away
+  int crossings = 0;      ///< changes of triangle in contact
+  int lost_contacts = 0;  ///< times that contact ended while the tool was not moving away
 };
 
 /// @param steady_from  [s]: buzz and jumps are measured from here on, after the press

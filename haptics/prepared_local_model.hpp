@@ -2,17 +2,17 @@
 // A LocalModel with everything the haptic tick needs already allocated: made on the slow side, adopted by a pointer.
 #include <memory>
 
+#include "collision/surface_contacts.hpp"
 #include "collision/triangle_index.hpp"
 #include "core/local_dynamics.hpp"
 #include "core/reducer.hpp"
-#include "collision/surface_contacts.hpp"
 
 namespace kt {
 
 /// Everything that changes at 1 kHz. A copy is a rollback point.
 struct LocalState {
-  VectorX q, q_rate;    ///< reduced displacement [m] and velocity [m/s], (r)
-  ContactSet anchors;   ///< contacts held at the end of the last tick
+  VectorX q, q_rate;   ///< reduced displacement [m] and velocity [m/s], (r)
+  ContactSet anchors;  ///< contacts held at the end of the last tick
 };
 
 /// Room for one tick's intermediate values; (p) patch vertices, (r) reduced coordinates.
@@ -21,20 +21,20 @@ struct LocalWorkspace {
   VectorX x, x_event, x_end, x_guess;   ///< patch positions: start of tick, last event, end of tick, guess [m], (3p)
   VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
   VectorX du_guess, step, step_before;  ///< iterates of du
-  VectorX impulse, impulse_weighted;    ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
-  VectorX x_recovered, v_recovered;     ///< (3 recovered)
-  std::vector<int> candidates;          ///< (triangles)
-  std::vector<unsigned char> ignored;   ///< (triangles)
+  VectorX impulse, impulse_weighted;   ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
+  VectorX x_recovered, v_recovered;    ///< (3 recovered)
+  std::vector<int> candidates;         ///< (triangles)
+  std::vector<unsigned char> ignored;  ///< (triangles)
 };
 
 struct PreparedLocalModel {
   LocalModel model;
   std::unique_ptr<LocalDynamics> dynamics;
   std::unique_ptr<TriangleIndex> index;
-  SparseMatrix patch_basis;               ///< first 3p rows of the basis
-  std::vector<std::array<bool, 3>> moves; ///< per patch triangle: which of its vertices can move
-  std::vector<int> recovered_row;         ///< (n) global node -> recovered row, -1
-  std::vector<int> local_triangle;        ///< (surface triangles) global -> patch triangle, -1
+  SparseMatrix patch_basis;                ///< first 3p rows of the basis
+  std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move
+  std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
+  std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1
   LocalState state;
   LocalWorkspace work;
 };

@@ -33,9 +33,13 @@ Metric contact_metric(const std::string& name) {
 
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
                      double reach)
-    : surface_(surface), scene_(scene), tool_(tool), reach_(reach),
+    : surface_(surface),
+      scene_(scene),
+      tool_(tool),
+      reach_(reach),
       global_(model, make_integrator(scene.global.integrator), 1 / scene.global.rate_hz),
-      reduce_(find_reducer(scene.local.reducer)), scheme_(local_scheme(scene.local.integrator)),
+      reduce_(find_reducer(scene.local.reducer)),
+      scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
 ContactSite Refresher::find_site(const Vec3& tool, int triangle) const {
@@ -58,14 +62,16 @@ ContactSite Refresher::find_site(const Vec3& tool, int triangle) const {
   return site;
 }
 
-std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool, std::span<const LocalReport> reports) {
+std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool,
+                                                       std::span<const LocalReport> reports) {
   auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
     history.insert(history.end(), report.samples.begin(), report.samples.begin() + report.count);
   std::vector<ContactHold> holds;
   if (!reports.empty())
-    for (const ContactSample& s : std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)))
+    for (const ContactSample& s :
+         std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)))
       holds.push_back({s.nodes, s.bary, s.normal, s.point, s.sticks});
   if (t > global_.state().t) {
     global_.advance(t, history, holds);
@@ -77,7 +83,8 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
   const ReduceOptions options{scene_.local.rings};
   LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
-  // A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one.
+  // A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer
+  // one.
   if (!is_positive_definite(local.stiffness)) {
     local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
     local.definite_tangent = true;

@@ -9,9 +9,9 @@ namespace kt {
 
 /// What the haptic side reports after each tick.
 struct LocalReport {
-  int tick = 0;                  ///< index of the tick that ended
-  Vec3 tool = Vec3::Zero();      ///< [m]
-  int triangle = -1;             ///< in contact: which surface triangle
+  int tick = 0;              ///< index of the tick that ended
+  Vec3 tool = Vec3::Zero();  ///< [m]
+  int triangle = -1;         ///< in contact: which surface triangle
   int count = 0;
   std::array<ContactSample, kMaxContacts> samples{};
 };
@@ -19,7 +19,8 @@ struct LocalReport {
 class Refresher {
  public:
   /// @param reach  how far the tool's surface gets between two refreshes [m]
-  Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool, double reach);
+  Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
+            double reach);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it.
   std::unique_ptr<PreparedLocalModel> refresh(double t, const Vec3& tool, std::span<const LocalReport> reports);

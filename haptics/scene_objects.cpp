@@ -32,7 +32,8 @@ Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
     for (const std::string& what : repaired.done) notes.push_back("object.repair: " + what);
     mesh = std::move(repaired.mesh);
   }
-  if (object.layers) return add_inner_layers(mesh, object.layers->count, object.layers->count * object.layers->thickness);
+  if (object.layers)
+    return add_inner_layers(mesh, object.layers->count, object.layers->count * object.layers->thickness);
   if (!mesh.tetrahedra.empty()) return mesh;
   const SceneTetrahedralize wanted = object.tetrahedralize.value_or(SceneTetrahedralize{});
   TetrahedralizeOptions options;

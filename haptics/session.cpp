@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "haptics/device/press_drag.hpp"
-#include "haptics/session_run.hpp"
 #include "haptics/links.hpp"
+#include "haptics/session_run.hpp"
 #include "models/model.hpp"
 
 namespace kt {
@@ -78,8 +78,10 @@ void check_methods(const Scene& scene) {
   require_backend("contact.law", scene.contact.law, contact_solver_backends());
   local_scheme(scene.local.integrator);
   if (!is_geometric(scene.contact.law) && contact_metric(scene.contact.metric) == Metric::identity)
-    throw InputError(text("contact.metric \"identity\" belongs to the paper's laws (its operators are projectors in "
-                          "positions); contact.law \"", scene.contact.law, "\" needs \"mass\" or \"implicit\""));
+    throw InputError(
+        text("contact.metric \"identity\" belongs to the paper's laws (its operators are projectors in "
+             "positions); contact.law \"",
+             scene.contact.law, "\" needs \"mass\" or \"implicit\""));
 }
 
 /// Explicit steps beyond their limit are allowed (to show what happens), not silent.
@@ -87,8 +89,10 @@ void warn_of_instability(const Scene& scene, const DeformableModel& model, std::
   if (local_scheme(scene.local.integrator) != LocalScheme::symplectic_euler) return;
   const double omega = highest_frequency(model, rest_state(model)), h = 1 / scene.local.rate_hz;
   if (h > 2 / omega)
-    warnings.push_back(text("local.integrator symplectic_euler with a step of ", 1e3 * h, " ms may diverge: the body's "
-                            "fastest mode allows ", 2e3 / omega, " ms; use implicit_euler or a softer, coarser body"));
+    warnings.push_back(text("local.integrator symplectic_euler with a step of ", 1e3 * h,
+                            " ms may diverge: the body's "
+                            "fastest mode allows ",
+                            2e3 / omega, " ms; use implicit_euler or a softer, coarser body"));
 }
 
 }  // namespace

@@ -24,35 +24,35 @@ struct Snapshot {
 };
 
 struct SessionResult {
-  Vec3 start = Vec3::Zero();               ///< tool position before the first tick [m]
-  std::vector<LocalFrame> frames;          ///< one a tick
-  std::vector<double> step_us;             ///< CPU time of each tick [us]
-  std::vector<double> lateness_us;         ///< thread link: wall clock after the tick was due [us]
-  std::vector<double> penetration;         ///< per tick, by contact_check [m]; empty when not asked for
+  Vec3 start = Vec3::Zero();        ///< tool position before the first tick [m]
+  std::vector<LocalFrame> frames;   ///< one a tick
+  std::vector<double> step_us;      ///< CPU time of each tick [us]
+  std::vector<double> lateness_us;  ///< thread link: wall clock after the tick was due [us]
+  std::vector<double> penetration;  ///< per tick, by contact_check [m]; empty when not asked for
   std::vector<double> global_ms, refresh_ms;
   std::vector<RefreshEvent> refreshes;
   std::vector<Snapshot> snapshots;
   std::vector<std::string> warnings;
   int last_dof = 0, last_patch_vertices = 0;
-  int definite_tangents = 0;               ///< refreshes whose exact tangent was indefinite
-  int limited_forces = 0;                  ///< ticks whose force was cut to the device's limit
-  int missed_impacts = 0;                  ///< ticks without contact that end inside the body, by contact_check
-  int deadline_misses = 0;                 ///< ticks whose compute time exceeded the haptic period
-  long long allocations = -1;              ///< in the haptic ticks; -1: not counted
-  bool stopped = false;                    ///< by the stop flag
-  bool real_time_scheduling = false;       ///< thread link: SCHED_FIFO was granted
-  double max_speed = 0;                    ///< bound of the tool's speed that the patches were made for [m/s]
-  std::uint64_t hash = 0;                  ///< of every frame's position, force, mode and place
+  int definite_tangents = 0;          ///< refreshes whose exact tangent was indefinite
+  int limited_forces = 0;             ///< ticks whose force was cut to the device's limit
+  int missed_impacts = 0;             ///< ticks without contact that end inside the body, by contact_check
+  int deadline_misses = 0;            ///< ticks whose compute time exceeded the haptic period
+  long long allocations = -1;         ///< in the haptic ticks; -1: not counted
+  bool stopped = false;               ///< by the stop flag
+  bool real_time_scheduling = false;  ///< thread link: SCHED_FIFO was granted
+  double max_speed = 0;               ///< bound of the tool's speed that the patches were made for [m/s]
+  std::uint64_t hash = 0;             ///< of every frame's position, force, mode and place
 };
 
 struct SessionOptions {
-  bool check_contacts = true;                        ///< run contact_check after each tick (lockstep only)
-  std::vector<RefreshEvent> refreshes;               ///< replay: this schedule instead of the scene's; lockstep
-  double max_speed = 0;                              ///< replay: the first run's tool speed bound [m/s]; 0: the device's
-  std::vector<double> snapshot_times;                ///< [s]
-  std::function<long long()> count_allocations;      ///< allocations of this thread so far
-  std::function<void(double)> progress;              ///< share done, 0..1
-  const std::atomic<bool>* stop = nullptr;           ///< Ctrl-C: end after this tick and keep what is there
+  bool check_contacts = true;                    ///< run contact_check after each tick (lockstep only)
+  std::vector<RefreshEvent> refreshes;           ///< replay: this schedule instead of the scene's; lockstep
+  double max_speed = 0;                          ///< replay: the first run's tool speed bound [m/s]; 0: the device's
+  std::vector<double> snapshot_times;            ///< [s]
+  std::function<long long()> count_allocations;  ///< allocations of this thread so far
+  std::function<void(double)> progress;          ///< share done, 0..1
+  const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there
 };
 
 /// Everything of a scene that takes time to build: mesh, model, surface, device. Throws InputError.
@@ -76,8 +76,8 @@ class Session {
   std::vector<std::string> warnings_;
 };
 
-/// Loads, scales and, where the model needs it, repairs and tetrahedralizes the scene's mesh. What was not taken over as
-/// it stands is appended to `notes`.
+/// Loads, scales and, where the model needs it, repairs and tetrahedralizes the scene's mesh. What was not taken over
+/// as it stands is appended to `notes`.
 Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes);
 
 /// Nodes that the scene clamps, ascending. Throws InputError when a choice holds no node or all of them.

@@ -27,8 +27,11 @@ std::unique_ptr<ContactSolver> scene_solver(const Scene& scene) {
 
 HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device,
                        const SessionOptions& options)
-    : options_(options), device_(std::move(device)), local_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
-      limits_(device_->limits()), position_(device_->position(0)) {
+    : options_(options),
+      device_(std::move(device)),
+      local_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
+      limits_(device_->limits()),
+      position_(device_->position(0)) {
   const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
   frames_.resize(ticks);
   step_us_.resize(ticks);

@@ -8,7 +8,8 @@ namespace kt {
 /// The haptic side of one run: device, local simulation, records. One thread uses it.
 class HapticLoop {
  public:
-  HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device, const SessionOptions& options);
+  HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device,
+             const SessionOptions& options);
 
   /// One tick: device -> sweep -> local step -> device. Fills the next row of the records; nothing is allocated.
   LocalReport tick() noexcept;

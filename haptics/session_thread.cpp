@@ -117,7 +117,8 @@ class ThreadedRun {
       }
     }
     if (lost_reports_ > 0)
-      run_.result.warnings.push_back(text("link: ", lost_reports_, " reports were lost, the refresher fell too far behind"));
+      run_.result.warnings.push_back(
+          text("link: ", lost_reports_, " reports were lost, the refresher fell too far behind"));
   }
 
   const RunParts& run_;

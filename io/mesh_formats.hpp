@@ -24,8 +24,8 @@ void finish_solid(Mesh& mesh, const std::string& path, const LoadOptions& option
 /// Removes nodes that no triangle and no tetrahedron uses, keeping the order of the others. Returns how many went.
 int drop_unused_nodes(Mesh& mesh);
 
-/// Removes the tetrahedra outside the closed `surface` (in its cavities), when the triangles of the surface, whose nodes
-/// come first in `solid`, separate them from those inside.
+/// Removes the tetrahedra outside the closed `surface` (in its cavities), when the triangles of the surface, whose
+/// nodes come first in `solid`, separate them from those inside.
 void drop_cavities(Mesh& solid, const Mesh& surface);
 
 std::string write_obj(const Mesh& mesh);

@@ -21,7 +21,7 @@ constexpr ElementType kTypes[] = {{1, 2, 0},  {8, 3, 0},   {15, 1, 0},  {2, 3, 3
 class MshReader {
  public:
   MshReader(const std::string& path, const LoadOptions& options, Notes& notes)
-      : in_(path, read_whole_file(path)), options_(options), notes_(notes) {}
+      : in_(path, read_text_file(path)), options_(options), notes_(notes) {}
 
   Mesh read() {
     read_format();

@@ -9,7 +9,7 @@ namespace {
 
 /// Nodes; returns the index of the first one, 0 or 1, which the .ele file shares.
 int read_nodes(const std::string& path, const LoadOptions& options, VectorX& x) {
-  TextReader in(path, read_whole_file(path));
+  TextReader in(path, read_text_file(path));
   const long long announced = in.integer("the number of nodes");
   const long long dimension = in.integer("the dimension");
   if (dimension != 3) in.fail("dimension is ", dimension, "; must be 3");
@@ -39,7 +39,7 @@ Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& n
   const std::string elements = fs::path(path).replace_extension(".ele").string();
   Mesh mesh;
   const int base = read_nodes(nodes, options, mesh.x);
-  TextReader in(elements, read_whole_file(elements));
+  TextReader in(elements, read_text_file(elements));
   const int n = in.count("tetrahedra", 10);  // "0 0 1 2 3\n"
   const long long corners = in.integer("the number of nodes of a tetrahedron");
   if (corners != 4 && corners != 10) in.fail("tetrahedra have ", corners, " nodes; must be 4 or 10");

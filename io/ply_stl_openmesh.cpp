@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <iostream>
 #include <map>
 #include <sstream>
 
@@ -25,6 +26,7 @@
 #endif
 
 #include "io/mesh_formats.hpp"
+#include "io/ply_check.hpp"
 #include "io/polygon.hpp"
 #include "io/text_reader.hpp"
 
@@ -96,34 +98,6 @@ struct Announced {
   long long vertices = -1, faces = -1;  ///< -1: the format does not say
 };
 
-/// Counts of a PLY header, checked against the size of the file before the library allocates for them.
-Announced ply_counts(TextReader& in) {
-  Announced out;
-  const auto first = in.line();
-  if (!first || *first != "ply") in.fail("file starts with ", quoted(first.value_or("")), "; must start with ply");
-  while (const auto found = in.line()) {
-    std::istringstream line{std::string(*found)};
-    std::string keyword, name, count;
-    line >> keyword >> name >> count;
-    if (keyword == "end_header") {
-      if (out.vertices < 0) in.fail("the header has no element vertex");
-      if (out.faces < 0) in.fail("the header has no element face");
-      in.check_count(out.vertices, "vertices", 6);
-      in.check_count(out.faces, "faces", 4);
-      return out;
-    }
-    if (keyword == "element") {
-      const long long n = in.to_integer(count, text("the number of elements ", name));
-      if (n < 0) in.fail("the number of elements ", name, " is ", n, "; must be at least 0");
-      if (name == "vertex") out.vertices = n;
-      if (name == "face") out.faces = n;
-    } else if (keyword != "format" && keyword != "property" && keyword != "comment" && keyword != "obj_info") {
-      in.fail("unknown header line ", quoted(*found));
-    }
-  }
-  in.fail("the header has no end_header");
-}
-
 /// Text STL: every facet needs three vertices of three finite numbers. The library stops at the first bad one in
 /// silence.
 Announced stl_text_counts(const std::string& path, const std::string& data) {
@@ -176,31 +150,30 @@ void weld(SoupImporter& soup) {
 }  // namespace
 
 Mesh read_ply_or_stl(const std::string& path, const LoadOptions& options, Notes& notes) {
-  std::string data = read_whole_file(path);
+  const std::string data = read_whole_file(path);
   const bool stl = mesh_extension(path) == ".stl";
   Announced announced;
+  std::istringstream ply;
   if (stl) {
     announced = stl_counts(path, data);
   } else {
-    TextReader in(path, std::move(data));
-    announced = ply_counts(in);
+    CheckedPly checked = check_ply(path, data);
+    announced = {checked.vertices, checked.faces};
+    ply.str(std::move(checked.data));
   }
 
   SoupImporter soup;
   om::IO::Options read_options;
   std::ostringstream complaints;  // the library prints them; they belong into our one line
-  ::omerr().connect(complaints);
-  ::omerr().disconnect(std::cerr);
+  std::streambuf* const usual = std::cerr.rdbuf(complaints.rdbuf());
   bool good = false;
   std::string reason;
   try {
-    good =
-        stl ? om::IO::STLReader().read(path, soup, read_options) : om::IO::PLYReader().read(path, soup, read_options);
+    good = stl ? om::IO::STLReader().read(path, soup, read_options) : om::IO::PLYReader().read(ply, soup, read_options);
   } catch (const std::exception& e) {
     reason = e.what();
   }
-  ::omerr().disconnect(complaints);
-  ::omerr().connect(std::cerr);
+  std::cerr.rdbuf(usual);
   if (reason.empty()) reason = complaints.str().substr(0, complaints.str().find('\n'));
   if (!good) throw InputError(text(path, ": OpenMesh cannot read it", reason.empty() ? "" : ": ", reason));
 

@@ -37,6 +37,12 @@ std::string read_whole_file(const std::string& path) {
   return data;
 }
 
+std::string read_text_file(const std::string& path) {
+  std::string data = read_whole_file(path);
+  while (!data.empty() && data.back() == '\0') data.pop_back();
+  return data;
+}
+
 std::string quoted(std::string_view token) {
   std::string out = "\"";
   for (const char c : token.substr(0, 40)) out += (c >= ' ' && c < 127) ? c : '?';
@@ -44,7 +50,6 @@ std::string quoted(std::string_view token) {
 }
 
 TextReader::TextReader(std::string path, std::string data) : path_(std::move(path)), data_(std::move(data)) {
-  while (!data_.empty() && data_.back() == '\0') data_.pop_back();  // some exporters write C's end of string
   if (data_.starts_with("\xEF\xBB\xBF")) at_ = 3;
 }
 
@@ -55,6 +60,7 @@ void TextReader::skip_blanks() {
 }
 
 std::optional<std::string_view> TextReader::word_on_line() {
+  line_ = next_line_;  // line() may have been used before
   skip_blanks();
   if (at_ == data_.size() || data_[at_] == '\n') return std::nullopt;
   const std::size_t begin = at_;

@@ -188,6 +188,34 @@ def broken_meshes():
     write_text("broken/empty.off", "")
 
 
+def block_tetrahedra():
+    """The paper's kind of body: a regular block, 80 x 50 x 20 mm, nodes every 5 mm, six tetrahedra a cube."""
+    nx, ny, nz, h = 16, 10, 4, 0.005
+    index = lambda i, k, l: 1 + (i * (ny + 1) + k) * (nz + 1) + l
+    nodes = [(i * h, k * h, l * h) for i in range(nx + 1) for k in range(ny + 1) for l in range(nz + 1)]
+    walks = [(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)]  # Kuhn: one tetrahedron a walk
+    cells = []
+    for i in range(nx):
+        for k in range(ny):
+            for l in range(nz):
+                for walk in walks:
+                    at = [i, k, l]
+                    cell = [index(*at)]
+                    for axis in walk:
+                        at[axis] += 1
+                        cell.append(index(*at))
+                    if walk in ((0, 2, 1), (1, 0, 2), (2, 1, 0)):  # an odd walk is mirrored: keep volumes positive
+                        cell[2], cell[3] = cell[3], cell[2]
+                    cells.append(cell)
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(nodes))]
+    lines += [f"{i + 1} {number(x)} {number(y)} {number(z)}" for i, (x, y, z) in enumerate(nodes)]
+    lines += ["$EndNodes", "$Elements", str(len(cells))]
+    lines += [f"{i + 1} 4 2 1 1 {' '.join(map(str, c))}" for i, c in enumerate(cells)]
+    lines += ["$EndElements", ""]
+    write_text("block.msh", "\n".join(lines))
+
+
 if __name__ == "__main__":
     good_meshes()
+    block_tetrahedra()
     broken_meshes()

@@ -25,7 +25,8 @@ void require_positive(const char* key, double value) {
 void check(const Mesh& mesh, const ModelOptions& o) {
   require_positive("young", o.young);
   require_positive("density", o.density);
-  if (!(o.poisson > -1 && o.poisson < 0.5)) throw InputError(text("model.poisson = ", o.poisson, ": must be in (-1, 0.5)"));
+  if (!(o.poisson > -1 && o.poisson < 0.5))
+    throw InputError(text("model.poisson = ", o.poisson, ": must be in (-1, 0.5)"));
   if (!(o.damping_mass >= 0)) throw InputError(text("model.damping.mass = ", o.damping_mass, ": must be >= 0"));
   if (!(o.damping_stiffness >= 0))
     throw InputError(text("model.damping.stiffness = ", o.damping_stiffness, ": must be >= 0"));

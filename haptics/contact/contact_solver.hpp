@@ -24,22 +24,22 @@ using ContactMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3
 /// One tick's contacts as seen by a solver; c contacts, world frame. v+ = velocity + W p.
 struct ContactProblem {
   int count = 0;
-  double h = 0;                            ///< [s], over which the impulses act as forces
-  std::array<Vec3, kMaxContacts> normal;   ///< unit, from the body towards the tool
-  ContactVector velocity;                  ///< of the body's contact points without contact, relative to the tool [m/s];
-                                           ///< its normal part is -gap/h, so that v+ = 0 closes the gap exactly
-  ContactMatrix W;                         ///< velocity change per impulse through the chosen metric [1/kg]
-  Vec3 force = Vec3::Zero();               ///< J f / s: what the paper's operators project [N]; geometric laws only
-  Mat3 inertia = Mat3::Zero();             ///< J M^-1 J^T [1/kg]; geometric laws only
+  double h = 0;                           ///< [s], over which the impulses act as forces
+  std::array<Vec3, kMaxContacts> normal;  ///< unit, from the body towards the tool
+  ContactVector velocity;                 ///< of the body's contact points without contact, relative to the tool [m/s];
+                                          ///< its normal part is -gap/h, so that v+ = 0 closes the gap exactly
+  ContactMatrix W;                        ///< velocity change per impulse through the chosen metric [1/kg]
+  Vec3 force = Vec3::Zero();              ///< J f / s: what the paper's operators project [N]; geometric laws only
+  Mat3 inertia = Mat3::Zero();            ///< J M^-1 J^T [1/kg]; geometric laws only
 };
 
 struct ContactSolution {
   std::array<ContactMode, kMaxContacts> mode{};
-  ContactVector impulse;         ///< on the body through the metric [N s]
+  ContactVector impulse;                 ///< on the body through the metric [N s]
   Vec3 inertial_impulse = Vec3::Zero();  ///< on the body through its inertia [N s]; geometric laws only
   Vec3 force_on_tool = Vec3::Zero();     ///< [N]
   int iterations = 0;
-  double residual = 0;           ///< largest change of an impulse in the last iteration / largest impulse
+  double residual = 0;  ///< largest change of an impulse in the last iteration / largest impulse
 };
 
 /// How the surface is put under the tool before forces are computed.

@@ -67,8 +67,8 @@ class PaperStickSlip final : public ContactSolver {
     const auto [f_n, f_t] = split(problem.force, problem.normal[kFirst]);
     if (f_t.norm() <= mu_ * f_n) return stick(problem, out);  // eq. (5)
     out.mode[kFirst] = ContactMode::frictional_slide;
-    out.force_on_tool = clip_to_cone(problem.force, problem.normal[kFirst], mu_);    // eq. (28)
-    out.inertial_impulse = -problem.h * out.force_on_tool;                             // eqs. (24)-(25)
+    out.force_on_tool = clip_to_cone(problem.force, problem.normal[kFirst], mu_);              // eq. (28)
+    out.inertial_impulse = -problem.h * out.force_on_tool;                                     // eqs. (24)-(25)
     slide(problem, problem.velocity.head<3>() + problem.inertia * out.inertial_impulse, out);  // eq. (26)
   }
 

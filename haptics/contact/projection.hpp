@@ -13,8 +13,8 @@ inline double weight_square(const Vec3& bary, const std::array<bool, 3>& moves) 
 
 /// The split of a force at a contact into normal and tangential parts.                     Paper, section IV.A.
 struct SplitForce {
-  double normal = 0;                   ///< F_N along the normal [N], negative when it pulls
-  Vec3 tangential = Vec3::Zero();      ///< [N]
+  double normal = 0;               ///< F_N along the normal [N], negative when it pulls
+  Vec3 tangential = Vec3::Zero();  ///< [N]
 };
 inline SplitForce split(const Vec3& force, const Vec3& normal) {
   const double n = normal.dot(force);

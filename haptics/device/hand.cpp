@@ -21,7 +21,8 @@ class Hand final : public HapticDevice {
     const Vec3 target_velocity = (target - interpolate_path(o_.path, t_)) / h;
     // Spring and damper at the end of the step: stable for any hand.
     const double system = o_.hand_mass + h * o_.hand_damping + h * h * o_.hand_stiffness;
-    v_ = (o_.hand_mass * v_ + h * (force + o_.hand_stiffness * (target - x_) + o_.hand_damping * target_velocity)) / system;
+    v_ = (o_.hand_mass * v_ + h * (force + o_.hand_stiffness * (target - x_) + o_.hand_damping * target_velocity)) /
+         system;
     x_ += h * v_;
     t_ += h;
   }

@@ -34,7 +34,8 @@ Vec3 safe_force(const Vec3& force, const DeviceLimits& limits, bool& limited) no
 }
 
 Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept {
-  const auto after = std::upper_bound(path.begin(), path.end(), t, [](double a, const TimedPoint& p) { return a < p.t; });
+  const auto after =
+      std::upper_bound(path.begin(), path.end(), t, [](double a, const TimedPoint& p) { return a < p.t; });
   if (after == path.begin()) return path.front().x;
   if (after == path.end()) return path.back().x;
   const TimedPoint &a = *(after - 1), &b = *after;

@@ -29,19 +29,19 @@ class HapticDevice {
 
 /// A point of a path at a time.
 struct TimedPoint {
-  double t = 0;                ///< [s]
-  Vec3 x = Vec3::Zero();       ///< [m]
+  double t = 0;           ///< [s]
+  Vec3 x = Vec3::Zero();  ///< [m]
   bool operator==(const TimedPoint&) const = default;
 };
 
 struct DeviceOptions {
-  std::vector<TimedPoint> path;   ///< scripted: the path; hand: its target; ascending t, linear in between
-  std::string recording;          ///< recorded: file with one "t,x,y,z" line a tick
-  double h = 1e-3;                ///< haptic step [s]
+  std::vector<TimedPoint> path;  ///< scripted: the path; hand: its target; ascending t, linear in between
+  std::string recording;         ///< recorded: file with one "t,x,y,z" line a tick
+  double h = 1e-3;               ///< haptic step [s]
   // hand: a mass held to the target by a spring and a damper
   double hand_stiffness = 300, hand_damping = 3, hand_mass = 0.1;  ///< [N/m], [N s/m], [kg]
-  double encoder_step = 1e-5;     ///< [m] positions are read in multiples of this; 0: exact
-  double max_force = 7.9;         ///< [N] what the simulated device can give
+  double encoder_step = 1e-5;  ///< [m] positions are read in multiples of this; 0: exact
+  double max_force = 7.9;      ///< [N] what the simulated device can give
 };
 
 std::vector<BackendInfo> device_backends();

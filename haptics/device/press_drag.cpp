@@ -9,9 +9,9 @@
 namespace kt {
 namespace {
 
-constexpr double kSpacing = 5e-4;   // [m] between points of the drag
-constexpr double kSteepest = 0.6;   // rise per run
-constexpr double kThinnest = 3.0;   // thickness of the body under the tool, in depths
+constexpr double kSpacing = 5e-4;  // [m] between points of the drag
+constexpr double kSteepest = 0.6;  // rise per run
+constexpr double kThinnest = 3.0;  // thickness of the body under the tool, in depths
 
 /// First touch of a tool moving from one end of a line to the other.
 std::optional<Vec3> sweep_touch(const Mesh& mesh, const ToolShape& tool, int axis, const ToolSweep& sweep) {
@@ -60,7 +60,8 @@ std::vector<Vec3> touch_line(const Mesh& mesh, const ToolShape& tool, int axis, 
 }
 
 /// Of a grid of places, the one with the longest drag; ties go to the place nearest to the middle.
-Vec3 choose_place(const Mesh& mesh, const ToolShape& tool, int axis, double depth, const Vec3& direction, double length) {
+Vec3 choose_place(const Mesh& mesh, const ToolShape& tool, int axis, double depth, const Vec3& direction,
+                  double length) {
   const Bounds box = bounds(mesh);
   const Vec3 side = Vec3::Unit(axis).cross(direction);
   const double along = box.size().dot(direction.cwiseAbs()), across = box.size().dot(side.cwiseAbs());

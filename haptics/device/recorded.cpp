@@ -11,7 +11,8 @@ namespace {
 
 class Recorded final : public HapticDevice {
  public:
-  explicit Recorded(std::vector<TimedPoint> path, double h) : path_(std::move(path)), h_(h), speed_(path_speed(path_)) {}
+  explicit Recorded(std::vector<TimedPoint> path, double h)
+      : path_(std::move(path)), h_(h), speed_(path_speed(path_)) {}
   Vec3 position(double t) noexcept override {
     // By tick and not by interpolation, which would change the last bits.
     const double tick = (t - path_.front().t) / h_;

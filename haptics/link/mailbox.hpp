@@ -1,5 +1,6 @@
 #pragma once
-// Hands one object at a time from one thread to another without a lock: a newer one replaces an older one not yet taken.
+// Hands one object at a time from one thread to another without a lock: a newer one replaces an older one not yet
+// taken.
 #include <atomic>
 #include <memory>
 

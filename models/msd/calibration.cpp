@@ -98,7 +98,8 @@ Mat6 network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs) {
   const FreeDofs inner = make_free_dofs(n, boundary);
   if (inner.size() > 0) {
     SparseMatrix system = gather(inner, stiffness);
-    const double shift = 1e-9 * VectorX(system.diagonal()).maxCoeff();  // an inner node may hang on one plane of springs
+    const double shift =
+        1e-9 * VectorX(system.diagonal()).maxCoeff();  // an inner node may hang on one plane of springs
     for (int i = 0; i < inner.size(); ++i) system.coeffRef(i, i) += shift;
     const auto solver = make_sparse_solver();
     if (!solver->factor(system)) throw RunError("msd calibration: the inner network is not rigid");
@@ -113,27 +114,55 @@ Mat6 network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs) {
   return u.transpose() * (stiffness * u) / volume;
 }
 
-Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs) {
-  if (mesh.tetrahedra.empty()) return uniform_membrane(young, springs);
-  const std::vector<double> k = stiffness_along_edges(mesh, young, poisson, springs);
-  double mean = 0;
-  for (double value : k) mean += std::max(0.0, value);
-  mean /= static_cast<double>(k.size());
-  // Obtuse tetrahedra give edges that push: a spring must not, so it keeps a tenth of the mean stiffness.
-  for (std::size_t s = 0; s < springs.size(); ++s) springs[s].stiffness = std::max(k[s], 0.1 * mean);
+namespace {
 
+/// Scales all springs to the target, least squares, and says how well they then match.
+Calibration scale_to_target(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs) {
   const Mat6 target = isotropic_elasticity(young, poisson);
   Mat6 network = network_elasticity(mesh, springs);
   const double scale = network.cwiseProduct(target).sum() / network.squaredNorm();
   for (Spring& s : springs) s.stiffness *= scale;
   network *= scale;
-
   Calibration out;
   out.residual = (network - target).norm() / target.norm();
   const Mat6 compliance = network.inverse();
   out.young_error = (1 / compliance(0, 0) + 1 / compliance(1, 1) + 1 / compliance(2, 2)) / (3 * young) - 1;
   out.shear_error = (network(3, 3) + network(4, 4) + network(5, 5)) / (3 * target(3, 3)) - 1;
   return out;
+}
+
+/// Shape 1: the part of the FEM stiffness that acts along each edge. Obtuse and right-angled tetrahedra give edges that
+/// push or do nothing; a spring keeps a tenth of the mean.
+void shape_from_stiffness(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs) {
+  const std::vector<double> k = stiffness_along_edges(mesh, young, poisson, springs);
+  double mean = 0;
+  for (double value : k) mean += std::max(0.0, value);
+  mean /= static_cast<double>(k.size());
+  for (std::size_t s = 0; s < springs.size(); ++s) springs[s].stiffness = std::max(k[s], 0.1 * mean);
+}
+
+/// Shape 2: the volume around each edge by its length squared (Van Gelder 1998).
+void shape_from_volume(const Mesh& mesh, double young, std::vector<Spring>& springs) {
+  std::map<std::pair<int, int>, double> volume;
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (int i = 0; i < 4; ++i)
+      for (int j = i + 1; j < 4; ++j) volume[std::minmax(t[i], t[j])] += std::abs(tetrahedron_volume(mesh.x, t));
+  for (Spring& s : springs) s.stiffness = young * volume.at({s.a, s.b}) / (s.rest_length * s.rest_length);
+}
+
+}  // namespace
+
+Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs) {
+  if (mesh.tetrahedra.empty()) return uniform_membrane(young, springs);
+  // Neither shape wins on every mesh: free meshes favour the first, regular blocks the second.
+  std::vector<Spring> other = springs;
+  shape_from_stiffness(mesh, young, poisson, springs);
+  shape_from_volume(mesh, young, other);
+  const Calibration first = scale_to_target(mesh, young, poisson, springs);
+  const Calibration second = scale_to_target(mesh, young, poisson, other);
+  if (first.residual <= second.residual) return first;
+  springs = std::move(other);
+  return second;
 }
 
 }  // namespace kt

@@ -6,15 +6,15 @@ namespace kt {
 
 /// How well the network matches. A network of central forces can only reproduce Poisson ratios near 1/4.
 struct Calibration {
-  double residual = 0;       ///< || C_network - C_solid || / || C_solid ||, 6x6 elasticity tensors
-  double young_error = 0;    ///< relative, mean of the three uniaxial tests
-  double shear_error = 0;    ///< relative, mean of the three shear tests
+  double residual = 0;     ///< || C_network - C_solid || / || C_solid ||, 6x6 elasticity tensors
+  double young_error = 0;  ///< relative, mean of the three uniaxial tests
+  double shear_error = 0;  ///< relative, mean of the three shear tests
 };
 
-/// Sets the stiffness of every spring. Shape: each edge takes the part of the linear tetrahedral FEM stiffness that acts
-/// along it, k = -d^T K_ij d (the least-squares projection, edge by edge), never below a small positive floor. Scale:
-/// least squares of the network's own elasticity tensor against the solid's, measured by imposing the six unit strains
-/// on the surface nodes and letting the inner nodes relax.
+/// Sets the stiffness of every spring. Two shapes are tried: the linear FEM stiffness along each edge, k = -d^T K_ij d
+/// (the least-squares projection, edge by edge), and the volume around the edge by its length squared (Van Gelder
+/// 1998). Each is scaled by least squares of the network's own elasticity tensor against the solid's, measured by
+/// imposing the six unit strains on the surface nodes and letting the inner nodes relax; the smaller residual wins.
 /// @param young [Pa]  @param poisson in (-1, 0.5)
 Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs);
 

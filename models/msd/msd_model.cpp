@@ -58,12 +58,15 @@ class MsdModel final : public DeformableModel {
 
   ModelInfo info() const override {
     ModelInfo out{"msd", "", {}};
-    out.parameters = {{"springs", static_cast<double>(springs_.size())}, {"density", options_.density},
-                      {"damping_mass", options_.damping_mass}, {"damping_stiffness", options_.damping_stiffness}};
+    out.parameters = {{"springs", static_cast<double>(springs_.size())},
+                      {"density", options_.density},
+                      {"damping_mass", options_.damping_mass},
+                      {"damping_stiffness", options_.damping_stiffness}};
     if (options_.stiffness) {
       out.parameters["stiffness"] = *options_.stiffness;
     } else {
-      out.parameters.insert({{"young", options_.young}, {"poisson", options_.poisson},
+      out.parameters.insert({{"young", options_.young},
+                             {"poisson", options_.poisson},
                              {"calibration_residual", calibration_.residual},
                              {"calibration_young_error", calibration_.young_error},
                              {"calibration_shear_error", calibration_.shear_error}});

@@ -62,10 +62,11 @@ Mesh add_inner_layers(const Mesh& surface, int count, double thickness) {
                               Tetrahedron{top + s[0], bottom + s[0], bottom + s[1], bottom + s[2]}}) {
         const double volume = tetrahedron_volume(out.x, tet);
         // An even permutation of t keeps the orientation of the prism, an odd one mirrors it.
-        const bool even = (s[0] == t[0] && s[1] == t[1]) || (s[0] == t[1] && s[1] == t[2]) || (s[0] == t[2] && s[1] == t[0]);
+        const bool even =
+            (s[0] == t[0] && s[1] == t[1]) || (s[0] == t[1] && s[1] == t[2]) || (s[0] == t[2] && s[1] == t[0]);
         if ((even ? -volume : volume) <= 0)
-          throw InputError(text("layers.thickness = ", thickness, " m: the inner layer folds below the triangle (", t[0],
-                                ", ", t[1], ", ", t[2], "); use a smaller thickness"));
+          throw InputError(text("layers.thickness = ", thickness, " m: the inner layer folds below the triangle (",
+                                t[0], ", ", t[1], ", ", t[2], "); use a smaller thickness"));
         if (volume < 0) std::swap(tet[2], tet[3]);
         out.tetrahedra.push_back(tet);
       }

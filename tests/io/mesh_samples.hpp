@@ -19,6 +19,10 @@ inline std::vector<std::string> files_in(const std::string& folder) {
   if (std::filesystem::is_directory(folder))
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const auto known = readable_mesh_extensions();
+#if !KT_WITH_OPENMESH
+      const std::string extension = mesh_extension(entry.path().string());
+      if (extension == ".ply" || extension == ".stl") continue;
+#endif
       if (std::find(known.begin(), known.end(), mesh_extension(entry.path().string())) != known.end())
         out.push_back(entry.path().string());
     }
@@ -26,8 +30,12 @@ inline std::vector<std::string> files_in(const std::string& folder) {
   return out;
 }
 
-/// The project's own good meshes.
-inline std::vector<std::string> own_meshes() { return files_in(KT_SOURCE_DIR "/meshes"); }
+/// The project's own good surfaces.
+inline std::vector<std::string> own_meshes() {
+  std::vector<std::string> out = files_in(KT_SOURCE_DIR "/meshes");
+  std::erase_if(out, [](const std::string& f) { return mesh_extension(f) != ".off"; });
+  return out;
+}
 
 /// Real meshes beside the project; empty where the folder is not there, and every test passes without it.
 inline std::vector<std::string> real_meshes() { return files_in(KT_SOURCE_DIR "/../shared/data/meshes"); }
