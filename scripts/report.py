@@ -696,17 +696,16 @@ def empty_panel(axes, words):
     axes.text(0.5, 0.5, words, ha="center", va="center", color=GREY, transform=axes.transAxes)
 
 
-def first_slip(trace):
-    """Index of the tick at which a contact that stuck for a while first slides; None without one."""
-    stuck = trace["mode"] == "stick"
-    slips = np.flatnonzero(stuck[:-1] & (trace["mode"][1:] == "frictional_slide")) + 1
-    settled = [i for i in slips if stuck[max(0, i - 10):i].all() and i >= 10]
-    return settled[0] if settled else int(slips[0]) if len(slips) else None
+def largest_slip(trace, ticks=10):
+    """The transition, after that many ticks of sticking, with the largest drop of f_t in as many after; None without."""
+    stuck, f_t = trace["mode"] == "stick", trace["f_t"]
+    slips = [i for i in range(ticks, len(f_t)) if trace["mode"][i] == "frictional_slide" and stuck[i - ticks:i].all()]
+    return max(slips, key=lambda i: f_t[i - 1] - f_t[i:i + ticks].min()) if slips else None
 
 
 def draw_slip(axes, trace):
     """Zoom on one transition, marked by an arrow."""
-    at = first_slip(trace)
+    at = largest_slip(trace)
     if at is None:
         empty_panel(axes, "no stick → slip transition in this run")
         return
@@ -714,16 +713,26 @@ def draw_slip(axes, trace):
     part = {name: column[low:high] for name, column in trace.items()}
     draw_forces(axes, part)
     top = axes.get_ylim()[1]
-    x, y = trace["t"][at], trace["f_t"][at]
+    x, y = trace["t"][at - 1], trace["f_t"][at - 1]
     axes.annotate("sticks until here,\nthen slips", xy=(x, y), xytext=(0.60, 0.07), textcoords="axes fraction", fontsize=10,
                   arrowprops={"arrowstyle": "-|>", "color": BLACK, "lw": 1.4, "shrinkB": 3}, zorder=6)
     axes.set_ylim(axes.get_ylim()[0], top)
 
 
-def steady(trace, length=0.3):
-    """The end of the run, where the drag is steady."""
-    keep = trace["t"] >= trace["t"][-1] - length
-    return {name: column[keep] for name, column in trace.items()}
+# Name of the run with the paper's law, of ours beside it, and the panel's title.
+BESIDE = [("slide", "coulomb_slide", "Normal force, µ = 0: the chatter"), ("stick_slip", "coulomb", "Normal force, µ = 1")]
+
+
+def draw_beside(axes, paper, ours, length=0.3):
+    """Normal forces of both laws at the end of the run, where the drag is steady."""
+    handles = []
+    for trace, colour, width, label in ((paper, VERMILION, 1.2, "paper's law, identity metric"),
+                                        (ours, BLUE, 2.2, "coulomb, implicit metric")):
+        keep = trace["t"] >= trace["t"][-1] - length
+        handles += axes.plot(trace["t"][keep], trace["f_n"][keep], color=colour, lw=width, label=label)
+    axes.set_ylabel("normal force $f_n$ [N]")
+    axes.set_ylim(bottom=0)
+    axes.legend(handles=handles, loc="lower left", fontsize=10)
 
 
 def draw_paper(runs, path):
@@ -736,28 +745,18 @@ def draw_paper(runs, path):
             empty_panel(panel, f"no trace.csv in {name}/")
             continue
         handles.update((handle.get_label(), handle) for handle in draw_forces(panel, trace))
-    zoom, identity, consistent = axes[1]
-    zoom.set_title("One transition of stick-slip")
-    identity.set_title("Paper, identity metric (last 0.3 s)")
-    consistent.set_title("Coulomb, implicit metric (last 0.3 s)")
+    axes[1, 0].set_title("One transition of stick-slip")
     if runs["stick_slip"].trace is not None:
-        draw_slip(zoom, runs["stick_slip"].trace)
+        draw_slip(axes[1, 0], runs["stick_slip"].trace)
     else:
-        empty_panel(zoom, "no trace.csv in stick_slip/")
-    tops = []
-    for panel, name in ((identity, "stick_slip"), (consistent, "coulomb")):
-        if runs[name].trace is None:
-            empty_panel(panel, f"no trace.csv in {name}/")
-            continue
-        part = steady(runs[name].trace)
-        handles.update((handle.get_label(), handle) for handle in draw_forces(panel, part))
-        tops.append((panel, panel.get_ylim()[1]))
-    for panel, _ in tops:  # same scale, so that the eye compares
-        top = max(top for _, top in tops)
-        for image in panel.images:
-            low_x, high_x, _, _ = image.get_extent()
-            image.set_extent((low_x, high_x, -0.03 * top, top))
-        panel.set_ylim(-0.03 * top, top)
+        empty_panel(axes[1, 0], "no trace.csv in stick_slip/")
+    for panel, (paper, ours, title) in zip(axes[1, 1:], BESIDE):
+        panel.set_title(title)
+        missing = [name for name in (paper, ours) if runs[name].trace is None]
+        if missing:
+            empty_panel(panel, f"no trace.csv in {missing[0]}/")
+        else:
+            draw_beside(panel, runs[paper].trace, runs[ours].trace)
     for panel in axes.flat:
         panel.set_xlabel("time [s]")
         panel.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(5))
@@ -797,7 +796,7 @@ def claim_table(claims):
 
 
 def paper_report(folder, title):
-    runs = {name: Run(os.path.join(folder, name)) for name in ("slide", "stick", "stick_slip", "coulomb")}
+    runs = {name: Run(os.path.join(folder, name)) for name in ("slide", "stick", "stick_slip", "coulomb_slide", "coulomb")}
     data = read_json(folder, "paper.json") or {}
     if all(run.is_empty for run in runs.values()) and not data:
         raise SystemExit(f"report.py: {folder}: no folder slide, stick, stick_slip or coulomb with results there")
@@ -807,7 +806,7 @@ def paper_report(folder, title):
     held = sum(1 for claim in claims if claim.get("holds"))
     subtitle = f"{held} of {len(claims)} claims hold" if claims else ""
     body = picture(folder, "paper.png", "Top: the paper's three drag experiments. Bottom: one transition from stick to slip, and the end of "
-                   "the stick-slip drag with the paper's law beside the consistent law, on the same scale.") if CAN_DRAW else ""
+                   "the drag without and with friction: the paper's law and the consistent law, one over the other.") if CAN_DRAW else ""
     body += claim_table(claims) + law_table(data.get("table") or [])
     commands = [str(run.summary["command"]) for run in runs.values() if run.summary.get("command")]
     if data.get("command") or commands:
@@ -821,7 +820,7 @@ def main():
     parser.add_argument("folder", metavar="DIR")
     parser.add_argument("--title")
     parser.add_argument("--compare", metavar="DIR2", nargs="+", default=[])
-    parser.add_argument("--paper", action="store_true", help="DIR holds slide, stick, stick_slip and coulomb")
+    parser.add_argument("--paper", action="store_true", help="DIR holds slide, stick, stick_slip, coulomb_slide and coulomb")
     arguments = parser.parse_args()
     if not os.path.isdir(arguments.folder):
         raise SystemExit(f"report.py: {arguments.folder}: no such folder")

@@ -135,7 +135,7 @@ class Report(unittest.TestCase):
 
     @unittest.skipUnless(has_matplotlib(), "needs matplotlib")
     def test_paper_page_shows_claims_and_laws(self):
-        for law in ("slide", "stick", "stick_slip", "coulomb"):
+        for law in ("slide", "stick", "stick_slip", "coulomb_slide", "coulomb"):
             write_trace(self.sub(law), law=law)
         with open(os.path.join(self.folder, "paper.json"), "w") as file:
             json.dump({"claims": [{"text": "no friction", "value": 1e-17, "bound": 1e-12, "holds": True},
