@@ -2,7 +2,16 @@
 
 #include <cstddef>
 
-#if defined(__SANITIZE_ADDRESS__) || !defined(__GLIBC__)
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define KT_SANITIZER_OWNS_MALLOC
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
+#define KT_SANITIZER_OWNS_MALLOC
+#endif
+
+#ifdef KT_SANITIZER_OWNS_MALLOC
 
 namespace kt {
 long long thread_allocations() { return -1; }
