@@ -8,9 +8,10 @@ namespace kt {
 GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
                                    double max_step)
     : model_(model), integrator_(std::move(integrator)), max_step_(max_step), state_(rest_state(model)) {
-  may_hold_ = !std::isfinite(integrator_->stable_step(1.0));
-  // 80 %: the frequency is estimated from below, and contact stiffens the body a little.
-  max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(highest_frequency(model, state_)));
+  may_hold_ = !std::isfinite(integrator_->stable_step({.omega = 1, .zeta = 0}));
+  if (may_hold_) return;
+  // 80 %: the mode is estimated from below, and contact and stretching stiffen the body a little.
+  max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(fastest_mode(model, state_)));
 }
 
 /// False, and nothing has changed, when the holds would have to pull.

@@ -9,21 +9,30 @@
 
 namespace kt {
 
+/// The motion that limits explicit steps, as the scalar x'' = -omega^2 x - 2 zeta omega x'.
+struct FastestMode {
+  double omega = 0;  ///< [rad/s]
+  double zeta = 0;   ///< damping ratio
+};
+
 class Integrator {
  public:
   virtual ~Integrator() = default;
   /// Advances `state` by dt [s] under the model's forces and `external` forces [N], (3n), constant over the step.
   /// Fixed nodes stay. Throws RunError when the step's linear system is not positive definite.
   virtual void step(const DeformableModel& model, const VectorX& external, double dt, State& state) = 0;
-  /// Largest stable dt [s] for the highest angular frequency omega_max [rad/s]; infinity when unconditionally stable.
-  virtual double stable_step(double omega_max) const = 0;
+  /// Largest stable dt [s] of the scalar motion; infinity when unconditionally stable.
+  virtual double stable_step(const FastestMode& mode) const = 0;
 };
 
 std::vector<BackendInfo> integrator_backends();
 std::unique_ptr<Integrator> make_integrator(const std::string& name);
 
-/// Estimate of the highest angular frequency [rad/s] of M, -dfdx over the free nodes: power iteration from a fixed
-/// start, from below by a few per cent (take a margin).
-double highest_frequency(const DeformableModel& model, const State& state);
+/// The mode u of the free nodes that binds symplectic Euler, from the Rayleigh quotients k, d, m of u with the definite
+/// -dfdx, -dfdv and the mass: omega^2 = k / m, 2 zeta omega = d / m. Damping need not be proportional: the step h is
+/// stable exactly when 4 M - 2 h D - h^2 K > 0, so u is the one whose h^2 k + 2 h d reaches 4 m first, not always the
+/// one with the highest omega. Found by Lanczos from a fixed start: its step is never below the true limit and above it
+/// by less than a per cent in practice (take a margin). {0, 0} without free nodes or without forces.
+FastestMode fastest_mode(const DeformableModel& model, const State& state);
 
 }  // namespace kt

@@ -87,12 +87,13 @@ void check_methods(const Scene& scene) {
 /// Explicit steps beyond their limit are allowed (to show what happens), not silent.
 void warn_of_instability(const Scene& scene, const DeformableModel& model, std::vector<std::string>& warnings) {
   if (local_scheme(scene.local.integrator) != LocalScheme::symplectic_euler) return;
-  const double omega = highest_frequency(model, rest_state(model)), h = 1 / scene.local.rate_hz;
-  if (h > 2 / omega)
+  const double h = 1 / scene.local.rate_hz;
+  const double limit = make_integrator("symplectic_euler")->stable_step(fastest_mode(model, rest_state(model)));
+  if (h > limit)
     warnings.push_back(text("local.integrator symplectic_euler with a step of ", 1e3 * h,
                             " ms may diverge: the body's "
                             "fastest mode allows ",
-                            2e3 / omega, " ms; use implicit_euler or a softer, coarser body"));
+                            1e3 * limit, " ms; use implicit_euler or a softer, coarser body"));
 }
 
 }  // namespace

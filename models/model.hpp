@@ -12,14 +12,13 @@ namespace kt {
 struct ModelOptions {
   double young = 1e4;  ///< [Pa]
   double poisson = 0.3;
-  double density = 1000;         ///< [kg/m^3]
-  double damping_mass = 0;       ///< Rayleigh: f -= damping_mass M v [1/s]
-  double damping_stiffness = 0;  ///< Rayleigh: damping = damping_stiffness * K [s]
-  std::optional<double>
-      stiffness;                 ///< msd: one stiffness for every spring [N/m]; absent: calibrated from young, poisson
-  std::optional<double> damper;  ///< msd: one damper for every spring [N s/m]; absent: damping_stiffness * stiffness
-  std::vector<int> fixed_nodes;
-  std::string material;
+  double density = 1000;                 ///< [kg/m^3]
+  double damping_mass = 0;               ///< Rayleigh: f -= damping_mass M v [1/s]
+  double damping_stiffness = 0;          ///< Rayleigh: damping = damping_stiffness * K [s]
+  std::optional<double> stiffness = {};  ///< msd: of every spring [N/m]; absent: calibrated from young, poisson
+  std::optional<double> damper = {};     ///< msd: of every spring [N s/m]; absent: damping_stiffness * stiffness
+  std::vector<int> fixed_nodes = {};
+  std::string material = {};
 };
 
 std::vector<BackendInfo> model_backends();

@@ -29,7 +29,7 @@ class ImplicitEuler final : public Integrator {
     }
     state.t += dt;
   }
-  double stable_step(double) const override { return std::numeric_limits<double>::infinity(); }
+  double stable_step(const FastestMode&) const override { return std::numeric_limits<double>::infinity(); }
 
  private:
   FreeDofs dofs_;
