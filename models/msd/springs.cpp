@@ -54,11 +54,12 @@ Mesh add_inner_layers(const Mesh& surface, int count, double thickness) {
   for (int layer = 0; layer < count; ++layer)
     for (const Triangle& t : surface.triangles) {
       // A prism below the triangle. Splitting by ascending node number makes neighbours agree on the shared diagonals.
+      // All three are turned the same way: negative below an even permutation of t.
       Triangle s = t;
       std::sort(s.begin(), s.end());
       const int top = n * layer, bottom = n * (layer + 1);
       for (Tetrahedron tet : {Tetrahedron{top + s[0], top + s[1], top + s[2], bottom + s[2]},
-                              Tetrahedron{top + s[0], top + s[1], bottom + s[1], bottom + s[2]},
+                              Tetrahedron{top + s[0], bottom + s[1], top + s[1], bottom + s[2]},
                               Tetrahedron{top + s[0], bottom + s[0], bottom + s[1], bottom + s[2]}}) {
         const double volume = tetrahedron_volume(out.x, tet);
         // An even permutation of t keeps the orientation of the prism, an odd one mirrors it.
