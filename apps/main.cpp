@@ -1,4 +1,5 @@
 // kilotouch: the command. One file a subcommand; see commands.hpp.
+#include <algorithm>
 #include <csignal>
 #include <iostream>
 
@@ -12,6 +13,41 @@ std::atomic<bool> stop{false};
 
 void on_interrupt(int) {
   if (stop.exchange(true)) std::_Exit(130);  // the second Ctrl-C does not wait
+}
+
+/// "kilotouch mesh info": the command as far as it was understood.
+std::string chosen(const CLI::App*& app) {
+  std::string name = app->get_name();
+  for (auto next = app->get_subcommands(); !next.empty(); next = app->get_subcommands()) {
+    app = next.front();
+    name += ' ' + app->get_name();
+  }
+  return name;
+}
+
+/// One line for what the parser did not like; for an unknown word, with the known ones.
+std::string explain(const CLI::App& root, const CLI::ParseError& error, const std::vector<std::string>& words) {
+  const CLI::App* app = &root;
+  const std::string name = chosen(app);
+  const std::vector<std::string> extra = root.remaining(true);  // in no order
+  const auto is_extra = [&](const std::string& word) { return std::ranges::find(extra, word) != extra.end(); };
+  const auto first = std::ranges::find_if(words, is_extra);
+  const auto option =
+      std::ranges::find_if(words, [&](const auto& word) { return word.starts_with("--") && is_extra(word); });
+  std::vector<std::string> known;
+  try {
+    if (option != words.end()) {
+      for (const CLI::Option* o : app->get_options())
+        for (const std::string& known_name : o->get_lnames()) known.push_back("--" + known_name);
+      kt::throw_unknown("option", option->substr(0, option->find('=')), known);
+    }
+    const auto commands = app->get_subcommands([](const CLI::App*) { return true; });
+    for (const CLI::App* command : commands) known.push_back(command->get_name());
+    if (!commands.empty() && first != words.end()) kt::throw_unknown("command", *first, known);
+  } catch (const kt::InputError& e) {
+    return name + ": " + e.what();
+  }
+  return name + ": " + error.what() + " (see " + name + " --help)";
 }
 
 }  // namespace
@@ -35,7 +71,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
-    std::cerr << "kilotouch: " << e.what() << " (see kilotouch --help)\n";
+    std::cerr << explain(app, e, {argv + 1, argv + argc}) << '\n';
     return 2;
   } catch (const kt::InputError& e) {
     std::cerr << "kilotouch: " << e.what() << '\n';

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -36,11 +35,8 @@ void check_outputs(const MeshArguments& a) {
   const std::vector<std::string> known = writable_mesh_extensions();
   if (!a.out.empty() && std::find(known.begin(), known.end(), mesh_extension(a.out)) == known.end())
     throw InputError(text(a.out, ": file extension cannot be written; known: ", join(known)));
-  for (const std::string& path : {a.out, a.json_file}) {
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    if (!folder.empty() && !std::filesystem::is_directory(folder))
-      throw InputError(text(path, ": there is no folder ", folder.string()));
-  }
+  require_folder_of(a.out);
+  require_folder_of(a.json_file);
 }
 
 Mesh load(const MeshArguments& a, bool lenient, json& out) {
@@ -116,6 +112,7 @@ void tet(MeshArguments& a) {
   json out;
   std::cout << a.mesh << "\n";
   const Mesh surface = load(a, false, out);
+  a.tet.name = a.mesh;
   a.tet.timeout = a.timeout;
   a.tet.stop = &stop_requested();
   const auto start = std::chrono::steady_clock::now();
@@ -153,7 +150,7 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
 
   CLI::App* info_command = mesh->add_subcommand("info", "what is wrong with a mesh, and where");
   add_common(*info_command, *a);
-  info_command->add_option("--places", a->places, "places shown per defect")->check(CLI::NonNegativeNumber);
+  info_command->add_option("--places", a->places, "places shown per defect")->check(CLI::Range(0, 1000000));
   info_command->add_flag("--no-intersections", a->no_intersections, "skip the search for self-intersections");
   info_command->footer("Example: kilotouch mesh info meshes/broken/open.off");
   info_command->callback([a, &exit_code] {
@@ -163,7 +160,7 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
 
   CLI::App* repair_command = mesh->add_subcommand("repair", "fix what can be fixed without changing the shape");
   add_common(*repair_command, *a);
-  repair_command->add_option("--places", a->places, "places shown per defect")->check(CLI::NonNegativeNumber);
+  repair_command->add_option("--places", a->places, "places shown per defect")->check(CLI::Range(0, 1000000));
   repair_command->add_flag("--no-intersections", a->no_intersections, "skip the search for self-intersections");
   repair_command->add_option("--fill-holes", a->repair.fill_holes, "close holes of at most this many edges");
   repair_command->add_flag("--wrap", a->use_wrap, "wrap: a closed surface around anything; changes the shape a little");

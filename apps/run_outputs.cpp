@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 
 #include "core/error.hpp"
@@ -212,9 +211,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
 }
 
 void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary) {
-  std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  if (error) throw InputError(text("--out ", dir, ": cannot make the folder: ", error.message()));
+  make_folder(dir);
   const Vec3 start = result.start;
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
   write_file_whole(dir + "/trace.csv", trace_csv(result));

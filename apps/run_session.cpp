@@ -35,6 +35,8 @@ std::function<void(double)> progress_bar(const std::string& title) {
 
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   Session session(scene);
+  require_folder_of(settings.json_file);
+  if (!settings.out.empty()) make_folder(settings.out);
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   options.progress = progress_bar(scene.title.empty() ? "running" : scene.title);

@@ -37,6 +37,7 @@ Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
   if (!mesh.tetrahedra.empty()) return mesh;
   const SceneTetrahedralize wanted = object.tetrahedralize.value_or(SceneTetrahedralize{});
   TetrahedralizeOptions options;
+  options.name = object.mesh;
   options.backend = wanted.backend;
   options.max_volume = wanted.max_volume.value_or(0);
   options.quality = wanted.quality;

@@ -5,6 +5,7 @@
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
 #include "haptics/session_run.hpp"
+#include "io/tetrahedralize.hpp"
 #include "models/model.hpp"
 
 namespace kt {
@@ -71,6 +72,9 @@ bool is_geometric(const std::string& law) { return law.rfind("paper", 0) == 0; }
 
 /// Names and combinations that only the tables of several libraries together can judge.
 void check_methods(const Scene& scene) {
+  require_backend("object.model.type", scene.object.model.type, model_backends());
+  if (const auto& tetrahedra = scene.object.tetrahedralize; tetrahedra && !tetrahedra->backend.empty())
+    require_backend("object.tetrahedralize.backend", tetrahedra->backend, tetrahedralizers());
   require_backend("link.type", scene.link.type, link_backends());
   require_backend("collision.backend", scene.collision.backend, triangle_index_backends());
   require_backend("local.reducer", scene.local.reducer, reducer_backends());

@@ -27,6 +27,18 @@ void write_file_whole(const std::string& path, std::string_view content) {
   }
 }
 
+void require_folder_of(const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw InputError(text(path, ": there is no folder ", folder.string()));
+}
+
+void make_folder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw InputError(text(path, ": cannot make the folder: ", error.message()));
+}
+
 void append_number(std::string& out, double value) {
   char buffer[32];
   const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);

@@ -48,13 +48,13 @@ void check_options(const TetrahedralizeOptions& o) {
 }
 
 /// Says what is wrong with the surface and where, before a backend stumbles over it.
-void check_surface(const Mesh& surface) {
-  if (!surface.tetrahedra.empty()) throw InputError("tetrahedralize: the mesh already has tetrahedra");
-  if (surface.triangles.empty()) throw InputError("tetrahedralize: the mesh has no triangles");
+void check_surface(const Mesh& surface, const std::string& name) {
+  if (!surface.tetrahedra.empty()) throw InputError(name + ": the mesh already has tetrahedra");
+  if (surface.triangles.empty()) throw InputError(name + ": the mesh has no triangles");
   MeshReport report = examine(surface, {.self_intersections = false});
-  const auto refuse = [](const char* what, const std::vector<MeshPlace>& places, const char* advice) {
+  const auto refuse = [&](const char* what, const std::vector<MeshPlace>& places, const char* advice) {
     if (places.empty()) return;
-    throw InputError(text("tetrahedralize: the surface ", what, " in ", places.size(),
+    throw InputError(text(name, ": the surface ", what, " in ", places.size(),
                           places.size() == 1 ? " place" : " places", ": ", places.size() == 1 ? "" : "first ",
                           describe(places[0]), "; ", advice));
   };
@@ -63,8 +63,8 @@ void check_surface(const Mesh& surface) {
   refuse("has NaN or infinite coordinates", report.non_finite, kRepair);
   refuse("has triangles without area", report.degenerate, kWrap);
   refuse("has triangles that occur twice", report.duplicates, kRepair);
+  refuse("has edges of three or more triangles", report.nonmanifold_edges, kWrap);  // these leave open edges, too
   refuse("is open", report.open_edges, "try mesh repair, mesh repair --fill-holes N or mesh repair --wrap");
-  refuse("has edges of three or more triangles", report.nonmanifold_edges, kWrap);
   refuse("has nodes where several fans of triangles touch", report.nonmanifold_nodes, kRepair);
   refuse("cannot be oriented", report.one_sided, "try mesh repair --wrap");
   refuse("has triangles turned the wrong way", report.flipped, kRepair);
@@ -163,7 +163,7 @@ Mesh tetrahedralize(const Mesh& surface, const TetrahedralizeOptions& options) {
   TetrahedralizeOptions settings = options;
   if (settings.backend.empty()) settings.backend = first_available();
   require_backend("tetrahedralizer", settings.backend, tetrahedralizers());
-  check_surface(surface);
+  check_surface(surface, settings.name);
   Mesh input{surface.x, surface.triangles, {}};
   drop_unused_nodes(input);
   if (settings.max_volume == 0) settings.max_volume = automatic_max_volume(input);
