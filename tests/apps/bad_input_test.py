@@ -1,0 +1,221 @@
+#!/usr/bin/python3
+"""Wrong files, keys and values: each ends with exit code 2 and exactly one line that says what, where and what is allowed.
+
+The table is docs/errors.md: `bad_input_test.py --write` writes it, a test compares it. KILOTOUCH names the program.
+"""
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
+MANUAL = os.path.join(ROOT, "docs", "errors.md")
+BROKEN = ("empty", "truncated", "index_out_of_range", "wrong_count", "nan", "open", "self_intersecting", "inside_out",
+          "nonmanifold_edge")
+
+SCENE = '{"object": {"mesh": "ball.off"}, "duration": 0.01}'
+FILES = {  # made for the cases below
+    "ball.off": None,  # copied from meshes/
+    "ball.json": SCENE,
+    "garbage.off": bytes(range(256)) * 4,
+    "header.off": "FFO\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "garbage.stl": b"\0" * 80 + (4000000000).to_bytes(4, "little") + b"\0" * 50,
+    "short.ply": "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                 "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n",
+    "words.obj": "v 0 0 0\nv 1 0 0\nv 0 1 O\nf 1 2 3\n",
+    "mesh.xyz": "0 0 0\n",
+    "comma.json": '{"object": {"mesh": "ball.off",}}',
+    "twice.json": '{"object": {"mesh": "ball.off"}, "seed": 1, "seed": 2}',
+    "key.json": '{"object": {"mesh": "ball.off", "modle": {"young": 1e4}}}',
+    "type.json": '{"object": {"mesh": "ball.off"}, "duration": "long"}',
+    "list.json": "[1, 2, 3]",
+    "lost.json": '{"object": {"mesh": "lost.off"}}',
+    "backwards.csv": "t,x,y,z\n0,0,0,0.1\n0.002,0,0,0.1\n0.001,0,0,0.1\n",
+    "words.csv": "t,x,y,z\n0,0,zero,0.1\n",
+    "session.json": "{}",
+    "occupied": "a file where a folder should go\n",
+}
+
+
+def run_with(*settings):
+    return ["run", "ball.json", *(word for s in settings for word in ("--set", s))]
+
+
+# (what is wrong, arguments, words that the line must hold)
+CASES = [
+    ("Files", [
+        ("no such file", ["mesh", "info", "lost.off"], ["lost.off", "no such file"]),
+        ("a folder", ["mesh", "info", "folder.off"], ["folder.off", "directory"]),
+        ("0 bytes", ["mesh", "info", "empty.off"], ["empty.off", "0 bytes"]),
+        ("binary garbage", ["mesh", "info", "garbage.off"], ["garbage.off:1", "OFF"]),
+        ("wrong header", ["mesh", "info", "header.off"], ["header.off:1", "FFO", "OFF"]),
+        ("unknown format", ["mesh", "info", "mesh.xyz"], ["mesh.xyz", ".xyz", ".off"]),
+        ("the file ends early", ["mesh", "info", "truncated.off"], ["truncated.off:", "ends"]),
+        ("index out of range", ["mesh", "info", "index_out_of_range.off"], ["index_out_of_range.off:9", "7", "0..3"]),
+        ("two thousand million vertices announced", ["mesh", "info", "wrong_count.off"], ["wrong_count.off:", "2000000000"]),
+        ("a letter O for a zero", ["mesh", "info", "words.obj"], ["words.obj:3", '"O"']),
+        ("coordinate NaN", ["mesh", "tet", "nan.off"], ["nan.off:", "nan", "finite"]),
+        ("PLY: fewer vertices than announced", ["mesh", "info", "short.ply"], ["short.ply"]),
+        ("STL: four thousand million triangles announced", ["mesh", "info", "garbage.stl"], ["garbage.stl", "4000000000"]),
+    ]),
+    ("Surfaces that cannot be filled", [
+        ("open", ["mesh", "tet", "open.off"], ["open.off", "open", "places", "repair"]),
+        ("crosses itself", ["mesh", "tet", "self_intersecting.off"], ["crosses itself", "triangle", "--wrap"]),
+        ("inside out", ["mesh", "tet", "inside_out.off"], ["inside out", "repair"]),
+        ("three triangles on an edge", ["mesh", "tet", "nonmanifold_edge.off"], ["three or more triangles", "--wrap"]),
+        ("unknown backend", ["mesh", "tet", "ball.off", "--backend", "tetgn"], ["tetgn", "tetgen", "netgen", "cgal"]),
+        ("quality below 1", ["mesh", "tet", "ball.off", "--quality", "0"], ["quality", "0", "1.1"]),
+        ("a count below 0", ["mesh", "info", "ball.off", "--places", "-1"], ["--places", "-1", "0"]),
+    ]),
+    ("Scene files", [
+        ("no such scene", ["run", "lost_scene.json"], ["lost_scene.json", "no such"]),
+        ("a folder", ["run", "folder.off"], ["folder.off", "folder"]),
+        ("a comma too many", ["run", "comma.json"], ["comma.json:1:", "comma"]),
+        ("no group { }", ["run", "list.json"], ["list.json", "group"]),
+        ("a key twice", ["run", "twice.json"], ["twice.json", "seed", "twice"]),
+        ("unknown key", ["run", "key.json"], ["key.json", "object.modle", "did you mean model"]),
+        ("text for a number", ["run", "type.json"], ["type.json", "duration", "long", "number"]),
+        ("its mesh is missing", ["run", "lost.json"], ["lost.off", "no such file"]),
+    ]),
+    ("Values", [
+        ("negative stiffness", run_with("object.model.young=-5"), ["object.model.young", "-5", "above 0"]),
+        ("Poisson's ratio 0.5", run_with("object.model.poisson=0.5"), ["object.model.poisson", "0.5", "below 0.5"]),
+        ("rate 0", run_with("local.rate_hz=0"), ["local.rate_hz", "0", "at least 10"]),
+        ("global rate above the local one", run_with("global.rate_hz=2000"), ["global.rate_hz", "2000", "local.rate_hz"]),
+        ("kinetic friction above static", run_with("contact.mu_static=0.2", "contact.mu_kinetic=0.4"),
+         ["contact.mu_kinetic", "0.4", "mu_static"]),
+        ("a sphere without radius", run_with("tool.radius=0"), ["tool.radius", "0", "above 0"]),
+        ("a tool that does not exist yet", run_with("tool.shape=capsule"), ["tool.shape", "capsule", "sphere"]),
+        ("times not increasing", run_with("tool.path.waypoints=[[0,0,0,1],[2,0,0,1],[1,0,0,1]]"),
+         ["tool.path.waypoints[2]", "increase"]),
+        ("unknown reducer", run_with("local.reducer=wal"), ["local.reducer", "wal", "did you mean", "full"]),
+        ("unknown law", run_with("contact.law=colomb"), ["contact.law", "colomb", "did you mean", "coulomb"]),
+        ("unknown model", run_with("object.model.type=fem2"), ["object.model.type", "fem2", "msd"]),
+        ("unknown collision backend", run_with("collision.backend=embre"), ["collision.backend", "embre", "embree"]),
+        ("unknown integrator", run_with("global.integrator=euler"), ["global.integrator", "euler", "implicit_euler"]),
+        ("unknown local integrator", run_with("local.integrator=euler"), ["local.integrator", "euler", "implicit_euler"]),
+        ("unknown tetrahedralizer", run_with("object.tetrahedralize.backend=tetgn"),
+         ["object.tetrahedralize.backend", "tetgn", "tetgen"]),
+        ("unknown link", run_with("link.type=wifi"), ["link.type", "wifi", "lockstep", "thread"]),
+        ("a metric the law cannot use", run_with("contact.metric=identity"), ["contact.metric", "identity", "implicit"]),
+        ("a clamped node that is not there", run_with("object.fixed.nodes=[99999]"), ["object.fixed.nodes", "99999", "0 .. "]),
+        ("a clamping box beside the body", run_with("object.fixed.box=[[5,5,5],[6,6,6]]"), ["object.fixed.box", "no node"]),
+        ("pressing beside the body", run_with("tool.path.press_drag.at=[1,1]"), ["tool.path.press_drag.at", "misses"]),
+        ("a recording that is missing", run_with("tool.path.recording=lost.csv"), ["lost.csv"]),
+        ("a recording with a word", run_with("tool.path.recording=words.csv"), ["words.csv:2", "zero"]),
+        ("a recording that goes back", run_with("tool.path.recording=backwards.csv"), ["backwards.csv:4", "0.001"]),
+        ("no value", run_with("contact.mu"), ["contact.mu", "key=value"]),
+    ]),
+    ("Commands and outputs", [
+        ("unknown command", ["rnu", "ball.json"], ["rnu", "did you mean", "run"]),
+        ("unknown command of mesh", ["mesh", "inof", "ball.off"], ["mesh", "inof", "info"]),
+        ("unknown option", ["run", "ball.json", "--outt", "x"], ["run", "--outt", "did you mean", "--out"]),
+        ("no scene", ["run"], ["run", "SCENE", "--help"]),
+        ("a folder that cannot be made", ["run", "ball.json", "--out", "occupied/result"], ["occupied/result"]),
+        ("a file in a folder that is not there", ["run", "ball.json", "--json", "nowhere/s.json"], ["nowhere/s.json"]),
+        ("mesh written where no folder is", ["mesh", "info", "ball.off", "-o", "nowhere/a.off"], ["nowhere/a.off", "folder"]),
+        ("mesh written in an unknown format", ["mesh", "repair", "ball.off", "-o", "a.xyz"], ["a.xyz", ".off"]),
+        ("no session to replay", ["replay", "lost_session"], ["lost_session"]),
+        ("not a session", ["replay", "session.json"], ["session.json", "scene"]),
+    ]),
+]
+
+
+def make_files(folder):
+    for name, content in FILES.items():
+        if content is not None:
+            mode, encoding = ("wb", None) if isinstance(content, bytes) else ("w", "utf-8")
+            with open(os.path.join(folder, name), mode, encoding=encoding) as file:
+                file.write(content)
+    shutil.copy(os.path.join(ROOT, "meshes", "sphere.off"), os.path.join(folder, "ball.off"))
+    for name in BROKEN:
+        shutil.copy(os.path.join(ROOT, "meshes", "broken", name + ".off"), folder)
+    os.mkdir(os.path.join(folder, "folder.off"))
+
+
+def run(folder, arguments):
+    return subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, errors="replace", timeout=120)
+
+
+def is_whole_build():
+    """Every backend is there; else some lines name other backends."""
+    with tempfile.TemporaryDirectory() as folder:
+        run(folder, ["list", "--json", "list.json"])
+        with open(os.path.join(folder, "list.json"), encoding="utf-8") as file:
+            return all(b["available"] for family in json.load(file).values() for b in family)
+
+
+def shell(arguments):
+    return "kilotouch " + " ".join(f"'{a}'" if re.search(r"[\[\]{} ]", a) else a for a in arguments)
+
+
+def manual(lines):
+    """docs/errors.md from the line of every case."""
+    out = ["# Wrong input and what it says", "",
+           "Wrong input ends with exit code 2 and one line on stderr. This page is made by", "",
+           "    python3 tests/apps/bad_input_test.py --write", "",
+           "and a test compares it with what the program says. `ball.json` is a scene with `meshes/sphere.off`; the faulty files are",
+           "described in the headings and made by that script."]
+    for title, cases in CASES:
+        out += ["", f"## {title}", ""]
+        for what, arguments, _ in cases:
+            out += [f"**{what}**", "", f"    $ {shell(arguments)}", f"    {lines[tuple(arguments)]}", ""]
+        out.pop()
+    return "\n".join(out) + "\n"
+
+
+class BadInput(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        make_files(cls.temporary.name)
+        cls.whole = is_whole_build()
+        cls.lines = {}
+        for _, cases in CASES:
+            for what, arguments, words in cases:
+                cls.lines[tuple(arguments)] = run(cls.temporary.name, arguments)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def test_each_case_is_one_line_and_exit_code_2(self):
+        for _, cases in CASES:
+            for what, arguments, words in cases:
+                with self.subTest(what):
+                    result = self.lines[tuple(arguments)]
+                    self.assertEqual(result.returncode, 2, result.stderr)
+                    self.assertRegex(result.stderr, r"\Akilotouch( \w+)*: [^\n]+\n\Z")
+                    self.assertLess(len(result.stderr), 500)
+                    if self.whole:
+                        for word in words:
+                            self.assertIn(word, result.stderr)
+
+    def test_nothing_is_left_behind(self):
+        known = {*FILES, *(name + ".off" for name in BROKEN), "folder.off"}
+        self.assertEqual(set(os.listdir(self.temporary.name)) - known, set())
+
+    def test_the_manual_is_true(self):
+        if not self.whole:
+            self.skipTest("a backend is not in this build")
+        with open(MANUAL, encoding="utf-8") as file:
+            self.assertEqual(file.read(), manual(stripped(self.lines)), "run this script with --write")
+
+
+def stripped(results):
+    return {arguments: r.stderr.rstrip("\n") for arguments, r in results.items()}
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--write"]:
+        BadInput.setUpClass()
+        with open(MANUAL, "w", encoding="utf-8") as file:
+            file.write(manual(stripped(BadInput.lines)))
+        BadInput.tearDownClass()
+    else:
+        unittest.main()

@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""The command line as other programs rely on it: commands, exit codes, files, keys. KILOTOUCH names the program."""
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
+MESHES = os.path.join(ROOT, "meshes")
+SCENE = os.path.join(ROOT, "scenes", "organ_drag.json")
+SHORT = ["--set", "duration=0.4", "--set", "tool.path.press_drag.press_time=0.1"]
+
+COMMANDS = ["run", "drag", "paper", "replay", "list", "mesh info", "mesh repair", "mesh tet"]
+COLUMNS = "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us".split(",")
+SUMMARY = {  # key -> keys inside; None: a value
+    "scene": None, "seed": None, "hash": None,
+    "model": ["type", "material", "nodes", "tets", "springs", "triangles"],
+    "local": ["reducer", "dof", "patch_vertices", "certified_error", "reason"],
+    "force": ["mean_n", "max_n", "mean_t", "max_t", "max_t_over_mu_n", "buzz", "crossing_jump", "refresh_jump"],
+    "ticks": ["free", "stick", "slide", "frictional_slide", "total"],
+    "crossings": None, "lost_contacts": None, "missed_impacts": None, "penetration_max_m": None, "energy_min_j": None,
+    "step_us": ["p50", "p99", "p999", "max"], "global_ms": ["p50", "p99", "max"], "refresh_ms": ["p50", "p99"],
+    "deadline_misses": None, "allocations_per_tick": None, "warnings": None,
+}
+HAS_MATPLOTLIB = subprocess.run(["/usr/bin/python3", "-c", "import numpy, matplotlib"], capture_output=True).returncode == 0
+
+
+def load(*path):
+    with open(os.path.join(*path), encoding="utf-8") as file:
+        return json.load(file)
+
+
+class CommandLine(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = self.temporary.name
+
+    def path(self, *name):
+        return os.path.join(self.folder, *name)
+
+    def kilotouch(self, *arguments, status=0):
+        """Standard output; what is not a terminal gets no progress bar, and no error no line on stderr."""
+        result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
+        self.assertEqual(result.returncode, status, result.stdout + result.stderr)
+        if status == 0:
+            self.assertEqual(result.stderr, "")
+        return result.stdout
+
+    def assert_complete(self, out):
+        """Every file of a run, with the keys and columns of the contract."""
+        summary = load(out, "summary.json")
+        for key, inside in SUMMARY.items():
+            self.assertIn(key, summary)
+            for inner in inside or []:
+                self.assertIn(inner, summary[key], key)
+        with open(os.path.join(out, "trace.csv"), newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+        self.assertEqual(rows[0], COLUMNS)
+        self.assertEqual(len(rows) - 1, summary["ticks"]["total"])
+        self.assertEqual({len(row) for row in rows}, {len(COLUMNS)})
+        return summary
+
+    def test_every_command_has_help_with_an_example(self):
+        for command in COMMANDS:
+            with self.subTest(command):
+                self.assertIn("Example", self.kilotouch(*command.split(), "--help"))
+
+    def test_help_names_every_command(self):
+        text = self.kilotouch("--help")
+        for command in COMMANDS:
+            self.assertIn(command.split()[0], text)
+
+    def test_list_as_text_and_as_json(self):
+        text = self.kilotouch("list", "--json", "list.json")
+        families = load(self.path("list.json"))
+        self.assertIn("coulomb", [b["name"] for b in families["contact.law"]])
+        for family in families.values():
+            for backend in family:
+                self.assertIn(backend["name"], text)
+                if not backend["available"]:
+                    self.assertIn(backend["option"], text)
+
+    @unittest.skipUnless(HAS_MATPLOTLIB, "needs matplotlib")
+    def test_run_writes_pictures_and_report(self):
+        self.kilotouch("run", SCENE, *SHORT, "--out", "out")
+        for name in ("force.png", "report.html"):
+            self.assertGreater(os.path.getsize(self.path("out", name)), 10000, name)
+
+    def test_run_takes_settings_and_writes_the_contract(self):
+        self.kilotouch("run", SCENE, *SHORT, "--set", "contact.mu=0.25", "--no-report", "--out", "deep/out", "--json", "s.json")
+        summary = self.assert_complete(self.path("deep", "out"))
+        self.assertEqual(summary, load(self.path("s.json")))
+        self.assertEqual(summary["ticks"]["total"], 400)
+        self.assertEqual(summary["settings"]["contact"]["mu_static"], 0.25)
+        self.assertGreater(summary["force"]["mean_n"], 0)
+        self.assertLessEqual(summary["force"]["max_t_over_mu_n"], 1 + 1e-9)
+
+    def test_drag_needs_no_scene(self):
+        self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *SHORT, "--no-report", "--out", "out")
+        summary = self.assert_complete(self.path("out"))
+        self.assertGreater(summary["model"]["tets"] + summary["model"]["springs"], 0)
+        self.assertGreater(summary["force"]["mean_n"], 0)
+
+    def test_runs_and_replays_are_equal(self):
+        for out in ("one", "two"):
+            self.kilotouch("run", SCENE, *SHORT, "--no-report", "--out", out)
+        self.assertEqual(load(self.path("one", "summary.json"))["hash"], load(self.path("two", "summary.json"))["hash"])
+        self.assertIn("bit for bit", self.kilotouch("replay", "one"))
+        session = load(self.path("one", "session.json"))
+        session["scene"]["contact"]["mu_kinetic"] = 0.1
+        with open(self.path("one", "session.json"), "w", encoding="utf-8") as file:
+            json.dump(session, file)
+        self.assertIn("DIFFERS", self.kilotouch("replay", "one", status=1))
+
+    def test_interrupt_keeps_what_was_recorded(self):
+        process = subprocess.Popen([PROGRAM, "run", SCENE, "--set", "duration=300", "--no-report", "--out", "out"],
+                                   cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while not os.path.isdir(self.path("out")) and process.poll() is None:
+            time.sleep(0.01)  # the folder is made when the run begins
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1)
+        summary = self.assert_complete(self.path("out"))
+        self.assertTrue(any("stopped early" in warning for warning in summary["warnings"]), summary["warnings"])
+
+    def test_mesh_info_finds_faults(self):
+        good = self.kilotouch("mesh", "info", os.path.join(MESHES, "sphere.off"), "--json", "good.json")
+        self.assertIn("no defects found", good)
+        bad = self.kilotouch("mesh", "info", os.path.join(MESHES, "broken", "open.off"), "--json", "bad.json")
+        self.assertNotIn("no defects found", bad)
+        self.assertNotEqual(load(self.path("good.json"))["report"], load(self.path("bad.json"))["report"])
+
+    def test_mesh_repair_turns_a_surface_outward(self):
+        self.kilotouch("mesh", "repair", os.path.join(MESHES, "broken", "inside_out.off"), "-o", "fixed.off")
+        self.assertIn("no defects found", self.kilotouch("mesh", "info", "fixed.off"))
+
+    def test_mesh_tet_fills_a_surface_in_every_format(self):
+        if not any(b["available"] for b in self.tetrahedralizers()):
+            self.skipTest("no tetrahedralizer is in this build")
+        self.kilotouch("mesh", "tet", os.path.join(MESHES, "sphere.off"), "-o", "ball.vtu", "--json", "tet.json")
+        result = load(self.path("tet.json"))
+        self.assertGreater(result["tetrahedra"], 100)
+        self.assertAlmostEqual(result["volume"] / result["surface_volume"], 1, places=9)
+        for extension in ("obj", "off", "ply", "stl", "msh", "vtu"):
+            with self.subTest(extension):
+                self.kilotouch("mesh", "repair", os.path.join(MESHES, "sphere.off"), "-o", "ball." + extension)
+                self.kilotouch("mesh", "info", "ball." + extension, "--json", "info.json")
+                self.assertEqual(load(self.path("info.json"))["report"]["triangles"], 1280)
+
+    def tetrahedralizers(self):
+        self.kilotouch("list", "--json", "list.json")
+        return load(self.path("list.json"))["object.tetrahedralize.backend"]
+
+
+if __name__ == "__main__":
+    unittest.main()
