@@ -100,6 +100,7 @@ LocalFrame LocalSimulation::step(const ToolSweep& sweep) noexcept {
     frame.mode = ContactMode::free;
     flags_ |= kNotFinite;
   }
+  sliding_ = frame.mode == ContactMode::frictional_slide;
   frame.flags = flags_;
   flags_ = 0;
   return frame;
@@ -125,6 +126,7 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
       largest = f_n;
       frame.triangle = patch.global_triangle[contact.triangle];
       frame.mode = solution_.mode[i];
+      frame.normal = contact.normal;
       if (patch.on_rim[contact.triangle]) flags_ |= kLeftPatch;
     }
     const Triangle& t = patch.triangles[contact.triangle];

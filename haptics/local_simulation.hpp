@@ -21,11 +21,12 @@ constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
 
 /// One tick's result. Plain values: it is recorded, sent and compared as it is.
 struct LocalFrame {
-  double t = 0;               ///< end of the tick [s]
-  Vec3 tool = Vec3::Zero();   ///< reference point at t [m]
-  Vec3 force = Vec3::Zero();  ///< on the tool [N]
-  double f_n = 0, f_t = 0;    ///< its normal and tangential parts [N]
-  double cone_ratio = 0;      ///< largest |f_t| / f_n over the contacts
+  double t = 0;                ///< end of the tick [s]
+  Vec3 tool = Vec3::Zero();    ///< reference point at t [m]
+  Vec3 force = Vec3::Zero();   ///< on the tool [N]
+  double f_n = 0, f_t = 0;     ///< its normal and tangential parts [N]
+  Vec3 normal = Vec3::Zero();  ///< of the contact that carries most: unit, from the body towards the tool
+  double cone_ratio = 0;       ///< largest |f_t| / f_n over the contacts
   ContactMode mode = ContactMode::free;
   int triangle = -1;  ///< of the body's surface: the contact that carries most
   double toi = 0;     ///< of the first impact in this tick, 0 when already in contact
@@ -77,6 +78,7 @@ class LocalSimulation {
   std::array<Vec3, kMaxContacts> body_impulse_{};  // per contact, kept for the next tick's start [N s]
   std::array<ContactSample, kMaxContacts> samples_{};
   int num_samples_ = 0;
+  bool sliding_ = false;  // the contact that carried most slid in the last tick
   unsigned flags_ = 0;
 };
 

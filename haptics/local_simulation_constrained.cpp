@@ -9,7 +9,7 @@ namespace kt {
 namespace {
 
 constexpr int kGeometryIterations = 10;
-constexpr double kSettled = 5e-8;       // [m] patch vertices at the guess and at the result agree: done
+constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kStiffest = 1e6;       // [N/m] a contact with an immovable part feels this spring
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
@@ -173,6 +173,7 @@ bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noe
   const MatrixX& C = m.dynamics->metric().C;
   const int c = contacts_.count;
   problem_.count = c;
+  problem_.sliding = sliding_;
   problem_.h = h_;
   problem_.velocity.resize(3 * c);
   problem_.W.resize(3 * c, 3 * c);

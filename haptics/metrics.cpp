@@ -95,8 +95,8 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
     if (i == 0 || !in_contact(frames[i - 1])) continue;
     const LocalFrame& before = frames[i - 1];
     if (!in_contact(f)) {
-      // Held a moment ago and the tool did not back off along the force: contact should not have ended.
-      const bool backs_off = before.force.dot(f.tool - before.tool) > 0;
+      // Held a moment ago and the tool did not move away from the surface: contact should not have ended.
+      const bool backs_off = before.normal.dot(f.tool - before.tool) >= 0;
       out.lost_contacts += !backs_off;
       continue;
     }

@@ -6,7 +6,7 @@ namespace kt {
 namespace {
 
 constexpr int kMaxSweeps = 60;
-constexpr double kConverged = 1e-5;  // of the largest impulse: far below the force resolution of any device
+constexpr double kConverged = 1e-3;  // of the largest impulse: well below what a hand or a device resolves
 
 class Coulomb final : public ContactSolver {
  public:
@@ -18,6 +18,7 @@ class Coulomb final : public ContactSolver {
     if (out.impulse.size() != 3 * c) out.impulse.setZero(3 * c);
     out.inertial_impulse.setZero();
     const int sweeps = c == 1 ? 1 : kMaxSweeps;
+    const Friction friction{problem.sliding ? friction_.mu_kinetic : friction_.mu_static, friction_.mu_kinetic};
     std::array<OneContact, kMaxContacts> contact;
     for (int i = 0; i < c; ++i) contact[i] = {problem.W.block<3, 3>(3 * i, 3 * i), problem.normal[i]};
     ContactVector velocity = problem.velocity;  // with the present impulses
@@ -28,7 +29,7 @@ class Coulomb final : public ContactSolver {
       for (int i = 0; i < c; ++i) {
         const Vec3 before = out.impulse.segment<3>(3 * i);
         const Vec3 free = velocity.segment<3>(3 * i) - problem.W.block<3, 3>(3 * i, 3 * i) * before;
-        const OneContactSolution one = contact[i].solve(free, friction_, before);
+        const OneContactSolution one = contact[i].solve(free, friction, before);
         const Vec3 step = one.impulse - before;
         out.impulse.segment<3>(3 * i) = one.impulse;
         out.mode[i] = one.mode;
