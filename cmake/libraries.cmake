@@ -48,7 +48,7 @@ endforeach()
 
 if(KT_WITH_CHOLMOD)
   target_include_directories(kt_core PRIVATE ${KT_CHOLMOD_INCLUDE})
-  target_link_libraries(kt_core PRIVATE ${KT_CHOLMOD_LIBRARY})
+  target_link_libraries(kt_core PRIVATE ${KT_CHOLMOD_LIBRARY} gomp)
 endif()
 if(KT_WITH_EMBREE)
   target_link_libraries(kt_collision PRIVATE embree)

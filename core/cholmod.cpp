@@ -1,5 +1,10 @@
 // The only file that sees CHOLMOD. Supernodal with its default ordering choice (AMD, or METIS when it is better).
 #include <cholmod.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <span>
+#include <vector>
 
 #include "core/sparse_solver.hpp"
 
@@ -23,6 +28,19 @@ cholmod_sparse view_of(const SparseMatrix& m) {
   return view;
 }
 
+/// CHOLMOD 3 starts four OpenMP threads per supernode, whatever the machine. On few cores they mostly wait for one
+/// another (a factorization takes twice as long) and take time from the haptic thread.
+class OneThread {
+ public:
+  OneThread() : levels_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
+  ~OneThread() { omp_set_max_active_levels(levels_); }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+
+ private:
+  int levels_;
+};
+
 class CholmodSolver final : public SparseSolver {
  public:
   CholmodSolver() {
@@ -38,12 +56,15 @@ class CholmodSolver final : public SparseSolver {
   CholmodSolver& operator=(const CholmodSolver&) = delete;
 
   bool factor(const SparseMatrix& matrix) override {
+    const OneThread one_thread;
     cholmod_sparse view = view_of(matrix);
-    const bool same_pattern = factor_ && factor_->n == view.nrow && non_zeros_ == matrix.nonZeros();
-    if (!same_pattern) {
+    const std::span<const int> columns(matrix.outerIndexPtr(), static_cast<std::size_t>(matrix.outerSize()) + 1);
+    const std::span<const int> rows(matrix.innerIndexPtr(), static_cast<std::size_t>(matrix.nonZeros()));
+    if (!factor_ || !std::ranges::equal(columns, columns_) || !std::ranges::equal(rows, rows_)) {
       if (factor_) cholmod_free_factor(&factor_, &common_);
       factor_ = cholmod_analyze(&view, &common_);
-      non_zeros_ = matrix.nonZeros();
+      columns_.assign(columns.begin(), columns.end());
+      rows_.assign(rows.begin(), rows.end());
     }
     if (!factor_) return false;
     cholmod_factorize(&view, factor_, &common_);
@@ -51,6 +72,7 @@ class CholmodSolver final : public SparseSolver {
   }
 
   MatrixX solve(const MatrixX& rhs) const override {
+    const OneThread one_thread;
     cholmod_dense b{};
     b.nrow = b.d = static_cast<size_t>(rhs.rows());
     b.ncol = static_cast<size_t>(rhs.cols());
@@ -67,7 +89,7 @@ class CholmodSolver final : public SparseSolver {
  private:
   mutable cholmod_common common_{};
   cholmod_factor* factor_ = nullptr;
-  Eigen::Index non_zeros_ = -1;
+  std::vector<int> columns_, rows_;  // pattern of factor_
 };
 
 }  // namespace
