@@ -41,8 +41,8 @@ struct Slip {
   }
 };
 
-constexpr int kSamples = 24;  // a degree-two polynomial has at most four roots; pairs closer than this need a W with
-                              // condition beyond 1e3 and both are then slip directions alike
+constexpr int kSamples = 24;  // a polynomial of degree two has at most four roots and as many extrema; two roots
+                              // between neighbouring samples show in the slopes
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kAligned = 1e-13;  // of |r|: the angle between friction and sliding, in radians
 
@@ -82,6 +82,15 @@ Vec2 refine(const Slip& slip, const Vec2& from, const Vec2& to, double f_low, do
   return at(0.5 * (low + high));
 }
 
+/// Extremum between two directions whose slopes differ in sign, by bisection.
+Vec2 turning_point(const Slip& slip, Vec2 low, Vec2 high, double slope_low) {
+  for (int i = 0; i < 30; ++i) {
+    const Vec2 middle = (low + high).normalized();
+    ((slip.across_slope(middle) > 0) == (slope_low > 0) ? low : high) = middle;
+  }
+  return (low + high).normalized();
+}
+
 const std::array<Vec2, kSamples + 1> kDirections = [] {
   std::array<Vec2, kSamples + 1> out;
   for (int i = 0; i <= kSamples; ++i)
@@ -99,18 +108,30 @@ Vec2 slip_direction(const Slip& slip, const Vec2& guess) {
   Vec2 best = -slip.b.tail<2>();
   best = best.norm() > 0 ? Vec2(best.normalized()) : Vec2(1, 0);
   double strongest = 0;
-  double f_low = slip.across(kDirections[0]);
+  const auto consider = [&](const Vec2& from, const Vec2& to, double f_low, double f_high) {
+    const Vec2 d = refine(slip, from, to, f_low, f_high);
+    const double along = d.dot(slip.r(d));
+    if (slip.D(d) > 0 && along < strongest) {
+      strongest = along;
+      best = d;
+    }
+  };
+  double f_low = slip.across(kDirections[0]), slope_low = slip.across_slope(kDirections[0]);
   for (int i = 0; i < kSamples; ++i) {
-    const double f_high = slip.across(kDirections[i + 1]);
+    const Vec2 &from = kDirections[i], &to = kDirections[i + 1];
+    const double f_high = slip.across(to), slope_high = slip.across_slope(to);
     if ((f_low <= 0) != (f_high <= 0)) {
-      const Vec2 d = refine(slip, kDirections[i], kDirections[i + 1], f_low, f_high);
-      const double along = d.dot(slip.r(d));
-      if (slip.D(d) > 0 && along < strongest) {
-        strongest = along;
-        best = d;
+      consider(from, to, f_low, f_high);
+    } else if (f_low * slope_low < 0 && f_high * slope_high > 0) {  // towards zero and back: beyond it?
+      const Vec2 turn = turning_point(slip, from, to, slope_low);
+      const double f_turn = slip.across(turn);
+      if ((f_turn <= 0) != (f_low <= 0)) {
+        consider(from, turn, f_low, f_turn);
+        consider(turn, to, f_turn, f_high);
       }
     }
     f_low = f_high;
+    slope_low = slope_high;
   }
   return best;
 }

@@ -26,7 +26,8 @@ class OneContact {
 ///   0 <= p_m  and  u_m >= 0  and  p_m u_m = 0;
 ///   stick: u_t = 0 with |p_t| <= mu_static p_m;   slip: |p_t| = mu_kinetic p_m with p_t opposite to u_t.
 /// Slip is one root of a trigonometric polynomial of degree two in the direction of p_t: Newton from `guess` where that
-/// converges, else bracketing around the circle.
+/// converges, else bracketing around the circle. Jamming (mu times the coupling near W_mm) is cut off at an impulse of
+/// a thousand times the frictionless one.
 /// @param W      symmetric positive definite [1/kg]   @param b  velocity without contact [m/s]
 /// @param guess  an impulse of about the same direction, for speed only; zero: none
 OneContactSolution solve_one_contact(const Mat3& W, const Vec3& b, const Vec3& normal, const Friction& friction,
