@@ -1,5 +1,6 @@
 #include "haptics/refresher.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "collision/closest_point.hpp"
@@ -62,6 +63,15 @@ ContactSite Refresher::find_site(const Vec3& tool, int triangle) const {
   return site;
 }
 
+/// Springs resist stretching only: a tetrahedron pushed through itself does not come back.
+void Refresher::count_inverted() {
+  const State& s = global_.state();
+  int count = 0;
+  for (const Tetrahedron& t : global_.model().mesh().tetrahedra) count += tetrahedron_volume(s.x, t) < 0;
+  if (count > 0 && inverted_from < 0) inverted_from = s.t;
+  inverted_tetrahedra = std::max(inverted_tetrahedra, count);
+}
+
 std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool,
                                                        std::span<const LocalReport> reports) {
   auto start = std::chrono::steady_clock::now();
@@ -76,6 +86,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   if (t > global_.state().t) {
     global_.advance(t, history, holds);
     global_ms.push_back(milliseconds_since(start));
+    count_inverted();
   }
 
   start = std::chrono::steady_clock::now();

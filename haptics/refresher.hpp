@@ -28,8 +28,11 @@ class Refresher {
   const State& state() const { return global_.state(); }
   std::vector<double> global_ms, refresh_ms;  ///< time of each integration; of linearize + reduce + prepare
   int definite_tangents = 0;
+  int inverted_tetrahedra = 0;  ///< most at any refresh
+  double inverted_from = -1;    ///< time of the first one [s]
 
  private:
+  void count_inverted();
   ContactSite find_site(const Vec3& tool, int triangle) const;
   const Surface& surface_;
   Scene scene_;

@@ -152,6 +152,11 @@ SessionResult Session::run(const SessionOptions& options) {
   result.global_ms = std::move(refresher.global_ms);
   result.refresh_ms = std::move(refresher.refresh_ms);
   result.definite_tangents = refresher.definite_tangents;
+  if (refresher.inverted_tetrahedra > 0)
+    result.warnings.push_back(
+        text(refresher.inverted_tetrahedra, " of ", model_->mesh().tetrahedra.size(),
+             " tetrahedra turned inside out, first at t = ", refresher.inverted_from,
+             " s: forces from then on are not to be trusted; press less deep, or refine the mesh"));
   return result;
 }
 
