@@ -1,5 +1,8 @@
 #include "models/model.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace kt {
 
 #define MODEL(name, available, option, what) \
@@ -22,16 +25,20 @@ void require_positive(const char* key, double value) {
     throw InputError(text("model.", key, " = ", value, ": must be a finite number > 0"));
 }
 
+void require_not_negative(const char* key, double value) {
+  if (!(value >= 0) || !std::isfinite(value))
+    throw InputError(text("model.", key, " = ", value, ": must be a finite number >= 0"));
+}
+
 void check(const Mesh& mesh, const ModelOptions& o) {
   require_positive("young", o.young);
   require_positive("density", o.density);
   if (!(o.poisson > -1 && o.poisson < 0.5))
     throw InputError(text("model.poisson = ", o.poisson, ": must be in (-1, 0.5)"));
-  if (!(o.damping_mass >= 0)) throw InputError(text("model.damping.mass = ", o.damping_mass, ": must be >= 0"));
-  if (!(o.damping_stiffness >= 0))
-    throw InputError(text("model.damping.stiffness = ", o.damping_stiffness, ": must be >= 0"));
+  require_not_negative("damping.mass", o.damping_mass);
+  require_not_negative("damping.stiffness", o.damping_stiffness);
   if (o.stiffness) require_positive("stiffness", *o.stiffness);
-  if (o.damper && !(*o.damper >= 0)) throw InputError(text("model.damper = ", *o.damper, ": must be >= 0"));
+  if (o.damper) require_not_negative("damper", *o.damper);
   if (mesh.num_nodes() == 0 || mesh.triangles.empty()) throw InputError("model: the mesh has no surface triangles");
   if (!mesh.x.allFinite()) throw InputError("model: the mesh has a coordinate that is not a finite number");
   for (int i : o.fixed_nodes)
@@ -41,9 +48,12 @@ void check(const Mesh& mesh, const ModelOptions& o) {
 
 }  // namespace
 
-std::unique_ptr<DeformableModel> make_model(const std::string& type, Mesh mesh, const ModelOptions& options) {
+std::unique_ptr<DeformableModel> make_model(const std::string& type, Mesh mesh, ModelOptions options) {
   require_backend("model", type, model_backends());
   check(mesh, options);
+  std::vector<int>& fixed = options.fixed_nodes;
+  std::sort(fixed.begin(), fixed.end());
+  fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
 #define MODEL(name, available, option, what) \
   if (type == #name) return make_##name##_model(std::move(mesh), options);
 #include "models/models.def"

@@ -23,7 +23,7 @@ struct ModelOptions {
 
 std::vector<BackendInfo> model_backends();
 
-/// Throws InputError for an unknown name or parameters outside their range.
-std::unique_ptr<DeformableModel> make_model(const std::string& type, Mesh mesh, const ModelOptions& options);
+/// Throws InputError for an unknown name or parameters outside their range. Fixed nodes: any order, repeats allowed.
+std::unique_ptr<DeformableModel> make_model(const std::string& type, Mesh mesh, ModelOptions options);
 
 }  // namespace kt

@@ -9,14 +9,13 @@ namespace {
 class MsdModel final : public DeformableModel {
  public:
   MsdModel(Mesh mesh, const ModelOptions& options) : mesh_(std::move(mesh)), options_(options) {
-    std::sort(options_.fixed_nodes.begin(), options_.fixed_nodes.end());
     springs_ = make_springs(mesh_);
+    make_mass();  // refuses nodes without an element, which the calibration would stumble over
     if (options.stiffness)
       for (Spring& s : springs_) s.stiffness = *options.stiffness;
     else
       calibration_ = calibrate_springs(mesh_, options.young, options.poisson, springs_);
     for (Spring& s : springs_) s.damper = options.damper.value_or(options.damping_stiffness * s.stiffness);
-    make_mass();
     make_pattern();
   }
 
