@@ -47,6 +47,7 @@ class CholmodSolver final : public SparseSolver {
     cholmod_start(&common_);
     common_.print = 0;
     common_.supernodal = CHOLMOD_AUTO;
+    common_.final_ll = 1;  // L L^T also for small matrices: L D L^T would accept what is not positive definite
   }
   ~CholmodSolver() override {
     if (factor_) cholmod_free_factor(&factor_, &common_);

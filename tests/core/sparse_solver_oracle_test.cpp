@@ -1,0 +1,76 @@
+// The sparse solver of this build against dense Cholesky.
+#include "core/sparse_solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+
+#include "tests/support/numbers.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kRoundoff = 1e-12;  // relative, condition below 100
+
+/// Positive definite with a few random entries below the diagonal in each column.
+SparseMatrix random_sparse(int n, unsigned seed, int coupled = 3) {
+  const VectorX r = random_vector(2 * coupled * n, seed);
+  MatrixX a = MatrixX::Zero(n, n);
+  for (int k = 0; k < coupled * n; ++k) a(k % n, static_cast<int>((r[2 * k] + 1) / 2 * n)) += r[2 * k + 1];
+  MatrixX m = a + a.transpose();
+  m.diagonal().array() += m.cwiseAbs().rowwise().sum().maxCoeff() + 0.1;
+  return m.sparseView();
+}
+
+TEST(SparseSolver, SolvesOneAndManyRightHandSidesAsDenseAlgebraDoes) {
+  for (int n : {1, 2, 30, 300}) {
+    const SparseMatrix m = random_sparse(n, static_cast<unsigned>(n));
+    const auto solver = make_sparse_solver();
+    ASSERT_TRUE(solver->factor(m));
+    for (int columns : {1, 7}) {
+      const MatrixX b = random_vector(n * columns, 5).reshaped(n, columns);
+      const MatrixX x = solver->solve(b);
+      EXPECT_LE(relative_error(x, MatrixX(m).llt().solve(b)), kRoundoff) << n;
+      EXPECT_LE(relative_error(x, Eigen::SimplicialLDLT<SparseMatrix>(m).solve(b)), kRoundoff) << n;
+    }
+  }
+}
+
+TEST(SparseSolver, ReadsOnlyTheLowerTriangle) {
+  const SparseMatrix m = random_sparse(30, 1), lower = m.triangularView<Eigen::Lower>();
+  const auto solver = make_sparse_solver();
+  const VectorX b = random_vector(30, 2);
+  ASSERT_TRUE(solver->factor(lower));
+  EXPECT_LE(relative_error(m * solver->solve(b), b), kRoundoff);
+}
+
+TEST(SparseSolver, FactorsAgainWithNewValuesAndWithANewPatternOfTheSameSize) {
+  const auto solver = make_sparse_solver();
+  const VectorX b = random_vector(4, 2);
+  SparseMatrix first(4, 4), second(4, 4);
+  for (int i = 0; i < 4; ++i) first.insert(i, i) = second.insert(i, i) = 4 + i;
+  first.insert(1, 0) = first.insert(0, 1) = 1;
+  second.insert(3, 2) = second.insert(2, 3) = -2;  // as many entries, elsewhere
+  first.makeCompressed();
+  second.makeCompressed();
+  for (const SparseMatrix& m : {first, SparseMatrix(2 * first), second, first, random_sparse(4, 3, 1)}) {
+    ASSERT_TRUE(solver->factor(m));
+    EXPECT_LE(relative_error(MatrixX(m) * solver->solve(b), b), kRoundoff);
+  }
+}
+
+TEST(SparseSolver, SaysWhenTheMatrixIsNotPositiveDefiniteAndRecovers) {
+  const auto solver = make_sparse_solver();
+  SparseMatrix m = random_sparse(30, 4);
+  const SparseMatrix good = m;
+  m.coeffRef(17, 17) = -1;
+  EXPECT_FALSE(solver->factor(m));
+  EXPECT_TRUE(solver->factor(good));
+  const VectorX b = random_vector(30, 2);
+  EXPECT_LE(relative_error(good * solver->solve(b), b), kRoundoff);
+  EXPECT_FALSE(make_sparse_solver()->factor(-good));
+}
+
+}  // namespace
+}  // namespace kt
