@@ -1,29 +1,33 @@
-// Certified root search on the gap g(t) = distance(tool centre, triangle) - radius along the step.
+// Conservative advancement with separating planes.
 //
-// All vertices move linearly relative to the tool, so g changes by at most L = max |relative vertex displacement| per
-// unit of t. From values at two times, |t' - t| < g(t) / L around each is free of contact: that is trimmed away, the
-// rest is bisected, earlier half first. What cannot be shown free down to kResolution is a hit at its lower end. So no
-// contact is missed, no time is late, and all feature classes (face, edge, vertex), degenerate triangles and coplanar
-// motion take one path. Derivation of the rounding allowance: docs/collision.md.
+// All vertices move linearly relative to the tool. At a time t let n point from the tool's centre to the closest point
+// of the triangle: while all three vertices stay further than the radius along n, the tool is free. Those are three
+// linear functions of time, so the first time that is not certified free is known exactly; go there and take the next
+// plane. When no plane is left, or the steps become smaller than kResolution, that time is the hit. So no contact is
+// missed, no time is late, and all feature classes (face, edge, vertex), degenerate triangles and coplanar motion take
+// one path. Derivation, and the rounding allowance: docs/collision.md.
 #include "collision/ccd.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "collision/closest_point.hpp"
 
 namespace kt {
 namespace {
 
-constexpr double kResolution = 0x1p-42;     // of the step: 2e-13
-constexpr int kMaxEvaluations = 400;        // then the earliest open interval is the answer (early, never late)
-constexpr double kRounding = 64 * 0x1p-53;  // of the largest relative coordinate: error of one gap evaluation
-constexpr double kInside = 1e-5;            // of the longest edge: a point this little inside is still on the surface
+constexpr double kResolution = 0x1p-42;      // of the step: 2e-13
+constexpr int kMaxPlanes = 100;              // then the time reached is the answer: early, never late
+constexpr int kMaxCrossings = 4;             // a point crosses a moving plane at most three times
+constexpr double kRounding = 128 * 0x1p-53;  // of the largest relative coordinate: error of a separation
+constexpr double kInside = 1e-5;             // of the longest edge: a point this little inside is still on the surface
+constexpr double kGrazing = 1e-9;            // of the speed: who leaves slower than this counts as coming
 
-/// Triangle relative to the tool's centre, at both ends of the step.
+/// Triangle relative to the tool's centre during the step.
 struct RelativeTriangle {
   Vec3 at_t0[3], change[3];
-  double radius;
+  double radius, speed, rounding;
 
   void place(double t, Vec3 (&out)[3]) const noexcept {
     for (int i = 0; i < 3; ++i) out[i] = at_t0[i] + t * change[i];
@@ -33,76 +37,179 @@ struct RelativeTriangle {
     place(t, now);
     return closest_point_on_triangle(Vec3::Zero(), now[0], now[1], now[2]);
   }
+  /// At most this far apart where first_contact_time() found contact.
+  double touching_gap() const noexcept { return 2 * rounding + speed * kResolution; }
   double gap(double t) const noexcept { return std::sqrt(closest(t).distance_sq) - radius; }
-  Vec3 face_normal(double t) const noexcept {
+  double longest_edge() const noexcept {
+    return std::max({(at_t0[1] - at_t0[0]).norm(), (at_t0[2] - at_t0[1]).norm(), (at_t0[0] - at_t0[2]).norm()});
+  }
+  /// Unit normal, and how far rounding may have turned it [rad]; zero where rounding decides.
+  struct FaceNormal {
+    Vec3 n = Vec3::Zero();
+    double error = 1;
+  };
+  FaceNormal face_normal(double t) const noexcept {
     Vec3 now[3];
     place(t, now);
-    const Vec3 n = (now[1] - now[0]).cross(now[2] - now[0]);
-    const double length = n.norm();
-    return length > 0 ? Vec3(n / length) : Vec3(Vec3::Zero());
+    const Vec3 ab = now[1] - now[0], ac = now[2] - now[0], n = ab.cross(ac);
+    const double length = n.norm(), longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
+    if (!(length > 100 * rounding * longest)) return {};
+    return {n / length, rounding * longest / length};
   }
-  /// Speed at which the tool comes towards the surface point `bary` along `normal`, per unit of t.
-  double approach(const Vec3& bary, const Vec3& normal) const noexcept {
-    return normal.dot(bary[0] * change[0] + bary[1] * change[1] + bary[2] * change[2]);
+  /// Velocity of the surface point `bary` towards the tool, per unit of t.
+  Vec3 velocity(const Vec3& bary) const noexcept {
+    return bary[0] * change[0] + bary[1] * change[1] + bary[2] * change[2];
   }
 };
 
 /// Contact at time t. The normal of a point tool is the face's; a sphere's goes from the closest point to its centre.
+/// Where there is none (a degenerate triangle, a centre on the surface) it faces the motion.
 Contact contact_at(const RelativeTriangle& r, double t) noexcept {
   const ClosestPoint at = r.closest(t);
   const double distance = std::sqrt(at.distance_sq);
   Contact out;
   out.bary = at.bary;
-  out.normal = r.face_normal(t);
-  if ((r.radius > 0 && distance > 0) || out.normal.isZero(0))
-    out.normal = distance > 0 ? Vec3(-at.point / distance) : Vec3(Vec3::UnitZ());
+  out.normal = r.face_normal(t).n;
+  if (r.radius > 0 && distance > r.rounding) out.normal = -at.point / distance;
+  if (out.normal.isZero(0)) {
+    const Vec3 velocity = r.velocity(at.bary);
+    const double speed = velocity.norm();
+    out.normal = speed > 0 ? Vec3(velocity / speed) : Vec3(Vec3::UnitZ());
+  }
   out.gap = distance - r.radius;
   out.toi = t;
   return out;
 }
 
-/// Touching at the start: a hit only when the tool comes nearer.
-std::optional<Contact> touching_at_start(const RelativeTriangle& r, double rounding, bool& is_touching) noexcept {
-  const ClosestPoint at = r.closest(0);
-  const double distance = std::sqrt(at.distance_sq);
-  const Vec3 face = r.face_normal(0);
-  double longest = 0;
-  for (int i = 0; i < 3; ++i) longest = std::max(longest, (r.at_t0[(i + 1) % 3] - r.at_t0[i]).norm());
-  const bool slightly_inside = r.radius == 0 && at.feature == ClosestPoint::Feature::face && face.dot(-at.point) < 0 &&
-                               distance < kInside * longest;
-  is_touching = slightly_inside || distance - r.radius <= rounding;
-  if (!is_touching) return std::nullopt;
-  Contact contact = contact_at(r, 0);
-  if (slightly_inside) contact.gap = -distance;
-  const bool outside = r.radius == 0 || face.dot(-at.point) >= 0 || at.feature != ClosestPoint::Feature::face;
-  if (outside && r.approach(contact.bary, contact.normal) > 0) return contact;
-  return std::nullopt;
+/// The tool's centre is behind the face.
+bool is_behind(const RelativeTriangle& r, double t) noexcept {
+  const ClosestPoint at = r.closest(t);
+  return at.feature == ClosestPoint::Feature::face && r.face_normal(t).n.dot(at.point) > 0;
 }
 
-/// First interval of [low, high] that cannot be shown free of contact; its lower end, or -1.
-double first_open_time(const RelativeTriangle& r, double low, double high, double speed, double rounding) noexcept {
-  struct Interval {
-    double low, high, gap_low, gap_high;
-  };
-  Interval stack[48];  // one entry per bisection level that still has a right half
-  int depth = 0;
-  stack[depth++] = {low, high, r.gap(low), r.gap(high)};
-  int evaluations = 2;
-  while (depth > 0) {
-    Interval now = stack[--depth];
-    const double free_low = std::max(0.0, now.gap_low - rounding) / speed;
-    const double free_high = std::max(0.0, now.gap_high - rounding) / speed;
-    // Rounding of the division and sum must not trim too far: a part in 1e-15 less is enough.
-    const double begin = now.low + free_low * (1 - 1e-15), end = now.high - free_high * (1 - 1e-15);
-    if (begin > end) continue;
-    if (end - begin <= kResolution || evaluations >= kMaxEvaluations || depth + 2 > 48) return std::max(now.low, begin);
-    const double middle = 0.5 * (begin + end);
-    const double gap_begin = r.gap(begin), gap_middle = r.gap(middle), gap_end = r.gap(end);
-    evaluations += 3;
-    stack[depth++] = {middle, end, gap_middle, gap_end};
-    stack[depth++] = {begin, middle, gap_begin, gap_middle};
+/// Smallest positive root of a + b t + c t^2 with a > 0, or infinity.
+double first_root(double a, double b, double c) noexcept {
+  const double d = b * b - 4 * a * c;
+  if (d < 0 || (b >= 0 && c >= 0)) return std::numeric_limits<double>::infinity();
+  return b < 0 ? 2 * a / (std::sqrt(d) - b) : (b + std::sqrt(d)) / (-2 * c);
+}
+
+/// For how long the plane across n, turning by `turn` (across n) per unit of time, keeps tool and triangle apart.
+/// While the plane turns by s, its direction n + s is at most 1 + s^2/2 long.
+double free_for(const RelativeTriangle& r, const Vec3 (&now)[3], const Vec3& n, const Vec3& turn) noexcept {
+  const double reach = r.radius + r.rounding, turn_sq = turn.squaredNorm();
+  double free = turn_sq > 0 ? 1 / std::sqrt(turn_sq) : std::numeric_limits<double>::infinity();  // 1 rad: rounding
+  for (int i = 0; i < 3; ++i) {
+    const double apart = n.dot(now[i]) - reach;
+    if (!(apart > 0)) return 0;
+    const double rate = n.dot(r.change[i]) + turn.dot(now[i]), bend = turn.dot(r.change[i]) - 0.5 * reach * turn_sq;
+    free = std::min(free, first_root(apart, rate, bend));
   }
-  return -1;
+  return free * (1 - 1e-15);
+}
+
+Vec3 without(const Vec3& n, const Vec3& edge) noexcept { return n - n.dot(edge) / edge.squaredNorm() * edge; }
+
+/// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
+/// mostly rounding; the feature still knows what is across it.
+Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
+  const Vec3 n = at.point / std::sqrt(at.distance_sq);
+  const int i = at.feature_index;
+  if (at.feature == ClosestPoint::Feature::vertex) return n;
+  if (at.feature == ClosestPoint::Feature::edge) return without(n, now[(i + 1) % 3] - now[i]);
+  const Vec3 ab = now[1] - now[0], bc = now[2] - now[1], ca = now[0] - now[2];
+  const double ab_sq = ab.squaredNorm(), bc_sq = bc.squaredNorm(), ca_sq = ca.squaredNorm();
+  const Vec3 area = ab.cross(bc);
+  const double length = area.norm();
+  if (!(length > 0)) return n;
+  const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
+  return without(area / (area.dot(n) < 0 ? -length : length), longest);
+}
+
+/// How the closest feature turns the direction n across it, per unit of time.
+Vec3 turning(const RelativeTriangle& r, const Vec3 (&now)[3], const ClosestPoint& at, const Vec3& n) noexcept {
+  if (at.feature == ClosestPoint::Feature::vertex) return Vec3::Zero();
+  const int i = at.feature_index, k = (i + 1) % 3, m = (i + 2) % 3;
+  const Vec3 ab = now[k] - now[i], ab_rate = r.change[k] - r.change[i];
+  if (at.feature == ClosestPoint::Feature::edge) return -n.dot(ab_rate) / ab.squaredNorm() * ab;
+  const Vec3 ac = now[m] - now[i], ac_rate = r.change[m] - r.change[i];
+  const Vec3 area = ab.cross(ac), area_rate = ab_rate.cross(ac) + ab.cross(ac_rate);
+  return (area_rate - n.dot(area_rate) * n) / n.dot(area);
+}
+
+/// Until when a plane across the closest direction at t keeps tool and triangle apart; t itself when none does.
+double free_until(const RelativeTriangle& r, double t) noexcept {
+  Vec3 now[3];
+  r.place(t, now);
+  const ClosestPoint at = closest_point_on_triangle(Vec3::Zero(), now[0], now[1], now[2]);
+  const Vec3 n = direction(now, at);
+  const double still = free_for(r, now, n, Vec3::Zero());
+  if (!(still > 0) || t + still >= 1) return t + still;
+  const Vec3 turn = turning(r, now, at, n);
+  return t + (turn.allFinite() ? std::max(still, free_for(r, now, n, turn)) : still);
+}
+
+/// First time in [from, 1] not certified free of contact, or -1.
+double first_contact_time(const RelativeTriangle& r, double from) noexcept {
+  double t = from;
+  for (int i = 0; i < kMaxPlanes; ++i) {
+    const double next = free_until(r, t);
+    if (next >= 1) return -1;
+    if (next - t <= kResolution) return next;
+    t = next;
+  }
+  return t;
+}
+
+/// When a tool that touches at `from` clearly no longer does, to within kResolution, or -1.
+double opening_time(const RelativeTriangle& r, double from) noexcept {
+  const auto is_open = [&](double t) { return r.gap(t) > 2 * r.touching_gap(); };
+  double touching = from, open = 1;
+  for (double step = 0x1p-20; from + step < 1; step *= 2) {
+    if (is_open(from + step)) {
+      open = from + step;
+      break;
+    }
+    touching = from + step;
+  }
+  if (open == 1 && !is_open(1)) return -1;
+  while (open - touching > kResolution) {
+    const double middle = 0.5 * (touching + open);
+    (is_open(middle) ? open : touching) = middle;
+  }
+  return open;
+}
+
+/// One-sided: a tool that comes through from within is on the way out. Who only grazes, or touches where there is no
+/// normal, comes from outside; so does who has not come close when the planes ran out.
+bool is_from_within(const RelativeTriangle& r, const Contact& contact) noexcept {
+  if (contact.gap > r.touching_gap()) return false;
+  if (r.radius > 0) return is_behind(r, contact.toi);
+  const double graze = (kGrazing + r.face_normal(contact.toi).error) * r.speed;
+  return contact.normal.dot(r.velocity(contact.bary)) < -graze;
+}
+
+/// What the tool does at the start of the step.
+struct Start {
+  bool is_touching = false, is_outside = false, is_approaching = false;
+  Contact contact;
+};
+
+Start at_start(const RelativeTriangle& r) noexcept {
+  const ClosestPoint at = r.closest(0);
+  const double distance = std::sqrt(at.distance_sq);
+  const bool behind = is_behind(r, 0);
+  const bool slightly_inside = r.radius == 0 && behind && distance < kInside * r.longest_edge();
+  Start out;
+  out.is_touching = slightly_inside || distance - r.radius <= r.rounding;
+  if (!out.is_touching) return out;
+  out.is_outside = !behind || (r.radius == 0 && distance <= r.rounding);
+  out.contact = contact_at(r, 0);
+  if (slightly_inside) out.contact.gap = -distance;
+  // From a triangle without a normal every way leads away.
+  const bool has_normal = r.radius > 0 || !r.face_normal(0).n.isZero(0);
+  out.is_approaching = has_normal && out.contact.normal.dot(r.velocity(out.contact.bary)) > 0;
+  return out;
 }
 
 }  // namespace
@@ -111,41 +218,39 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
                                             const Vec3 (&triangle_t1)[3]) noexcept {
   RelativeTriangle r;
   r.radius = tool.radius;
-  double speed = 0, size = 0;
+  r.speed = 0;
+  double size = tool.radius;
   bool finite = true;
   for (int i = 0; i < 3; ++i) {
     r.at_t0[i] = triangle_t0[i] - sweep.x_t0;
     const Vec3 at_t1 = triangle_t1[i] - sweep.x_t1;
     r.change[i] = at_t1 - r.at_t0[i];
-    speed = std::max(speed, r.change[i].norm());
+    r.speed = std::max(r.speed, r.change[i].norm());
     size = std::max({size, r.at_t0[i].lpNorm<Eigen::Infinity>(), at_t1.lpNorm<Eigen::Infinity>()});
     finite = finite && r.at_t0[i].allFinite() && at_t1.allFinite();
   }
-  if (!finite || !std::isfinite(speed)) return std::nullopt;
-  const double rounding = kRounding * std::max(size, tool.radius);
-  speed *= 1 + 1e-14;
+  if (!finite || !std::isfinite(r.speed)) return std::nullopt;
+  r.rounding = kRounding * size;
 
-  bool is_touching = false;
-  if (const auto contact = touching_at_start(r, rounding, is_touching)) return contact;
-  if (speed == 0) return std::nullopt;
   double from = 0;
-  if (is_touching) {
-    // Touching and not approaching: contact counts again once the gap has opened.
-    for (from = 0x1p-20; from < 1 && r.gap(from) <= rounding; from *= 2) {
-    }
-    if (from >= 1) return std::nullopt;
+  const Start start = at_start(r);
+  if (start.is_touching) {
+    // Touching: a hit only when the tool comes nearer. If not, contact counts again once the gap has opened; a tool
+    // that comes out on the inner side has gone through while it touched.
+    if (start.is_approaching && (start.is_outside || r.radius == 0)) return start.contact;
+    if (r.speed == 0) return std::nullopt;
+    from = opening_time(r, 0);
+    if (from < 0) return std::nullopt;
+    if (start.is_outside && is_behind(r, from)) return start.contact;
   }
-  const double toi = first_open_time(r, from, 1, speed, rounding);
-  if (toi < 0) return std::nullopt;
-
-  const Contact contact = contact_at(r, toi);
-  // One-sided: who comes through from within is on the way out. A tool that only grazes counts as a hit.
-  const double approach = r.approach(contact.bary, r.radius > 0 ? contact.normal : r.face_normal(toi));
-  if (approach < -1e-9 * speed) return std::nullopt;
-  if (r.radius > 0 && r.closest(toi).feature == ClosestPoint::Feature::face &&
-      r.face_normal(toi).dot(contact.normal) < 0)
-    return std::nullopt;
-  return contact;
+  for (int crossing = 0;; ++crossing) {
+    const double toi = first_contact_time(r, from);
+    if (toi < 0) return std::nullopt;
+    const Contact contact = contact_at(r, toi);
+    if (crossing == kMaxCrossings || !is_from_within(r, contact)) return contact;
+    from = opening_time(r, toi);
+    if (from < 0) return std::nullopt;
+  }
 }
 
 }  // namespace kt

@@ -1,5 +1,8 @@
-// Voronoi regions of a triangle (Ericson, Real-Time Collision Detection, section 5.1.5). A degenerate triangle has no
-// face region; the nearest of its edges then decides.
+// Vertex regions first (Ericson, Real-Time Collision Detection, section 5.1.5), then the face, then the edges.
+//
+// Differs from Ericson: the face is solved in the orthogonal frame of the longest edge and its height, not by ratios of
+// areas. Those cancel in slivers and put the foot far away along the triangle; here the distance is right to a few
+// units of rounding of the largest coordinate, whatever the shape. A triangle without height has no face.
 #include "collision/closest_point.hpp"
 
 #include <algorithm>
@@ -10,68 +13,67 @@ namespace {
 
 using Feature = ClosestPoint::Feature;
 
-ClosestPoint make(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& bary, Feature feature,
-                  int index) noexcept {
+ClosestPoint make(const Vec3& p, const Vec3 (&v)[3], const Vec3& bary, Feature feature, int index) noexcept {
   ClosestPoint out;
   out.bary = bary;
-  out.point = bary[0] * a + bary[1] * b + bary[2] * c;
+  out.point = bary[0] * v[0] + bary[1] * v[1] + bary[2] * v[2];
   out.distance_sq = (p - out.point).squaredNorm();
   out.feature = feature;
   out.feature_index = index;
   return out;
 }
 
-ClosestPoint closest_on_edges(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
-  const Vec3 corners[3] = {a, b, c};
-  ClosestPoint best;
-  best.distance_sq = std::numeric_limits<double>::infinity();
+/// Weights of p's foot in the plane of the triangle; negative ones outside, or no height.
+Vec3 weights_in_plane(const Vec3& p, const Vec3 (&v)[3], const double (&length_sq)[3]) noexcept {
+  constexpr double kNoHeight = 1e-30;  // squared, of the longest edge: then it is rounding, and the edges are as near
+  const auto i = static_cast<int>(std::max_element(length_sq, length_sq + 3) - length_sq);
+  const int k = (i + 1) % 3, m = (i + 2) % 3;
+  const Vec3 base = v[k] - v[i], side = v[m] - v[i], q = p - v[i];
+  const double foot = base.dot(side) / length_sq[i];
+  Vec3 height = side - foot * base;
+  height -= base.dot(height) / length_sq[i] * base;  // what rounding left of the base in it
+  const double height_sq = height.squaredNorm();
+  Vec3 bary = Vec3::Constant(-1);
+  if (!(height_sq > kNoHeight * length_sq[i])) return bary;
+  const double along = base.dot(q) / length_sq[i];
+  bary[m] = height.dot(q - along * base) / height_sq;
+  bary[k] = along - foot * bary[m];
+  bary[i] = 1 - bary[m] - bary[k];
+  return bary;
+}
+
+ClosestPoint closest_on_edges(const Vec3& p, const Vec3 (&v)[3], const double (&length_sq)[3]) noexcept {
+  int best = 0;
+  double best_s = 0, best_sq = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
-    const int k = (i + 1) % 3;
-    const Vec3 edge = corners[k] - corners[i];
-    const double length_sq = edge.squaredNorm();
-    const double s = length_sq > 0 ? std::clamp(edge.dot(p - corners[i]) / length_sq, 0.0, 1.0) : 0.0;
-    Vec3 bary = Vec3::Zero();
-    bary[i] = 1 - s;
-    bary[k] = s;
-    const bool inner = s > 0 && s < 1;
-    const ClosestPoint here = make(p, a, b, c, bary, inner ? Feature::edge : Feature::vertex, s < 1 ? i : k);
-    if (here.distance_sq < best.distance_sq) best = here;
+    const Vec3 edge = v[(i + 1) % 3] - v[i], q = p - v[i];
+    const double s = length_sq[i] > 0 ? std::clamp(edge.dot(q) / length_sq[i], 0.0, 1.0) : 0.0;
+    if (const double d = (q - s * edge).squaredNorm(); d < best_sq) {
+      best = i;
+      best_s = s;
+      best_sq = d;
+    }
   }
-  return best;
+  Vec3 bary = Vec3::Zero();
+  bary[best] = 1 - best_s;
+  bary[(best + 1) % 3] = best_s;
+  if (best_s > 0 && best_s < 1) return make(p, v, bary, Feature::edge, best);
+  return make(p, v, bary, Feature::vertex, best_s < 1 ? best : (best + 1) % 3);
 }
 
 }  // namespace
 
 ClosestPoint closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
-  const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return make(p, a, b, c, {1, 0, 0}, Feature::vertex, 0);
-  const Vec3 bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return make(p, a, b, c, {0, 1, 0}, Feature::vertex, 1);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) {
-    const double s = d1 / (d1 - d3);
-    return make(p, a, b, c, {1 - s, s, 0}, Feature::edge, 0);
-  }
-  const Vec3 cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return make(p, a, b, c, {0, 0, 1}, Feature::vertex, 2);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) {
-    const double s = d2 / (d2 - d6);
-    return make(p, a, b, c, {1 - s, 0, s}, Feature::edge, 2);
-  }
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6 && (d4 - d3) + (d5 - d6) > 0) {
-    const double s = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return make(p, a, b, c, {0, 1 - s, s}, Feature::edge, 1);
-  }
-  const double sum = va + vb + vc;
-  // |ab x ac|^2 up to rounding: when it drowns in its own cancellation, the triangle has no inside.
-  if (!(sum > 1e-14 * ab.squaredNorm() * ac.squaredNorm())) return closest_on_edges(p, a, b, c);
-  const double v = vb / sum, w = vc / sum;
-  return make(p, a, b, c, {1 - v - w, v, w}, Feature::face, 0);
+  const Vec3 v[3] = {a, b, c};
+  const Vec3 ab = b - a, bc = c - b, ca = a - c, ap = p - a, bp = p - b, cp = p - c;
+  const double ab_ap = ab.dot(ap), bc_bp = bc.dot(bp), ca_cp = ca.dot(cp);
+  if (ab_ap <= 0 && ca.dot(ap) >= 0) return make(p, v, Vec3::UnitX(), Feature::vertex, 0);
+  if (bc_bp <= 0 && ab.dot(bp) >= 0) return make(p, v, Vec3::UnitY(), Feature::vertex, 1);
+  if (ca_cp <= 0 && bc.dot(cp) >= 0) return make(p, v, Vec3::UnitZ(), Feature::vertex, 2);
+  const double length_sq[3] = {ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()};
+  const Vec3 bary = weights_in_plane(p, v, length_sq);
+  if (bary[0] > 0 && bary[1] > 0 && bary[2] > 0) return make(p, v, bary, Feature::face, 0);
+  return closest_on_edges(p, v, length_sq);
 }
 
 }  // namespace kt
