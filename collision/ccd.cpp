@@ -62,15 +62,35 @@ struct RelativeTriangle {
   }
 };
 
+Vec3 without(const Vec3& n, const Vec3& edge) noexcept { return n - n.dot(edge) / edge.squaredNorm() * edge; }
+
+/// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
+/// mostly rounding; the feature still knows what is across it.
+Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
+  const Vec3 n = at.point / std::sqrt(at.distance_sq);
+  const int i = at.feature_index;
+  if (at.feature == ClosestPoint::Feature::vertex) return n;
+  if (at.feature == ClosestPoint::Feature::edge) return without(n, now[(i + 1) % 3] - now[i]);
+  const Vec3 ab = now[1] - now[0], bc = now[2] - now[1], ca = now[0] - now[2];
+  const double ab_sq = ab.squaredNorm(), bc_sq = bc.squaredNorm(), ca_sq = ca.squaredNorm();
+  const Vec3 area = ab.cross(bc);
+  const double length = area.norm();
+  if (!(length > 0)) return n;
+  const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
+  return without(area / (area.dot(n) < 0 ? -length : length), longest);
+}
+
 /// Contact at time t. The normal of a point tool is the face's; a sphere's goes from the closest point to its centre.
 /// Where there is none (a degenerate triangle, a centre on the surface) it faces the motion.
 Contact contact_at(const RelativeTriangle& r, double t) noexcept {
-  const ClosestPoint at = r.closest(t);
+  Vec3 now[3];
+  r.place(t, now);
+  const ClosestPoint at = closest_point_on_triangle(Vec3::Zero(), now[0], now[1], now[2]);
   const double distance = std::sqrt(at.distance_sq);
   Contact out;
   out.bary = at.bary;
   out.normal = r.face_normal(t).n;
-  if (r.radius > 0 && distance > r.rounding) out.normal = -at.point / distance;
+  if (r.radius > 0 && distance > r.rounding) out.normal = -direction(now, at).normalized();
   if (out.normal.isZero(0)) {
     const Vec3 velocity = r.velocity(at.bary);
     const double speed = velocity.norm();
@@ -106,24 +126,6 @@ double free_for(const RelativeTriangle& r, const Vec3 (&now)[3], const Vec3& n, 
     free = std::min(free, first_root(apart, rate, bend));
   }
   return free * (1 - 1e-15);
-}
-
-Vec3 without(const Vec3& n, const Vec3& edge) noexcept { return n - n.dot(edge) / edge.squaredNorm() * edge; }
-
-/// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
-/// mostly rounding; the feature still knows what is across it.
-Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
-  const Vec3 n = at.point / std::sqrt(at.distance_sq);
-  const int i = at.feature_index;
-  if (at.feature == ClosestPoint::Feature::vertex) return n;
-  if (at.feature == ClosestPoint::Feature::edge) return without(n, now[(i + 1) % 3] - now[i]);
-  const Vec3 ab = now[1] - now[0], bc = now[2] - now[1], ca = now[0] - now[2];
-  const double ab_sq = ab.squaredNorm(), bc_sq = bc.squaredNorm(), ca_sq = ca.squaredNorm();
-  const Vec3 area = ab.cross(bc);
-  const double length = area.norm();
-  if (!(length > 0)) return n;
-  const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
-  return without(area / (area.dot(n) < 0 ? -length : length), longest);
 }
 
 /// How the closest feature turns the direction n across it, per unit of time.

@@ -6,7 +6,8 @@ std::optional<Contact> find_first_contact(const TriangleIndex& index, const Movi
                                           const ToolShape& tool, const ToolSweep& sweep,
                                           std::span<const unsigned char> ignored, std::span<int> scratch) noexcept {
   // A hair more than the radius: the narrow phase may see contact within its rounding.
-  const double margin = tool.radius * (1 + 1e-12) + 1e-14 * sweep.x_t1.lpNorm<Eigen::Infinity>();
+  const double size = sweep.x_t0.lpNorm<Eigen::Infinity>() + sweep.x_t1.lpNorm<Eigen::Infinity>();
+  const double margin = tool.radius * (1 + 1e-12) + 1e-14 * size;
   const int count = index.candidates(sweep, margin, scratch);
   std::optional<Contact> first;
   for (int i = 0; i < count; ++i) {
