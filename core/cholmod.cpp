@@ -2,11 +2,8 @@
 #include <cholmod.h>
 #include <omp.h>
 
-#include <algorithm>
-#include <span>
-#include <vector>
-
 #include "core/sparse_solver.hpp"
+#include "core/sparsity_pattern.hpp"
 
 namespace kt {
 namespace {
@@ -59,13 +56,9 @@ class CholmodSolver final : public SparseSolver {
   bool factor(const SparseMatrix& matrix) override {
     const OneThread one_thread;
     cholmod_sparse view = view_of(matrix);
-    const std::span<const int> columns(matrix.outerIndexPtr(), static_cast<std::size_t>(matrix.outerSize()) + 1);
-    const std::span<const int> rows(matrix.innerIndexPtr(), static_cast<std::size_t>(matrix.nonZeros()));
-    if (!factor_ || !std::ranges::equal(columns, columns_) || !std::ranges::equal(rows, rows_)) {
+    if (pattern_.changes_to(matrix) || !factor_) {
       if (factor_) cholmod_free_factor(&factor_, &common_);
       factor_ = cholmod_analyze(&view, &common_);
-      columns_.assign(columns.begin(), columns.end());
-      rows_.assign(rows.begin(), rows.end());
     }
     if (!factor_) return false;
     cholmod_factorize(&view, factor_, &common_);
@@ -90,7 +83,7 @@ class CholmodSolver final : public SparseSolver {
  private:
   mutable cholmod_common common_{};
   cholmod_factor* factor_ = nullptr;
-  std::vector<int> columns_, rows_;  // pattern of factor_
+  SparsityPattern pattern_;  // of factor_
 };
 
 }  // namespace

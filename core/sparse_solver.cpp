@@ -2,6 +2,8 @@
 
 #include <Eigen/SparseCholesky>
 
+#include "core/sparsity_pattern.hpp"
+
 namespace kt {
 #if KT_WITH_CHOLMOD
 std::unique_ptr<SparseSolver> make_cholmod_solver();  // core/cholmod.cpp
@@ -12,10 +14,7 @@ namespace {
 class EigenSolver final : public SparseSolver {
  public:
   bool factor(const SparseMatrix& matrix) override {
-    const bool same_pattern = matrix.rows() == rows_ && matrix.nonZeros() == non_zeros_;
-    if (!same_pattern) llt_.analyzePattern(matrix);
-    rows_ = matrix.rows();
-    non_zeros_ = matrix.nonZeros();
+    if (pattern_.changes_to(matrix)) llt_.analyzePattern(matrix);
     llt_.factorize(matrix);
     return llt_.info() == Eigen::Success;
   }
@@ -23,7 +22,7 @@ class EigenSolver final : public SparseSolver {
 
  private:
   Eigen::SimplicialLLT<SparseMatrix> llt_;
-  Eigen::Index rows_ = -1, non_zeros_ = -1;
+  SparsityPattern pattern_;
 };
 
 }  // namespace

@@ -19,9 +19,9 @@ class ImplicitEuler final : public Integrator {
     const VectorX rhs = dt * gather(dofs_, VectorX(force_ + external + dt * (tangent.dfdx * state.v)));
     const SparseMatrix system =
         gather(dofs_, SparseMatrix(model.mass() - dt * tangent.dfdv - (dt * dt) * tangent.dfdx));
-    if (!solver_->factor(system))
+    if (dofs_.size() > 0 && !solver_->factor(system))
       throw RunError(text("implicit_euler: the step's matrix is not positive definite at t = ", state.t, " s"));
-    const VectorX dv = solver_->solve(rhs);
+    const VectorX dv = dofs_.size() > 0 ? VectorX(solver_->solve(rhs)) : rhs;  // none free: nothing to solve
     for (int i = 0; i < dofs_.size(); ++i) {
       const int k = dofs_.to_all[i];
       state.v[k] += dv[i];

@@ -19,8 +19,8 @@ class SymplecticEuler final : public Integrator {
     if (dofs_.to_free.empty()) prepare(model);
     model.force(state, force_);
     force_ += external;
-    const VectorX acceleration = diagonal_.size() ? VectorX(gather(dofs_, force_).cwiseQuotient(diagonal_))
-                                                  : VectorX(solver_->solve(gather(dofs_, force_)));
+    const VectorX free = gather(dofs_, force_);
+    const VectorX acceleration = solver_ ? VectorX(solver_->solve(free)) : VectorX(free.cwiseQuotient(diagonal_));
     for (int i = 0; i < dofs_.size(); ++i) {
       const int k = dofs_.to_all[i];
       state.v[k] += dt * acceleration[i];

@@ -6,57 +6,16 @@
 #include <set>
 
 #include "core/local_dynamics.hpp"
-#include "core/reducer.hpp"
-#include "models/model.hpp"
 #include "tests/support/allocations.hpp"
-#include "tests/support/meshes.hpp"
+#include "tests/support/linearized_block.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {
 namespace {
 
 constexpr double kRoundoff = 1e-12;  // relative, well-conditioned step matrices
-constexpr double kEdge = 0.01;
-
-/// A damped block on a clamped base, deformed and moving, linearized there.
-struct Body {
-  explicit Body(int cells = 3) : mesh(kuhn_block(cells, cells, cells, kEdge)) {
-    model = make_model(
-        "msd", mesh,
-        {.young = 5e3, .damping_mass = 1, .damping_stiffness = 2e-3, .fixed_nodes = nodes_below(mesh, 1e-6)});
-    State state = rest_state(*model);
-    state.t = 0.25;
-    for (int i = 0; i < mesh.num_nodes(); ++i)
-      if (mesh.x[3 * i + 2] > 1e-6) {
-        node(state.x, i) += 0.05 * kEdge * random_vector(3, static_cast<unsigned>(i));
-        node(state.v, i) = 0.02 * random_vector(3, static_cast<unsigned>(1000 + i));
-      }
-    tangent = linearize(*model, state, TangentKind::definite);
-    surface = make_surface(mesh);
-    // A triangle in the middle of the top.
-    const Vec3 top(0.5 * cells * kEdge, 0.5 * cells * kEdge, cells * kEdge);
-    double best = 1;
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-      Vec3 centroid = Vec3::Zero();
-      for (int i : surface.triangles[t]) centroid += node(mesh.x, i) / 3;
-      if (const double d = (centroid - top).norm(); d < best) {
-        best = d;
-        site = {centroid, t, 0.4 * kEdge};
-      }
-    }
-  }
-  LocalModel reduce(const std::string& name, int rings = 1) const {
-    return find_reducer(name)(tangent, make_patch(surface, tangent.state.x, site), site, {.rings = rings});
-  }
-  Mesh mesh;
-  std::unique_ptr<DeformableModel> model;
-  TangentModel tangent;
-  Surface surface;
-  ContactSite site;
-};
-
 TEST(Linearize, HoldsTheModelsForceMatricesAndFixedNodes) {
-  const Body b;
+  const LinearizedBlock b;
   VectorX f;
   b.model->force(b.tangent.state, f);
   const TangentModel exact = linearize(*b.model, b.tangent.state);
@@ -69,21 +28,21 @@ TEST(Linearize, HoldsTheModelsForceMatricesAndFixedNodes) {
 }
 
 TEST(Linearize, PredictsTheForceOfANearbyStateToSecondOrder) {
-  const Body b;
+  const LinearizedBlock b;
   const TangentModel t = linearize(*b.model, b.tangent.state);
   const VectorX dx = random_vector(t.f0.size(), 8), dv = random_vector(t.f0.size(), 9);
   const auto miss = [&](double size) {
     VectorX f;
-    b.model->force({0, t.state.x + size * kEdge * dx, t.state.v + size * dv}, f);
-    return (f - (t.f0 + t.dfdx * (size * kEdge * dx) + t.dfdv * (size * dv))).norm();
+    b.model->force({0, t.state.x + size * b.edge * dx, t.state.v + size * dv}, f);
+    return (f - (t.f0 + t.dfdx * (size * b.edge * dx) + t.dfdv * (size * dv))).norm();
   };
   EXPECT_NEAR(std::log2(miss(2e-3) / miss(1e-3)), 2, 0.05);
 }
 
 TEST(Patch, HoldsEveryTriangleInReachAndOneRingMore) {
-  const Body b(5);
+  const LinearizedBlock b(5);
   const VectorX& x = b.tangent.state.x;
-  for (double reach : {0.0, 0.8 * kEdge, 1.7 * kEdge, 1.0}) {
+  for (double reach : {0.0, 0.8 * b.edge, 1.7 * b.edge, 1.0}) {
     const ContactSite site{b.site.centre, b.site.triangle, reach};
     const SurfacePatch patch = make_patch(b.surface, x, site);
     const std::set<int> in(patch.global_triangle.begin(), patch.global_triangle.end());
@@ -124,7 +83,7 @@ std::vector<int> kept_dofs(const LocalModel& m) {
   return dofs;
 }
 
-void expect_restriction(const Body& b, const LocalModel& m) {
+void expect_restriction(const LinearizedBlock& b, const LocalModel& m) {
   const std::vector<int> dofs = kept_dofs(m);
   EXPECT_EQ(MatrixX(m.mass), MatrixX(b.tangent.mass)(dofs, dofs));
   EXPECT_EQ(MatrixX(m.stiffness), -MatrixX(b.tangent.dfdx)(dofs, dofs));
@@ -137,7 +96,7 @@ void expect_restriction(const Body& b, const LocalModel& m) {
 }
 
 TEST(Wall, IsTheRestrictionOfTheFullMatricesToPatchAndRings) {
-  const Body b(5);
+  const LinearizedBlock b(5);
   std::set<int> patch_nodes, fixed(b.tangent.fixed_nodes.begin(), b.tangent.fixed_nodes.end());
   for (int i : make_patch(b.surface, b.tangent.state.x, b.site).global_node) patch_nodes.insert(i);
   int nearest = *patch_nodes.begin();
@@ -167,15 +126,15 @@ TEST(Wall, IsTheRestrictionOfTheFullMatricesToPatchAndRings) {
 }
 
 TEST(Full, KeepsEveryFreeNode) {
-  const Body b;
+  const LinearizedBlock b;
   const LocalModel m = b.reduce("full");
   EXPECT_EQ(m.dof(), 3 * (b.mesh.num_nodes() - static_cast<int>(b.tangent.fixed_nodes.size())));
   EXPECT_EQ(m.reducer, "full");
   expect_restriction(b, m);
 }
 
-TEST(Full, StepsAsTheWholeLinearizedBodyDoes) {
-  const Body b;
+TEST(Full, StepsAsTheWholeLinearizedLinearizedBlockDoes) {
+  const LinearizedBlock b;
   const double h = 1e-3;
   const LocalModel m = b.reduce("full");
   const LocalDynamics dynamics(m, LocalScheme::implicit_euler, Metric::implicit, h);
@@ -213,7 +172,7 @@ struct DynamicsCase {
 
 TEST(LocalDynamics, IsDenseAlgebraForBothSchemesAllMetricsAndBothSolverPaths) {
   for (const DynamicsCase& c : {DynamicsCase{"wall", 3}, DynamicsCase{"full", 3}, DynamicsCase{"full", 5}}) {
-    const Body b(c.cells);
+    const LinearizedBlock b(c.cells);
     const LocalModel m = b.reduce(c.reducer);
     ASSERT_EQ(m.dof() > 450, c.cells == 5);  // beyond the dense limit
     const double h = 1e-3;
@@ -249,7 +208,7 @@ TEST(LocalDynamics, IsDenseAlgebraForBothSchemesAllMetricsAndBothSolverPaths) {
 }
 
 TEST(LocalDynamics, RefusesAMassThatIsNotPositiveDefinite) {
-  LocalModel m = Body().reduce("wall");
+  LocalModel m = LinearizedBlock().reduce("wall");
   m.mass.coeffRef(4, 4) = -1;
   m.mass.coeffRef(4, 5) = m.mass.coeffRef(5, 4) = 0.5;
   EXPECT_THROW(LocalDynamics(m, LocalScheme::symplectic_euler, Metric::mass, 1e-3), RunError);

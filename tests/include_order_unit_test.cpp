@@ -1,0 +1,133 @@
+// The dependency order of docs/architecture.md, and third-party headers where they belong, over every #include.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+
+namespace kt {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Folders with code; `examples` is a project of its own.
+const std::vector<std::string> kFolders{"core", "collision", "models", "io",   "haptics",
+                                        "apps", "bench",     "python", "tests"};
+const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "models", "io"};
+
+bool is_in(const std::string& file, const std::string& folder) { return file.rfind(folder + "/", 0) == 0; }
+
+bool is_in_any(const std::string& file, const std::vector<std::string>& folders) {
+  return std::any_of(folders.begin(), folders.end(), [&](const std::string& f) { return is_in(file, f); });
+}
+
+/// May `from` include `to`? Paths from the root of the repository. A folder includes itself and what is below it;
+/// siblings never include each other. models/*.hpp is the face of all models, so models/msd includes it too.
+bool may_include(const std::string& from, const std::string& to) {
+  for (const char* leaf : {"haptics/contact", "haptics/device", "haptics/link"})
+    if (is_in(from, leaf)) return is_in(to, leaf) || is_in_any(to, kMiddle);
+  for (const char* leaf : {"models/msd", "models/fem"})
+    if (is_in(from, leaf)) return is_in(to, leaf) || is_in(to, "core") || to == "models/model.hpp";
+  for (const char* folder : {"core", "collision", "models", "io"})
+    if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
+  if (is_in(from, "haptics")) return is_in(to, "haptics") || is_in_any(to, kMiddle);
+  if (is_in(from, "tests")) return true;
+  for (const char* leaf : {"apps", "bench", "python"})
+    if (is_in(from, leaf)) return is_in(to, leaf) || is_in(to, "haptics") || is_in_any(to, kMiddle);
+  return false;
+}
+
+struct Home {
+  std::string header;  ///< how the included path begins
+  std::string files;   ///< who may include it (regular expression)
+};
+
+/// Besides these only the standard library, POSIX and Eigen.
+const std::vector<Home> kHomes{
+    {"cholmod", "core/cholmod\\.cpp"},
+    {"embree", "collision/embree\\.cpp"},
+    {"OpenMesh/", "io/[a-z_]*openmesh\\.cpp"},
+    {"CGAL/", "(io|collision)/[a-z_]*cgal\\.cpp"},
+    {"nglib", "io/tetrahedralize_netgen\\.cpp"},
+    {"nlohmann/", "io/(json|scene)[a-z_]*\\.[ch]pp|apps/.*"},
+    {"valijson/", "io/json_schema\\.cpp"},
+    {"CLI/", "apps/.*"},
+    {"benchmark/", "bench/.*"},
+    {"gtest/", "tests/.*"},
+    {"gmock/", "tests/.*"},
+    {"boost/", ""},
+    {"tbb/", ""},
+};
+
+struct Include {
+  std::string from, to;
+  bool quoted = false;
+};
+
+std::vector<Include> all_includes() {
+  const std::regex line("\\s*#\\s*include\\s*([\"<])([^\">]+)[\">].*");
+  std::vector<Include> out;
+  for (const std::string& folder : kFolders) {
+    const fs::path root = KT_SOURCE_DIR;
+    if (!fs::is_directory(root / folder)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+      const std::string file = fs::relative(entry.path(), root).generic_string();
+      if (!std::regex_match(file, std::regex(".*\\.([ch]pp|def|cpp\\.in)"))) continue;
+      std::ifstream in(entry.path());
+      std::smatch found;
+      for (std::string text; std::getline(in, text);)
+        if (std::regex_match(text, found, line)) out.push_back({file, found[2], found[1] == "\""});
+    }
+  }
+  return out;
+}
+
+TEST(IncludeOrder, TheRuleAllowsDownAndForbidsUpAndSideways) {
+  EXPECT_TRUE(may_include("core/reducers/wall.cpp", "core/reducer.hpp"));
+  EXPECT_TRUE(may_include("models/msd/msd_model.cpp", "models/model.hpp"));
+  EXPECT_TRUE(may_include("haptics/device/press_drag.hpp", "collision/contact.hpp"));
+  EXPECT_TRUE(may_include("haptics/session.cpp", "haptics/link/mailbox.hpp"));
+  EXPECT_TRUE(may_include("tests/support/allocations.hpp", "apps/allocation_counter.hpp"));
+  for (const char* above : {"collision/ccd.hpp", "models/model.hpp", "io/scene.hpp", "haptics/session.hpp"})
+    EXPECT_FALSE(may_include("core/mesh.cpp", above)) << above;
+  EXPECT_FALSE(may_include("collision/ccd.cpp", "io/mesh_io.hpp"));
+  EXPECT_FALSE(may_include("models/fem/fem_model.cpp", "models/msd/springs.hpp"));
+  EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "haptics/device/haptic_device.hpp"));
+  EXPECT_FALSE(may_include("haptics/link/ring.hpp", "haptics/session.hpp"));
+  EXPECT_FALSE(may_include("io/scene.cpp", "haptics/session.hpp"));
+  EXPECT_FALSE(may_include("apps/main.cpp", "bench/table.hpp"));
+  EXPECT_FALSE(may_include("haptics/session.cpp", "tests/support/meshes.hpp"));
+}
+
+TEST(IncludeOrder, EveryFileIncludesOnlyItsOwnFolderAndWhatIsBelow) {
+  const std::vector<Include> includes = all_includes();
+  EXPECT_GE(includes.size(), 300u);  // the files were found
+  for (const Include& i : includes)
+    if (i.quoted) {
+      EXPECT_TRUE(may_include(i.from, i.to)) << i.from << " includes " << i.to;
+      EXPECT_TRUE(fs::exists(fs::path(KT_SOURCE_DIR) / i.to)) << i.from << ": paths start at the root: " << i.to;
+    }
+}
+
+TEST(IncludeOrder, ThirdPartyHeadersStayInTheirFiles) {
+  for (const Include& i : all_includes()) {
+    if (i.quoted) continue;
+    for (const Home& home : kHomes) {
+      if (i.to.rfind(home.header, 0) != 0 || is_in(i.from, "tests")) continue;  // a test may ask the library itself
+      EXPECT_TRUE(std::regex_match(i.from, std::regex(home.files))) << i.from << " includes <" << i.to << ">";
+    }
+  }
+}
+
+TEST(IncludeOrder, OurHeadersShowOnlyEigenAndTheStandardLibrary) {
+  for (const Include& i : all_includes()) {
+    if (i.quoted || !std::regex_match(i.from, std::regex("(core|collision|models|io|haptics)/.*\\.hpp"))) continue;
+    const bool json = std::regex_match(i.from, std::regex("io/(json|scene)_[a-z_]*\\.hpp"));  // inside io only
+    EXPECT_TRUE(i.to.rfind("Eigen/", 0) == 0 || i.to.find_first_of("./") == std::string::npos ||
+                (json && i.to.rfind("nlohmann/", 0) == 0))
+        << i.from << " includes <" << i.to << ">";
+  }
+}
+
+}  // namespace
+}  // namespace kt
