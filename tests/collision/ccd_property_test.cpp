@@ -143,8 +143,10 @@ TEST(PointTriangleToi, TouchingIsAHitOnlyWhenApproaching) {
 }
 
 TEST(PointTriangleToi, ATouchingToolDoesNotSinkIntoATurningTriangle) {
-  // The surface rises as x t; the tool starts on the line that does not move and goes where it rises.
-  const Vec3 t0[3] = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, t1[3] = {{-1, -1, -1}, {1, -1, 1}, {0, 1, 0}};
+  // The surface rises as (x - 1e-9) t: at first it sinks away, by 1e-18 at most, then the tool is in it.
+  constexpr double kSink = 1e-9;
+  const Vec3 t0[3] = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+  const Vec3 t1[3] = {{-1, -1, -1 - kSink}, {1, -1, 1 - kSink}, {0, 1, -kSink}};
   const auto hit = find_triangle_impact(kPoint, {{0, 0, 0}, {0.3, 0, 0}}, t0, t1);
   ASSERT_TRUE(hit);
   EXPECT_EQ(hit->toi, 0);

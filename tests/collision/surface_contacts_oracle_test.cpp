@@ -80,6 +80,21 @@ TEST(TrackPointContact, FindsTheNearestFromANeighbour) {
   }
 }
 
+TEST(NearestPointContact, IsOutsideOfASpikeWhoseTopHasManyTriangles) {
+  // A flat spike with its tip at the origin; an unweighted sum of normals would point up, away from the point below.
+  constexpr int kTop = 10;
+  VectorX x(3 * (kTop + 4));
+  node(x, 0).setZero();
+  for (int i = 0; i <= kTop; ++i) node(x, i + 1) = Vec3(-1, 0.06 * i - 0.3, 0.02);
+  node(x, kTop + 2) = Vec3(-1, -0.3, -0.02);
+  node(x, kTop + 3) = Vec3(-1, 0.3, -0.02);
+  std::vector<Triangle> triangles = {{0, kTop + 2, kTop + 3}, {0, 1, kTop + 2}, {0, kTop + 3, kTop + 1}};
+  for (int i = 0; i < kTop; ++i) triangles.push_back({0, i + 2, i + 1});
+  const TestSurface spike = make_test_surface(triangles, x);
+  const Vec3 below(0.05, 0, -1);
+  EXPECT_NEAR(nearest_point_contact(spike.patch, spike.x, below).gap, below.norm(), 1e-15);
+}
+
 TEST(TrackPointContact, StaysOnItsSideOfAThinBody) {
   const TestSurface sheet = load_test_surface("sheet.off");  // 2 mm thick
   double high = -1;
