@@ -8,8 +8,8 @@ namespace kt {
 GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
                                    double max_step)
     : model_(model), integrator_(std::move(integrator)), max_step_(max_step), state_(rest_state(model)) {
-  may_hold_ = !std::isfinite(integrator_->stable_step({.omega = 1, .zeta = 0}));
-  if (may_hold_) return;
+  unconditional_ = !std::isfinite(integrator_->stable_step({.omega = 1, .zeta = 0}));
+  if (unconditional_) return;
   // 80 %: the mode is estimated from below, and contact and stretching stiffen the body a little.
   max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(fastest_mode(model, state_)));
 }
@@ -44,9 +44,10 @@ bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample>
 
 void GlobalSimulation::advance(double t_end, std::span<const ContactSample> history,
                                std::span<const ContactHold> holds) {
-  if (may_hold_ && !holds.empty() && t_end > state_.t && advance_held(t_end, history, holds)) return;
-  const int steps = static_cast<int>(std::ceil((t_end - state_.t) / max_step_ - 1e-9));
-  if (steps <= 0) return;
+  if (unconditional_ && !holds.empty() && t_end > state_.t && advance_held(t_end, history, holds)) return;
+  if (t_end <= state_.t) return;
+  const int steps =
+      unconditional_ ? 1 : std::max(1, static_cast<int>(std::ceil((t_end - state_.t) / max_step_ - 1e-9)));
   const double t_begin = state_.t, dt = (t_end - t_begin) / steps;
   VectorX external(state_.x.size());
   std::size_t next = 0;

@@ -42,8 +42,8 @@ class GlobalSimulation {
   const DeformableModel& model_;
   std::unique_ptr<Integrator> integrator_;
   double max_step_;
-  bool may_hold_ = false;      // the integrator is stable with stiff springs
-  double friction_scale_ = 1;  // normal force of the body / of the local model, in the last held interval
+  bool unconditional_ = false;  // the integrator is stable at any step, and with stiff springs
+  double friction_scale_ = 1;   // normal force of the body / of the local model, in the last held interval
   State state_;
 };
 

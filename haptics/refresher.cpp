@@ -33,19 +33,28 @@ Metric contact_metric(const std::string& name) {
 }
 
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-                     double reach)
+                     double max_speed)
     : surface_(surface),
       scene_(scene),
       tool_(tool),
-      reach_(reach),
+      max_speed_(max_speed),
       global_(model, make_integrator(scene.global.integrator), 1 / scene.global.rate_hz),
       reduce_(find_reducer(scene.local.reducer)),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
-ContactSite Refresher::find_site(const Vec3& tool, int triangle) const {
+/// How far the tool's surface gets while the model made at time t is in use [m].
+double Refresher::reach(double t) const {
+  const double latency = 1e-3 * scene_.link.latency_ms;
+  double in_use = 1 / scene_.global.rate_hz + latency;
+  // In two threads a model arrives after one interval and serves for the next; a slow body makes both longer.
+  if (scene_.link.type == "thread") in_use = 2 * std::max(1 / scene_.global.rate_hz, t - last_) + latency;
+  return 1.5 * tool_.radius + max_speed_ * in_use;
+}
+
+ContactSite Refresher::find_site(const Vec3& tool, int triangle, double reach) const {
   const VectorX& x = global_.state().x;
-  ContactSite site{tool, triangle, reach_};
+  ContactSite site{tool, triangle, reach};
   double nearest = std::numeric_limits<double>::infinity();
   const auto consider = [&](int t) {
     const Triangle& v = surface_.triangles[t];
@@ -90,7 +99,8 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   }
 
   start = std::chrono::steady_clock::now();
-  const ContactSite site = find_site(tool, reports.empty() ? -1 : reports.back().triangle);
+  const ContactSite site = find_site(tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
+  last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
   const ReduceOptions options{scene_.local.rings};
   LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);

@@ -18,9 +18,9 @@ struct LocalReport {
 
 class Refresher {
  public:
-  /// @param reach  how far the tool's surface gets between two refreshes [m]
+  /// @param max_speed  of the tool [m/s]: with the time that a local model is in use it gives the size of the patch
   Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-            double reach);
+            double max_speed);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it.
   std::unique_ptr<PreparedLocalModel> refresh(double t, const Vec3& tool, std::span<const LocalReport> reports);
@@ -33,15 +33,17 @@ class Refresher {
 
  private:
   void count_inverted();
-  ContactSite find_site(const Vec3& tool, int triangle) const;
+  ContactSite find_site(const Vec3& tool, int triangle, double reach) const;
+  double reach(double t) const;
   const Surface& surface_;
   Scene scene_;
   ToolShape tool_;
-  double reach_;
+  double max_speed_;
   GlobalSimulation global_;
   ReduceFn reduce_;
   LocalScheme scheme_;
   Metric metric_;
+  double last_ = 0;  // time of the last refresh [s]
   int frame_ = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
+#include "haptics/metrics.hpp"
 #include "haptics/session_run.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/model.hpp"
@@ -100,6 +101,16 @@ void warn_of_instability(const Scene& scene, const DeformableModel& model, std::
                             1e3 * limit, " ms; use implicit_euler or a softer, coarser body"));
 }
 
+/// The wall clock does not wait for a body that takes longer than its interval.
+void warn_of_lag(const Scene& scene, SessionResult& result) {
+  const double seconds = static_cast<double>(result.frames.size()) / scene.local.rate_hz;
+  const double reached = static_cast<double>(result.global_ms.size()) / seconds;
+  if (reached < 0.8 * scene.global.rate_hz)
+    result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ",
+                                   scene.global.rate_hz, ": one step takes ", percentile(result.global_ms, 0.5),
+                                   " ms; use a coarser mesh, or lower global.rate_hz and the tool's speed"));
+}
+
 }  // namespace
 
 std::vector<BackendInfo> link_backends() {
@@ -138,11 +149,8 @@ SessionResult Session::run(const SessionOptions& options) {
   if (threaded) used.check_contacts = false;  // it would take the haptic thread's time
 
   auto device = scene_device(scene_, path_);
-  const double interval = 1 / scene_.global.rate_hz + 1e-3 * scene_.link.latency_ms;
-  // A threaded refresh is always at least one interval old when it arrives.
   result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
-  const double reach = 1.5 * tool_.radius + result.max_speed * interval * (scene_.link.type == "thread" ? 2 : 1);
-  Refresher refresher(*model_, surface_, scene_, tool_, reach);
+  Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed);
   HapticLoop haptic(scene_, tool_, std::move(device), used);
   result.start = haptic.tool_position();
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
@@ -151,6 +159,7 @@ SessionResult Session::run(const SessionOptions& options) {
   haptic.finish(result);
   result.global_ms = std::move(refresher.global_ms);
   result.refresh_ms = std::move(refresher.refresh_ms);
+  if (threaded) warn_of_lag(scene_, result);
   result.definite_tangents = refresher.definite_tangents;
   if (refresher.inverted_tetrahedra > 0)
     result.warnings.push_back(

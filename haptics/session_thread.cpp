@@ -57,7 +57,7 @@ class ThreadedRun {
     }
     haptic.join();
     run_.result.lateness_us.resize(run_.haptic.next_tick());
-    run_.result.refreshes.insert(run_.result.refreshes.end(), adopted_.begin(), adopted_.end());
+    record_refreshes();
     // Snapshots would stall the haptic loop: the end is what remains.
     run_.result.snapshots.push_back(run_.haptic.snapshot(run_.refresher.state().x));
   }
@@ -109,6 +109,7 @@ class ThreadedRun {
       parcel->model = run_.refresher.refresh(tick / run_.scene.local.rate_hz, reports.back().tool, reports);
       pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
       down_.put(std::move(parcel));
+      linearized_.push_back(tick);
       last = tick;
       if (run_.options.progress) run_.options.progress(static_cast<double>(tick) / run_.haptic.num_ticks());
       if (run_.options.stop && run_.options.stop->load()) {
@@ -121,10 +122,20 @@ class ThreadedRun {
           text("link: ", lost_reports_, " reports were lost, the refresher fell too far behind"));
   }
 
+  /// Every linearization moved the global side on, also those that came too late to be adopted.
+  void record_refreshes() {
+    std::size_t next = 0;
+    for (int tick : linearized_) {
+      const bool adopted = next < adopted_.size() && adopted_[next].linearized_tick == tick;
+      run_.result.refreshes.push_back({tick, adopted ? adopted_[next++].adopted_tick : -1});
+    }
+  }
+
   const RunParts& run_;
   Mailbox<Parcel> down_, used_;
   Ring<LocalReport> up_;
   std::vector<RefreshEvent> adopted_;
+  std::vector<int> linearized_;
   std::atomic<bool> finished_{false}, stop_{false};
   int lost_reports_ = 0;
 };
