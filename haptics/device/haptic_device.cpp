@@ -28,7 +28,7 @@ std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceO
 
 Vec3 safe_force(const Vec3& force, const DeviceLimits& limits, bool& limited) noexcept {
   const double size = force.norm();
-  limited = !(size <= limits.max_force);  // true for a NaN too
+  limited = !(size <= limits.max_force && std::isfinite(size));
   if (!std::isfinite(size)) return Vec3::Zero();
   return limited ? Vec3(limits.max_force / size * force) : force;
 }

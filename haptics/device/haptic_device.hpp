@@ -47,7 +47,8 @@ struct DeviceOptions {
 std::vector<BackendInfo> device_backends();
 std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceOptions& options);
 
-/// What may be written to a device: the force, shortened to the limit (limited = true), or zero when it is not finite.
+/// What may be written to a device: the force, shortened to the limit (limited = true), or zero when its
+/// size is not finite (then limited = true as well).
 Vec3 safe_force(const Vec3& force, const DeviceLimits& limits, bool& limited) noexcept;
 
 /// Position on a path at time t; its ends hold.
