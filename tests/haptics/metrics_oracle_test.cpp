@@ -30,6 +30,7 @@ std::vector<LocalFrame> contact(const std::vector<double>& wave) {
     LocalFrame f;
     f.t = static_cast<double>(i + 1) * kStep;
     f.force = {wave[i], 0, 2};
+    f.normal = Vec3::UnitZ();
     f.f_n = 2;
     f.f_t = std::abs(wave[i]);
     f.cone_ratio = f.f_t / f.f_n;
@@ -104,9 +105,16 @@ TEST(ForceMetrics, CountsModesMeansAndLostContacts) {
   EXPECT_DOUBLE_EQ(m.mean_t, 4.0 / 5);
   EXPECT_EQ(m.max_t, 3);
   EXPECT_EQ(m.max_t_over_n, 1.5);
-  EXPECT_EQ(m.lost_contacts, 1) << "the tool did not move away";
-  frames[4].tool.z() = 1e-4;  // now it did, along the force
-  EXPECT_EQ(measure_forces(frames, 0, kStep).lost_contacts, 0);
+  EXPECT_EQ(m.lost_contacts, 0) << "the tool did not come nearer";
+}
+
+TEST(LostContacts, AreThoseThatEndWhileTheToolPresses) {
+  auto frames = contact({0, 0, 0});
+  frames[2].mode = ContactMode::free;
+  frames[2].tool = {1, 0, 1e-4};
+  EXPECT_EQ(measure_forces(frames, 0, kStep).lost_contacts, 0) << "it moved away";
+  frames[2].tool = {1, 0, -1e-4};
+  EXPECT_EQ(measure_forces(frames, 0, kStep).lost_contacts, 1);
 }
 
 TEST(Energy, IsTheLowestWorkOfTheToolOnTheBody) {

@@ -1,0 +1,82 @@
+#pragma once
+// A session brought into steady sliding contact, tick by tick: what the benchmarks of the haptic side measure on.
+#include <map>
+#include <vector>
+
+#include "haptics/refresher.hpp"
+#include "haptics/session.hpp"
+
+namespace kt {
+
+/// scenes/slab_drag.json with another mesh, tool and number of rings, dragged to and fro for long enough.
+inline Scene slab_drag(const std::string& mesh, const std::string& shape, int rings) {
+  Scene scene;
+  scene.duration = 10;  // s
+  scene.object.mesh = KT_SOURCE_DIR "/meshes/" + mesh;
+  scene.tool.shape = shape;
+  scene.local.rings = rings;
+  scene.local.reducer = "wall";
+  if (!KT_WITH_EMBREE) scene.collision.backend = "brute_force";
+  return scene;
+}
+
+/// A session a scene, kept: the mesh and its calibration take seconds.
+inline const Session& session_of(const Scene& scene) {
+  static std::map<std::string, Session> made;
+  return made.try_emplace(scene.object.mesh + scene.tool.shape, scene).first->second;
+}
+
+/// Both rates in lockstep, as a session runs them, but with the tick in the caller's hands.
+class SteadyDrag {
+ public:
+  explicit SteadyDrag(const Scene& scene)
+      : session(session_of(scene)),
+        surface(make_surface(session.model().mesh())),
+        tool(scene.tool.shape == "point" ? ToolShape{ToolShape::Kind::point, 0}
+                                         : ToolShape{ToolShape::Kind::sphere, scene.tool.radius}),
+        // Reach and interval as in Session::run.
+        refresher(session.model(), surface, scene, tool,
+                  1.5 * tool.radius + path_speed(session.path()) / scene.global.rate_hz),
+        local(tool, 1 / scene.local.rate_hz,
+              make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic})),
+        every_(static_cast<int>(scene.local.rate_hz / scene.global.rate_hz)) {
+    while (tick_ * local.h() < scene.tool.path.press_drag->press_time + 0.1) {
+      refresh_when_due();
+      step();
+    }
+  }
+
+  /// The slow side, when it is its turn. Not part of the tick.
+  void refresh_when_due() {
+    if (tick_ % every_ != 0) return;
+    local.adopt(refresher.refresh(tick_ * local.h(), place(tick_), reports_));
+    reports_.clear();
+  }
+
+  ToolSweep sweep() const { return {place(tick_), place(tick_ + 1)}; }
+
+  /// The tick itself.
+  LocalFrame step() {
+    const LocalFrame frame = local.step(sweep());
+    LocalReport report;
+    report.tick = tick_++;
+    report.tool = place(tick_);
+    report.triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
+    for (const ContactSample& sample : local.samples()) report.samples[report.count++] = sample;
+    reports_.push_back(report);
+    return frame;
+  }
+
+  const Session& session;
+  Surface surface;
+  ToolShape tool;
+  Refresher refresher;
+  LocalSimulation local;
+
+ private:
+  Vec3 place(int tick) const { return interpolate_path(session.path(), tick * local.h()); }
+  int every_, tick_ = 0;
+  std::vector<LocalReport> reports_;
+};
+
+}  // namespace kt

@@ -1,0 +1,126 @@
+// The same run, bit for bit: run twice, replayed, in Release and in Debug, in lockstep after threads.
+#include "haptics/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include "haptics/links.hpp"
+#include "tests/support/haptics_scene.hpp"
+
+namespace kt {
+namespace {
+
+SessionResult run(const Scene& scene, const SessionOptions& options = {}) { return Session(scene).run(options); }
+
+TEST(Lockstep, TwoRunsAreEqualBitForBit) {
+  for (const char* shape : {"point", "sphere"}) {
+    const SessionResult a = run(small_scene(shape)), b = run(small_scene(shape));
+    EXPECT_EQ(a.hash, b.hash);
+    ASSERT_EQ(a.frames.size(), 300u);
+    EXPECT_GT(a.frames.back().f_n, 0);
+    EXPECT_EQ(a.refreshes, b.refreshes);
+    EXPECT_EQ(a.missed_impacts, 0);
+  }
+}
+
+TEST(Lockstep, SessionRunsAgainFromTheStart) {
+  Session session(small_scene());
+  EXPECT_EQ(session.run().hash, session.run().hash);
+}
+
+TEST(Lockstep, ReplayOfTheScheduleIsTheRun) {
+  Scene scene = small_scene();
+  scene.link.latency_ms = 7;
+  scene.link.loss = 0.3;
+  const SessionResult first = run(scene);
+  EXPECT_NE(first.hash, run(small_scene()).hash);
+  Scene plain = small_scene();  // knows nothing of the link's faults
+  plain.link.latency_ms = 7;    // except for the patch's size
+  SessionOptions replay;
+  replay.refreshes = first.refreshes;
+  replay.max_speed = first.max_speed;
+  EXPECT_EQ(run(plain, replay).hash, first.hash);
+}
+
+TEST(Lockstep, LossAndLatencyComeFromTheSeed) {
+  Scene scene = small_scene();
+  scene.link.loss = 0.5;
+  scene.duration = 0.6;
+  const auto first = run(scene).refreshes;
+  EXPECT_EQ(run(scene).refreshes, first);
+  scene.seed = 2;
+  EXPECT_NE(run(scene).refreshes, first);
+}
+
+TEST(Lockstep, LookingDoesNotChangeTheRun) {
+  SessionOptions options;
+  options.check_contacts = false;
+  const SessionResult plain = run(small_scene(), options);
+  EXPECT_TRUE(plain.penetration.empty());
+  options.check_contacts = true;
+  options.snapshot_times = {0.05, 0.1, 0.3};
+  double progress = 0;
+  options.progress = [&](double share) { progress = share; };
+  const SessionResult watched = run(small_scene(), options);
+  EXPECT_EQ(plain.hash, watched.hash);
+  EXPECT_EQ(watched.penetration.size(), watched.frames.size());
+  EXPECT_DOUBLE_EQ(progress, 1);
+  ASSERT_EQ(watched.snapshots.size(), 3u);
+  EXPECT_NEAR(watched.snapshots[1].t, 0.1, 1e-9);
+  EXPECT_EQ(watched.snapshots[2].tool, watched.frames.back().tool);
+  EXPECT_TRUE(watched.snapshots[2].x.allFinite());
+}
+
+TEST(Lockstep, StopFlagEndsTheRunAndKeepsWhatIsThere) {
+  std::atomic<bool> stop{false};
+  SessionOptions options;
+  options.stop = &stop;
+  options.progress = [&](double share) { stop = share >= 0.5; };
+  const SessionResult result = run(small_scene(), options);
+  EXPECT_TRUE(result.stopped);
+  EXPECT_EQ(result.frames.size(), 150u);
+  EXPECT_EQ(result.step_us.size(), 150u);
+  EXPECT_EQ(result.penetration.size(), 150u);
+}
+
+TEST(Thread, LockstepReplayOfAThreadedRunIsTheRun) {
+  Scene scene = small_scene();
+  scene.link.type = "thread";
+  const SessionResult live = run(scene);
+  ASSERT_EQ(live.frames.size(), 300u);
+  EXPECT_EQ(live.lateness_us.size(), 300u);
+  EXPECT_GT(live.refreshes.size(), 1u);
+  for (const LocalFrame& f : live.frames) ASSERT_TRUE(f.force.allFinite());
+  SessionOptions replay;
+  replay.refreshes = live.refreshes;
+  replay.max_speed = live.max_speed;
+  EXPECT_EQ(run(scene, replay).hash, live.hash);
+}
+
+/// Explicit on both sides and with given springs: no factorization whose order of operations a library could change.
+Scene golden_scene(const std::string& shape, const std::string& law) {
+  Scene scene = small_scene(shape);
+  scene.object.model.stiffness = 2;
+  scene.object.model.calibrate = false;
+  scene.object.model.damper = 1e-3;
+  scene.contact.law = law;
+  scene.global.integrator = "symplectic_euler";
+  scene.local.integrator = "symplectic_euler";
+  scene.contact.metric = law == "coulomb" ? "mass" : "identity";
+  return scene;
+}
+
+std::uint64_t golden_hash(const std::string& shape, const std::string& law) {
+  const SessionResult r = run(golden_scene(shape, law));
+  EXPECT_GT(r.frames.back().f_n, 0) << "nothing was touched";
+  return r.hash;
+}
+
+// A change here means that recorded sessions no longer replay: say so in the changelog. The values are those of x86-64.
+TEST(GoldenHash, IsThatOfTheRecordedDays) {
+  EXPECT_EQ(golden_hash("point", "coulomb"), 2168598597715487858u);
+  EXPECT_EQ(golden_hash("sphere", "coulomb"), 16673233592469827423u);
+  EXPECT_EQ(golden_hash("point", "paper_stick_slip"), 1342662580593763527u);
+}
+
+}  // namespace
+}  // namespace kt
