@@ -8,13 +8,20 @@
 
 namespace kt {
 
-/// scenes/slab_drag.json with another mesh, tool and number of rings, dragged to and fro for long enough.
+constexpr double kPressed = 0.2;  // [s]
+
+/// scenes/slab_drag.json with another mesh, tool and number of rings, dragged to and fro over the middle of the slab
+/// (0.1 x 0.1 x 0.03 m).
 inline Scene slab_drag(const std::string& mesh, const std::string& shape, int rings) {
   Scene scene;
-  scene.duration = 10;  // s
   scene.object.mesh = KT_SOURCE_DIR "/meshes/" + mesh;
   scene.tool.shape = shape;
   scene.local.rings = rings;
+  const double z = 0.03 + (shape == "point" ? 0 : scene.tool.radius);
+  std::vector<Waypoint> path{{0, {0.03, 0.05, z + 0.002}}, {kPressed, {0.03, 0.05, z - 0.004}}};
+  for (int i = 1; i <= 20; ++i) path.push_back({kPressed + 0.8 * i, {i % 2 ? 0.07 : 0.03, 0.05, z - 0.004}});
+  scene.tool.path.press_drag.reset();
+  scene.tool.path.waypoints = path;
   scene.local.reducer = "wall";
   if (!KT_WITH_EMBREE) scene.collision.backend = "brute_force";
   return scene;
@@ -40,7 +47,7 @@ class SteadyDrag {
         local(tool, 1 / scene.local.rate_hz,
               make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic})),
         every_(static_cast<int>(scene.local.rate_hz / scene.global.rate_hz)) {
-    while (tick_ * local.h() < scene.tool.path.press_drag->press_time + 0.1) {
+    while (tick_ * local.h() < kPressed + 0.1) {
       refresh_when_due();
       step();
     }

@@ -47,7 +47,7 @@ double velocity_scale(const Case& c, const Vec3& p) { return c.W.norm() * p.norm
 
 constexpr double kRoundoff = 1e-14;
 
-TEST(OneContact, DISABLED_MeetsSignoriniAndCoulomb) {
+TEST(OneContact, MeetsSignoriniAndCoulomb) {
   Cases cases;
   int sticking = 0, slipping = 0, jammed = 0, free = 0;
   for (int i = 0; i < 100000; ++i) {
