@@ -22,7 +22,9 @@ TEST(ThreadLink, RunsForASecondWithFiniteForcesAndFreshModels) {
   EXPECT_GT(r.refreshes.size(), 3u);
   for (std::size_t i = 1; i < r.refreshes.size(); ++i) {
     EXPECT_GT(r.refreshes[i].linearized_tick, r.refreshes[i - 1].linearized_tick);
-    EXPECT_GE(r.refreshes[i].adopted_tick, r.refreshes[i].linearized_tick);
+    if (r.refreshes[i].adopted_tick >= 0) {  // -1: overtaken by a newer one
+      EXPECT_GE(r.refreshes[i].adopted_tick, r.refreshes[i].linearized_tick);
+    }
   }
   ASSERT_EQ(r.snapshots.size(), 1u);
   EXPECT_TRUE(r.snapshots[0].x.allFinite());
