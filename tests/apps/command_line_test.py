@@ -121,11 +121,12 @@ class CommandLine(unittest.TestCase):
 
     def test_interrupt_keeps_what_was_recorded(self):
         process = subprocess.Popen([PROGRAM, "run", SCENE, "--set", "duration=300", "--no-report", "--out", "out"],
-                                   cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                                   cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(process.kill)
         while not os.path.isdir(self.path("out")) and process.poll() is None:
             time.sleep(0.01)  # the folder is made when the run begins
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=120)
+        process.wait(timeout=60)
         self.assertEqual(process.returncode, 1)
         summary = self.assert_complete(self.path("out"))
         self.assertTrue(any("stopped early" in warning for warning in summary["warnings"]), summary["warnings"])
