@@ -102,8 +102,7 @@ Contact contact_at(const RelativeTriangle& r, double t) noexcept {
 }
 
 /// The tool's centre is behind the face.
-bool is_behind(const RelativeTriangle& r, double t) noexcept {
-  const ClosestPoint at = r.closest(t);
+bool is_behind(const RelativeTriangle& r, double t, const ClosestPoint& at) noexcept {
   return at.feature == ClosestPoint::Feature::face && r.face_normal(t).n.dot(at.point) > 0;
 }
 
@@ -186,7 +185,7 @@ double opening_time(const RelativeTriangle& r, double from) noexcept {
 /// normal, comes from outside; so does who has not come close when the planes ran out.
 bool is_from_within(const RelativeTriangle& r, const Contact& contact) noexcept {
   if (contact.gap > r.touching_gap()) return false;
-  if (r.radius > 0) return is_behind(r, contact.toi);
+  if (r.radius > 0) return is_behind(r, contact.toi, r.closest(contact.toi));
   const double graze = (kGrazing + r.face_normal(contact.toi).error) * r.speed;
   return contact.normal.dot(r.velocity(contact.bary)) < -graze;
 }
@@ -200,7 +199,7 @@ struct Start {
 Start at_start(const RelativeTriangle& r) noexcept {
   const ClosestPoint at = r.closest(0);
   const double distance = std::sqrt(at.distance_sq);
-  const bool behind = is_behind(r, 0);
+  const bool behind = is_behind(r, 0, at);
   const bool slightly_inside = r.radius == 0 && behind && distance < kInside * r.longest_edge();
   Start out;
   out.is_touching = slightly_inside || distance - r.radius <= r.rounding;
@@ -243,7 +242,7 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
     if (r.speed == 0) return std::nullopt;
     from = opening_time(r, 0);
     if (from < 0) return std::nullopt;
-    if (start.is_outside && is_behind(r, from)) return start.contact;
+    if (start.is_outside && is_behind(r, from, r.closest(from))) return start.contact;
   }
   for (int crossing = 0;; ++crossing) {
     const double toi = first_contact_time(r, from);

@@ -30,8 +30,7 @@ Vec3 weights_in_plane(const Vec3& p, const Vec3 (&v)[3], const double (&length_s
   const int k = (i + 1) % 3, m = (i + 2) % 3;
   const Vec3 base = v[k] - v[i], side = v[m] - v[i], q = p - v[i];
   const double foot = base.dot(side) / length_sq[i];
-  Vec3 height = side - foot * base;
-  height -= base.dot(height) / length_sq[i] * base;  // what rounding left of the base in it
+  const Vec3 height = side - foot * base;
   const double height_sq = height.squaredNorm();
   Vec3 bary = Vec3::Constant(-1);
   if (!(height_sq > kNoHeight * length_sq[i])) return bary;
@@ -42,10 +41,13 @@ Vec3 weights_in_plane(const Vec3& p, const Vec3 (&v)[3], const double (&length_s
   return bary;
 }
 
-ClosestPoint closest_on_edges(const Vec3& p, const Vec3 (&v)[3], const double (&length_sq)[3]) noexcept {
+/// On the edges that the foot lies outside of: those opposite a weight that is not positive.
+ClosestPoint closest_on_edges(const Vec3& p, const Vec3 (&v)[3], const double (&length_sq)[3],
+                              const Vec3& bary_in_plane) noexcept {
   int best = 0;
   double best_s = 0, best_sq = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
+    if (bary_in_plane[(i + 2) % 3] > 0) continue;
     const Vec3 edge = v[(i + 1) % 3] - v[i], q = p - v[i];
     const double s = length_sq[i] > 0 ? std::clamp(edge.dot(q) / length_sq[i], 0.0, 1.0) : 0.0;
     if (const double d = (q - s * edge).squaredNorm(); d < best_sq) {
@@ -73,7 +75,7 @@ ClosestPoint closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3&
   const double length_sq[3] = {ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()};
   const Vec3 bary = weights_in_plane(p, v, length_sq);
   if (bary[0] > 0 && bary[1] > 0 && bary[2] > 0) return make(p, v, bary, Feature::face, 0);
-  return closest_on_edges(p, v, length_sq);
+  return closest_on_edges(p, v, length_sq, bary);
 }
 
 }  // namespace kt
