@@ -133,7 +133,7 @@ TEST(Full, KeepsEveryFreeNode) {
   expect_restriction(b, m);
 }
 
-TEST(Full, StepsAsTheWholeLinearizedLinearizedBlockDoes) {
+TEST(Full, StepsAsTheWholeLinearizedBodyDoes) {
   const LinearizedBlock b;
   const double h = 1e-3;
   const LocalModel m = b.reduce("full");
