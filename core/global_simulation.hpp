@@ -18,10 +18,11 @@ struct ContactSample {
   bool sticks = false;          ///< the contact point went with the tool
 };
 
-/// Model + integrator + state. advance() catches up to t_end in equal steps no longer than `max_step`.
+/// Model + integrator + state. advance() catches up to t_end: in equal steps no longer than `max_step`, or in one step
+/// with an integrator that is stable at any.
 class GlobalSimulation {
  public:
-  /// @param max_step  [s], > 0; shortened to 80 % of the integrator's stability limit where it has one
+  /// @param max_step  [s], > 0, of an integrator with a stability limit; shortened to 80 % of that limit
   GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator, double max_step);
 
   /// Each step feels the impulses of its own time span, as forces spread over it: no impulse is lost or counted twice.

