@@ -1,0 +1,66 @@
+// Whole sessions over random drags on the bodies of meshes/: what must hold whatever the path.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "haptics/session.hpp"
+
+namespace kt {
+namespace {
+
+struct Place {
+  const char* mesh;
+  double layer;  // [m] of the inner layer; 0: tetrahedra
+  double depth;  // [m]
+};
+
+class RandomDrags : public testing::TestWithParam<Place> {};
+INSTANTIATE_TEST_SUITE_P(Meshes, RandomDrags,
+                         testing::Values(Place{"block.msh", 0, 0.002}, Place{"slab_coarse.off", 0, 0.002},
+                                         Place{"sphere.off", 0.008, 0.002}, Place{"organ.off", 0.006, 0.002},
+                                         Place{"torus.off", 0.005, 0.0015}),
+                         [](const auto& place) {
+                           const std::string mesh = place.param.mesh;
+                           return mesh.substr(0, mesh.find('.'));
+                         });
+
+TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
+  const std::string mesh = GetParam().mesh;
+  if (!KT_WITH_TETGEN && GetParam().layer == 0 && mesh.ends_with(".off")) GTEST_SKIP() << "needs tetgen";
+  std::mt19937 random(17);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  for (const char* shape : {"sphere", "point"})
+    for (double mu : {0.0, 0.3, 1.0}) {
+      Scene scene;
+      scene.duration = 0.4;
+      scene.object.mesh = KT_SOURCE_DIR "/meshes/" + mesh;
+      if (GetParam().layer > 0) scene.object.layers = SceneLayers{1, GetParam().layer};
+      scene.object.fixed.below->fraction = 0.3;
+      scene.tool.shape = shape;
+      const double angle = uniform(0, 6.28);
+      scene.tool.path.press_drag = PressDrag{.at = {},
+                                             .depth = GetParam().depth * uniform(0.5, 1),
+                                             .press_time = uniform(0.05, 0.15),
+                                             .direction = {std::cos(angle), std::sin(angle), 0},
+                                             .speed = uniform(0.02, 0.1)};
+      scene.contact.mu_static = scene.contact.mu_kinetic = mu;
+      scene.collision.backend = "brute_force";
+      SCOPED_TRACE(testing::Message() << shape << ", mu " << mu << ", direction " << angle);
+      const SessionResult r = Session(scene).run();
+      double pressed = 0;
+      for (const LocalFrame& f : r.frames) {
+        ASSERT_TRUE(f.force.allFinite());
+        ASSERT_LE(f.cone_ratio, mu * (1 + 1e-9) + 1e-12);
+        ASSERT_EQ(f.flags & kNotFinite, 0u);
+        pressed = std::max(pressed, f.f_n);
+      }
+      EXPECT_GT(pressed, 1e-3);
+      EXPECT_EQ(r.missed_impacts, 0);
+      const double allowed = 0.01 * scene.tool.radius;  // of the default radius for a point too
+      EXPECT_LT(*std::ranges::max_element(r.penetration), allowed);
+    }
+}
+
+}  // namespace
+}  // namespace kt
