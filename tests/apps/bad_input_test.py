@@ -189,7 +189,9 @@ class BadInput(unittest.TestCase):
             for what, arguments, words in cases:
                 with self.subTest(what):
                     result = self.lines[tuple(arguments)]
-                    self.assertEqual(result.returncode, 2, result.stderr)
+                    # Without CGAL nothing sees that a surface crosses itself before TetGen crashes on it (exit code 1).
+                    codes = [2] if self.whole or what != "crosses itself" else [1, 2]
+                    self.assertIn(result.returncode, codes, result.stderr)
                     self.assertRegex(result.stderr, r"\Akilotouch( \w+)*: [^\n]+\n\Z")
                     self.assertLess(len(result.stderr), 500)
                     if self.whole:
