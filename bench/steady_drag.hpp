@@ -17,9 +17,10 @@ inline Scene slab_drag(const std::string& mesh, const std::string& shape, int ri
   scene.object.mesh = KT_SOURCE_DIR "/meshes/" + mesh;
   scene.tool.shape = shape;
   scene.local.rings = rings;
-  const double z = 0.03 + (shape == "point" ? 0 : scene.tool.radius);
-  std::vector<Waypoint> path{{0, {0.03, 0.05, z + 0.002}}, {kPressed, {0.03, 0.05, z - 0.004}}};
-  for (int i = 1; i <= 20; ++i) path.push_back({kPressed + 0.8 * i, {i % 2 ? 0.07 : 0.03, 0.05, z - 0.004}});
+  const bool is_point = shape == "point";  // it makes a sharp dent: deeper than 3 mm tetrahedra turn inside out under it
+  const double top = 0.03 + (is_point ? 0 : scene.tool.radius), z = top - (is_point ? 0.002 : 0.004);
+  std::vector<Waypoint> path{{0, {0.03, 0.05, top + 0.002}}, {kPressed, {0.03, 0.05, z}}};
+  for (int i = 1; i <= 20; ++i) path.push_back({kPressed + 0.8 * i, {i % 2 ? 0.07 : 0.03, 0.05, z}});
   scene.tool.path.press_drag.reset();
   scene.tool.path.waypoints = path;
   scene.local.reducer = "wall";
