@@ -104,6 +104,7 @@ Json table_row(const Experiment& e, const RunOutcome& run) {
   const auto& s = run.summary;
   return {{"law", e.law},
           {"metric", e.metric},
+          {"mu", e.mu},
           {"integrator", e.integrator},
           {"mean_n", s["force"]["mean_n"]},
           {"mean_t", s["force"]["mean_t"]},
@@ -121,12 +122,12 @@ void print(const Json& report) {
     std::printf("  %-5s %-92s %.6g (%s)\n", c["holds"].get<bool>() ? "holds" : "FAILS",
                 c["text"].get<std::string>().c_str(), c["value"].get<double>(), c["bound"].get<std::string>().c_str());
   std::cout << "The same drag, law against law (buzz and jumps relative to the mean force)\n";
-  std::printf("  %-17s %-9s %9s %9s %8s %14s %13s %8s\n", "law", "metric", "F_N [N]", "F_T [N]", "buzz",
+  std::printf("  %-17s %-9s %4s %9s %9s %8s %14s %13s %8s\n", "law", "metric", "mu", "F_N [N]", "F_T [N]", "buzz",
               "crossing jump", "refresh jump", "step us");
   for (const auto& r : report["table"])
-    std::printf("  %-17s %-9s %9.4f %9.4f %7.1f%% %13.1f%% %12.1f%% %8.2f\n", r["law"].get<std::string>().c_str(),
-                r["metric"].get<std::string>().c_str(), r["mean_n"].get<double>(), r["mean_t"].get<double>(),
-                100 * r["buzz"].get<double>(), 100 * r["crossing_jump"].get<double>(),
+    std::printf("  %-17s %-9s %4.1f %9.4f %9.4f %7.1f%% %13.1f%% %12.1f%% %8.2f\n", r["law"].get<std::string>().c_str(),
+                r["metric"].get<std::string>().c_str(), r["mu"].get<double>(), r["mean_n"].get<double>(),
+                r["mean_t"].get<double>(), 100 * r["buzz"].get<double>(), 100 * r["crossing_jump"].get<double>(),
                 100 * r["refresh_jump"].get<double>(), r["step_us_p50"].get<double>());
 }
 

@@ -766,7 +766,7 @@ def draw_paper(runs, path):
 
 
 LAW_COLUMNS = [  # (key in paper.json's table, name, how to write it)
-    ("law", "law", PLAIN), ("metric", "metric", PLAIN), ("buzz", "buzz above 100 Hz", percent), ("crossing_jump", "jump at a mesh line", percent),
+    ("law", "law", PLAIN), ("metric", "metric", PLAIN), ("mu", "friction μ", PLAIN), ("buzz", "buzz above 100 Hz", percent), ("crossing_jump", "jump at a mesh line", percent),
     ("mean_n", "mean normal force", with_unit("N")), ("mean_t", "mean tangential force", with_unit("N")),
     ("max_n", "largest normal force", with_unit("N")), ("max_t", "largest tangential force", with_unit("N"))]
 
