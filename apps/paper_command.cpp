@@ -104,7 +104,7 @@ Json table_row(const Experiment& e, const RunOutcome& run) {
   const auto& s = run.summary;
   return {{"law", e.law},
           {"metric", e.metric},
-          {"mu", e.mu},
+          {"mu", e.law == "paper_stick" ? Json() : Json(e.mu)},  // it has none
           {"integrator", e.integrator},
           {"mean_n", s["force"]["mean_n"]},
           {"mean_t", s["force"]["mean_t"]},
@@ -125,10 +125,11 @@ void print(const Json& report) {
   std::printf("  %-17s %-9s %4s %9s %9s %8s %14s %13s %8s\n", "law", "metric", "mu", "F_N [N]", "F_T [N]", "buzz",
               "crossing jump", "refresh jump", "step us");
   for (const auto& r : report["table"])
-    std::printf("  %-17s %-9s %4.1f %9.4f %9.4f %7.1f%% %13.1f%% %12.1f%% %8.2f\n", r["law"].get<std::string>().c_str(),
-                r["metric"].get<std::string>().c_str(), r["mu"].get<double>(), r["mean_n"].get<double>(),
-                r["mean_t"].get<double>(), 100 * r["buzz"].get<double>(), 100 * r["crossing_jump"].get<double>(),
-                100 * r["refresh_jump"].get<double>(), r["step_us_p50"].get<double>());
+    std::printf("  %-17s %-9s %4s %9.4f %9.4f %7.1f%% %13.1f%% %12.1f%% %8.2f\n", r["law"].get<std::string>().c_str(),
+                r["metric"].get<std::string>().c_str(), r["mu"].is_null() ? "-" : text(r["mu"].get<double>()).c_str(),
+                r["mean_n"].get<double>(), r["mean_t"].get<double>(), 100 * r["buzz"].get<double>(),
+                100 * r["crossing_jump"].get<double>(), 100 * r["refresh_jump"].get<double>(),
+                r["step_us_p50"].get<double>());
 }
 
 std::string find_block() {
