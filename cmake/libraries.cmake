@@ -34,21 +34,24 @@ if(NOT KT_BUILD_APPS)
   list(APPEND kt_off "io/[a-z_]*json" "io/scene")
 endif()
 
-kt_library(core DIRS core core/reducers core/integrators DEPENDS Eigen3::Eigen WITHOUT ${kt_off})
+kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off})
 kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off})
-kt_library(models DIRS models models/msd models/fem DEPENDS kt_core)
+kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core)
 kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off})
 kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link WITHOUT ${kt_off}
            DEPENDS kt_core kt_collision kt_models kt_io Threads::Threads)
 
 # Which optional parts are in, as 0/1 macros for the .def tables.
-foreach(option CHOLMOD EMBREE OPENMESH CGAL TETGEN NETGEN)
+foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN)
   target_compile_definitions(kt_core PUBLIC KT_WITH_${option}=$<BOOL:${KT_WITH_${option}}>)
 endforeach()
 
 if(KT_WITH_CHOLMOD)
   target_include_directories(kt_core PRIVATE ${KT_CHOLMOD_INCLUDE})
   target_link_libraries(kt_core PRIVATE ${KT_CHOLMOD_LIBRARY} gomp)
+endif()
+if(KT_WITH_TBB)
+  target_link_libraries(kt_core PRIVATE TBB::tbb)
 endif()
 if(KT_WITH_EMBREE)
   target_link_libraries(kt_collision PRIVATE embree)

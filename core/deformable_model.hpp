@@ -25,7 +25,7 @@ struct ModelInfo {
 };
 
 /// Physics of one body, const while stepping; State is a value apart. Fixed nodes keep their position: integrators and
-/// reducers leave them out, force() and tangent() need not know them.
+/// reducers leave them out, force() and update_tangent() need not know them.
 class DeformableModel {
  public:
   virtual ~DeformableModel() = default;
@@ -34,8 +34,15 @@ class DeformableModel {
   virtual const std::vector<int>& fixed_nodes() const = 0;  ///< ascending
   /// Internal and body forces [N], (3n).
   virtual void force(const State& state, VectorX& out) const = 0;
-  virtual Tangent tangent(const State& state, TangentKind kind) const = 0;
+  /// `out`: empty, or an earlier tangent of this model, whose storage is used again. The pattern is always the same.
+  virtual void update_tangent(const State& state, TangentKind kind, Tangent& out) const = 0;
   virtual ModelInfo info() const = 0;
+
+  Tangent tangent(const State& state, TangentKind kind) const {
+    Tangent out;
+    update_tangent(state, kind, out);
+    return out;
+  }
 };
 
 /// The undeformed body at rest at t = 0.

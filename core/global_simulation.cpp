@@ -6,8 +6,11 @@
 namespace kt {
 
 GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
-                                   double max_step)
-    : model_(model), integrator_(std::move(integrator)), max_step_(max_step), state_(rest_state(model)) {
+                                   double max_step, std::optional<State> start)
+    : model_(model),
+      integrator_(std::move(integrator)),
+      max_step_(max_step),
+      state_(start ? std::move(*start) : rest_state(model)) {
   unconditional_ = !std::isfinite(integrator_->stable_step({.omega = 1, .zeta = 0}));
   if (unconditional_) return;
   // 80 %: the mode is estimated from below, and contact and stretching stiffen the body a little.

@@ -1,5 +1,6 @@
 #pragma once
 // The slow side: integrates the full model with the contact force history that the local side returned.
+#include <optional>
 #include <span>
 
 #include "core/held_model.hpp"
@@ -23,7 +24,9 @@ struct ContactSample {
 class GlobalSimulation {
  public:
   /// @param max_step  [s], > 0, of an integrator with a stability limit; shortened to 80 % of that limit
-  GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator, double max_step);
+  /// @param start     absent: the undeformed body at rest
+  GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator, double max_step,
+                   std::optional<State> start = {});
 
   /// Each step feels the impulses of its own time span, as forces spread over it: no impulse is lost or counted twice.
   /// `history` is ascending in t. Throws RunError when the state leaves the finite numbers.
@@ -36,6 +39,7 @@ class GlobalSimulation {
   const State& state() const { return state_; }
   const DeformableModel& model() const { return model_; }
   double step() const { return max_step_; }  ///< [s]
+  StepStatistics statistics() const { return integrator_->statistics(); }
 
  private:
   bool advance_held(double t_end, std::span<const ContactSample> history, std::span<const ContactHold> holds);

@@ -26,8 +26,8 @@ void HeldModel::force(const State& state, VectorX& out) const {
   }
 }
 
-Tangent HeldModel::tangent(const State& state, TangentKind kind) const {
-  Tangent out = model_.tangent(state, kind);
+void HeldModel::update_tangent(const State& state, TangentKind kind, Tangent& out) const {
+  model_.update_tangent(state, kind, out);
   for (const ContactHold& hold : holds_) {
     const Mat3 k = spring(hold);
     for (int a = 0; a < 3; ++a)
@@ -36,7 +36,6 @@ Tangent HeldModel::tangent(const State& state, TangentKind kind) const {
           for (int c = 0; c < 3; ++c)
             out.dfdx.coeffRef(3 * hold.nodes[a] + r, 3 * hold.nodes[b] + c) -= hold.bary[a] * hold.bary[b] * k(r, c);
   }
-  return out;
 }
 
 double HeldModel::push(const VectorX& x) const {

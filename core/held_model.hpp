@@ -30,7 +30,7 @@ class HeldModel final : public DeformableModel {
   const SparseMatrix& mass() const override { return model_.mass(); }
   const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
   void force(const State& state, VectorX& out) const override;
-  Tangent tangent(const State& state, TangentKind kind) const override;
+  void update_tangent(const State& state, TangentKind kind, Tangent& out) const override;
   ModelInfo info() const override { return model_.info(); }
 
   /// Sum over the holds of the normal force that they push the body with at x [N]; negative: they pull.

@@ -8,7 +8,8 @@
 
 namespace kt {
 
-#define INTEGRATOR(name, available, option, what) std::unique_ptr<Integrator> make_##name##_integrator();
+#define INTEGRATOR(name, available, option, what) \
+  std::unique_ptr<Integrator> make_##name##_integrator(const IntegratorOptions& options);
 #include "core/integrators.def"
 #undef INTEGRATOR
 
@@ -20,9 +21,9 @@ std::vector<BackendInfo> integrator_backends() {
   };
 }
 
-std::unique_ptr<Integrator> make_integrator(const std::string& name) {
+std::unique_ptr<Integrator> make_integrator(const std::string& name, const IntegratorOptions& options) {
 #define INTEGRATOR(known, available, option, what) \
-  if (name == #known) return make_##known##_integrator();
+  if (name == #known) return make_##known##_integrator(options);
 #include "core/integrators.def"
 #undef INTEGRATOR
   require_backend("integrator", name, integrator_backends());

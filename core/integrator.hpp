@@ -15,6 +15,21 @@ struct FastestMode {
   double zeta = 0;   ///< damping ratio
 };
 
+struct IntegratorOptions {
+  std::string solver = "automatic";  ///< of implicit steps: step_solvers.def
+  double tolerance = 1e-6;           ///< of an iterative solver: |residual| / |rhs|
+  double convergence = 1e-9;         ///< of Newton's method: the last displacement, of the body's size
+  bool definite = true;              ///< implicit_euler: steps with the definite tangent; else only where it must
+};
+
+/// What the implicit steps so far took.
+struct StepStatistics {
+  int iterations = 0;         ///< linear systems of Newton's method
+  int projected = 0;          ///< where the exact tangent was not positive definite and the definite one served
+  int not_converged = 0;      ///< steps
+  int linear_iterations = 0;  ///< of an iterative solver
+};
+
 class Integrator {
  public:
   virtual ~Integrator() = default;
@@ -23,10 +38,13 @@ class Integrator {
   virtual void step(const DeformableModel& model, const VectorX& external, double dt, State& state) = 0;
   /// Largest stable dt [s] of the scalar motion; infinity when unconditionally stable.
   virtual double stable_step(const FastestMode& mode) const = 0;
+  /// False: inertia and damping play no part.
+  virtual bool is_dynamic() const { return true; }
+  virtual StepStatistics statistics() const { return {}; }
 };
 
 std::vector<BackendInfo> integrator_backends();
-std::unique_ptr<Integrator> make_integrator(const std::string& name);
+std::unique_ptr<Integrator> make_integrator(const std::string& name, const IntegratorOptions& options = {});
 
 /// The mode u of the free nodes that binds symplectic Euler, from the Rayleigh quotients k, d, m of u with the definite
 /// -dfdx, -dfdv and the mass: omega^2 = k / m, 2 zeta omega = d / m. Damping need not be proportional: the step h is

@@ -29,6 +29,11 @@ Bounds bounds(const Mesh& mesh);
 /// Surface of a tetrahedral mesh: the faces that belong to one tetrahedron only, counter-clockwise seen from outside.
 std::vector<Triangle> boundary_triangles(const std::vector<Tetrahedron>& tetrahedra);
 
+/// Box [0, nx h] x [0, ny h] x [0, nz h] of cubes, each cut into the six Kuhn tetrahedra around the diagonal (0,0,0) to
+/// (1,1,1). Node (i, j, k) has number (k (ny+1) + j) (nx+1) + i.
+/// @param h  edge of a cube [m]
+Mesh kuhn_block(int nx, int ny, int nz, double h);
+
 /// Volume enclosed by a closed surface [m^3], by the divergence theorem; negative when the surface is inside out.
 double enclosed_volume(const Mesh& mesh);
 

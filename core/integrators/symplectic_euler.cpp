@@ -52,6 +52,8 @@ class SymplecticEuler final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_symplectic_euler_integrator() { return std::make_unique<SymplecticEuler>(); }
+std::unique_ptr<Integrator> make_symplectic_euler_integrator(const IntegratorOptions&) {
+  return std::make_unique<SymplecticEuler>();
+}
 
 }  // namespace kt

@@ -156,7 +156,7 @@ std::string message(const std::function<void()>& f) {
 TEST(Tables, NameTheKnownBackendsForAnUnknownOne) {
   EXPECT_EQ(message([] { make_integrator("implicit-euler"); }),
             "unknown integrator \"implicit-euler\": did you mean \"implicit_euler\"? (known: symplectic_euler, "
-            "implicit_euler)");
+            "implicit_euler, newton_euler, sdirk2, implicit_midpoint, quasistatic)");
   const std::string reducer = message([] { find_reducer("walls"); });
   EXPECT_EQ(reducer.rfind("unknown reducer \"walls\": did you mean \"wall\"? (known: ", 0), 0u) << reducer;
   for (const BackendInfo& b : reducer_backends()) EXPECT_NE(reducer.find(b.name), std::string::npos);

@@ -18,7 +18,7 @@ class LinearModel final : public DeformableModel {
   const SparseMatrix& mass() const override { return mass_; }
   const std::vector<int>& fixed_nodes() const override { return fixed_; }
   void force(const State& state, VectorX& out) const override { out = -stiffness_ * state.x - damping_ * state.v; }
-  Tangent tangent(const State&, TangentKind) const override { return {-stiffness_, -damping_}; }
+  void update_tangent(const State&, TangentKind, Tangent& out) const override { out = {-stiffness_, -damping_}; }
   ModelInfo info() const override { return {"linear", "", {}}; }
 
  private:

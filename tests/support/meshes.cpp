@@ -4,30 +4,6 @@
 
 namespace kt {
 
-Mesh kuhn_block(int nx, int ny, int nz, double h) {
-  const std::array<int, 3> step{1, nx + 1, (nx + 1) * (ny + 1)};
-  Mesh mesh;
-  mesh.x.resize(3 * (nx + 1) * (ny + 1) * (nz + 1));
-  int next = 0;
-  for (int k = 0; k <= nz; ++k)
-    for (int j = 0; j <= ny; ++j)
-      for (int i = 0; i <= nx; ++i) node(mesh.x, next++) = h * Vec3(i, j, k);
-  for (int k = 0; k < nz; ++k)
-    for (int j = 0; j < ny; ++j)
-      for (int i = 0; i < nx; ++i) {
-        const int corner = i * step[0] + j * step[1] + k * step[2];
-        std::array<int, 3> axis{0, 1, 2};
-        do {  // one tetrahedron for each order in which a path walks the axes to the far corner
-          Tetrahedron t{corner, 0, 0, 0};
-          for (int c = 0; c < 3; ++c) t[c + 1] = t[c] + step[axis[c]];
-          if (tetrahedron_volume(mesh.x, t) < 0) std::swap(t[1], t[2]);
-          mesh.tetrahedra.push_back(t);
-        } while (std::next_permutation(axis.begin(), axis.end()));
-      }
-  mesh.triangles = boundary_triangles(mesh.tetrahedra);
-  return mesh;
-}
-
 Mesh one_tetrahedron(double h) {
   Mesh mesh;
   mesh.x = h * VectorX{{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}};

@@ -1,0 +1,38 @@
+// v+ = v + dt M^-1 (f + external) and x+ = x + dt v', all at the middle (x + x+)/2, v' = (v + v+)/2. Second order;
+// keeps linear and angular momentum, and of linear bodies the energy: nothing is damped that the model does not damp,
+// so motions faster than the step ring on.
+#include <limits>
+
+#include "core/newton.hpp"
+
+namespace kt {
+namespace {
+
+class ImplicitMidpoint final : public Integrator {
+ public:
+  explicit ImplicitMidpoint(const IntegratorOptions& options) : newton_(options) {}
+  void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override {
+    const State start = state;
+    newton_.solve(model, external, {start.x, start.v, dt / 2}, state);
+    state.x += dt / 2 * state.v;
+    state.v = 2 * state.v - start.v;
+    for (int i : model.fixed_nodes()) {
+      node(state.x, i) = node(start.x, i);
+      node(state.v, i) = node(start.v, i);
+    }
+    state.t = start.t + dt;
+  }
+  double stable_step(const FastestMode&) const override { return std::numeric_limits<double>::infinity(); }
+  StepStatistics statistics() const override { return newton_.statistics(); }
+
+ private:
+  NewtonSolver newton_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_implicit_midpoint_integrator(const IntegratorOptions& options) {
+  return std::make_unique<ImplicitMidpoint>(options);
+}
+
+}  // namespace kt

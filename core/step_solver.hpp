@@ -1,0 +1,32 @@
+#pragma once
+// Solves the linear systems of successive time steps, which resemble one another. Backends: step_solvers.def.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/backend.hpp"
+#include "core/types.hpp"
+
+namespace kt {
+
+class StepSolver {
+ public:
+  virtual ~StepSolver() = default;
+  /// Solves matrix x = rhs; matrix symmetric, both triangles stored, in whole 3 x 3 node blocks. `x` holds a guess on
+  /// entry. False, and x is of no use, when the matrix is not positive definite.
+  virtual bool solve(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) = 0;
+  /// That the last solve took; 0 of a direct solver.
+  virtual int iterations() const { return 0; }
+};
+
+struct StepSolverOptions {
+  VectorX positions;        ///< of the nodes of the system, (3 free) [m]: how it can move as a rigid body
+  double tolerance = 1e-6;  ///< pcg: |residual| / |rhs|
+};
+
+std::vector<BackendInfo> step_solver_backends();
+
+/// Throws InputError for an unknown name.
+std::unique_ptr<StepSolver> make_step_solver(const std::string& name, StepSolverOptions options);
+
+}  // namespace kt

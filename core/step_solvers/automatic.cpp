@@ -1,0 +1,12 @@
+// By size: where conjugate gradients overtake the factorization (docs/accuracy_and_speed.md).
+#include "core/step_solver.hpp"
+
+namespace kt {
+
+std::unique_ptr<StepSolver> make_automatic_step_solver(StepSolverOptions options) {
+  constexpr Eigen::Index kFewNodes = 1000;
+  const bool small = options.positions.size() < 3 * kFewNodes;
+  return make_step_solver(small ? "direct" : "pcg", std::move(options));
+}
+
+}  // namespace kt
