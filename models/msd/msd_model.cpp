@@ -25,6 +25,8 @@ class MsdModel final : public DeformableModel {
 
   void force(const State& state, VectorX& out) const override {
     out = -options_.damping_mass * mass_diagonal_.cwiseProduct(state.v);
+    if (!options_.gravity.isZero(0))
+      out += mass_diagonal_.cwiseProduct(options_.gravity.replicate(mesh_.num_nodes(), 1));
     for (const Spring& s : springs_) {
       const Stretch now = stretch(s, state);
       const Vec3 f = (s.stiffness * (now.length - s.rest_length) + s.damper * now.rate) * now.direction;
@@ -33,8 +35,9 @@ class MsdModel final : public DeformableModel {
     }
   }
 
-  Tangent tangent(const State& state, TangentKind kind) const override {
-    Tangent out{pattern_, pattern_};
+  void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
+    set_zero(out.dfdx, pattern_);
+    set_zero(out.dfdv, pattern_);
     double* dfdx = out.dfdx.valuePtr();
     double* dfdv = out.dfdv.valuePtr();
     for (std::size_t i = 0; i < springs_.size(); ++i) {
@@ -52,7 +55,6 @@ class MsdModel final : public DeformableModel {
     }
     for (Eigen::Index d = 0; d < mass_diagonal_.size(); ++d)
       dfdv[diagonal_[d]] -= options_.damping_mass * mass_diagonal_[d];
-    return out;
   }
 
   ModelInfo info() const override {

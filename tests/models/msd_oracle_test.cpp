@@ -147,10 +147,11 @@ Momentum momentum(const DeformableModel& model, const State& s) {
 TEST(FreeBody, KeepsItsMomentum) {
   const auto model = network(kDamper);
   for (const BackendInfo& backend : integrator_backends()) {
+    if (!make_integrator(backend.name)->is_dynamic()) continue;
     State s = shaken(*model, 0.3, 11);
     s.v += VectorX::Ones(s.v.size());
     const Momentum begin = momentum(*model, s);
-    const auto stepper = make_integrator(backend.name);
+    const auto stepper = make_integrator(backend.name, {.convergence = 1e-15});
     constexpr int kSteps = 200;
     for (int i = 0; i < kSteps; ++i) stepper->step(*model, VectorX::Zero(s.x.size()), 1e-4, s);
     const Momentum end = momentum(*model, s);

@@ -1,0 +1,126 @@
+#include "models/fem/element.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <map>
+
+#include "core/error.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+
+/// Gradients of the barycentric coordinates, (3 x 4) [1/m]. `index` for the message.
+Eigen::Matrix<double, 3, 4> barycentric_gradients(const Mesh& mesh, const Tetrahedron& t, std::size_t index) {
+  Mat3 edges;
+  for (int i = 0; i < 3; ++i) edges.col(i) = node(mesh.x, t[i + 1]) - node(mesh.x, t[0]);
+  if (!(edges.determinant() > 0))
+    throw InputError(text("fem: tetrahedron ", index, " has volume ", edges.determinant() / 6, " m^3: must be > 0"));
+  Eigen::Matrix<double, 3, 4> out;
+  out.rightCols<3>() = edges.inverse().transpose();
+  out.col(0) = -out.rightCols<3>().rowwise().sum();
+  return out;
+}
+
+std::array<int, 2> key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
+
+}  // namespace
+
+ElementTable<4> make_linear_elements(Mesh mesh) {
+  ElementTable<4> out;
+  out.points_per_element = 1;
+  out.mesh = std::move(mesh);
+  for (const Tetrahedron& t : out.mesh.tetrahedra) {
+    out.points.push_back({barycentric_gradients(out.mesh, t, out.nodes.size()), tetrahedron_volume(out.mesh.x, t)});
+    out.nodes.push_back(t);
+  }
+  return out;
+}
+
+ElementTable<10> make_quadratic_elements(const Mesh& mesh) {
+  ElementTable<10> out;
+  out.mesh = mesh;
+  std::map<std::array<int, 2>, int> middle;  // ordered: the numbering does not depend on a hash
+  std::vector<Vec3> added;
+  const auto middle_of = [&](int a, int b) {
+    const auto [it, is_new] = middle.try_emplace(key(a, b), mesh.num_nodes() + static_cast<int>(added.size()));
+    if (is_new) added.push_back(0.5 * (node(mesh.x, a) + node(mesh.x, b)));
+    return it->second;
+  };
+
+  // Four points, exact for polynomials of degree two.
+  constexpr double kNear = 0.58541019662496845, kFar = 0.13819660112501051;
+  out.points_per_element = 4;
+  for (const Tetrahedron& t : mesh.tetrahedra) {
+    const auto grad = barycentric_gradients(mesh, t, out.nodes.size());
+    const double volume = tetrahedron_volume(mesh.x, t);
+    std::array<int, 10> nodes{t[0], t[1], t[2], t[3]};
+    for (int e = 0; e < 6; ++e) nodes[4 + e] = middle_of(t[kEdges[e][0]], t[kEdges[e][1]]);
+    out.nodes.push_back(nodes);
+    for (int q = 0; q < 4; ++q) {
+      Eigen::Vector4d bary = Eigen::Vector4d::Constant(kFar);
+      bary[q] = kNear;
+      ElementTable<10>::Point point;
+      point.volume = volume / 4;
+      for (int i = 0; i < 4; ++i) point.gradient.col(i) = (4 * bary[i] - 1) * grad.col(i);
+      for (int e = 0; e < 6; ++e) {
+        const auto [i, j] = kEdges[e];
+        point.gradient.col(4 + e) = 4 * (bary[i] * grad.col(j) + bary[j] * grad.col(i));
+      }
+      out.points.push_back(point);
+    }
+  }
+
+  std::vector<Triangle> faces;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const int ab = middle_of(a, b), bc = middle_of(b, c), ca = middle_of(c, a);
+    faces.insert(faces.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+  }
+  out.mesh.triangles = std::move(faces);
+  out.mesh.x.conservativeResize(3 * (mesh.num_nodes() + static_cast<int>(added.size())));
+  for (std::size_t i = 0; i < added.size(); ++i) node(out.mesh.x, mesh.num_nodes() + static_cast<int>(i)) = added[i];
+  return out;
+}
+
+std::vector<int> fixed_with_edges(const ElementTable<10>& elements, const std::vector<int>& fixed) {
+  std::vector<char> is_fixed(static_cast<std::size_t>(elements.mesh.num_nodes()), 0);
+  for (int i : fixed) is_fixed[i] = 1;
+  for (const auto& nodes : elements.nodes)
+    for (int e = 0; e < 6; ++e)
+      if (is_fixed[nodes[kEdges[e][0]]] && is_fixed[nodes[kEdges[e][1]]]) is_fixed[nodes[4 + e]] = 1;
+  std::vector<int> out;
+  for (int i = 0; i < elements.mesh.num_nodes(); ++i)
+    if (is_fixed[i]) out.push_back(i);
+  return out;
+}
+
+template <>
+Eigen::Matrix<double, 4, 4> mass_shares<4>(bool lumped) {
+  if (lumped) return Eigen::Matrix4d::Identity() / 4;
+  return (Eigen::Matrix4d::Ones() + Eigen::Matrix4d::Identity()) / 20;
+}
+
+template <>
+Eigen::Matrix<double, 10, 10> mass_shares<10>(bool lumped) {
+  // Exact integrals of the products of shape functions, times 420 / volume.
+  using Shares = Eigen::Matrix<double, 10, 10>;
+  const auto holds = [](int edge, int vertex) { return kEdges[edge][0] == vertex || kEdges[edge][1] == vertex; };
+  Shares m;
+  for (int a = 0; a < 10; ++a)
+    for (int b = 0; b < 10; ++b) {
+      if (a < 4 && b < 4) {
+        m(a, b) = a == b ? 6 : 1;
+      } else if (a < 4 || b < 4) {
+        m(a, b) = holds(std::max(a, b) - 4, std::min(a, b)) ? -4 : -6;
+      } else {
+        const int shared = holds(b - 4, kEdges[a - 4][0]) + holds(b - 4, kEdges[a - 4][1]);
+        m(a, b) = shared == 2 ? 32 : shared == 1 ? 16 : 8;
+      }
+    }
+  m /= 420;
+  if (!lumped) return m;
+  return Shares(m.diagonal().asDiagonal()) / m.trace();
+}
+
+}  // namespace kt

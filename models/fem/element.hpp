@@ -1,0 +1,34 @@
+#pragma once
+// Tetrahedral elements as tables: nodes, and at each quadrature point the rest gradients of the shape functions.
+#include <vector>
+
+#include "core/mesh.hpp"
+
+namespace kt {
+
+/// N nodes an element: 4 (linear) or 10 (quadratic, edges in the order 01 12 20 03 13 23).
+template <int N>
+struct ElementTable {
+  struct Point {
+    Eigen::Matrix<double, 3, N> gradient;  ///< of the shape functions in the rest shape [1/m]
+    double volume = 0;                     ///< weight of the point [m^3]
+  };
+  int points_per_element = 0;
+  std::vector<std::array<int, N>> nodes;
+  std::vector<Point> points;  ///< element after element
+  Mesh mesh;                  ///< with the edge nodes of quadratic elements, their faces split in four
+};
+
+/// Throws InputError for an element without volume.
+ElementTable<4> make_linear_elements(Mesh mesh);
+ElementTable<10> make_quadratic_elements(const Mesh& mesh);
+
+/// Nodes that stay fixed when `fixed` of the linear mesh do: an edge's node with both of its ends. Ascending.
+std::vector<int> fixed_with_edges(const ElementTable<10>& elements, const std::vector<int>& fixed);
+
+/// Share of an element's mass between its nodes, (N x N), sum 1: consistent, or lumped to the diagonal (quadratic
+/// elements in proportion to the consistent diagonal: Hinton, Rock and Zienkiewicz 1976, all positive).
+template <int N>
+Eigen::Matrix<double, N, N> mass_shares(bool lumped);
+
+}  // namespace kt

@@ -1,0 +1,198 @@
+// Finite elements against energy, central differences, exact integrals, patch tests and the laws of mechanics.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+#include "core/integrator.hpp"
+#include "core/sparse_solver.hpp"
+#include "models/fem/element.hpp"
+#include "models/fem/material.hpp"
+#include "models/model.hpp"
+#include "tests/support/meshes.hpp"
+#include "tests/support/numbers.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kEdge = 0.01, kYoung = 1e4, kPoisson = 0.4, kDensity = 1000;
+constexpr double kDifferences = 1e-6;  // relative
+
+struct Kind {
+  std::string material, element;
+};
+
+std::vector<Kind> kinds() {
+  std::vector<Kind> out;
+  for (const BackendInfo& b : material_backends())
+    for (const char* element : {"tet4", "tet10"}) out.push_back({b.name, element});
+  return out;
+}
+
+std::unique_ptr<DeformableModel> body(const Kind& kind, Mesh mesh, ModelOptions options = {}) {
+  options.young = kYoung;
+  options.poisson = kPoisson;
+  options.density = kDensity;
+  options.material = kind.material;
+  options.element = kind.element;
+  return make_model("fem", std::move(mesh), options);
+}
+
+State shaken(const DeformableModel& model, double strain, unsigned seed) {
+  State s = rest_state(model);
+  s.x += strain * kEdge * random_vector(s.x.size(), seed);
+  s.v = 0.1 * random_vector(s.x.size(), seed + 1);
+  return s;
+}
+
+VectorX force(const DeformableModel& model, const State& state) {
+  VectorX out;
+  model.force(state, out);
+  return out;
+}
+
+class FemTest : public testing::TestWithParam<Kind> {};
+INSTANTIATE_TEST_SUITE_P(All, FemTest, testing::ValuesIn(kinds()),
+                         [](const auto& p) { return p.param.material + "_" + p.param.element; });
+
+TEST_P(FemTest, TangentsAreTheGradientsOfTheForce) {
+  for (double strain : {0.0, 0.15}) {
+    const auto model = body(GetParam(), kuhn_block(1, 1, 1, kEdge), {.damping_mass = 2, .damping_stiffness = 1e-3});
+    const State s = shaken(*model, strain, 5);
+    const Tangent tangent = model->tangent(s, TangentKind::exact);
+    const auto by_x = [&](const VectorX& x) { return force(*model, {0, x, s.v}); };
+    const auto by_v = [&](const VectorX& v) { return force(*model, {0, s.x, v}); };
+    EXPECT_LE(relative_error(tangent.dfdx, central_differences(by_x, s.x, 1e-5 * kEdge)), kDifferences) << strain;
+    EXPECT_LE(relative_error(tangent.dfdv, central_differences(by_v, s.v, 1e-3)), kDifferences) << strain;
+  }
+}
+
+TEST_P(FemTest, DefiniteTangentIsDefinite) {
+  const auto model = body(GetParam(), kuhn_block(1, 1, 1, kEdge), {.damping_stiffness = 1e-3});
+  State s = shaken(*model, 0.15, 5);
+  for (int i = 0; i < model->mesh().num_nodes(); ++i) s.x[3 * i + 2] *= 0.5;
+  const Tangent tangent = model->tangent(s, TangentKind::definite);
+  for (const SparseMatrix& m : {tangent.dfdx, tangent.dfdv}) {
+    const MatrixX dense = -MatrixX(m);
+    EXPECT_LE((dense - dense.transpose()).norm(), 1e-12 * dense.norm());
+    EXPECT_GE(Eigen::SelfAdjointEigenSolver<MatrixX>(dense).eigenvalues().minCoeff(), -1e-10 * dense.norm());
+  }
+}
+
+TEST_P(FemTest, MomentumIsConservedAndTurningGivesNoForce) {
+  const auto model = body(GetParam(), kuhn_block(2, 1, 1, kEdge));
+  const VectorX f = force(*model, shaken(*model, 0.15, 3));
+  Vec3 sum = Vec3::Zero();
+  double largest = 0;
+  for (int i = 0; i < model->mesh().num_nodes(); ++i) {
+    sum += node(f, i);
+    largest = std::max(largest, node(f, i).norm());
+  }
+  EXPECT_LE(sum.norm(), 1e-12 * largest);
+  if (GetParam().material == "linear") return;
+  State turned = rest_state(*model);
+  const Mat3 R = Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  for (int i = 0; i < model->mesh().num_nodes(); ++i) node(turned.x, i) = R * node(turned.x, i) + Vec3(0.1, 0.2, 0.3);
+  EXPECT_LE(force(*model, turned).lpNorm<Eigen::Infinity>(), 1e-10 * kYoung * kEdge * kEdge);
+}
+
+/// Irons' patch test: a distorted patch whose outer nodes follow an affine map; the inner nodes find it, with the
+/// material's own stress everywhere.
+TEST_P(FemTest, PatchTest) {
+  Mesh mesh = kuhn_block(2, 2, 2, kEdge);
+  const int inner = 13;  // the middle node of 3 x 3 x 3
+  node(mesh.x, inner) += Vec3(0.2, -0.15, 0.1) * kEdge;
+  const auto model = body(GetParam(), mesh);
+  Mat3 F;
+  F << 1.1, 0.05, 0, -0.04, 0.95, 0.1, 0.02, 0, 1.05;
+  State s = rest_state(*model);
+  for (int i = 0; i < model->mesh().num_nodes(); ++i) node(s.x, i) = F * node(s.x, i);
+  const VectorX f = force(*model, s);
+  std::vector<char> on_surface(static_cast<std::size_t>(model->mesh().num_nodes()), 0);
+  for (const Triangle& t : model->mesh().triangles)
+    for (int v : t) on_surface[v] = 1;
+  const Mat3 P = make_material(GetParam().material, lame(kYoung, kPoisson))->stress(F);
+  Mat3 virial = Mat3::Zero();  // sum of f X^T = -V P
+  for (int i = 0; i < model->mesh().num_nodes(); ++i) {
+    if (!on_surface[i]) {
+      EXPECT_LE(node(f, i).norm(), 1e-10 * kYoung * kEdge * kEdge);
+    }
+    virial += node(f, i) * node(model->mesh().x, i).transpose();
+  }
+  const double volume = 8 * kEdge * kEdge * kEdge;
+  EXPECT_LE((virial + volume * P).norm(), 1e-10 * volume * P.norm());
+}
+
+TEST_P(FemTest, MassAndGravity) {
+  const Vec3 g(0.3, 0, -9.81);
+  for (bool consistent : {false, true}) {
+    const auto model = body(GetParam(), kuhn_block(2, 1, 1, kEdge), {.consistent_mass = consistent, .gravity = g});
+    const double total = kDensity * 2 * kEdge * kEdge * kEdge;
+    const VectorX ones = VectorX::Ones(model->mass().rows());
+    EXPECT_NEAR(ones.dot(model->mass() * ones), 3 * total, 1e-12 * total);
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatrixX>(MatrixX(model->mass())).eigenvalues().minCoeff(), 0);
+    if (!consistent) {
+      EXPECT_EQ(model->mass().nonZeros(), model->mass().rows());
+    }
+    Vec3 weight = Vec3::Zero();
+    const VectorX f = force(*model, rest_state(*model));
+    for (int i = 0; i < model->mesh().num_nodes(); ++i) weight += node(f, i);
+    EXPECT_LE((weight - total * g).norm(), 1e-10 * total * g.norm());
+  }
+}
+
+TEST_P(FemTest, ConsistentMassHasTheMomentsOfTheBody) {
+  // x^T M x with x linear in space is exact for both elements: the second moment of the block.
+  const auto model = body(GetParam(), kuhn_block(2, 2, 2, kEdge), {.consistent_mass = true});
+  VectorX x = VectorX::Zero(model->mass().rows());
+  for (int i = 0; i < model->mesh().num_nodes(); ++i) x[3 * i] = model->mesh().x[3 * i];
+  const double length = 2 * kEdge;
+  const double exact = kDensity * length * length * std::pow(length, 3) / 3;
+  EXPECT_NEAR(x.dot(model->mass() * x), exact, 1e-12 * exact);
+}
+
+TEST_P(FemTest, EdgeNodesOfFixedEdgesAreFixed) {
+  const Mesh mesh = kuhn_block(1, 1, 1, kEdge);
+  const auto model = body(GetParam(), mesh, {.fixed_nodes = nodes_below(mesh, 0.1 * kEdge)});
+  EXPECT_EQ(model->fixed_nodes(), nodes_below(model->mesh(), 0.1 * kEdge));
+}
+
+/// Uniaxial stress: the block stretched by its ends with free sides, against the root of the material's own P_yy = 0.
+TEST_P(FemTest, UniaxialBarAndSimpleShear) {
+  const auto material = make_material(GetParam().material, lame(kYoung, kPoisson));
+  const double stretch = 1.1;
+  double low = 0.8, high = 1.1;  // side stretch, by bisection
+  for (int i = 0; i < 100; ++i) {
+    const double side = 0.5 * (low + high);
+    (material->stress(Vec3(side, side, stretch).asDiagonal().toDenseMatrix())(0, 0) > 0 ? high : low) = side;
+  }
+  const Mat3 F = Vec3(low, low, stretch).asDiagonal();
+  const double pull = material->stress(F)(2, 2) * kEdge * kEdge;
+
+  const Mesh mesh = kuhn_block(1, 1, 1, kEdge);
+  const auto model = body(GetParam(), mesh);
+  // Newton on the free entries: z of both ends is given, and rigid motion is taken away at one corner.
+  State s = rest_state(*model);
+  std::vector<int> free;
+  for (int i = 0; i < model->mesh().num_nodes(); ++i) {
+    const Vec3 x = node(model->mesh().x, i);
+    const bool end = x[2] < 1e-9 || x[2] > kEdge - 1e-9;
+    if (x[2] > kEdge - 1e-9) s.x[3 * i + 2] = stretch * kEdge;
+    if (x[0] > 1e-9) free.push_back(3 * i);
+    if (x[1] > 1e-9) free.push_back(3 * i + 1);
+    if (!end) free.push_back(3 * i + 2);
+  }
+  for (int iteration = 0; iteration < 30; ++iteration) {
+    const VectorX f = force(*model, s);
+    const MatrixX K = -MatrixX(model->tangent(s, TangentKind::exact).dfdx);
+    s.x(free) += K(free, free).ldlt().solve(f(free));
+  }
+  const VectorX f = force(*model, s);
+  double top = 0;
+  for (int i = 0; i < model->mesh().num_nodes(); ++i)
+    if (model->mesh().x[3 * i + 2] > kEdge - 1e-9) top -= f[3 * i + 2];
+  EXPECT_NEAR(top, pull, 1e-6 * pull);
+}
+
+}  // namespace
+}  // namespace kt

@@ -1,0 +1,188 @@
+// Materials against their own energy, central differences, Hooke's law and rotations; the viscosity likewise.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include "models/fem/material.hpp"
+#include "models/fem/viscosity.hpp"
+#include "tests/support/numbers.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kYoung = 1e4, kPoisson = 0.4;
+constexpr double kDifferences = 1e-6;  // relative; central differences of step 1e-5 are good to 1e-9
+
+Mat3 as_matrix(const VectorX& v) { return Eigen::Map<const Mat3>(v.data()); }
+VectorX as_vector(const Mat3& m) { return Eigen::Map<const VectorX>(m.data(), 9); }
+Mat3 deformed(double strain, unsigned seed) { return Mat3::Identity() + strain * as_matrix(random_vector(9, seed)); }
+Mat3 turned(unsigned seed) {
+  const VectorX v = random_vector(4, seed);
+  return Eigen::Quaterniond(v[0], v[1], v[2], v[3]).normalized().toRotationMatrix();
+}
+
+/// The two smaller stretches nearly cancel: the rotation jumps, and its derivative is without bound.
+bool rotation_is_unsure(const Mat3& F) {
+  const Vec3 s = Eigen::JacobiSVD<Mat3>(F).singularValues();
+  return s[1] + std::copysign(s[2], F.determinant()) < 1e-2 * s[0];
+}
+
+class MaterialTest : public testing::TestWithParam<std::string> {
+ protected:
+  std::unique_ptr<Material> material_ = make_material(GetParam(), lame(kYoung, kPoisson));
+};
+
+std::vector<std::string> names() {
+  std::vector<std::string> out;
+  for (const BackendInfo& b : material_backends()) out.push_back(b.name);
+  return out;
+}
+INSTANTIATE_TEST_SUITE_P(All, MaterialTest, testing::ValuesIn(names()), [](const auto& p) { return p.param; });
+
+/// Rest, small, 30 %, and inverted.
+std::vector<Mat3> states() {
+  std::vector<Mat3> out{Mat3::Identity(), turned(1)};
+  for (unsigned s = 2; s < 8; ++s) out.push_back(turned(s) * deformed(0.3, s));
+  Mat3 inverted = deformed(0.2, 9);
+  inverted.col(1) *= -0.7;
+  out.push_back(inverted);
+  return out;
+}
+
+TEST_P(MaterialTest, StressIsTheGradientOfTheEnergy) {
+  for (const Mat3& F : states()) {
+    const auto energy = [&](const VectorX& f) { return VectorX{{material_->energy(as_matrix(f))}}; };
+    const MatrixX gradient = central_differences(energy, as_vector(F), 1e-5);
+    EXPECT_LE((gradient.transpose() - as_vector(material_->stress(F))).norm(), kDifferences * kYoung) << F;
+  }
+}
+
+TEST_P(MaterialTest, TangentIsTheGradientOfTheStress) {
+  for (const Mat3& F : states()) {
+    const auto stress = [&](const VectorX& f) { return as_vector(material_->stress(as_matrix(f))); };
+    const MatrixX gradient = central_differences(stress, as_vector(F), 1e-5);
+    EXPECT_LE(relative_error(material_->tangent(F), gradient), kDifferences) << F;
+  }
+}
+
+TEST_P(MaterialTest, IsHookesLawForSmallStrains) {
+  const Lame l = lame(kYoung, kPoisson);
+  EXPECT_LE(material_->stress(Mat3::Identity()).norm(), 1e-12 * kYoung);
+  EXPECT_NEAR(material_->energy(Mat3::Identity()), 0, 1e-12 * kYoung);
+  const Mat3 dF = as_matrix(random_vector(9, 3));
+  const Mat3 e = 0.5 * (dF + dF.transpose());
+  const Mat3 hooke = 2 * l.mu * e + l.lambda * e.trace() * Mat3::Identity();
+  const VectorX dP = material_->tangent(Mat3::Identity()) * as_vector(dF);
+  EXPECT_LE((dP - as_vector(hooke)).norm(), 1e-12 * hooke.norm());
+}
+
+TEST_P(MaterialTest, TurningGivesNoStress) {
+  if (!material_->is_frame_indifferent()) GTEST_SKIP() << "the linear material does not claim it";
+  for (unsigned s = 0; s < 20; ++s) {
+    const Mat3 R = turned(s), F = deformed(0.3, s + 100);
+    EXPECT_LE(material_->stress(R).norm(), 1e-12 * kYoung);
+    EXPECT_LE((material_->stress(R * F) - R * material_->stress(F)).norm(), 1e-11 * kYoung);
+  }
+}
+
+TEST_P(MaterialTest, DefiniteTangentIsPositiveAndExactAtRest) {
+  EXPECT_LE(relative_error(material_->definite_tangent(turned(3)), material_->tangent(turned(3))), 1e-12);
+  for (Mat3 F : states()) {
+    F.row(0) *= 0.6;  // compressed: where exact tangents become indefinite
+    const Mat9 exact = material_->tangent(F), definite = material_->definite_tangent(F);
+    const Eigen::SelfAdjointEigenSolver<Mat9> before(exact), after(definite);
+    const double scale = exact.norm();
+    EXPECT_LE((exact - exact.transpose()).norm(), 1e-12 * scale);
+    EXPECT_GE(after.eigenvalues().minCoeff(), -2e-12 * scale);
+    if (GetParam() == "corotational") continue;  // not the nearest: with the rotation held
+    // The distance of the nearest one is the norm of the negative eigenvalues.
+    EXPECT_NEAR((definite - exact).norm(), before.eigenvalues().cwiseMin(0).norm(), 1e-11 * scale);
+  }
+}
+
+TEST_P(MaterialTest, ElementStiffnessIsTheContractedTangent) {
+  const Eigen::Matrix3Xd g = as_matrix(random_vector(9, 1)) * Eigen::Matrix<double, 3, 10>::Random();
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    Mat3 F = turned(seed) * deformed(0.8, seed + 500);                                     // a third of them inverted
+    if (seed % 4 == 0) F = turned(seed) * Vec3(1, 1, 1 + 0.01 * (seed % 5)).asDiagonal();  // equal stretches
+    if (seed == 1) F.setIdentity();
+    if (GetParam() == "corotational" && rotation_is_unsure(F)) continue;
+    for (const bool definite : {false, true}) {
+      MatrixX K = MatrixX::Zero(30, 30), expected = K;
+      material_->add_stiffness(F, definite, g, 0.3, K);
+      add_contracted(definite ? material_->definite_tangent(F) : material_->tangent(F), g, 0.3, expected);
+      EXPECT_LE(relative_error(K, expected), 1e-10) << definite << ' ' << seed << '\n' << F;
+    }
+  }
+}
+
+TEST(Rotation, IsThatOfTheSingularValueDecomposition) {
+  for (unsigned seed = 0; seed < 2000; ++seed) {
+    const Mat3 F = turned(seed) * deformed(seed % 2 ? 0.8 : 1e-3, seed + 500);
+    const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double sign = svd.matrixU().determinant() * svd.matrixV().determinant();
+    const Mat3 expected = svd.matrixU() * Vec3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    const Vec3 s = svd.singularValues();
+    const double unsure = s[0] / std::max(1e-12, s[1] + sign * s[2]);  // how much the rotation depends on F's last bits
+    EXPECT_LE((rotation_of(F) - expected).norm(), 1e-13 * unsure * unsure) << seed << '\n' << F;
+  }
+}
+
+TEST(NeoHookean, DefiniteStiffnessIsTheNearestForAnyStretchesAndPoissonsRatio) {
+  const Eigen::Matrix3Xd g = as_matrix(random_vector(9, 1)) * Eigen::Matrix<double, 3, 4>::Random();
+  int indefinite = 0;
+  for (double poisson : {-0.95, -0.5, -0.2, 0.0, 0.3, 0.49}) {
+    const auto material = make_material("neo_hookean", lame(kYoung, poisson));
+    for (unsigned seed = 0; seed < 1000; ++seed) {
+      Vec3 stretch = Vec3::Constant(0.8) + 1.2 * Vec3(random_vector(3, seed + 7000));  // -0.4 .. 2
+      // Even compression: where, near nu = -1, the block of the stretches is indefinite and the rest is not.
+      if (seed % 3 == 0) stretch = Vec3::Constant(0.7 + 0.3 * (seed % 100) / 100.0);
+      const Mat3 F = turned(seed) * stretch.asDiagonal() * turned(seed + 3000);
+      MatrixX K = MatrixX::Zero(12, 12), expected = K;
+      material->add_stiffness(F, true, g, 0.3, K);
+      const Mat9 nearest = material->definite_tangent(F);
+      indefinite += (nearest - material->tangent(F)).norm() > 1e-6 * nearest.norm();
+      add_contracted(nearest, g, 0.3, expected);
+      EXPECT_LE(relative_error(K, expected), 1e-9) << poisson << '\n' << F;
+    }
+  }
+  EXPECT_GT(indefinite, 1000);
+  EXPECT_LT(indefinite, 5800);  // both kinds
+}
+
+TEST(NeoHookean, PushesOutOfInversionAndStVenantKirchhoffDoesNot) {
+  // The force along a compressed axis, stretch s: pushes (P < 0) for the stable material at any s < 1, also inverted.
+  const auto neo = make_material("neo_hookean", lame(kYoung, kPoisson));
+  const auto stvk = make_material("stvk", lame(kYoung, kPoisson));
+  for (double s : {0.8, 0.4, 0.1, 0.0, -0.3}) {
+    const Mat3 F = Vec3(1, 1, s).asDiagonal();
+    EXPECT_LT(neo->stress(F)(2, 2), 0) << s;
+  }
+  EXPECT_LT(stvk->stress(Vec3(1, 1, 0.8).asDiagonal().toDenseMatrix())(2, 2), 0);
+  EXPECT_EQ(stvk->stress(Vec3(1, 1, 0).asDiagonal().toDenseMatrix())(2, 2), 0);  // the limit that it is known for
+}
+
+TEST(Viscosity, TangentsAreTheGradientsOfTheStress) {
+  for (bool turns : {true, false}) {
+    const Viscosity viscosity(lame(kYoung, kPoisson), 2e-3, turns);
+    const Mat3 F = deformed(0.3, 1), rate = 5 * as_matrix(random_vector(9, 2));
+    const auto of_rate = [&](const VectorX& r) { return as_vector(viscosity.stress(F, as_matrix(r))); };
+    const auto of_shape = [&](const VectorX& f) { return as_vector(viscosity.stress(as_matrix(f), rate)); };
+    EXPECT_LE(relative_error(viscosity.tangent_of_rate(F), central_differences(of_rate, as_vector(rate), 1e-4)), 1e-9);
+    const MatrixX by_shape = central_differences(of_shape, as_vector(F), 1e-5);
+    EXPECT_LE((viscosity.tangent_of_shape(F, rate) - by_shape).norm(), kDifferences * 5 * 2e-3 * kYoung);
+  }
+}
+
+TEST(Viscosity, TurningIsNotDamped) {
+  const Viscosity viscosity(lame(kYoung, kPoisson), 2e-3, true);
+  const Mat3 F = deformed(0.3, 1);
+  Mat3 spin;
+  spin << 0, -3, 2, 3, 0, -1, -2, 1, 0;
+  EXPECT_LE(viscosity.stress(F, spin * F).norm(), 1e-13 * kYoung);
+}
+
+}  // namespace
+}  // namespace kt
