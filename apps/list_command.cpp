@@ -12,6 +12,7 @@
 #include "haptics/links.hpp"
 #include "io/output_file.hpp"
 #include "io/tetrahedralize.hpp"
+#include "models/fem/material.hpp"
 #include "models/model.hpp"
 
 namespace kt {
@@ -24,6 +25,7 @@ struct Family {
 
 std::vector<Family> all_families() {
   return {{"models", "object.model.type", model_backends()},
+          {"materials", "object.model.material", material_backends()},
           {"tetrahedralizers", "object.tetrahedralize.backend", tetrahedralizers()},
           {"global integrators", "global.integrator", integrator_backends()},
           {"reducers", "local.reducer", reducer_backends()},

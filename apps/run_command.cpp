@@ -9,7 +9,7 @@ struct RunArguments {
   std::string scene;
   std::vector<std::string> set;
   RunSettings settings;
-  bool no_report = false;
+  bool no_report = false, is_static = false;
 };
 
 }  // namespace
@@ -21,6 +21,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("SCENE", a->scene, "scene file (docs/scene.md)")->required();
   command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
       ->allow_extra_args(false);
+  command->add_flag("--static", a->is_static,
+                    "the body in equilibrium at every step: --set global.integrator=quasistatic");
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   command->add_option("--json", a->settings.json_file, "also write the summary to this file");
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
@@ -28,6 +30,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab");
   command->callback([a, &exit_code] {
     a->settings.report = !a->no_report;
+    if (a->is_static) a->set.push_back("global.integrator=quasistatic");
     a->settings.reproduce = "kilotouch run " + a->scene;
     for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
     const RunOutcome outcome = run_scene(load_scene(a->scene, a->set), a->settings);

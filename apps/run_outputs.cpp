@@ -55,6 +55,11 @@ void add_flag_warnings(const SessionResult& result, Json& warnings) {
   }
   if (result.limited_forces > 0)
     warnings.push_back(text("the force was cut to the device's limit in ", result.limited_forces, " ticks"));
+  if (const StepStatistics& steps = result.global_steps; steps.projected + steps.not_converged > 0)
+    warnings.push_back(
+        text("global steps: ", steps.projected, " of ", steps.iterations,
+             " systems were not positive definite and were solved with the element stiffness projected; ",
+             steps.not_converged, " of ", result.global_ms.size(), " steps did not converge"));
   if (result.definite_tangents > 0)
     warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
                             result.refreshes.size(), " refreshes; the clamped one was used there"));
@@ -165,6 +170,13 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["seed"] = scene.seed;
   out["hash"] = hash_text(result.hash);
   out["model"] = model_json(session);
+  out["global"] = {{"integrator", scene.global.integrator},
+                   {"solver", scene.global.solver},
+                   {"definite", scene.global.definite},
+                   {"newton_iterations", result.global_steps.iterations},
+                   {"linear_iterations", result.global_steps.linear_iterations},
+                   {"projected", result.global_steps.projected},
+                   {"not_converged", result.global_steps.not_converged}};
   out["local"] = {{"reducer", scene.local.reducer}, {"rings", scene.local.rings},
                   {"dof", result.last_dof},         {"patch_vertices", result.last_patch_vertices},
                   {"certified_error", nullptr},     {"reason", "chosen by the scene"}};

@@ -33,12 +33,16 @@ Metric contact_metric(const std::string& name) {
 }
 
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-                     double max_speed)
+                     double max_speed, const State& start)
     : surface_(surface),
       scene_(scene),
       tool_(tool),
       max_speed_(max_speed),
-      global_(model, make_integrator(scene.global.integrator), 1 / scene.global.rate_hz),
+      global_(model,
+              make_integrator(scene.global.integrator, {.solver = scene.global.solver,
+                                                        .tolerance = scene.global.tolerance,
+                                                        .definite = scene.global.definite}),
+              1 / scene.global.rate_hz, start),
       reduce_(find_reducer(scene.local.reducer)),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}

@@ -20,12 +20,13 @@ class Refresher {
  public:
   /// @param max_speed  of the tool [m/s]: with the time that a local model is in use it gives the size of the patch
   Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-            double max_speed);
+            double max_speed, const State& start);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it.
   std::unique_ptr<PreparedLocalModel> refresh(double t, const Vec3& tool, std::span<const LocalReport> reports);
 
   const State& state() const { return global_.state(); }
+  StepStatistics statistics() const { return global_.statistics(); }
   std::vector<double> global_ms, refresh_ms;  ///< time of each integration; of linearize + reduce + prepare
   int definite_tangents = 0;
   int inverted_tetrahedra = 0;  ///< most at any refresh

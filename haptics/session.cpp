@@ -2,11 +2,13 @@
 
 #include <cmath>
 
+#include "core/step_solver.hpp"
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
 #include "haptics/session_run.hpp"
 #include "io/tetrahedralize.hpp"
+#include "models/fem/material.hpp"
 #include "models/model.hpp"
 
 namespace kt {
@@ -18,7 +20,8 @@ ToolShape scene_tool(const SceneTool& tool) {
   throw_unknown("tool.shape", tool.shape, {"point", "sphere"});
 }
 
-ModelOptions model_options(const SceneModel& m, const std::vector<int>& fixed_nodes) {
+ModelOptions model_options(const SceneObject& object, const std::vector<int>& fixed_nodes) {
+  const SceneModel& m = object.model;
   ModelOptions out;
   out.young = m.young;
   out.poisson = m.poisson;
@@ -28,6 +31,10 @@ ModelOptions model_options(const SceneModel& m, const std::vector<int>& fixed_no
   out.stiffness = m.stiffness;
   out.damper = m.damper;
   out.material = m.material;
+  out.element = m.element;
+  out.consistent_mass = m.consistent_mass;
+  out.rayleigh = m.damping.law == "rayleigh";
+  out.gravity = object.gravity;
   out.fixed_nodes = fixed_nodes;
   return out;
 }
@@ -74,12 +81,14 @@ bool is_geometric(const std::string& law) { return law.rfind("paper", 0) == 0; }
 /// Names and combinations that only the tables of several libraries together can judge.
 void check_methods(const Scene& scene) {
   require_backend("object.model.type", scene.object.model.type, model_backends());
+  require_backend("object.model.material", scene.object.model.material, material_backends());
   if (const auto& tetrahedra = scene.object.tetrahedralize; tetrahedra && !tetrahedra->backend.empty())
     require_backend("object.tetrahedralize.backend", tetrahedra->backend, tetrahedralizers());
   require_backend("link.type", scene.link.type, link_backends());
   require_backend("collision.backend", scene.collision.backend, triangle_index_backends());
   require_backend("local.reducer", scene.local.reducer, reducer_backends());
   require_backend("global.integrator", scene.global.integrator, integrator_backends());
+  require_backend("global.solver", scene.global.solver, step_solver_backends());
   require_backend("contact.law", scene.contact.law, contact_solver_backends());
   local_scheme(scene.local.integrator);
   if (!is_geometric(scene.contact.law) && contact_metric(scene.contact.metric) == Metric::identity)
@@ -111,6 +120,20 @@ void warn_of_lag(const Scene& scene, SessionResult& result) {
                                    " ms; use a coarser mesh, or lower global.rate_hz and the tool's speed"));
 }
 
+/// A body with weight has hung in it before the session; without a clamped part it falls.
+State settled(const Scene& scene, const DeformableModel& model, std::vector<std::string>& warnings) {
+  State state = rest_state(model);
+  if (scene.object.gravity.isZero(0) || model.fixed_nodes().empty()) return state;
+  const auto equilibrium = make_integrator("quasistatic", {.solver = scene.global.solver});
+  try {
+    equilibrium->step(model, VectorX::Zero(state.x.size()), 0, state);
+    if (equilibrium->statistics().not_converged == 0) return state;
+  } catch (const RunError&) {
+  }
+  warnings.push_back("object.gravity: no equilibrium was found, the body starts undeformed and falls");
+  return rest_state(model);
+}
+
 }  // namespace
 
 std::vector<BackendInfo> link_backends() {
@@ -126,16 +149,19 @@ Session::Session(const Scene& scene) : scene_(scene), tool_(scene_tool(scene.too
   Mesh mesh = load_scene_mesh(scene, warnings_);
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
-  surface_ = make_surface(mesh);
+  model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));
+  surface_ = make_surface(model_->mesh());
+  start_ = settled(scene, *model_, warnings_);
+  Mesh hanging = model_->mesh();
+  hanging.x = start_.x;
   const ScenePath& p = scene.tool.path;
   if (p.press_drag)
-    path_ = make_press_drag(mesh, tool_, press_drag_options(*p.press_drag, scene));
+    path_ = make_press_drag(hanging, tool_, press_drag_options(*p.press_drag, scene));
   else if (p.waypoints)
     path_ = to_path(*p.waypoints);
   else if (p.hand)
     path_ = to_path(p.hand->target);
-  scene_device(scene, path_);  // a wrong path is found now and not after the model is built
-  model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object.model, fixed));
+  scene_device(scene, path_);  // a wrong path is found now and not by run()
   warn_of_instability(scene, *model_, warnings_);
 }
 
@@ -150,7 +176,7 @@ SessionResult Session::run(const SessionOptions& options) {
 
   auto device = scene_device(scene_, path_);
   result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
-  Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed);
+  Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed, start_);
   HapticLoop haptic(scene_, tool_, std::move(device), used);
   result.start = haptic.tool_position();
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
@@ -161,6 +187,7 @@ SessionResult Session::run(const SessionOptions& options) {
   result.refresh_ms = std::move(refresher.refresh_ms);
   if (threaded) warn_of_lag(scene_, result);
   result.definite_tangents = refresher.definite_tangents;
+  result.global_steps = refresher.statistics();
   if (refresher.inverted_tetrahedra > 0)
     result.warnings.push_back(
         text(refresher.inverted_tetrahedra, " of ", model_->mesh().tetrahedra.size(),

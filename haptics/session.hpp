@@ -34,6 +34,7 @@ struct SessionResult {
   std::vector<Snapshot> snapshots;
   std::vector<std::string> warnings;
   int last_dof = 0, last_patch_vertices = 0;
+  StepStatistics global_steps;        ///< what the implicit steps took
   int definite_tangents = 0;          ///< refreshes whose exact tangent was indefinite
   int limited_forces = 0;             ///< ticks whose force was cut to the device's limit
   int missed_impacts = 0;             ///< ticks without contact that end inside the body, by contact_check
@@ -64,6 +65,7 @@ class Session {
 
   const Scene& scene() const { return scene_; }
   const DeformableModel& model() const { return *model_; }
+  const State& start() const { return start_; }
   const std::vector<TimedPoint>& path() const { return path_; }  ///< of a scripted tool
 
  private:
@@ -71,6 +73,7 @@ class Session {
   Scene scene_;
   std::unique_ptr<DeformableModel> model_;
   Surface surface_;
+  State start_;  // at rest, hanging in its weight
   ToolShape tool_;
   std::vector<TimedPoint> path_;
   std::vector<std::string> warnings_;

@@ -45,16 +45,19 @@ struct SceneLayers {
   bool operator==(const SceneLayers&) const = default;
 };
 
-/// Rayleigh damping: D = mass * M + stiffness * K.
+/// Damping: D = mass * M + stiffness * K.
 struct SceneDamping {
-  double mass = 5.0;        ///< [1/s]
-  double stiffness = 2e-3;  ///< [s]
+  double mass = 5.0;                ///< [1/s]
+  double stiffness = 2e-3;          ///< [s]
+  std::string law = "strain_rate";  ///< of `stiffness`: strain_rate lets a body turn freely, rayleigh does not
   bool operator==(const SceneDamping&) const = default;
 };
 
 struct SceneModel {
   std::string type = "msd";              ///< name in models/models.def
   std::string material = "neo_hookean";  ///< of a continuum model
+  std::string element = "tet4";          ///< fem: tet4 tet10
+  bool consistent_mass = false;          ///< fem: else lumped to the nodes
   double young = 1e4;                    ///< [Pa]
   double poisson = 0.3;                  ///< [-], in (-1, 0.5)
   double density = 1000.0;               ///< [kg/m^3]
@@ -73,6 +76,7 @@ struct SceneObject {
   SceneFixed fixed;
   std::optional<SceneTetrahedralize> tetrahedralize;  ///< absent: only when the model cannot do without
   std::optional<SceneLayers> layers;
+  Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
   SceneModel model;
   bool operator==(const SceneObject&) const = default;
 };
@@ -132,6 +136,9 @@ struct SceneContact {
 struct SceneGlobal {
   double rate_hz = 30.0;  ///< the paper: 10
   std::string integrator = "implicit_euler";
+  std::string solver = "automatic";  ///< of implicit steps: automatic direct pcg
+  double tolerance = 1e-6;           ///< of pcg: |residual| / |rhs|
+  bool definite = true;              ///< implicit_euler: with the definite tangent always, else only where it must
   bool operator==(const SceneGlobal&) const = default;
 };
 

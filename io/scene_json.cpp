@@ -35,11 +35,14 @@ template <class A>
 void fields(A& a, SceneDamping& s) {
   a("mass", s.mass);
   a("stiffness", s.stiffness);
+  a("law", s.law);
 }
 template <class A>
 void fields(A& a, SceneModel& s) {
   a("type", s.type);
   a("material", s.material);
+  a("element", s.element);
+  a("consistent_mass", s.consistent_mass);
   a("young", s.young);
   a("poisson", s.poisson);
   a("density", s.density);
@@ -57,6 +60,7 @@ void fields(A& a, SceneObject& s) {
   a("fixed", s.fixed);
   a("tetrahedralize", s.tetrahedralize);
   a("layers", s.layers);
+  a("gravity", s.gravity);
   a("model", s.model);
 }
 template <class A>
@@ -98,6 +102,9 @@ template <class A>
 void fields(A& a, SceneGlobal& s) {
   a("rate_hz", s.rate_hz);
   a("integrator", s.integrator);
+  a("solver", s.solver);
+  a("tolerance", s.tolerance);
+  a("definite", s.definite);
 }
 template <class A>
 void fields(A& a, SceneLocal& s) {

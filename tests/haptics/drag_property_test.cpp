@@ -11,18 +11,24 @@ namespace {
 
 struct Place {
   const char* mesh;
-  double layer;  // [m] of the inner layer; 0: tetrahedra
-  double depth;  // [m]
+  double layer;               // [m] of the inner layer; 0: tetrahedra
+  double depth;               // [m]
+  const char* material = "";  // empty: springs
 };
 
 class RandomDrags : public testing::TestWithParam<Place> {};
 INSTANTIATE_TEST_SUITE_P(Meshes, RandomDrags,
                          testing::Values(Place{"block.msh", 0, 0.002}, Place{"slab_coarse.off", 0, 0.002},
                                          Place{"sphere.off", 0.008, 0.002}, Place{"organ.off", 0.006, 0.002},
-                                         Place{"torus.off", 0.005, 0.0015}),
+                                         Place{"torus.off", 0.005, 0.0015}, Place{"block.msh", 0, 0.002, "linear"},
+                                         Place{"block.msh", 0, 0.002, "corotational"},
+                                         Place{"block.msh", 0, 0.002, "stvk"},
+                                         Place{"block.msh", 0, 0.002, "neo_hookean"},
+                                         Place{"organ.off", 0, 0.002, "neo_hookean"}),
                          [](const auto& place) {
                            const std::string mesh = place.param.mesh;
-                           return mesh.substr(0, mesh.find('.'));
+                           const std::string material = place.param.material;
+                           return mesh.substr(0, mesh.find('.')) + (material.empty() ? "" : "_" + material);
                          });
 
 TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
@@ -36,6 +42,10 @@ TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
       scene.duration = 0.4;
       scene.object.mesh = KT_SOURCE_DIR "/meshes/" + mesh;
       if (GetParam().layer > 0) scene.object.layers = SceneLayers{1, GetParam().layer};
+      if (const std::string material = GetParam().material; !material.empty()) {
+        scene.object.model.type = "fem";
+        scene.object.model.material = material;
+      }
       scene.object.fixed.below->fraction = 0.3;
       scene.tool.shape = shape;
       const double angle = uniform(0, 6.28);

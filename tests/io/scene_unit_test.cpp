@@ -68,12 +68,13 @@ TEST(Scene, EveryKeyIsRead) {
     "title": "all", "duration": 2, "seed": 7,
     "object": {"mesh": "m.off", "size": 0.1, "fixed": {"box": [[0, 0, 0], [1, 2, 3]]},
       "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5}, "layers": {"count": 3, "thickness": 0.002},
-      "model": {"type": "fem", "material": "linear", "young": 2e4, "poisson": 0.45, "density": 900,
-                "damping": {"mass": 1, "stiffness": 0.1}, "stiffness": 300, "damper": 0.5}},
+      "gravity": [0, 1, -9.81],
+      "model": {"type": "fem", "material": "linear", "element": "tet10", "consistent_mass": true, "young": 2e4, "poisson": 0.45, "density": 900,
+                "damping": {"mass": 1, "stiffness": 0.1, "law": "rayleigh"}, "stiffness": 300, "damper": 0.5}},
     "tool": {"shape": "capsule", "radius": 0.001, "path": {"hand": {"stiffness": 1, "damping": 2, "mass": 3,
              "target": [[0, 1, 2, 3], [0.5, 4, 5, 6]]}}},
     "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass"},
-    "global": {"rate_hz": 10, "integrator": "a"}, "local": {"rate_hz": 500, "reducer": "b", "rings": 2, "tolerance": 0.1,
+    "global": {"rate_hz": 10, "integrator": "a", "solver": "f", "tolerance": 1e-4, "definite": false}, "local": {"rate_hz": 500, "reducer": "b", "rings": 2, "tolerance": 0.1,
     "integrator": "c"}, "link": {"type": "d", "latency_ms": 5, "loss": 0.25}, "collision": {"backend": "e"}})");
   EXPECT_EQ(s.title, "all");
   EXPECT_EQ(s.duration, 2.0);
@@ -83,12 +84,16 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.object.fixed.below.has_value());
   EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5}));
   EXPECT_EQ(s.object.layers, (SceneLayers{3, 0.002}));
-  EXPECT_EQ(s.object.model, (SceneModel{"fem", "linear", 2e4, 0.45, 900, {1, 0.1}, 300.0, 0.5, /*calibrate=*/false}));
+  EXPECT_EQ(
+      s.object.model,
+      (SceneModel{
+          "fem", "linear", "tet10", true, 2e4, 0.45, 900, {1, 0.1, "rayleigh"}, 300.0, 0.5, /*calibrate=*/false}));
+  EXPECT_EQ(s.object.gravity, Vec3(0, 1, -9.81));
   EXPECT_EQ(s.tool.shape, "capsule");
   EXPECT_FALSE(s.tool.path.press_drag.has_value());
   EXPECT_EQ(s.tool.path.hand, (SceneHand{1, 2, 3, {{0.0, Vec3(1, 2, 3)}, {0.5, Vec3(4, 5, 6)}}}));
   EXPECT_EQ(s.contact, (SceneContact{"paper_slide", 0.9, 0.4, "mass"}));
-  EXPECT_EQ(s.global, (SceneGlobal{10, "a"}));
+  EXPECT_EQ(s.global, (SceneGlobal{10, "a", "f", 1e-4, false}));
   EXPECT_EQ(s.local, (SceneLocal{500, "b", 2, 0.1, "c"}));
   EXPECT_EQ(s.link, (SceneLink{"d", 5, 0.25}));
   EXPECT_EQ(s.collision.backend, "e");
