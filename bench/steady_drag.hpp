@@ -17,7 +17,8 @@ inline Scene slab_drag(const std::string& mesh, const std::string& shape, int ri
   scene.object.mesh = KT_SOURCE_DIR "/meshes/" + mesh;
   scene.tool.shape = shape;
   scene.local.rings = rings;
-  const bool is_point = shape == "point";  // it makes a sharp dent: deeper than 3 mm tetrahedra turn inside out under it
+  const bool is_point =
+      shape == "point";  // it makes a sharp dent: deeper than 3 mm tetrahedra turn inside out under it
   const double top = 0.03 + (is_point ? 0 : scene.tool.radius), z = top - (is_point ? 0.002 : 0.004);
   std::vector<Waypoint> path{{0, {0.03, 0.05, top + 0.002}}, {kPressed, {0.03, 0.05, z}}};
   for (int i = 1; i <= 20; ++i) path.push_back({kPressed + 0.8 * i, {i % 2 ? 0.07 : 0.03, 0.05, z}});
@@ -44,7 +45,7 @@ class SteadyDrag {
                                          : ToolShape{ToolShape::Kind::sphere, scene.tool.radius}),
         // Reach and interval as in Session::run.
         refresher(session.model(), surface, scene, tool,
-                  1.5 * tool.radius + path_speed(session.path()) / scene.global.rate_hz),
+                  1.5 * tool.radius + path_speed(session.path()) / scene.global.rate_hz, session.start()),
         local(tool, 1 / scene.local.rate_hz,
               make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic})),
         every_(static_cast<int>(scene.local.rate_hz / scene.global.rate_hz)) {
