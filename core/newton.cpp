@@ -70,7 +70,7 @@ void NewtonSolver::find_direction(const DeformableModel& model, const ImplicitSt
     if (kind == TangentKind::exact) ++statistics_.projected;
   }
   throw RunError(text(stage.is_static ? "no equilibrium: the stiffness" : "implicit step: its matrix",
-                      " is not positive definite at t = ", state.t, " s",
+                      " is not positive definite, or global.solver pcg does not converge, at t = ", state.t, " s",
                       stage.is_static ? "; a body must be clamped to rest" : ""));
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // The nonlinear equations of implicit steps and of equilibria, by Newton's method with a line search.
+#include <limits>
 #include <memory>
 
 #include "core/integrator.hpp"
@@ -37,6 +38,17 @@ class NewtonSolver {
   std::unique_ptr<StepSolver> solver_;
   StepStatistics statistics_;
   Tangent tangent_;
+};
+
+/// What integrators by Newton's method share.
+class NewtonIntegrator : public Integrator {
+ public:
+  double stable_step(const FastestMode&) const override { return std::numeric_limits<double>::infinity(); }
+  StepStatistics statistics() const override { return newton_.statistics(); }
+
+ protected:
+  explicit NewtonIntegrator(const IntegratorOptions& options) : newton_(options) {}
+  NewtonSolver newton_;
 };
 
 /// Rest positions of the free nodes, (3 free): how the system of a step can move as a rigid body.

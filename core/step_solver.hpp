@@ -13,7 +13,8 @@ class StepSolver {
  public:
   virtual ~StepSolver() = default;
   /// Solves matrix x = rhs; matrix symmetric, both triangles stored, in whole 3 x 3 node blocks. `x` holds a guess on
-  /// entry. False, and x is of no use, when the matrix is not positive definite.
+  /// entry. False, and x is of no use, when the matrix is not positive definite or an
+  /// iterative solver does not converge.
   virtual bool solve(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) = 0;
   /// That the last solve took; 0 of a direct solver.
   virtual int iterations() const { return 0; }

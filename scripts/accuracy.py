@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""Tables and pictures of docs/accuracy_and_speed.md from the measurements of bench/fem_accuracy.
+"""Tables and pictures of docs/accuracy_and_speed.md from what scripts/accuracy measured: DIR/fem.json, DIR/scene-nu-model/.
 
-    scripts/accuracy.py fem_accuracy.json docs/pictures
+    scripts/accuracy.py DIR docs/pictures
 """
+import csv
 import json
 import math
 import os
@@ -112,14 +113,30 @@ def recovery(rows, folder):
     figure.savefig(os.path.join(folder, "fem_recovery.png"))
 
 
+def normal_force(run):
+    with open(os.path.join(run, "trace.csv"), encoding="utf-8") as file:
+        return [float(row["f_n"]) for row in csv.DictReader(file)]
+
+
+def springs(folder):
+    print("\n| scene | ν | springs, mean [N] | finite elements, mean [N] | force error |\n|---|---|---|---|---|")
+    for scene in ("slab_drag", "organ_drag"):
+        for poisson in ("0.3", "0.25"):
+            spring, element = (normal_force(os.path.join(folder, f"{scene}-{poisson}-{model}")) for model in ("msd", "fem"))
+            error = math.sqrt(sum((a - b) ** 2 for a, b in zip(spring, element)) / sum(b * b for b in element))
+            means = [sum(force) / max(1, sum(f > 0 for f in force)) for force in (spring, element)]
+            print(f"| {scene} | {poisson} | {means[0]:.3f} | {means[1]:.3f} | {100 * error:.0f} % |")
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    with open(sys.argv[1], encoding="utf-8") as file:
+    with open(os.path.join(sys.argv[1], "fem.json"), encoding="utf-8") as file:
         data = json.load(file)
     cantilever(data["cantilever"], sys.argv[2])
     hertz(data["hertz"], sys.argv[2])
     recovery(data["recovery"], sys.argv[2])
+    springs(sys.argv[1])
 
 
 if __name__ == "__main__":

@@ -48,7 +48,9 @@ class ImplicitEuler final : public Integrator {
     return good;
   }
   [[noreturn]] static void fail(const State& state) {
-    throw RunError(text("implicit_euler: the step's matrix is not positive definite at t = ", state.t, " s"));
+    throw RunError(text(
+        "implicit_euler: the step's matrix is not positive definite, or global.solver pcg does not converge, at t = ",
+        state.t, " s"));
   }
 
   IntegratorOptions options_;

@@ -1,16 +1,14 @@
 // v+ = v + dt M^-1 (f + external) and x+ = x + dt v', all at the middle (x + x+)/2, v' = (v + v+)/2. Second order;
 // keeps linear and angular momentum, and of linear bodies the energy: nothing is damped that the model does not damp,
 // so motions faster than the step ring on.
-#include <limits>
-
 #include "core/newton.hpp"
 
 namespace kt {
 namespace {
 
-class ImplicitMidpoint final : public Integrator {
+class ImplicitMidpoint final : public NewtonIntegrator {
  public:
-  explicit ImplicitMidpoint(const IntegratorOptions& options) : newton_(options) {}
+  explicit ImplicitMidpoint(const IntegratorOptions& options) : NewtonIntegrator(options) {}
   void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override {
     const State start = state;
     newton_.solve(model, external, {start.x, start.v, dt / 2}, state);
@@ -22,11 +20,6 @@ class ImplicitMidpoint final : public Integrator {
     }
     state.t = start.t + dt;
   }
-  double stable_step(const FastestMode&) const override { return std::numeric_limits<double>::infinity(); }
-  StepStatistics statistics() const override { return newton_.statistics(); }
-
- private:
-  NewtonSolver newton_;
 };
 
 }  // namespace

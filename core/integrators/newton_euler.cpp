@@ -1,24 +1,17 @@
 // Backward Euler solved to the end: M (v+ - v) = dt (f(x+, v+) + external),  x+ = x + dt v+.
-#include <limits>
-
 #include "core/newton.hpp"
 
 namespace kt {
 namespace {
 
-class NewtonEuler final : public Integrator {
+class NewtonEuler final : public NewtonIntegrator {
  public:
-  explicit NewtonEuler(const IntegratorOptions& options) : newton_(options) {}
+  explicit NewtonEuler(const IntegratorOptions& options) : NewtonIntegrator(options) {}
   void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override {
     const double t = state.t;
     newton_.solve(model, external, {state.x, state.v, dt}, state);
     state.t = t + dt;
   }
-  double stable_step(const FastestMode&) const override { return std::numeric_limits<double>::infinity(); }
-  StepStatistics statistics() const override { return newton_.statistics(); }
-
- private:
-  NewtonSolver newton_;
 };
 
 }  // namespace

@@ -2,16 +2,15 @@
 // y+ = y + (1-g) dt y1' + g dt y+' with g = 1 - 1/sqrt(2), for y = x and v (Alexander 1977). It needs no step before
 // this one, and gives the body exactly the impulse of the forces: contact can come and go between steps.
 #include <cmath>
-#include <limits>
 
 #include "core/newton.hpp"
 
 namespace kt {
 namespace {
 
-class Sdirk2 final : public Integrator {
+class Sdirk2 final : public NewtonIntegrator {
  public:
-  explicit Sdirk2(const IntegratorOptions& options) : newton_(options) {}
+  explicit Sdirk2(const IntegratorOptions& options) : NewtonIntegrator(options) {}
   void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override {
     const double g = 1 - std::sqrt(0.5), t = state.t;
     const State start = state;
@@ -21,11 +20,6 @@ class Sdirk2 final : public Integrator {
                   state);
     state.t = t + dt;
   }
-  double stable_step(const FastestMode&) const override { return std::numeric_limits<double>::infinity(); }
-  StepStatistics statistics() const override { return newton_.statistics(); }
-
- private:
-  NewtonSolver newton_;
 };
 
 }  // namespace

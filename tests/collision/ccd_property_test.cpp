@@ -9,6 +9,7 @@
 #include "collision/first_contact.hpp"
 #include "io/mesh_io.hpp"
 #include "tests/support/collision_oracle.hpp"
+#include "tests/support/random_sample.hpp"
 
 namespace kt {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kStep = 1e-3;  // [s]
 const ToolShape kPoint;
 
 ToolShape sphere(double radius) { return {ToolShape::Kind::sphere, radius}; }
-
-struct Sample {
-  std::mt19937_64 random;
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-  Vec3 cube() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
-};
 
 /// A surface at rest, and the first contact with it by the backend without approximations.
 struct Surface {

@@ -6,15 +6,10 @@
 
 #include "collision/ccd.hpp"
 #include "tests/support/collision_oracle.hpp"
+#include "tests/support/random_sample.hpp"
 
 namespace kt {
 namespace {
-
-struct Sample {
-  std::mt19937_64 random;
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-  Vec3 cube() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
-};
 
 /// Every vertex and the tool move at random by about `motion`; thin: the triangle is a sliver, down to 1e-9.
 CollisionQuery random_query(Sample& s, double motion, bool thin) {

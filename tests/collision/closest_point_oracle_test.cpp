@@ -6,6 +6,7 @@
 #include <random>
 
 #include "tests/support/collision_oracle.hpp"
+#include "tests/support/random_sample.hpp"
 
 namespace kt {
 namespace {
@@ -14,12 +15,6 @@ using Feature = ClosestPoint::Feature;
 
 // Of the largest coordinate. Rounding the weights, the point and the difference: some 10 units of 1.1e-16.
 constexpr double kRoundoff = 16 * 0x1p-53;
-
-struct Sample {
-  std::mt19937_64 random{7};
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-  Vec3 cube() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
-};
 
 double largest_coordinate(const Vec3& p, const Vec3 (&v)[3]) {
   return std::max({p.lpNorm<Eigen::Infinity>(), v[0].lpNorm<Eigen::Infinity>(), v[1].lpNorm<Eigen::Infinity>(),
@@ -45,7 +40,7 @@ void expect_closest(const Vec3& p, const Vec3 (&v)[3]) {
 }
 
 TEST(ClosestPoint, DistanceIsRightForEveryShape) {
-  Sample s;
+  Sample s{std::mt19937_64(7)};
   for (int i = 0; i < 40000; ++i) {
     // The third vertex lies off the line of the first two by 1 down to 1e-17, the point off the plane likewise.
     const Vec3 a = s.cube(), b = s.uniform(0, 1) < 0.3 ? Vec3(a + 1e-6 * s.cube()) : s.cube();

@@ -8,15 +8,10 @@
 #include <random>
 
 #include "tests/support/collision_surfaces.hpp"
+#include "tests/support/random_sample.hpp"
 
 namespace kt {
 namespace {
-
-struct Sample {
-  std::mt19937_64 random;
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-  Vec3 cube() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
-};
 
 const char* const kClosedMeshes[] = {"sphere.off",      "torus.off",  "organ.off",
                                      "slab_coarse.off", "genus5.off", "sheet.off"};

@@ -5,15 +5,10 @@
 
 #include "tests/support/allocations.hpp"
 #include "tests/support/collision_surfaces.hpp"
+#include "tests/support/random_sample.hpp"
 
 namespace kt {
 namespace {
-
-struct Sample {
-  std::mt19937_64 random;
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-  Vec3 cube() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
-};
 
 /// Drags a point along the surface for `steps` ticks at random speeds up to 0.5 m/s, between `deepest` [m] inside and
 /// 2 mm outside, and compares what is tracked with the nearest point of the whole surface in every tick.

@@ -11,15 +11,10 @@
 #include "collision/first_contact.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/meshes.hpp"
+#include "tests/support/random_sample.hpp"
 
 namespace kt {
 namespace {
-
-struct Sample {
-  std::mt19937_64 random;
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-  Vec3 cube() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
-};
 
 struct Motion {
   std::vector<Triangle> triangles;

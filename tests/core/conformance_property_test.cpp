@@ -5,6 +5,7 @@
 
 #include "core/integrator.hpp"
 #include "core/local_dynamics.hpp"
+#include "tests/support/input_errors.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {
@@ -143,15 +144,6 @@ TEST_P(EveryReducer, IsStiffWhereEveryPatchNodeIsFixed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Reducers, EveryReducer, testing::ValuesIn(available(reducer_backends())), name_of);
-
-std::string message(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "no InputError";
-}
 
 TEST(Tables, NameTheKnownBackendsForAnUnknownOne) {
   EXPECT_EQ(message([] { make_integrator("implicit-euler"); }),

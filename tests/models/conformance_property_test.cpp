@@ -5,6 +5,7 @@
 
 #include "core/integrator.hpp"
 #include "models/model.hpp"
+#include "tests/support/input_errors.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 
@@ -139,15 +140,6 @@ TEST_P(EveryModel, FallsBackToRestUnderEveryIntegrator) {
 
 INSTANTIATE_TEST_SUITE_P(Models, EveryModel, testing::ValuesIn(available_models()),
                          [](const auto& test) { return test.param; });
-
-std::string message(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "no InputError";
-}
 
 TEST(MakeModel, NamesTheKnownModelsForAnUnknownOne) {
   const std::string what = message([] { make_model("msdd", kuhn_block(1, 1, 1, 1), {}); });

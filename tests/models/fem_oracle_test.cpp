@@ -11,6 +11,7 @@
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/shaken_body.hpp"
 
 namespace kt {
 namespace {
@@ -38,19 +39,6 @@ std::unique_ptr<DeformableModel> body(const Kind& kind, Mesh mesh, ModelOptions 
   return make_model("fem", std::move(mesh), options);
 }
 
-State shaken(const DeformableModel& model, double strain, unsigned seed) {
-  State s = rest_state(model);
-  s.x += strain * kEdge * random_vector(s.x.size(), seed);
-  s.v = 0.1 * random_vector(s.x.size(), seed + 1);
-  return s;
-}
-
-VectorX force(const DeformableModel& model, const State& state) {
-  VectorX out;
-  model.force(state, out);
-  return out;
-}
-
 class FemTest : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(All, FemTest, testing::ValuesIn(kinds()),
                          [](const auto& p) { return p.param.material + "_" + p.param.element; });
@@ -58,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(All, FemTest, testing::ValuesIn(kinds()),
 TEST_P(FemTest, TangentsAreTheGradientsOfTheForce) {
   for (double strain : {0.0, 0.15}) {
     const auto model = body(GetParam(), kuhn_block(1, 1, 1, kEdge), {.damping_mass = 2, .damping_stiffness = 1e-3});
-    const State s = shaken(*model, strain, 5);
+    const State s = shaken(*model, strain * kEdge, 5);
     const Tangent tangent = model->tangent(s, TangentKind::exact);
     const auto by_x = [&](const VectorX& x) { return force(*model, {0, x, s.v}); };
     const auto by_v = [&](const VectorX& v) { return force(*model, {0, s.x, v}); };
@@ -69,7 +57,7 @@ TEST_P(FemTest, TangentsAreTheGradientsOfTheForce) {
 
 TEST_P(FemTest, DefiniteTangentIsDefinite) {
   const auto model = body(GetParam(), kuhn_block(1, 1, 1, kEdge), {.damping_stiffness = 1e-3});
-  State s = shaken(*model, 0.15, 5);
+  State s = shaken(*model, 0.15 * kEdge, 5);
   for (int i = 0; i < model->mesh().num_nodes(); ++i) s.x[3 * i + 2] *= 0.5;
   const Tangent tangent = model->tangent(s, TangentKind::definite);
   for (const SparseMatrix& m : {tangent.dfdx, tangent.dfdv}) {
@@ -81,7 +69,7 @@ TEST_P(FemTest, DefiniteTangentIsDefinite) {
 
 TEST_P(FemTest, MomentumIsConservedAndTurningGivesNoForce) {
   const auto model = body(GetParam(), kuhn_block(2, 1, 1, kEdge));
-  const VectorX f = force(*model, shaken(*model, 0.15, 3));
+  const VectorX f = force(*model, shaken(*model, 0.15 * kEdge, 3));
   Vec3 sum = Vec3::Zero();
   double largest = 0;
   for (int i = 0; i < model->mesh().num_nodes(); ++i) {

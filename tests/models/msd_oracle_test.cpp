@@ -9,6 +9,7 @@
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/shaken_body.hpp"
 
 namespace kt {
 namespace {
@@ -20,20 +21,6 @@ constexpr double kRoundoff = 1e-12;    // relative to the largest term of the su
 std::unique_ptr<DeformableModel> network(double damper, double damping_mass = 0, std::vector<int> fixed = {}) {
   return make_model("msd", kuhn_block(2, 2, 2, kEdge),
                     {.damping_mass = damping_mass, .stiffness = kStiffness, .damper = damper, .fixed_nodes = fixed});
-}
-
-/// Every node moved by up to `strain` edges, and moving.
-State shaken(const DeformableModel& model, double strain, unsigned seed) {
-  State s = rest_state(model);
-  s.x += strain * kEdge * random_vector(s.x.size(), seed);
-  s.v = 0.1 * random_vector(s.x.size(), seed + 1);
-  return s;
-}
-
-VectorX force(const DeformableModel& model, const State& state) {
-  VectorX out;
-  model.force(state, out);
-  return out;
 }
 
 double elastic_energy(const Mesh& mesh, const VectorX& x) {
@@ -53,7 +40,7 @@ double elastic_energy(const Mesh& mesh, const VectorX& x) {
 TEST(MsdForce, IsMinusTheGradientOfTheElasticEnergy) {
   const auto model = network(0);
   for (double strain : {0.0, 0.3}) {
-    const State s = shaken(*model, strain, 1);
+    const State s = shaken(*model, strain * kEdge, 1);
     const auto energy = [&](const VectorX& x) { return VectorX{{elastic_energy(model->mesh(), x)}}; };
     const VectorX gradient = central_differences(energy, s.x, 1e-7).transpose();
     const double scale = kStiffness * kEdge * 0.3;
@@ -79,7 +66,7 @@ TEST(MsdTangent, IsTheDerivativeOfTheForceAtRestAndUnderLargeDeformation) {
     for (double damping_mass : {0.0, 5.0})
       for (double strain : {0.0, 0.05, 0.3}) {
         const auto model = network(damper, damping_mass, fixed);
-        const State s = shaken(*model, strain, 7);
+        const State s = shaken(*model, strain * kEdge, 7);
         const Tangent t = model->tangent(s, TangentKind::exact);
         const auto of_x = [&](const VectorX& x) { return force(*model, {0, x, s.v}); };
         const auto of_v = [&](const VectorX& v) { return force(*model, {0, s.x, v}); };
@@ -91,7 +78,7 @@ TEST(MsdTangent, IsTheDerivativeOfTheForceAtRestAndUnderLargeDeformation) {
 
 TEST(MsdDefiniteTangent, IsPositiveSemidefiniteWhereTheExactOneIsNot) {
   const auto model = network(kDamper, 5);
-  State s = shaken(*model, 0.3, 3);
+  State s = shaken(*model, 0.3 * kEdge, 3);
   s.x *= 0.7;  // compressed
   const auto smallest = [](const SparseMatrix& minus_k) {
     const MatrixX k = -MatrixX(minus_k);
@@ -108,7 +95,7 @@ TEST(MsdDefiniteTangent, IsPositiveSemidefiniteWhereTheExactOneIsNot) {
 
 TEST(MsdDefiniteTangent, EqualsTheExactOneWhereEverySpringIsStretchedAndAtRest) {
   const auto model = network(kDamper, 5);
-  State s = shaken(*model, 0.05, 3);
+  State s = shaken(*model, 0.05 * kEdge, 3);
   s.x *= 1.5;
   s.v.setZero();
   const Tangent definite = model->tangent(s, TangentKind::definite), exact = model->tangent(s, TangentKind::exact);
@@ -148,7 +135,7 @@ TEST(FreeBody, KeepsItsMomentum) {
   const auto model = network(kDamper);
   for (const BackendInfo& backend : integrator_backends()) {
     if (!make_integrator(backend.name)->is_dynamic()) continue;
-    State s = shaken(*model, 0.3, 11);
+    State s = shaken(*model, 0.3 * kEdge, 11);
     s.v += VectorX::Ones(s.v.size());
     const Momentum begin = momentum(*model, s);
     const auto stepper = make_integrator(backend.name, {.convergence = 1e-15});
