@@ -1,12 +1,8 @@
 // Tetrahedral finite elements of a hyperelastic material:  f = -sum over points V P(F) grad N - damping + M g.
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
-#include <span>
-
 #include "core/error.hpp"
-#include "models/fem/block_pattern.hpp"
-#include "models/fem/element.hpp"
+#include "models/fem/batches.hpp"
 #include "models/fem/material.hpp"
-#include "models/fem/slabs.hpp"
 #include "models/fem/viscosity.hpp"
 #include "models/model.hpp"
 
@@ -16,57 +12,74 @@ namespace {
 template <int N>
 class FemModel final : public DeformableModel {
  public:
-  FemModel(ElementTable<N> elements, std::vector<int> fixed, const ModelOptions& options)
-      : elements_(std::move(elements)),
+  FemModel(const ElementTable<N>& elements, std::vector<int> fixed, const ModelOptions& options)
+      : mesh_(elements.mesh),
         options_(options),
         material_(make_material(options.material, lame(options.young, options.poisson))),
         viscosity_(lame(options.young, options.poisson), options.damping_stiffness,
                    !options.rayleigh && material_->is_frame_indifferent()),
-        slabs_(make_slabs<N>(elements_.mesh.num_nodes(), elements_.nodes)),
-        pattern_(elements_.mesh.num_nodes(), elements_.nodes) {
+        pattern_(mesh_.num_nodes(), elements.nodes),
+        batches_(elements, pattern_) {
     options_.fixed_nodes = std::move(fixed);
-    make_mass();
+    make_mass(elements);
   }
 
-  const Mesh& mesh() const override { return elements_.mesh; }
+  const Mesh& mesh() const override { return mesh_; }
   const SparseMatrix& mass() const override { return mass_; }
   const std::vector<int>& fixed_nodes() const override { return options_.fixed_nodes; }
 
   void force(const State& state, VectorX& out) const override {
     out = weight_;
     if (options_.damping_mass > 0) out.noalias() -= options_.damping_mass * (mass_ * state.v);
-    for_each_element(slabs_, [&](std::size_t e) {
-      const Corners x = corners(state.x, e);
-      Corners f = Corners::Zero();
-      for (const auto& point : points_of(e)) {
-        const Mat3 F = x * point.gradient.transpose();
-        Mat3 P = material_->stress(F);
-        if (viscosity_.is_active()) P += viscosity_.stress(F, corners(state.v, e) * point.gradient.transpose());
-        f.noalias() -= (point.volume * P) * point.gradient;
+    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
+      const Edges x = edges(state.x, batch);
+      Edges v;
+      if (viscosity_.is_active()) v = edges(state.v, batch);
+      std::array<LaneVec3, N> f;
+      f.fill(LaneVec3::Zero());
+      for (const Point& point : points) {
+        const LaneMat3 F = gradient(x, point);
+        LaneMat3 P = material_->lane_stress(F);
+        if (viscosity_.is_active()) P += viscosity_.stress(F, gradient(v, point));
+        P *= -point.volume;
+        for (int a = 1; a < N; ++a) f[a] += P * point.g[a];
       }
-      for (int a = 0; a < N; ++a) node(out, elements_.nodes[e][a]) += f.col(a);
+      for (int a = 1; a < N; ++a) f[0] -= f[a];
+      for (int lane = 0; lane < batch.count; ++lane)
+        for (int a = 0; a < N; ++a) node(out, batch.nodes[lane][a]) += get_lane(f[a], lane);
     });
   }
 
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
+    const bool definite = kind == TangentKind::definite;
+    // The viscous stress turns with the element, which gives blocks that are not symmetric: left out when definite.
+    const bool symmetric = definite || !viscosity_.is_active();
     set_zero(out.dfdx, pattern_.zero());
     set_zero(out.dfdv, is_damped() ? pattern_.zero() : undamped_);
-    const bool definite = kind == TangentKind::definite;
-    for_each_element(slabs_, [&](std::size_t e) {
-      const Corners x = corners(state.x, e);
-      Blocks k = Blocks::Zero(), d = Blocks::Zero();
-      for (const auto& point : points_of(e)) {
-        const Mat3 F = x * point.gradient.transpose();
-        material_->add_stiffness(F, definite, point.gradient, -point.volume, k);
-        if (!viscosity_.is_active()) continue;
-        add_contracted(viscosity_.tangent_of_rate(F), point.gradient, -point.volume, d);
-        if (definite) continue;  // the stress that turns with the element is not symmetric: left out
-        const Mat3 rate = corners(state.v, e) * point.gradient.transpose();
-        add_contracted(viscosity_.tangent_of_shape(F, rate), point.gradient, -point.volume, k);
+    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
+      const Edges x = edges(state.x, batch);
+      Blocks k;
+      k.fill(LaneMat3::Zero());
+      for (const Point& point : points)
+        material_->add_lane_stiffness(gradient(x, point), definite, point.g, -point.volume, k);
+      Blocks transposed;
+      if (!symmetric) transposed = k;
+      if (viscosity_.is_active()) {
+        Blocks d;
+        d.fill(LaneMat3::Zero());
+        const Edges v = edges(state.v, batch);
+        for (const Point& point : points) {
+          const LaneMat3 F = gradient(x, point);
+          viscosity_.add_rate_blocks(F, point.g, -point.volume, d);
+          if (!symmetric) viscosity_.add_shape_blocks(F, gradient(v, point), point.g, -point.volume, k, transposed);
+        }
+        add_above(out.dfdv, batch, d);
       }
-      pattern_.add(out.dfdx, e, k);
-      if (viscosity_.is_active()) pattern_.add(out.dfdv, e, d);
+      add_above(out.dfdx, batch, k);
+      if (!symmetric) add_below(out.dfdx, batch, transposed);
     });
+    pattern_.finish(out.dfdx, symmetric);
+    if (viscosity_.is_active()) pattern_.finish(out.dfdv, true);
     if (options_.damping_mass > 0) {
       double* values = out.dfdv.valuePtr();
       for (std::size_t i = 0; i < mass_slots_.size(); ++i)
@@ -83,57 +96,82 @@ class FemModel final : public DeformableModel {
              {"damping_mass", options_.damping_mass},
              {"damping_stiffness", options_.damping_stiffness},
              {"nodes_per_element", N},
-             {"elements", static_cast<double>(elements_.nodes.size())}}};
+             {"elements", static_cast<double>(mesh_.tetrahedra.size())}}};
   }
 
  private:
-  using Corners = Eigen::Matrix<double, 3, N>;
-  using Blocks = Eigen::Matrix<double, 3 * N, 3 * N>;
-  using Point = typename ElementTable<N>::Point;
+  using Point = typename Batch<N>::Point;
+  using Edges = std::array<LaneVec3, N - 1>;  // from node 0 to the others
+  using Blocks = std::array<LaneMat3, num_pairs(N)>;
 
   bool is_damped() const { return options_.damping_mass > 0 || viscosity_.is_active(); }
 
-  std::span<const Point> points_of(std::size_t e) const {
-    const auto n = static_cast<std::size_t>(elements_.points_per_element);
-    return {elements_.points.data() + e * n, n};
-  }
-
-  Corners corners(const VectorX& stacked, std::size_t e) const {
-    Corners out;
-    for (int a = 0; a < N; ++a) out.col(a) = node(stacked, elements_.nodes[e][a]);
+  static Edges edges(const VectorX& stacked, const Batch<N>& batch) {
+    Edges out;
+    for (int lane = 0; lane < Lanes::kCount; ++lane) {
+      const Vec3 first = node(stacked, batch.nodes[lane][0]);
+      for (int a = 1; a < N; ++a) set_lane(out[a - 1], lane, Vec3(node(stacked, batch.nodes[lane][a]) - first));
+    }
     return out;
   }
 
-  void make_mass() {
-    const Eigen::Matrix<double, N, N> shares = mass_shares<N>(!options_.consistent_mass);
-    mass_ = pattern_.zero();
-    for (std::size_t e = 0; e < elements_.nodes.size(); ++e) {
-      double volume = 0;
-      for (const Point& point : points_of(e)) volume += point.volume;
-      Blocks m = Blocks::Zero();
-      for (int a = 0; a < N; ++a)
-        for (int b = 0; b < N; ++b)
-          m.template block<3, 3>(3 * a, 3 * b).diagonal().setConstant(options_.density * volume * shares(a, b));
-      pattern_.add(mass_, e, m);
-    }
-    const auto is_mass = [](int row, int column, double value) { return row == column || value != 0; };
-    for (int c = 0; c < mass_.outerSize(); ++c)
-      for (int k = mass_.outerIndexPtr()[c]; k < mass_.outerIndexPtr()[c + 1]; ++k)
-        if (is_mass(mass_.innerIndexPtr()[k], c, mass_.valuePtr()[k])) mass_slots_.push_back(k);
-    mass_.prune(is_mass);
-    const VectorX diagonal = mass_.diagonal();
-    for (int i = 0; i < elements_.mesh.num_nodes(); ++i)
-      if (!(diagonal[3 * i] > 0))
-        throw InputError(text("fem: node ", i, " belongs to no element and would have no mass"));
-    weight_ = mass_ * options_.gravity.replicate(elements_.mesh.num_nodes(), 1);
+  /// sum x_a grad N_a, with the gradients' sum zero.
+  static LaneMat3 gradient(const Edges& edges, const Point& point) {
+    LaneMat3 out = edges[0] * point.g[1].transpose();
+    for (int a = 2; a < N; ++a) out += edges[a - 1] * point.g[a].transpose();
+    return out;
   }
 
-  ElementTable<N> elements_;
+  /// Adds the blocks of pairs (a, b), above the diagonal.
+  static void add_above(SparseMatrix& sum, const Batch<N>& batch, const Blocks& blocks) {
+    std::array<double, 9> nowhere{};
+    for (std::size_t pair = 0; pair < blocks.size(); ++pair) {
+      std::array<double*, Lanes::kCount> to;
+      for (int lane = 0; lane < Lanes::kCount; ++lane)
+        to[lane] = lane < batch.count ? BlockPattern::values_of(sum, batch.blocks[lane][pair]) : nowhere.data();
+      add_to(to, blocks[pair]);
+    }
+  }
+  /// Adds the blocks of pairs (b, a), given transposed, below it.
+  void add_below(SparseMatrix& sum, const Batch<N>& batch, const Blocks& transposed) const {
+    for (std::size_t pair = 0; pair < transposed.size(); ++pair)
+      for (int lane = 0; lane < batch.count; ++lane)
+        Eigen::Map<Mat3>(BlockPattern::values_of(sum, pattern_.mirrored(batch.blocks[lane][pair]))) +=
+            get_lane(transposed[pair], lane).transpose();
+  }
+
+  void make_mass(const ElementTable<N>& table) {
+    const Eigen::Matrix<double, N, N> shares = mass_shares<N>(!options_.consistent_mass);
+    const auto points = static_cast<std::size_t>(table.points_per_element);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::size_t e = 0; e < table.nodes.size(); ++e) {
+      double volume = 0;
+      for (std::size_t q = 0; q < points; ++q) volume += table.points[points * e + q].volume;
+      for (int a = 0; a < N; ++a)
+        for (int b = 0; b < N; ++b)
+          if (shares(a, b) != 0)
+            for (int i = 0; i < 3; ++i)
+              entries.emplace_back(3 * table.nodes[e][a] + i, 3 * table.nodes[e][b] + i,
+                                   options_.density * volume * shares(a, b));
+    }
+    mass_.resize(3 * mesh_.num_nodes(), 3 * mesh_.num_nodes());
+    mass_.setFromTriplets(entries.begin(), entries.end());
+    const VectorX diagonal = mass_.diagonal();
+    for (int i = 0; i < mesh_.num_nodes(); ++i)
+      if (!(diagonal[3 * i] > 0))
+        throw InputError(text("fem: node ", i, " belongs to no element and would have no mass"));
+    for (int c = 0; c < mass_.outerSize(); ++c)
+      for (SparseMatrix::InnerIterator it(mass_, c); it; ++it)
+        mass_slots_.push_back(pattern_.slot(static_cast<int>(it.row()), c));
+    weight_ = mass_ * options_.gravity.replicate(mesh_.num_nodes(), 1);
+  }
+
+  Mesh mesh_;
   ModelOptions options_;
   std::unique_ptr<Material> material_;
   Viscosity viscosity_;
-  Slabs slabs_;
-  BlockPattern<N> pattern_;
+  BlockPattern pattern_;
+  Batches<N> batches_;
   SparseMatrix mass_, undamped_{pattern_.zero().rows(), pattern_.zero().cols()};
   std::vector<int> mass_slots_;  // of its entries in the pattern
   VectorX weight_;               // [N]
@@ -147,7 +185,7 @@ std::unique_ptr<DeformableModel> make_fem_model(Mesh mesh, const ModelOptions& o
   if (options.element == "tet10") {
     ElementTable<10> elements = make_quadratic_elements(mesh);
     std::vector<int> fixed = fixed_with_edges(elements, options.fixed_nodes);
-    return std::make_unique<FemModel<10>>(std::move(elements), std::move(fixed), options);
+    return std::make_unique<FemModel<10>>(elements, std::move(fixed), options);
   }
   if (options.element != "tet4") throw_unknown("object.model.element", options.element, {"tet4", "tet10"});
   return std::make_unique<FemModel<4>>(make_linear_elements(std::move(mesh)), options.fixed_nodes, options);

@@ -39,21 +39,34 @@ Lame lame(double young, double poisson) {
   return {young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))};
 }
 
-void add_contracted(const Mat9& dP, const Gradients& g, double volume, Eigen::Ref<MatrixX> stiffness) {
-  for (Eigen::Index b = 0; b < g.cols(); ++b) {
-    Eigen::Matrix<double, 9, 3> right = Eigen::Matrix<double, 9, 3>::Zero();
-    for (int l = 0; l < 3; ++l) right += (volume * g(l, b)) * dP.middleCols<3>(3 * l);
-    for (Eigen::Index a = 0; a < g.cols(); ++a)
-      for (int j = 0; j < 3; ++j) stiffness.block<3, 3>(3 * a, 3 * b) += g(j, a) * right.middleRows<3>(3 * j);
+LaneMat3 Material::lane_stress(const LaneMat3& F) const {
+  LaneMat3 out;
+  for (int lane = 0; lane < Lanes::kCount; ++lane) set_lane(out, lane, stress(get_lane(F, lane)));
+  return out;
+}
+
+void Material::add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
+                                  std::span<LaneMat3> blocks) const {
+  for (int lane = 0; lane < Lanes::kCount; ++lane) {
+    const Mat3 shape = get_lane(F, lane);
+    const Mat9 dP = definite ? definite_tangent(shape) : tangent(shape);
+    auto block = blocks.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const Vec3 gb = volume[lane] * get_lane(g[b], lane);
+      Eigen::Matrix<double, 9, 3> right = Eigen::Matrix<double, 9, 3>::Zero();
+      for (int l = 0; l < 3; ++l) right += gb[l] * dP.middleCols<3>(3 * l);
+      for (std::size_t a = 0; a < b; ++a, ++block) {
+        Mat3 sum = get_lane(*block, lane);
+        for (int j = 0; j < 3; ++j) sum += g[a][j][lane] * right.middleRows<3>(3 * j);
+        set_lane(*block, lane, sum);
+      }
+    }
   }
 }
 
-void Material::add_stiffness(const Mat3& F, bool definite, const Gradients& g, double volume,
-                             Eigen::Ref<MatrixX> stiffness) const {
-  add_contracted(definite ? definite_tangent(F) : tangent(F), g, volume, stiffness);
-}
-
 namespace {
+
+using std::abs, std::sqrt;
 
 Mat3 rotation_by_svd(const Mat3& F) {
   const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -64,33 +77,42 @@ Mat3 rotation_by_svd(const Mat3& F) {
   return U * svd.matrixV().transpose();
 }
 
-}  // namespace
-
 /// tr(S) is the largest of tr(Q^T F) over all rotations Q, and so the largest root of the characteristic polynomial of
 /// Horn's 4 x 4 quaternion matrix, p(t) = t^4 - 2 |F|^2 t^2 - 8 J t + |F|^4 - 4 |cof F|^2 (Horn 1987; Theobald 2005).
-/// Newton from above descends to it; R is its derivative by F.
-Mat3 rotation_of(const Mat3& F) {
-  const Mat3 cof = cofactor(F);
-  const double I = F.squaredNorm(), J = F.col(0).dot(cof.col(0)), c = I * I - 4 * cof.squaredNorm();
-  double t = std::sqrt(3 * I);  // no root is above
+/// Newton from above descends to it; R is its derivative by F. False where the root is nearly double.
+template <class T>
+bool rotation_by_newton(const Mat3Of<T>& F, Mat3Of<T>& R) {
+  const Mat3Of<T> cof = cofactor(F);
+  const T I = F.squaredNorm(), J = F.col(0).dot(cof.col(0)), c = I * I - T(4) * cof.squaredNorm();
+  T t = sqrt(T(3) * I);  // no root is above
   for (int i = 0; i < 20; ++i) {
-    const double slope = 4 * (t * (t * t - I) - 2 * J);
-    const double step = (t * (t * (t * t - 2 * I) - 8 * J) + c) / slope;
-    if (!(slope > 0)) return rotation_by_svd(F);
+    const T slope = T(4) * (t * (t * t - I) - T(2) * J);
+    if (!all_less(T(0), slope)) return false;
+    const T step = (t * (t * (t * t - T(2) * I) - T(8) * J) + c) / slope;
     t -= step;
-    if (std::abs(step) < 1e-9 * t) {                   // one more would change nothing: it squares
-      const double divisor = t * (t * t - I) - 2 * J;  // 2 (s1 + s2)(s2 + s3)(s3 + s1)
-      if (!(divisor > 1e-3 * t * t * t)) break;
-      return ((t * t + I) * F + 2 * t * cof - 2 * F * (F.transpose() * F)) / divisor;
+    if (all_less(abs(step), T(1e-9) * t)) {          // one more would change nothing: it squares
+      const T divisor = t * (t * t - I) - T(2) * J;  // 2 (s1 + s2)(s2 + s3)(s3 + s1)
+      if (!all_less(T(1e-3) * t * t * t, divisor)) return false;
+      const T one = T(1) / divisor;
+      R = ((t * t + I) * one) * F + (T(2) * t * one) * cof - (T(2) * one) * (F * (F.transpose() * F));
+      return true;
     }
   }
-  return rotation_by_svd(F);
+  return false;
 }
 
-Mat3 cofactor(const Mat3& F) {
-  Mat3 out;
-  out << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
-  return out;
+}  // namespace
+
+Mat3 rotation_of(const Mat3& F) {
+  Mat3 R;
+  return rotation_by_newton(F, R) ? R : rotation_by_svd(F);
+}
+
+LaneMat3 rotation_of(const LaneMat3& F) {
+  LaneMat3 R;
+  if (!rotation_by_newton(F, R))
+    for (int lane = 0; lane < Lanes::kCount; ++lane) set_lane(R, lane, rotation_of(get_lane(F, lane)));
+  return R;
 }
 
 Mat9 cofactor_tangent(const Mat3& F) {
@@ -98,8 +120,8 @@ Mat9 cofactor_tangent(const Mat3& F) {
   Mat9 out = Mat9::Zero();
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
-    out.block<3, 3>(3 * i, 3 * j) = -cross_matrix(F.col(k));
-    out.block<3, 3>(3 * i, 3 * k) = cross_matrix(F.col(j));
+    out.block<3, 3>(3 * i, 3 * j) = -cross_matrix(Vec3(F.col(k)));
+    out.block<3, 3>(3 * i, 3 * k) = cross_matrix(Vec3(F.col(j)));
   }
   return out;
 }

@@ -2,10 +2,11 @@
 // Hyperelastic materials: energy density, stress and tangent as functions of the deformation gradient F.
 // Backends: materials.def; a new material is one file in materials/ and one line.
 #include <memory>
+#include <span>
 #include <string>
 
 #include "core/backend.hpp"
-#include "core/types.hpp"
+#include "models/fem/lanes.hpp"
 
 namespace kt {
 
@@ -13,9 +14,6 @@ using Mat9 = Eigen::Matrix<double, 9, 9>;
 
 /// F and everything derived from it as vectors: column-major, (F00 F10 F20 F01 ...).
 inline auto flat(const Mat3& m) { return m.reshaped(); }
-
-/// Rest gradients of an element's shape functions at a point, one column each, (3 x N) [1/m].
-using Gradients = Eigen::Ref<const Eigen::Matrix3Xd>;
 
 /// Lame constants of an isotropic solid [Pa].
 struct Lame {
@@ -36,10 +34,14 @@ class Material {
   /// Positive semidefinite and equal to the exact one at rest. Here the nearest such matrix: negative eigenvalues are
   /// set to zero.
   virtual Mat9 definite_tangent(const Mat3& F) const;
-  /// stiffness(3a + i, 3b + k) += volume sum_jl dP(ij, kl) g_a[j] g_b[l] for all nodes a, b, (3N x 3N) [N/m], with dP
-  /// the exact or the definite tangent. Here the plain contraction; overridden where the tangent's form makes it short.
-  virtual void add_stiffness(const Mat3& F, bool definite, const Gradients& g, double volume,
-                             Eigen::Ref<MatrixX> stiffness) const;
+  /// Four at once, as the model asks. Here lane by lane; overridden for speed.
+  virtual LaneMat3 lane_stress(const LaneMat3& F) const;
+  /// blocks(a, b)(i, k) += volume sum_jl dP(ij, kl) g_a[j] g_b[l] for all pairs a < b of `g` in the order (0,1) (0,2)
+  /// (1,2) (0,3) ..., with dP the exact or the definite tangent. Here the plain contraction, lane by lane; overridden
+  /// where the tangent's form makes it short.
+  /// @param g  rest gradients of shape functions [1/m]
+  virtual void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
+                                  std::span<LaneMat3> blocks) const;
   /// Rotating the whole body gives no force; false for the linear material only.
   virtual bool is_frame_indifferent() const { return true; }
 };
@@ -49,23 +51,46 @@ std::vector<BackendInfo> material_backends();
 /// Throws InputError for an unknown name.
 std::unique_ptr<Material> make_material(const std::string& name, const Lame& lame);
 
-void add_contracted(const Mat9& dP, const Gradients& g, double volume, Eigen::Ref<MatrixX> stiffness);
+/// m g_a for every node a of an element with at most 10.
+using PerNode = std::array<LaneVec3, 10>;
+inline PerNode per_node(const LaneMat3& m, std::span<const LaneVec3> g) {
+  PerNode out;
+  for (std::size_t a = 0; a < g.size(); ++a) out[a] = m * g[a];
+  return out;
+}
+
+/// out += diagonal I + [axis]x.
+inline void add_identity_and_cross(const Lanes& diagonal, const LaneVec3& axis, LaneMat3& out) {
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    out(i, i) += diagonal;
+    out(k, j) += axis[i];
+    out(j, k) -= axis[i];
+  }
+}
 
 /// a x b = cross_matrix(a) b.
-inline Mat3 cross_matrix(const Vec3& a) {
-  Mat3 m;
-  m << 0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0;
+template <class T>
+Mat3Of<T> cross_matrix(const Vec3Of<T>& a) {
+  Mat3Of<T> m;
+  m << T(0), -a[2], a[1], a[2], T(0), -a[0], -a[1], a[0], T(0);
   return m;
 }
+
+/// Matrix of cofactors, det(F) F^-T, defined for singular F too: dJ/dF.
+template <class T>
+Mat3Of<T> cofactor(const Mat3Of<T>& F) {
+  Mat3Of<T> out;
+  for (int i = 0; i < 3; ++i) out.col(i) = Vec3Of<T>(F.col((i + 1) % 3)).cross(Vec3Of<T>(F.col((i + 2) % 3)));
+  return out;
+}
+
+/// d cofactor / dF, (9 x 9): the second derivative of the determinant.
+Mat9 cofactor_tangent(const Mat3& F);
 
 /// The rotation of F = R S with det R = +1 and S symmetric, also for an inverted F (then its smallest eigenvalue is
 /// negative).
 Mat3 rotation_of(const Mat3& F);
-
-/// Matrix of cofactors, det(F) F^-T, defined for singular F too: dJ/dF.
-Mat3 cofactor(const Mat3& F);
-
-/// d cofactor / dF, (9 x 9): the second derivative of the determinant.
-Mat9 cofactor_tangent(const Mat3& F);
+LaneMat3 rotation_of(const LaneMat3& F);
 
 }  // namespace kt

@@ -14,48 +14,60 @@ class Viscosity {
   bool is_active() const { return eta_ != 0 || zeta_ != 0; }
 
   /// First Piola-Kirchhoff stress [Pa] at F and F' = `rate` [1/s].
-  Mat3 stress(const Mat3& F, const Mat3& rate) const {
-    const Mat3& shape = turns_ ? F : identity();
-    return shape * second(shape, rate);
+  template <class T>
+  Mat3Of<T> stress(const Mat3Of<T>& F, const Mat3Of<T>& rate) const {
+    if (!turns_) return second<T>(Mat3Of<T>::Identity(), rate);
+    return F * second(F, rate);
   }
 
-  /// dP_v / dF' [Pa s], (9 x 9), symmetric positive semidefinite:
-  /// (ij, kl) -> eta ((F F^T)_ik d_jl + F_il F_kj) + zeta F_ij F_kl.
-  Mat9 tangent_of_rate(const Mat3& F) const {
-    const Mat3& shape = turns_ ? F : identity();
-    return products(shape, shape);
+  /// blocks(a, b) += volume dP_v/dF' contracted with g_a and g_b, for pairs a < b as in Material::add_lane_stiffness:
+  /// eta ((g_a.g_b) F F^T + (F g_b)(F g_a)^T) + zeta (F g_a)(F g_b)^T. Symmetric, positive semidefinite.
+  void add_rate_blocks(const LaneMat3& F, std::span<const LaneVec3> g, const Lanes& volume,
+                       std::span<LaneMat3> blocks) const {
+    const LaneMat3 shape = turns_ ? F : LaneMat3(LaneMat3::Identity());
+    const LaneMat3 FF = shape * shape.transpose();
+    auto block = blocks.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const LaneVec3 fb = shape * g[b], eta_fb = (Lanes(eta_) * volume) * fb, zeta_fb = (Lanes(zeta_) * volume) * fb;
+      for (std::size_t a = 0; a < b; ++a, ++block) {
+        const LaneVec3 fa = shape * g[a];
+        *block += (Lanes(eta_) * volume * g[a].dot(g[b])) * FF + eta_fb * fa.transpose() + fa * zeta_fb.transpose();
+      }
+    }
   }
 
-  /// dP_v / dF [Pa], (9 x 9), not symmetric.
-  Mat9 tangent_of_shape(const Mat3& F, const Mat3& rate) const {
-    if (!turns_) return Mat9::Zero();
-    const Mat3 S = second(F, rate);
-    Mat9 out = products(F, rate);
-    for (int j = 0; j < 3; ++j)
-      for (int l = 0; l < 3; ++l) out.block<3, 3>(3 * j, 3 * l).diagonal().array() += S(l, j);
-    return out;
+  /// The same of dP_v/dF with S = 2 eta E' + zeta tr(E') I:
+  /// eta ((F g_b)(F' g_a)^T + (g_a.g_b) F F'^T) + zeta (F g_a)(F' g_b)^T + (g_b.S g_a) I.
+  /// Not symmetric: `transposed`(a, b) gets the transposed block (b, a).
+  void add_shape_blocks(const LaneMat3& F, const LaneMat3& rate, std::span<const LaneVec3> g, const Lanes& volume,
+                        std::span<LaneMat3> blocks, std::span<LaneMat3> transposed) const {
+    if (!turns_) return;
+    const LaneMat3 S = second(F, rate), FR = F * rate.transpose();
+    const Lanes eta = eta_ * volume, zeta = zeta_ * volume;
+    auto block = blocks.begin(), other = transposed.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const LaneVec3 fb = F * g[b], rb = rate * g[b];
+      for (std::size_t a = 0; a < b; ++a, ++block, ++other) {
+        const LaneVec3 fa = F * g[a], ra = rate * g[a];
+        const LaneMat3 even = (eta * g[a].dot(g[b])) * FR;
+        const Lanes along = volume * g[b].dot(S * g[a]);
+        *block += even + (eta * fb) * ra.transpose() + (zeta * fa) * rb.transpose();
+        *other += even.transpose() + rb * (eta * fa).transpose() + ra * (zeta * fb).transpose();
+        for (int i = 0; i < 3; ++i) {
+          (*block)(i, i) += along;
+          (*other)(i, i) += along;
+        }
+      }
+    }
   }
 
  private:
-  static const Mat3& identity() {
-    static const Mat3 one = Mat3::Identity();
-    return one;
-  }
-  Mat3 second(const Mat3& shape, const Mat3& rate) const {
-    const Mat3 half = shape.transpose() * rate;
-    const Mat3 E = 0.5 * (half + half.transpose());
-    return 2 * eta_ * E + zeta_ * E.trace() * Mat3::Identity();
-  }
-  /// (ij, kl) -> eta (A_il B_kj + d_jl (A B^T)_ik) + zeta A_ij B_kl.
-  Mat9 products(const Mat3& A, const Mat3& B) const {
-    const Mat3 AB = eta_ * A * B.transpose();
-    Mat9 out = (zeta_ * flat(A)) * flat(B).transpose();
-    for (int j = 0; j < 3; ++j)
-      for (int l = 0; l < 3; ++l) {
-        auto block = out.block<3, 3>(3 * j, 3 * l);
-        block.noalias() += (eta_ * A.col(l)) * B.col(j).transpose();
-        if (j == l) block += AB;
-      }
+  template <class T>
+  Mat3Of<T> second(const Mat3Of<T>& shape, const Mat3Of<T>& rate) const {
+    const Mat3Of<T> half = shape.transpose() * rate;
+    Mat3Of<T> out = T(eta_) * (half + half.transpose());
+    const T spherical = T(zeta_) * half.trace();
+    for (int i = 0; i < 3; ++i) out(i, i) += spherical;
     return out;
   }
   double eta_, zeta_;

@@ -15,10 +15,8 @@ class Corotational final : public Material {
     const double volumetric = (R.transpose() * F).trace() - 3;
     return lame_.mu * (F - R).squaredNorm() + 0.5 * lame_.lambda * volumetric * volumetric;
   }
-  Mat3 stress(const Mat3& F) const override {
-    const Mat3 R = rotation_of(F);
-    return 2 * lame_.mu * (F - R) + lame_.lambda * ((R.transpose() * F).trace() - 3) * R;
-  }
+  Mat3 stress(const Mat3& F) const override { return stress_of(F); }
+  LaneMat3 lane_stress(const LaneMat3& F) const override { return stress_of(F); }
   Mat9 tangent(const Mat3& F) const override {
     const Mat3 R = rotation_of(F);
     const Mat3 S = R.transpose() * F;
@@ -49,27 +47,41 @@ class Corotational final : public Material {
   }
   /// 2 mu (g_a.g_b) I + lambda h_a h_b^T - s [h_a]x T [h_b]x with h = R g, s the factor of dR and T its turning, both
   /// in world axes. Of the definite one s T is what it is at rest, -mu I.
-  void add_stiffness(const Mat3& F, bool definite, const Gradients& g, double volume,
-                     Eigen::Ref<MatrixX> stiffness) const override {
-    const Mat3 R = rotation_of(F), S = F * R.transpose();  // F = S R: the left stretch
-    Mat3 turning = -lame_.mu * Mat3::Identity();
-    if (!definite)
-      turning = (lame_.lambda * (S.trace() - 3) - 2 * lame_.mu) * (S.trace() * Mat3::Identity() - S).inverse();
-    for (Eigen::Index b = 0; b < g.cols(); ++b) {
-      const Vec3 gb = volume * g.col(b), hb = R * gb;
-      const Mat3 turned = turning * cross_matrix(hb);
-      for (Eigen::Index a = 0; a <= b; ++a) {
-        const Vec3 ha = R * g.col(a);
-        Mat3 block = (lame_.lambda * ha) * hb.transpose();
-        for (int i = 0; i < 3; ++i) block.col(i) -= ha.cross(Vec3(turned.col(i)));
-        block.diagonal().array() += 2 * lame_.mu * g.col(a).dot(gb);
-        stiffness.block<3, 3>(3 * a, 3 * b) += block;
-        if (a != b) stiffness.block<3, 3>(3 * b, 3 * a) += block.transpose();
+  void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
+                          std::span<LaneMat3> blocks) const override {
+    const LaneMat3 R = rotation_of(F);
+    LaneMat3 turning = Lanes(-lame_.mu) * LaneMat3::Identity();
+    if (!definite) {
+      const LaneMat3 S = F * R.transpose();  // F = S R: the left stretch
+      const Lanes sum = S.trace();
+      const LaneMat3 others = sum * LaneMat3::Identity() - S, cof = cofactor(others);
+      const Lanes factor = Lanes(lame_.lambda) * (sum - 3) - 2 * lame_.mu;
+      turning = (factor / others.col(0).dot(cof.col(0))) * cof;  // its inverse: symmetric
+    }
+    const PerNode h = per_node(R, g);
+    auto block = blocks.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const LaneVec3 hb = volume * h[b], lambda_hb = Lanes(lame_.lambda) * hb,
+                     mu_gb = Lanes(2 * lame_.mu) * volume * g[b];
+      LaneMat3 turned;  // T [h_b]x
+      for (int i = 0; i < 3; ++i) turned.row(i) = LaneVec3(turning.col(i)).cross(hb);
+      for (std::size_t a = 0; a < b; ++a, ++block) {
+        const Lanes along = g[a].dot(mu_gb);
+        for (int i = 0; i < 3; ++i) {
+          block->col(i) += lambda_hb[i] * h[a] - h[a].cross(LaneVec3(turned.col(i)));
+          (*block)(i, i) += along;
+        }
       }
     }
   }
 
  private:
+  template <class T>
+  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
+    const Mat3Of<T> R = rotation_of(F);
+    const T trace = R.col(0).dot(F.col(0)) + R.col(1).dot(F.col(1)) + R.col(2).dot(F.col(2));
+    return T(2 * lame_.mu) * (F - R) + (T(lame_.lambda) * (trace - T(3))) * R;
+  }
   Lame lame_;
 };
 

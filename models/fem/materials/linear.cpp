@@ -19,15 +19,36 @@ class Linear final : public Material {
     const Mat3 e = strain(F);
     return lame_.mu * e.squaredNorm() + 0.5 * lame_.lambda * e.trace() * e.trace();
   }
-  Mat3 stress(const Mat3& F) const override {
-    const Mat3 e = strain(F);
-    return 2 * lame_.mu * e + lame_.lambda * e.trace() * Mat3::Identity();
-  }
+  Mat3 stress(const Mat3& F) const override { return stress_of(F); }
+  LaneMat3 lane_stress(const LaneMat3& F) const override { return stress_of(F); }
   Mat9 tangent(const Mat3&) const override { return tangent_; }
+  /// mu ((g_a.g_b) I + g_b g_a^T) + lambda g_a g_b^T.
+  void add_lane_stiffness(const LaneMat3&, bool, std::span<const LaneVec3> g, const Lanes& volume,
+                          std::span<LaneMat3> blocks) const override {
+    auto block = blocks.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const LaneVec3 mu_g = (Lanes(lame_.mu) * volume) * g[b], lambda_g = (Lanes(lame_.lambda) * volume) * g[b];
+      for (std::size_t a = 0; a < b; ++a, ++block) {
+        const Lanes along = g[a].dot(mu_g);
+        for (int i = 0; i < 3; ++i) {
+          block->col(i) += g[a][i] * mu_g + lambda_g[i] * g[a];
+          (*block)(i, i) += along;
+        }
+      }
+    }
+  }
   bool is_frame_indifferent() const override { return false; }
 
  private:
-  static Mat3 strain(const Mat3& F) { return 0.5 * (F + F.transpose()) - Mat3::Identity(); }
+  template <class T>
+  static Mat3Of<T> strain(const Mat3Of<T>& F) {
+    return T(0.5) * (F + F.transpose()) - Mat3Of<T>::Identity();
+  }
+  template <class T>
+  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
+    const Mat3Of<T> e = strain(F);
+    return T(2 * lame_.mu) * e + (T(lame_.lambda) * e.trace()) * Mat3Of<T>::Identity();
+  }
   Lame lame_;
   Mat9 tangent_;
 };

@@ -3,10 +3,9 @@
 // No logarithm of J and no inverse of F: finite for flat and inverted elements. alpha makes the rest state free of
 // stress; mu and lambda are those of the paper's section 3.4, so that small strains agree with Hooke's law.
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
-#include <array>
 #include <cmath>
 
+#include "models/fem/lane_svd.hpp"
 #include "models/fem/material.hpp"
 
 namespace kt {
@@ -19,108 +18,135 @@ class NeoHookean final : public Material {
     rest_ = density(3, 1);
   }
   double energy(const Mat3& F) const override { return density(F.squaredNorm(), F.determinant()) - rest_; }
-  Mat3 stress(const Mat3& F) const override {
-    return mu_ * (1 - 1 / (F.squaredNorm() + 1)) * F + lambda_ * (F.determinant() - alpha_) * cofactor(F);
-  }
+  Mat3 stress(const Mat3& F) const override { return stress_of(F); }
+  LaneMat3 lane_stress(const LaneMat3& F) const override { return stress_of(F); }
   Mat9 tangent(const Mat3& F) const override {
-    const Parts p = parts(F);
+    const Parts<double> p = parts(F);
     Mat9 out = p.c * cofactor_tangent(F);
     out.diagonal().array() += p.a;
     out += (p.b * flat(F)) * flat(F).transpose() + (lambda_ * flat(p.cofactor)) * flat(p.cofactor).transpose();
     return out;
   }
   /// a (g_a.g_b) I + b (F g_a)(F g_b)^T + lambda (C g_a)(C g_b)^T - c [F (g_a x g_b)]x with C the cofactors and a, b, c
-  /// as in Parts. What is indefinite is lifted direction by direction: dP += -e D D^T for each eigenvalue e < 0.
-  void add_stiffness(const Mat3& F, bool definite, const Gradients& g, double volume,
-                     Eigen::Ref<MatrixX> stiffness) const override {
-    const Parts p = parts(F);
-    std::array<Lift, 9> lift;
-    int lifts = 0;
-    if (definite && !is_definite(p, F)) lifts = find_lifts(p, F, lift);
-    for (Eigen::Index b = 0; b < g.cols(); ++b) {
-      const Vec3 gb = volume * g.col(b);
-      const Vec3 fb = p.b * (F * gb), cb = lambda_ * (p.cofactor * gb);
-      for (Eigen::Index a = 0; a <= b; ++a) {
-        const Vec3 ga = g.col(a);
-        Mat3 block = (F * ga) * fb.transpose() + (p.cofactor * ga) * cb.transpose();
-        block -= cross_matrix(p.c * (F * ga.cross(gb)));
-        block.diagonal().array() += p.a * ga.dot(gb);
-        for (int i = 0; i < lifts; ++i)
-          block += (lift[i].by * (lift[i].direction * ga)) * (lift[i].direction * gb).transpose();
-        stiffness.block<3, 3>(3 * a, 3 * b) += block;
-        if (a != b) stiffness.block<3, 3>(3 * b, 3 * a) += block.transpose();
+  /// as in Parts. What is indefinite is lifted eigenvalue by eigenvalue.
+  void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
+                          std::span<LaneMat3> blocks) const override {
+    const Parts<Lanes> p = parts(F);
+    const PerNode f = per_node(F, g), cof = per_node(p.cofactor, g);
+    auto block = blocks.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const LaneVec3 gb = volume * g[b], ab = p.a * gb, cb = p.c * gb;
+      const LaneVec3 bf = (p.b * volume) * f[b], lambda_cof = (Lanes(lambda_) * volume) * cof[b];
+      for (std::size_t a = 0; a < b; ++a, ++block) {
+        for (int i = 0; i < 3; ++i) block->col(i) += bf[i] * f[a] + lambda_cof[i] * cof[a];
+        add_identity_and_cross(g[a].dot(ab), F * cb.cross(g[a]), *block);
       }
     }
+    if (definite && !is_definite(p, F)) add_lift(p, F, g, volume, blocks);
   }
 
  private:
   /// dP/dF = a I + b F F^T + lambda C C^T + c d2J/dF2, all as vectors of nine.
+  template <class T>
   struct Parts {
-    Mat3 cofactor;
-    double J, I, a, b, c;
+    Mat3Of<T> cofactor;
+    T J, I, a, b, c;
   };
-  Parts parts(const Mat3& F) const {
-    Parts p;
+  template <class T>
+  Parts<T> parts(const Mat3Of<T>& F) const {
+    Parts<T> p;
     p.cofactor = cofactor(F);
     p.J = F.col(0).dot(p.cofactor.col(0));
     p.I = F.squaredNorm();
-    p.a = mu_ * (1 - 1 / (p.I + 1));
-    p.b = 2 * mu_ / ((p.I + 1) * (p.I + 1));
-    p.c = lambda_ * (p.J - alpha_);
+    const T share = T(1) / (p.I + T(1));
+    p.a = T(mu_) * (T(1) - share);
+    p.b = T(2 * mu_) * share * share;
+    p.c = T(lambda_) * (p.J - T(alpha_));
     return p;
   }
-
-  /// In the frame of the principal stretches s the tangent splits (Smith et al., section 4): six eigenvalues a +- c
-  /// s_i, none negative when a^2 I - c^2 F^T F has no negative minor; and a 3 x 3 block of the stretches, judged by its
-  /// elementary symmetric functions, which are polynomials in the invariants of F.
-  bool is_definite(const Parts& p, const Mat3& F) const {
-    constexpr double kRoundoff = 1e-12;
-    const Mat3 twist = p.a * p.a * (1 + kRoundoff) * Mat3::Identity() - p.c * p.c * (F.transpose() * F);
-    if (!(twist(0, 0) >= 0 && twist.topLeftCorner<2, 2>().determinant() >= 0 && twist.determinant() >= 0)) return false;
-    const double a = p.a, b = p.b, L = lambda_, k = L * p.J + p.c;  // off the diagonal: b s_i s_j + k s_k
-    const double I1 = p.I, I2 = p.cofactor.squaredNorm(), J = p.J, J2 = J * J;
-    const double q2 = I1 * I1 - 2 * I2, m2 = I2 * I2 - 2 * I1 * J2;  // sums of s_i^4, of (s_j s_k)^4
-    const double e1 = 3 * a + b * I1 + L * I2;
-    const double diagonal2 = 3 * a * a + b * b * q2 + L * L * m2 + 2 * a * b * I1 + 2 * a * L * I2 + 6 * b * L * J2;
-    const double off2 = b * b * I2 + 6 * b * k * J + k * k * I1;
-    const double e2 = 0.5 * (e1 * e1 - diagonal2) - off2;
-    const double diagonals = a * a * a + a * a * (b * I1 + L * I2) +
-                             a * (b * b * I2 + L * L * I1 * J2 + b * L * (I1 * I2 - 3 * J2)) + b * b * b * J2 +
-                             b * b * L * m2 + b * L * L * J2 * q2 + L * L * L * J2 * J2;
-    const double offs = J * (b * b * b * J + b * b * k * I1 + k * k * k) + b * k * k * I2;
-    const double mixed = a * off2 + b * (3 * b * b * J2 + 2 * b * k * J * I1 + k * k * q2) +
-                         L * (b * b * m2 + 2 * b * k * J * I2 + 3 * k * k * J2);
-    return e1 >= 0 && e2 >= 0 && diagonals + 2 * offs - mixed >= 0;
+  template <class T>
+  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
+    const Parts<T> p = parts(F);
+    return p.a * F + p.c * p.cofactor;
   }
 
-  struct Lift {
-    double by = 0;   ///< minus the negative eigenvalue
-    Mat3 direction;  ///< its eigenvector, of length 1
-  };
-  int find_lifts(const Parts& p, const Mat3& F, std::array<Lift, 9>& out) const {
-    const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Mat3 &U = svd.matrixU(), &V = svd.matrixV();
-    // Reflections in U or V cancel in what follows when s_3 takes the sign of J and C is made of s.
-    Vec3 s = svd.singularValues();
-    const double parity = U.determinant() * V.determinant();
-    int count = 0;
-    const auto lift = [&](double eigenvalue, const Mat3& inner) {
-      if (eigenvalue < 0) out[count++] = {-eigenvalue, U * inner * V.transpose()};
-    };
-    Mat3 stretch;
+  /// In the frame of the principal stretches, F = U diag(s) V^T, the tangent splits (Smith et al., section 4): for each
+  /// pair i, j of axes eigenvalues a - c s_k of dP = U (e_i e_j^T + e_j e_i^T) V^T and a + c s_k with minus between;
+  /// and a 3 x 3 block of dP = U diag V^T. The six are not negative when a^2 I - c^2 F^T F has no negative minor; the
+  /// block is judged by its elementary symmetric functions, which are polynomials in the invariants of F.
+  bool is_definite(const Parts<Lanes>& p, const LaneMat3& F) const {
+    using T = Lanes;
+    constexpr double kRoundoff = 1e-12;
+    const LaneMat3 W = (p.a * p.a * (1 + kRoundoff)) * LaneMat3::Identity() - (p.c * p.c) * (F.transpose() * F);
+    const LaneMat3 minors = cofactor(W);
+    if (!(none_negative(W(0, 0)) && none_negative(minors(2, 2)) && none_negative(W.col(0).dot(minors.col(0)))))
+      return false;
+    const T a = p.a, b = p.b, L = lambda_, k = L * p.J + p.c;  // off the diagonal: b s_i s_j + k s_k
+    const T I1 = p.I, I2 = p.cofactor.squaredNorm(), J = p.J, J2 = J * J;
+    const T q2 = I1 * I1 - 2 * I2, m2 = I2 * I2 - 2 * I1 * J2;  // sums of s_i^4, of (s_j s_k)^4
+    const T e1 = 3 * a + b * I1 + L * I2;
+    const T diagonal2 = 3 * a * a + b * b * q2 + L * L * m2 + 2 * a * b * I1 + 2 * a * L * I2 + 6 * b * L * J2;
+    const T off2 = b * b * I2 + 6 * b * k * J + k * k * I1;
+    const T e2 = 0.5 * (e1 * e1 - diagonal2) - off2;
+    const T diagonals = a * a * a + a * a * (b * I1 + L * I2) +
+                        a * (b * b * I2 + L * L * I1 * J2 + b * L * (I1 * I2 - 3 * J2)) + b * b * b * J2 +
+                        b * b * L * m2 + b * L * L * J2 * q2 + L * L * L * J2 * J2;
+    const T offs = J * (b * b * b * J + b * b * k * I1 + k * k * k) + b * k * k * I2;
+    const T mixed = a * off2 + b * (3 * b * b * J2 + 2 * b * k * J * I1 + k * k * q2) +
+                    L * (b * b * m2 + 2 * b * k * J * I2 + 3 * k * k * J2);
+    return none_negative(e1) && none_negative(e2) && none_negative(diagonals + 2 * offs - mixed);
+  }
+
+  /// What sets the negative eigenvalues to zero, in the frame of the stretches: with q = V^T g
+  ///   lift(i, i) = sum_j even_ij q_aj q_bj,   lift(i, j) = odd_ij q_aj q_bi  and  stretch_ij q_ai q_bj  to both.
+  void add_lift(const Parts<Lanes>& p, const LaneMat3& F, std::span<const LaneVec3> g, const Lanes& volume,
+                std::span<LaneMat3> blocks) const {
+    const LaneSvd svd = singular_values(F);
+    LaneMat3 even, odd, stretch = stretch_lift(p, svd.s);
     for (int k = 0; k < 3; ++k) {
       const int i = (k + 1) % 3, j = (k + 2) % 3;
-      Mat3 inner = Mat3::Zero();
-      inner(i, j) = inner(j, i) = std::sqrt(0.5);
-      lift(p.a - p.c * parity * s[k], inner);
-      inner(j, i) *= -1;
-      lift(p.a + p.c * parity * s[k], inner);
-      stretch(k, k) = p.a + p.b * s[k] * s[k] + lambda_ * s[i] * s[i] * s[j] * s[j];
-      stretch(i, j) = stretch(j, i) = p.b * s[i] * s[j] + (lambda_ * s[0] * s[1] * s[2] + p.c * parity) * s[k];
+      const Lanes symmetric = positive_part(p.c * svd.s[k] - p.a), skew = positive_part(-p.a - p.c * svd.s[k]);
+      even(i, j) = even(j, i) = 0.5 * (symmetric + skew);
+      odd(i, j) = odd(j, i) = 0.5 * (symmetric - skew);
     }
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(stretch);
-    for (int k = 0; k < 3; ++k) lift(eigen.eigenvalues()[k], eigen.eigenvectors().col(k).asDiagonal());
-    return count;
+    const PerNode q = per_node(svd.V.transpose(), g);
+    auto block = blocks.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const LaneVec3 qb = volume * q[b];
+      for (std::size_t a = 0; a < b; ++a, ++block) {
+        LaneMat3 lift;
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) lift(i, j) = stretch(i, j) * q[a][i] * qb[j];
+        for (int k = 0; k < 3; ++k) {
+          const int i = (k + 1) % 3, j = (k + 2) % 3;
+          lift(i, i) += even(i, j) * q[a][j] * qb[j];
+          lift(j, j) += even(i, j) * q[a][i] * qb[i];
+          lift(i, j) += odd(i, j) * q[a][j] * qb[i];
+          lift(j, i) += odd(i, j) * q[a][i] * qb[j];
+        }
+        *block += svd.U * lift * svd.U.transpose();
+      }
+    }
+  }
+  LaneMat3 stretch_lift(const Parts<Lanes>& p, const LaneVec3& s) const {
+    LaneMat3 block;
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      block(k, k) = p.a + p.b * s[k] * s[k] + lambda_ * s[i] * s[i] * s[j] * s[j];
+      block(i, j) = block(j, i) = p.b * s[i] * s[j] + (lambda_ * s[0] * s[1] * s[2] + p.c) * s[k];
+    }
+    const LaneMat3 minors = cofactor(block);
+    LaneMat3 out = LaneMat3::Zero();
+    if (none_negative(block(0, 0)) && none_negative(minors(2, 2)) && none_negative(block.col(0).dot(minors.col(0))))
+      return out;
+    for (int lane = 0; lane < Lanes::kCount; ++lane) {
+      const Mat3 one = get_lane(block, lane);
+      const Eigen::SelfAdjointEigenSolver<Mat3> eigen(one);
+      set_lane(out, lane,
+               Mat3(eigen.eigenvectors() * (-eigen.eigenvalues()).cwiseMax(0).asDiagonal() *
+                    eigen.eigenvectors().transpose()));
+    }
+    return out;
   }
 
   double density(double I_C, double J) const {

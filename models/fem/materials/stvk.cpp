@@ -1,5 +1,7 @@
 // St. Venant-Kirchhoff: Hooke's law in the Green strain E = (F^T F - I)/2. Its stress falls again below 58 % of the
 // rest length and is zero at zero length: crushed elements stay crushed.
+#include <Eigen/Eigenvalues>
+
 #include "models/fem/material.hpp"
 
 namespace kt {
@@ -13,6 +15,7 @@ class StVenantKirchhoff final : public Material {
     return lame_.mu * E.squaredNorm() + 0.5 * lame_.lambda * E.trace() * E.trace();
   }
   Mat3 stress(const Mat3& F) const override { return F * second(F); }
+  LaneMat3 lane_stress(const LaneMat3& F) const override { return F * second(F); }
   Mat9 tangent(const Mat3& F) const override {
     const Mat3 S = second(F);
     Mat9 out;
@@ -26,12 +29,49 @@ class StVenantKirchhoff final : public Material {
     }
     return out;
   }
+  /// The part of the stress S itself, dF S, with S's negative eigenvalues set to zero; the rest is positive anyway.
+  Mat9 definite_tangent(const Mat3& F) const override {
+    const Mat3 S = second(F), lift = without_pressure(S) - S;
+    Mat9 out = tangent(F);
+    for (int j = 0; j < 3; ++j)
+      for (int l = 0; l < 3; ++l) out.block<3, 3>(3 * j, 3 * l).diagonal().array() += lift(j, l);
+    return out;
+  }
+  /// (g_a.S g_b) I + lambda (F g_a)(F g_b)^T + mu ((F g_b)(F g_a)^T + (g_a.g_b) F F^T).
+  void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
+                          std::span<LaneMat3> blocks) const override {
+    LaneMat3 S = second(F);
+    if (definite)
+      for (int lane = 0; lane < Lanes::kCount; ++lane) set_lane(S, lane, without_pressure(get_lane(S, lane)));
+    const LaneMat3 FF = F * F.transpose();
+    const PerNode f = per_node(F, g);
+    auto block = blocks.begin();
+    for (std::size_t b = 0; b < g.size(); ++b) {
+      const LaneVec3 mu_f = (Lanes(lame_.mu) * volume) * f[b], lambda_f = (Lanes(lame_.lambda) * volume) * f[b];
+      const LaneVec3 mu_g = (Lanes(lame_.mu) * volume) * g[b], sb = S * (volume * g[b]);
+      for (std::size_t a = 0; a < b; ++a, ++block) {
+        const Lanes even = g[a].dot(mu_g), along = g[a].dot(sb);
+        for (int i = 0; i < 3; ++i) {
+          block->col(i) += f[a][i] * mu_f + lambda_f[i] * f[a] + even * FF.col(i);
+          (*block)(i, i) += along;
+        }
+      }
+    }
+  }
 
  private:
   static Mat3 green(const Mat3& F) { return 0.5 * (F.transpose() * F - Mat3::Identity()); }
-  Mat3 second(const Mat3& F) const {
-    const Mat3 E = green(F);
-    return 2 * lame_.mu * E + lame_.lambda * E.trace() * Mat3::Identity();
+  template <class T>
+  Mat3Of<T> second(const Mat3Of<T>& F) const {
+    const Mat3Of<T> E2 = F.transpose() * F - Mat3Of<T>::Identity();
+    Mat3Of<T> out = T(lame_.mu) * E2;
+    const T spherical = T(0.5 * lame_.lambda) * E2.trace();
+    for (int i = 0; i < 3; ++i) out(i, i) += spherical;
+    return out;
+  }
+  static Mat3 without_pressure(const Mat3& S) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
+    return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
   }
   Lame lame_;
 };
