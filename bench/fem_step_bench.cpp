@@ -23,6 +23,9 @@ struct Setup {
   const char *material, *solver;
 };
 constexpr Setup kSetups[] = {
+    {"200/direct", 3, "corotational", "direct"}, {"200/pcg", 3, "corotational", "pcg"},
+    {"400/direct", 4, "corotational", "direct"}, {"400/pcg", 4, "corotational", "pcg"},
+    {"800/direct", 5, "corotational", "direct"}, {"800/pcg", 5, "corotational", "pcg"},
     {"1k/direct", 6, "corotational", "direct"},  {"1k/pcg", 6, "corotational", "pcg"},
     {"8k/direct", 12, "corotational", "direct"}, {"8k/pcg", 12, "corotational", "pcg"},
     {"8k/pcg/neo", 12, "neo_hookean", "pcg"},    {"47k/pcg", 22, "corotational", "pcg"},
@@ -73,11 +76,28 @@ void forces(benchmark::State& state, const char* material) {
                          benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
+/// What a step by `direct` cannot go below: a factorization and a solution of its matrix, analyzed before.
+void factor_and_solve(benchmark::State& state, int cells) {
+  const auto model = cantilever(cells, {.young = 1e5, .poisson = 0.3, .material = "corotational"});
+  StepMatrix matrix(make_free_dofs(model->mesh().num_nodes(), model->fixed_nodes()));
+  const Tangent tangent = model->tangent(rest_state(*model), TangentKind::definite);
+  const SparseMatrix& sum = matrix.sum({{{1, &model->mass()}, {-kDt, &tangent.dfdv}, {-kDt * kDt, &tangent.dfdx}}});
+  const auto solver = make_sparse_solver();
+  const VectorX rhs = VectorX::Ones(sum.rows());
+  solver->factor(sum);
+  for (auto _ : state) {
+    solver->factor(sum);
+    benchmark::DoNotOptimize(solver->solve(rhs));
+  }
+}
+
 const bool kRegistered = [] {
   for (const Setup& s : kSetups)
     benchmark::RegisterBenchmark((std::string("Step/") + s.name).c_str(), step, s)
         ->UseManualTime()
         ->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("FactorAndSolve/1k", factor_and_solve, 6)->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("FactorAndSolve/8k", factor_and_solve, 12)->Unit(benchmark::kMillisecond);
   for (const char* material : {"linear", "corotational", "stvk", "neo_hookean"}) {
     benchmark::RegisterBenchmark((std::string("Tangent/") + material).c_str(), assembly, material, TangentKind::exact);
     benchmark::RegisterBenchmark((std::string("DefiniteTangent/") + material).c_str(), assembly, material,

@@ -1,4 +1,5 @@
-// The only file that sees CHOLMOD. Supernodal with its default ordering choice (AMD, or METIS when it is better).
+// The only file that sees CHOLMOD. Supernodal; ordered by AMD or METIS, whichever fills in less, on the graph of the
+// nodes where the matrix is made of 3 x 3 node blocks.
 #include <cholmod.h>
 #include <omp.h>
 
@@ -24,6 +25,40 @@ cholmod_sparse view_of(const SparseMatrix& m) {
   view.packed = 1;
   return view;
 }
+
+bool has_node_blocks(const SparseMatrix& m) {
+  const int *outer = m.outerIndexPtr(), *inner = m.innerIndexPtr();
+  for (int c = 0; c < m.cols(); ++c) {
+    const int first = outer[c - c % 3], size = outer[c + 1] - outer[c];
+    if (size % 3 != 0 || first + c % 3 * size != outer[c]) return false;
+    for (int k = 0; k < size; ++k)
+      if (inner[outer[c] + k] != inner[first + k - k % 3] + k % 3 || inner[first + k - k % 3] % 3 != 0) return false;
+  }
+  return m.cols() % 3 == 0;
+}
+
+/// One row and column for each node of a matrix in whole 3 x 3 blocks, lower triangle.
+struct NodeGraph {
+  explicit NodeGraph(const SparseMatrix& m) {
+    begin.push_back(0);
+    for (int c = 0; c < m.cols(); c += 3) {
+      for (int k = m.outerIndexPtr()[c]; k < m.outerIndexPtr()[c + 1]; k += 3)
+        if (m.innerIndexPtr()[k] >= c) rows.push_back(m.innerIndexPtr()[k] / 3);
+      begin.push_back(static_cast<int>(rows.size()));
+    }
+    view.nrow = view.ncol = begin.size() - 1;
+    view.nzmax = rows.size();
+    view.p = begin.data();
+    view.i = rows.data();
+    view.stype = -1;
+    view.itype = CHOLMOD_INT;
+    view.xtype = CHOLMOD_PATTERN;
+    view.dtype = CHOLMOD_DOUBLE;
+    view.sorted = view.packed = 1;
+  }
+  std::vector<int> begin, rows;
+  cholmod_sparse view{};
+};
 
 /// CHOLMOD 3 starts four OpenMP threads per supernode, whatever the machine. On few cores they mostly wait for one
 /// another (a factorization takes twice as long) and take time from the haptic thread.
@@ -58,7 +93,7 @@ class CholmodSolver final : public SparseSolver {
     cholmod_sparse view = view_of(matrix);
     if (pattern_.changes_to(matrix) || !factor_) {
       if (factor_) cholmod_free_factor(&factor_, &common_);
-      factor_ = cholmod_analyze(&view, &common_);
+      factor_ = analyze(matrix, view);
     }
     if (!factor_) return false;
     cholmod_factorize(&view, factor_, &common_);
@@ -81,6 +116,24 @@ class CholmodSolver final : public SparseSolver {
   }
 
  private:
+  /// A third of the unknowns to order: twice as fast as on the matrix itself, and the nodes' rows stay together.
+  cholmod_factor* analyze(const SparseMatrix& matrix, cholmod_sparse& view) {
+    common_.nmethods = 2;
+    common_.method[0].ordering = CHOLMOD_AMD;
+    common_.method[1].ordering = CHOLMOD_METIS;
+    if (!has_node_blocks(matrix)) return cholmod_analyze(&view, &common_);
+    NodeGraph graph(matrix);
+    cholmod_factor* order = cholmod_analyze(&graph.view, &common_);
+    if (!order) return nullptr;
+    std::vector<int> permutation;
+    for (std::size_t i = 0; i < order->n; ++i)
+      for (int c = 0; c < 3; ++c) permutation.push_back(3 * static_cast<int*>(order->Perm)[i] + c);
+    cholmod_free_factor(&order, &common_);
+    common_.nmethods = 1;
+    common_.method[0].ordering = CHOLMOD_GIVEN;
+    return cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &common_);
+  }
+
   mutable cholmod_common common_{};
   cholmod_factor* factor_ = nullptr;
   SparsityPattern pattern_;  // of factor_
