@@ -8,6 +8,7 @@
 
 #include "bench/cantilever.hpp"
 #include "core/integrator.hpp"
+#include "core/parallel.hpp"
 #include "core/sparse_solver.hpp"
 #include "core/step_matrix.hpp"
 
@@ -55,12 +56,14 @@ void step(benchmark::State& state, const Setup& setup) {
   state.counters["linear_iterations"] = static_cast<double>(statistics.linear_iterations) / kSteps;
 }
 
-void assembly(benchmark::State& state, const char* material, TangentKind kind) {
+void assembly(benchmark::State& state, const char* material, TangentKind kind, int threads) {
   const auto model = cantilever(12, {.young = 1e5, .poisson = 0.3, .material = material});
   State s = rest_state(*model);
   for (int i = 0; i < s.x.size(); i += 3) s.x[i] += 0.1 * s.x[i + 2] * s.x[i + 2];  // bent
   Tangent tangent;
-  for (auto _ : state) model->update_tangent(s, kind, tangent);
+  with_threads(threads, [&] {
+    for (auto _ : state) model->update_tangent(s, kind, tangent);
+  });
   state.counters["ns_a_tet"] =
       benchmark::Counter(static_cast<double>(model->mesh().tetrahedra.size()),
                          benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
@@ -99,9 +102,14 @@ const bool kRegistered = [] {
   benchmark::RegisterBenchmark("FactorAndSolve/1k", factor_and_solve, 6)->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("FactorAndSolve/8k", factor_and_solve, 12)->Unit(benchmark::kMillisecond);
   for (const char* material : {"linear", "corotational", "stvk", "neo_hookean"}) {
-    benchmark::RegisterBenchmark((std::string("Tangent/") + material).c_str(), assembly, material, TangentKind::exact);
+    benchmark::RegisterBenchmark((std::string("Tangent/") + material).c_str(), assembly, material, TangentKind::exact,
+                                 2);
+    benchmark::RegisterBenchmark((std::string("TangentOneThread/") + material).c_str(), assembly, material,
+                                 TangentKind::exact, 1);
     benchmark::RegisterBenchmark((std::string("DefiniteTangent/") + material).c_str(), assembly, material,
-                                 TangentKind::definite);
+                                 TangentKind::definite, 2);
+    benchmark::RegisterBenchmark((std::string("DefiniteTangentOneThread/") + material).c_str(), assembly, material,
+                                 TangentKind::definite, 1);
     benchmark::RegisterBenchmark((std::string("Force/") + material).c_str(), forces, material);
   }
   return true;

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Tables and pictures of docs/accuracy_and_speed.md from what scripts/accuracy measured: DIR/fem.json, DIR/scene-nu-model/.
+"""Tables and pictures of docs/accuracy_and_speed.md from what scripts/accuracy measured: DIR/fem.json, DIR/scene-nu-model/,
+DIR/scene-material/.
 
     scripts/accuracy.py DIR docs/pictures
 """
@@ -128,6 +129,20 @@ def springs(folder):
             print(f"| {scene} | {poisson} | {means[0]:.3f} | {means[1]:.3f} | {100 * error:.0f} % |")
 
 
+def scenes(folder):
+    print("\n| scene | material | F_N, mean [N] | largest F_T / (μ F_N) | missed | lost | deepest [µm] | inside out |\n"
+          "|---|---|---|---|---|---|---|---|")
+    for scene in ("slab_drag", "organ_drag", "paper_slide", "paper_stick", "paper_stick_slip"):
+        for material in ("linear", "corotational", "stvk", "neo_hookean"):
+            with open(os.path.join(folder, f"{scene}-{material}", "summary.json"), encoding="utf-8") as file:
+                run = json.load(file)
+            ratio = run["force"]["max_t_over_mu_n"]
+            inverted = [warning.split()[0] for warning in run["warnings"] if "inside out" in warning]
+            print(f"| {scene} | {material} | {run['force']['mean_n']:.3f} | {'-' if ratio is None else f'{ratio:.3g}'} | "
+                  f"{run['missed_impacts']} | {run['lost_contacts']} | {1e6 * run['penetration_max_m']:.2g} | "
+                  f"{inverted[0] if inverted else 0} of {run['model']['tets']} |")
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
@@ -137,6 +152,7 @@ def main():
     hertz(data["hertz"], sys.argv[2])
     recovery(data["recovery"], sys.argv[2])
     springs(sys.argv[1])
+    scenes(sys.argv[1])
 
 
 if __name__ == "__main__":

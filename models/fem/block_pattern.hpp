@@ -54,6 +54,17 @@ class BlockPattern {
   /// Where to add the nine numbers, column by column, of a block of `sum`.
   static double* values_of(SparseMatrix& sum, int block) { return sum.valuePtr() + 9 * block; }
 
+  /// Before summing: `sum` gets this pattern, if it has another, and its blocks (above the diagonal) are zero.
+  void start(SparseMatrix& sum, bool symmetric) const {
+    if (sum.rows() != zero_.rows() || sum.nonZeros() != zero_.nonZeros()) {
+      sum = zero_;
+      return;
+    }
+    for_each_column([&](int j) {
+      double* column = values_of(sum, begin_[j]);
+      std::fill(column, column + 9 * (symmetric ? diagonal_[j] : count(j)), 0.0);
+    });
+  }
   /// Sum of blocks -> matrix. `symmetric`: only blocks with row < column were summed, the others are their mirrors.
   void finish(SparseMatrix& sum, bool symmetric) const {
     for_each_column([&](int j) { spread(sum, j, symmetric); });
@@ -112,13 +123,16 @@ class BlockPattern {
   }
 
   void close(SparseMatrix& sum, int j) const {
+    const int height = 3 * count(j);
     double* column = values_of(sum, begin_[j]);
-    for (int c = 0; c < 3; ++c, column += 3 * count(j)) {
-      Vec3 others = Vec3::Zero();
-      for (int k = 0; k < count(j); ++k)
-        if (k != diagonal_[j]) others += Vec3::Map(column + 3 * k);
-      Vec3::Map(column + 3 * diagonal_[j]) = -others;
+    double others[9] = {};
+    for (int k = 0; k < count(j); ++k) {
+      if (k == diagonal_[j]) continue;
+      for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) others[3 * c + r] += column[height * c + 3 * k + r];
     }
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) column[height * c + 3 * diagonal_[j] + r] = -others[3 * c + r];
   }
 
   SparseMatrix zero_;

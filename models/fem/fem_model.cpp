@@ -54,9 +54,13 @@ class FemModel final : public DeformableModel {
     const bool definite = kind == TangentKind::definite;
     // The viscous stress turns with the element, which gives blocks that are not symmetric: left out when definite.
     const bool symmetric = definite || !viscosity_.is_active();
-    set_zero(out.dfdx, pattern_.zero());
-    set_zero(out.dfdv, is_damped() ? pattern_.zero() : undamped_);
+    pattern_.start(out.dfdx, symmetric);
+    if (viscosity_.is_active())
+      pattern_.start(out.dfdv, true);
+    else
+      set_zero(out.dfdv, is_damped() ? pattern_.zero() : undamped_);
     batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
+      prefetch(out.dfdx, batch);
       const Edges x = edges(state.x, batch);
       Blocks k;
       k.fill(LaneMat3::Zero());
@@ -122,6 +126,15 @@ class FemModel final : public DeformableModel {
     return out;
   }
 
+  /// Where the blocks will be added comes from far while they are computed.
+  static void prefetch(SparseMatrix& sum, const Batch<N>& batch) {
+    for (const auto& blocks : batch.blocks)
+      for (int block : blocks) {
+        const double* at = BlockPattern::values_of(sum, block);
+        __builtin_prefetch(at, 1);
+        __builtin_prefetch(at + 8, 1);
+      }
+  }
   /// Adds the blocks of pairs (a, b), above the diagonal.
   static void add_above(SparseMatrix& sum, const Batch<N>& batch, const Blocks& blocks) {
     std::array<double, 9> nowhere{};

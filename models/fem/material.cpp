@@ -51,7 +51,7 @@ void Material::add_lane_stiffness(const LaneMat3& F, bool definite, std::span<co
     const Mat3 shape = get_lane(F, lane);
     const Mat9 dP = definite ? definite_tangent(shape) : tangent(shape);
     auto block = blocks.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const Vec3 gb = volume[lane] * get_lane(g[b], lane);
       Eigen::Matrix<double, 9, 3> right = Eigen::Matrix<double, 9, 3>::Zero();
       for (int l = 0; l < 3; ++l) right += gb[l] * dP.middleCols<3>(3 * l);

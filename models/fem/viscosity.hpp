@@ -27,7 +27,7 @@ class Viscosity {
     const LaneMat3 shape = turns_ ? F : LaneMat3(LaneMat3::Identity());
     const LaneMat3 FF = shape * shape.transpose();
     auto block = blocks.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 fb = shape * g[b], eta_fb = (Lanes(eta_) * volume) * fb, zeta_fb = (Lanes(zeta_) * volume) * fb;
       for (std::size_t a = 0; a < b; ++a, ++block) {
         const LaneVec3 fa = shape * g[a];
@@ -45,7 +45,7 @@ class Viscosity {
     const LaneMat3 S = second(F, rate), FR = F * rate.transpose();
     const Lanes eta = eta_ * volume, zeta = zeta_ * volume;
     auto block = blocks.begin(), other = transposed.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 fb = F * g[b], rb = rate * g[b];
       for (std::size_t a = 0; a < b; ++a, ++block, ++other) {
         const LaneVec3 fa = F * g[a], ra = rate * g[a];

@@ -60,7 +60,7 @@ class Corotational final : public Material {
     }
     const PerNode h = per_node(R, g);
     auto block = blocks.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 hb = volume * h[b], lambda_hb = Lanes(lame_.lambda) * hb,
                      mu_gb = Lanes(2 * lame_.mu) * volume * g[b];
       LaneMat3 turned;  // T [h_b]x

@@ -26,7 +26,7 @@ class Linear final : public Material {
   void add_lane_stiffness(const LaneMat3&, bool, std::span<const LaneVec3> g, const Lanes& volume,
                           std::span<LaneMat3> blocks) const override {
     auto block = blocks.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 mu_g = (Lanes(lame_.mu) * volume) * g[b], lambda_g = (Lanes(lame_.lambda) * volume) * g[b];
       for (std::size_t a = 0; a < b; ++a, ++block) {
         const Lanes along = g[a].dot(mu_g);

@@ -34,7 +34,7 @@ class NeoHookean final : public Material {
     const Parts<Lanes> p = parts(F);
     const PerNode f = per_node(F, g), cof = per_node(p.cofactor, g);
     auto block = blocks.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 gb = volume * g[b], ab = p.a * gb, cb = p.c * gb;
       const LaneVec3 bf = (p.b * volume) * f[b], lambda_cof = (Lanes(lambda_) * volume) * cof[b];
       for (std::size_t a = 0; a < b; ++a, ++block) {
@@ -111,7 +111,7 @@ class NeoHookean final : public Material {
     }
     const PerNode q = per_node(svd.V.transpose(), g);
     auto block = blocks.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 qb = volume * q[b];
       for (std::size_t a = 0; a < b; ++a, ++block) {
         LaneMat3 lift;

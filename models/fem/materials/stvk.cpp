@@ -46,7 +46,7 @@ class StVenantKirchhoff final : public Material {
     const LaneMat3 FF = F * F.transpose();
     const PerNode f = per_node(F, g);
     auto block = blocks.begin();
-    for (std::size_t b = 0; b < g.size(); ++b) {
+    for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 mu_f = (Lanes(lame_.mu) * volume) * f[b], lambda_f = (Lanes(lame_.lambda) * volume) * f[b];
       const LaneVec3 mu_g = (Lanes(lame_.mu) * volume) * g[b], sb = S * (volume * g[b]);
       for (std::size_t a = 0; a < b; ++a, ++block) {
