@@ -1,0 +1,154 @@
+"""force.png, step_time.png and the comparison of several runs."""
+import math
+
+from report_parts.drawing import matplotlib, np, plt
+from report_parts.style import BLACK, BLUE, GREEN, GREY, MODES, PURPLE, SKY, VERMILION
+from report_parts.words import figures
+
+
+def mode_strip(axes, trace):
+    """Shades the background by mode. One image of at most 1600 columns, each the mean colour of its ticks: a mode that
+    changes every tick shows as a mixture, where thousands of rectangles would be slow and show only the last."""
+    t, modes = trace["t"], trace["mode"]
+    shades = {word: matplotlib.colors.to_rgb(colour) for word, (_, colour) in MODES.items()}
+    rgb = np.array([shades.get(mode, (1, 1, 1)) for mode in modes])
+    edges = np.unique(np.linspace(0, len(t), min(1600, len(t)) + 1).astype(int))
+    strip = np.add.reduceat(rgb, edges[:-1], axis=0) / np.diff(edges)[:, None]
+    alternates = (strip[1:-1] != strip[:-2]).any(axis=1) & (strip[1:-1] != strip[2:]).any(axis=1)
+    mixed = len(strip) > 20 and alternates.mean() > 0.05
+    if mixed:  # finer than the eye separates: smooth the strip, and say so in the legend
+        width = max(3, len(strip) // 200)
+        strip = np.stack([np.convolve(np.pad(c, width // 2, mode="edge"), np.ones(width) / width, "valid")[:len(strip)]
+                          for c in strip.T], axis=1)
+    low, high = axes.get_ylim()
+    axes.imshow(strip[None], extent=(t[0], t[-1], low, high), aspect="auto", zorder=-5, interpolation="nearest")
+    axes.set_ylim(low, high)
+    patch = lambda colour, label: matplotlib.patches.Patch(facecolor=colour, edgecolor="#999999", linewidth=0.5, label=label)
+    patches = [patch(colour, label) for word, (label, colour) in MODES.items() if (modes == word).any()]
+    if mixed:
+        patches.append(patch(strip[1:-1][alternates].mean(axis=0), "modes alternate"))
+    return patches
+
+
+def draw_forces(axes, trace, friction=None, modes=True, normal=BLUE, labels=True):
+    """Normal force solid, tangential dotted as in the paper, and the friction limit. Returns the legend's handles."""
+    t = trace["t"]
+    handles = axes.plot(t, trace["f_n"], color=normal, label="normal force $f_n$", zorder=3)
+    handles += axes.plot(t, trace["f_t"], color=VERMILION, ls=(0, (1, 0.8)), lw=1.9, label="tangential force $f_t$", zorder=4)
+    if friction:
+        names = {friction[0]: r"$\mu f_n$"} if friction[0] == friction[1] else {
+            friction[0]: r"$\mu_s f_n$", friction[1]: r"$\mu_k f_n$"}
+        for mu, name in names.items():
+            if mu != 1:  # with mu = 1 the limit is the normal force itself
+                handles += axes.plot(t, mu * trace["f_n"], color=GREY, lw=1.0, ls="--" if mu == friction[0] else "-.", label=f"{name}, $\\mu$ = {mu:g}"
+                                     if friction[0] == friction[1] else f"{name} ({mu:g})", zorder=2)
+    top = max(np.nanmax(trace["f_n"]), np.nanmax(trace["f_t"]))
+    if not top > 0:
+        top = 1.0
+        axes.text(0.5, 0.5, "the tool does not touch the surface", ha="center", color=GREY, transform=axes.transAxes)
+    axes.set_ylim(-0.03 * top, 1.08 * top)
+    axes.set_xlim(t[0], t[-1])
+    if labels:
+        axes.set_ylabel("force on the tool [N]")
+    return handles + (mode_strip(axes, trace) if modes else [])
+
+
+def legend_below(figure, handles, columns):
+    """One legend for all panels, in a strip of its own at the bottom."""
+    rows = math.ceil(len(handles) / columns)
+    strip = (0.18 + 0.25 * rows) / figure.get_figheight()  # inches
+    figure.get_layout_engine().set(rect=(0, strip, 1, 1 - strip))
+    figure.legend(handles=handles, loc="lower center", ncol=min(columns, len(handles)), fontsize=10)
+
+
+def refresh_times(trace):
+    return trace["t"][1:][np.diff(trace["model_frame"]) != 0]
+
+
+def tool_depth(trace):
+    """How far the tool has gone since first contact, along the way it came [m]; None without a contact."""
+    tool = np.column_stack([trace["tool_x"], trace["tool_y"], trace["tool_z"]])
+    touching = np.flatnonzero(trace["mode"] != "free")
+    if not len(touching):
+        return None
+    first = touching[0]
+    way = tool[first] - tool[max(0, first - 20)]
+    force = np.array([trace[f"force_{axis}"][touching].sum() for axis in "xyz"])
+    if np.linalg.norm(way) < 1e-12 or way @ force > 0:  # starts in contact, or glides in: against the force then
+        way = -force
+    length = np.linalg.norm(way)
+    return (tool - tool[first]) @ way / length if length > 0 else None
+
+
+def draw_force_figure(run, path):
+    trace = run.trace
+    figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 6.4), sharex=True, gridspec_kw={"height_ratios": [2.4, 1]},
+                                         layout="constrained")
+    handles = draw_forces(top, trace, run.friction())
+    refreshes = refresh_times(trace)
+    if len(refreshes) > 1:
+        every = f"new local model every {figures(1e3 * float(np.median(np.diff(refreshes))))} ms"
+    if len(refreshes) > 200:  # ticks would be one grey band
+        top.text(1.0, 1.02, every, transform=top.transAxes, ha="right", fontsize=10, color="#444444")
+    elif len(refreshes) > 1:
+        handles += top.plot(refreshes, np.full(len(refreshes), 0.012), ls="none", marker="|", ms=7, mew=0.8, color=PURPLE,
+                            alpha=0.7, transform=top.get_xaxis_transform(), label=every, zorder=5)
+    top.set_title("Force over time")
+    legend_below(figure, handles, columns=4)
+
+    depth = tool_depth(trace)
+    gap = 1e3 * trace["gap"]
+    if depth is not None:
+        bottom.plot(trace["t"], 1e3 * depth, color=BLACK, label="tool depth, from first contact", zorder=3)
+    bottom.plot(trace["t"], np.where(np.isfinite(gap), gap, np.nan), color=GREEN, lw=1.2, ls="--", label="gap to the surface",
+                zorder=3)
+    bottom.set_ylabel("distance [mm]")
+    bottom.set_xlabel("time [s]")
+    low, high = bottom.get_ylim()
+    bottom.set_ylim(low, high + 0.45 * (high - low))  # room for the legend
+    mode_strip(bottom, trace)
+    bottom.legend(loc="upper left", ncol=2, fontsize=10)
+    figure.savefig(path)
+    plt.close(figure)
+
+
+def draw_step_times(run, path):
+    times = run.trace["step_us"]
+    times = times[np.isfinite(times) & (times > 0)]
+    if not len(times):
+        return False
+    tick = 1e6 * float(np.median(np.diff(run.trace["t"]))) if len(run.trace["t"]) > 1 else 1000.0
+    figure, axes = plt.subplots(figsize=(10, 4.4), layout="constrained")
+    low, high = times.min() / 1.2, max(times.max(), tick) * 1.35
+    bins = np.geomspace(low, high, 110)
+    counts, _, _ = axes.hist(times, bins=bins, color=SKY, edgecolor="white", linewidth=0.3)
+    axes.set(xscale="log", yscale="log", xlim=(low, high), ylim=(0.7, counts.max() * 2.2), ylabel="ticks")
+    axes.set_xlabel("time of a haptic tick [µs]")
+    axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.yaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda y, _: f"{y:g}"))
+    marks = [("median", np.median(times), BLACK, "-"), ("99 %", np.percentile(times, 99), BLUE, "--"),
+             ("99.9 %", np.percentile(times, 99.9), VERMILION, "-."), ("limit, one tick", tick, PURPLE, ":")]
+    for name, value, colour, style in marks:
+        axes.axvline(value, color=colour, ls=style, lw=1.6, label=f"{name}: {figures(value)} µs")
+    axes.set_title(f"Processor time of each of {len(times)} ticks (slowest {figures(times.max())} µs)")
+    legend_below(figure, axes.lines, columns=4)
+    figure.savefig(path)
+    plt.close(figure)
+    return True
+
+
+def draw_comparison(runs, path):
+    """Normal and tangential forces of several runs over each other."""
+    figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 6), sharex=True, layout="constrained")
+    styles = [(BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (PURPLE, ":"), (BLACK, (0, (5, 1, 1, 1)))]
+    for i, run in enumerate(runs):
+        colour, dash = styles[i % len(styles)]
+        top.plot(run.trace["t"], run.trace["f_n"], color=colour, ls=dash, lw=1.4, label=run.name)
+        bottom.plot(run.trace["t"], run.trace["f_t"], color=colour, ls=dash, lw=1.4)
+    top.set_ylabel("normal force [N]")
+    bottom.set_ylabel("tangential force [N]")
+    bottom.set_xlabel("time [s]")
+    bottom.set_xlim(min(run.trace['t'][0] for run in runs), max(run.trace['t'][-1] for run in runs))
+    legend_below(figure, top.lines, columns=4)
+    figure.savefig(path)
+    plt.close(figure)
