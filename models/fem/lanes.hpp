@@ -2,6 +2,7 @@
 // Four numbers calculated side by side, in two SIMD registers of two doubles, as x86-64 and ARM64 always have: the same
 // bits on every machine. Eigen matrices of them are four matrices at once.
 #include <cmath>
+#include <cstring>
 
 #include "core/types.hpp"
 
@@ -15,8 +16,14 @@ struct Lanes {
   Lanes() = default;
   Lanes(double all) : low{all, all}, high{all, all} {}  // NOLINT: a number among lanes is the same in all
   Lanes(Pair l, Pair h) : low(l), high(h) {}
-  double operator[](int i) const { return i < 2 ? low[i] : high[i - 2]; }
-  void set(int i, double value) { (i < 2 ? low : high)[i % 2] = value; }
+  double operator[](int i) const {
+    double out;
+    std::memcpy(&out, reinterpret_cast<const char*>(this) + sizeof(double) * static_cast<std::size_t>(i), sizeof out);
+    return out;
+  }
+  void set(int i, double value) {
+    std::memcpy(reinterpret_cast<char*>(this) + sizeof(double) * static_cast<std::size_t>(i), &value, sizeof value);
+  }
 
   Lanes operator-() const { return {-low, -high}; }
   Lanes& operator+=(const Lanes& b) { return *this = {low + b.low, high + b.high}; }
