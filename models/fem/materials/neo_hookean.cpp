@@ -11,6 +11,16 @@
 namespace kt {
 namespace {
 
+/// out += diagonal I + [axis]x.
+void add_identity_and_cross(const Lanes& diagonal, const LaneVec3& axis, LaneMat3& out) {
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    out(i, i) += diagonal;
+    out(k, j) += axis[i];
+    out(j, k) -= axis[i];
+  }
+}
+
 class NeoHookean final : public Material {
  public:
   explicit NeoHookean(const Lame& lame)
