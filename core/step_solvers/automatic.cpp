@@ -1,5 +1,5 @@
-// By size. Conjugate gradients are the faster at any (docs/accuracy_and_speed.md); the factorization, which is exact and
-// cannot fail to converge, serves where it takes less than 5 ms.
+// By size. Conjugate gradients are the faster at any (docs/accuracy_and_speed.md); the factorization, which is exact
+// and cannot fail to converge, serves where it takes less than 5 ms.
 #include "core/step_solver.hpp"
 
 namespace kt {

@@ -5,8 +5,10 @@
 // Only blocks of different nodes are summed: forces within a body do not feel its position, so that every column (and
 // row) sums to zero, and the diagonal block is minus the sum of the others.
 #include <algorithm>
+#include <limits>
 #include <vector>
 
+#include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/types.hpp"
 
@@ -30,6 +32,9 @@ class BlockPattern {
       rows_.insert(rows_.end(), rows.begin(), rows.end());
       begin_.push_back(static_cast<int>(rows_.size()));
     }
+    if (9 * rows_.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+      throw InputError(text("fem: ", num_nodes, " nodes are too many: the stiffness would have ", 9 * rows_.size(),
+                            " entries, at most ", std::numeric_limits<int>::max(), " can be counted"));
     make_zero();
     mirror_.resize(rows_.size());
     for (int j = 0; j < num_nodes; ++j) {
@@ -54,7 +59,8 @@ class BlockPattern {
   /// Where to add the nine numbers, column by column, of a block of `sum`.
   static double* values_of(SparseMatrix& sum, int block) { return sum.valuePtr() + 9 * block; }
 
-  /// Before summing: `sum` gets this pattern, if it has another, and its blocks (above the diagonal) are zero.
+  /// Before summing: `sum` gets this pattern, if it has another (judged by its size and number of entries), and its
+  /// blocks above the diagonal, or all, are zero.
   void start(SparseMatrix& sum, bool symmetric) const {
     if (sum.rows() != zero_.rows() || sum.nonZeros() != zero_.nonZeros()) {
       sum = zero_;

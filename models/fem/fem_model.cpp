@@ -52,8 +52,8 @@ class FemModel final : public DeformableModel {
 
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
     const bool definite = kind == TangentKind::definite;
-    // The viscous stress turns with the element, which gives blocks that are not symmetric: left out when definite.
-    const bool symmetric = definite || !viscosity_.is_active();
+    // Blocks that are not symmetric are left out when definite.
+    const bool symmetric = definite || viscosity_.is_symmetric();
     pattern_.start(out.dfdx, symmetric);
     if (viscosity_.is_active())
       pattern_.start(out.dfdv, true);

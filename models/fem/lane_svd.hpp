@@ -48,8 +48,12 @@ inline LaneSvd singular_values(const LaneMat3& F) {
   LaneVec3 across;  // of length 0.4 at least
   for (int i = 0; i < 3; ++i) across[i] = select_negative(abs(u[0]) - 0.9, Lanes(i == 0), Lanes(i == 1));
   across = u.cross(across);
-  const LaneVec3 second = B.col(1);
-  const LaneVec3 v = normalized_or(second - u.dot(second) * u, across / sqrt(across.squaredNorm()));
+  // A second column that was only roundoff can lie along the first.
+  const LaneVec3 second = B.col(1), rest = second - u.dot(second) * u;
+  const LaneVec3 other = across / sqrt(across.squaredNorm()), found = normalized_or(rest, other);
+  LaneVec3 v;
+  for (int i = 0; i < 3; ++i)
+    v[i] = select_negative(Lanes(0.5) * second.squaredNorm() - rest.squaredNorm(), found[i], other[i]);
   out.U << u, v, u.cross(v);
   for (int k = 0; k < 3; ++k) out.s[k] = out.U.col(k).dot(B.col(k));
   return out;

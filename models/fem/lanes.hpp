@@ -64,7 +64,6 @@ inline bool all_less(const Lanes& a, const Lanes& b) {
   return low[0] && low[1] && high[0] && high[1];
 }
 /// a >= 0 in every lane.
-inline bool none_negative(double a) { return a >= 0; }
 inline bool none_negative(const Lanes& a) { return a.low[0] >= 0 && a.low[1] >= 0 && a.high[0] >= 0 && a.high[1] >= 0; }
 
 /// a where condition < 0, else b.

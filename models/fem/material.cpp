@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <limits>
 
 namespace kt {
 
@@ -69,6 +70,7 @@ namespace {
 using std::abs, std::sqrt;
 
 Mat3 rotation_by_svd(const Mat3& F) {
+  if (!F.allFinite()) return Mat3::Constant(std::numeric_limits<double>::quiet_NaN());
   const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Mat3 U = svd.matrixU();
   const Mat3 R = U * svd.matrixV().transpose();
@@ -115,13 +117,20 @@ LaneMat3 rotation_of(const LaneMat3& F) {
   return R;
 }
 
+/// a x b = cross_matrix(a) b.
+static Mat3 cross_matrix(const Vec3& a) {
+  Mat3 m;
+  m << 0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0;
+  return m;
+}
+
 Mat9 cofactor_tangent(const Mat3& F) {
   // cof column i = F_j x F_k with (i, j, k) cyclic: its derivative by column j is -[F_k]x, by column k it is [F_j]x.
   Mat9 out = Mat9::Zero();
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
-    out.block<3, 3>(3 * i, 3 * j) = -cross_matrix(Vec3(F.col(k)));
-    out.block<3, 3>(3 * i, 3 * k) = cross_matrix(Vec3(F.col(j)));
+    out.block<3, 3>(3 * i, 3 * j) = -cross_matrix(F.col(k));
+    out.block<3, 3>(3 * i, 3 * k) = cross_matrix(F.col(j));
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/backend.hpp"
+#include "core/error.hpp"
 #include "models/fem/lanes.hpp"
 
 namespace kt {
@@ -34,7 +35,8 @@ class Material {
   /// Positive semidefinite and equal to the exact one at rest. Here the nearest such matrix: negative eigenvalues are
   /// set to zero.
   virtual Mat9 definite_tangent(const Mat3& F) const;
-  /// Four at once, as the model asks. Here lane by lane; overridden for speed.
+  /// Four at once, as the model asks: what is above serves as default and to test against. Here lane by lane;
+  /// overridden for speed.
   virtual LaneMat3 lane_stress(const LaneMat3& F) const;
   /// blocks(a, b)(i, k) += volume sum_jl dP(ij, kl) g_a[j] g_b[l] for all pairs a < b of `g` in the order (0,1) (0,2)
   /// (1,2) (0,3) ..., with dP the exact or the definite tangent. Here the plain contraction, lane by lane; overridden
@@ -54,6 +56,7 @@ std::unique_ptr<Material> make_material(const std::string& name, const Lame& lam
 /// m g_a for every node a of an element with at most 10.
 using PerNode = std::array<LaneVec3, 10>;
 inline PerNode per_node(const LaneMat3& m, std::span<const LaneVec3> g) {
+  KT_ASSERT(g.size() <= std::tuple_size_v<PerNode>);
   PerNode out;
   for (std::size_t a = 0; a < g.size(); ++a) out[a] = m * g[a];
   return out;
@@ -69,20 +72,19 @@ inline void add_identity_and_cross(const Lanes& diagonal, const LaneVec3& axis, 
   }
 }
 
-/// a x b = cross_matrix(a) b.
-template <class T>
-Mat3Of<T> cross_matrix(const Vec3Of<T>& a) {
-  Mat3Of<T> m;
-  m << T(0), -a[2], a[1], a[2], T(0), -a[0], -a[1], a[0], T(0);
-  return m;
-}
-
 /// Matrix of cofactors, det(F) F^-T, defined for singular F too: dJ/dF.
 template <class T>
 Mat3Of<T> cofactor(const Mat3Of<T>& F) {
   Mat3Of<T> out;
   for (int i = 0; i < 3; ++i) out.col(i) = Vec3Of<T>(F.col((i + 1) % 3)).cross(Vec3Of<T>(F.col((i + 2) % 3)));
   return out;
+}
+
+/// Symmetric matrices without a negative eigenvalue, in every lane, by the leading minors: a positive shift of the
+/// diagonal by the caller keeps minors of zero from hiding one.
+inline bool is_definite(const LaneMat3& m) {
+  const LaneMat3 minors = cofactor(m);
+  return none_negative(m(0, 0)) && none_negative(minors(2, 2)) && none_negative(m.col(0).dot(minors.col(0)));
 }
 
 /// d cofactor / dF, (9 x 9): the second derivative of the determinant.

@@ -4,10 +4,9 @@
 // distances. A slab holds the elements that begin in a range of distances and reaches into the first one of the next,
 // so slabs 0, 2, 4 ... share no node, nor do 1, 3, 5 ...  Sums come in the same order whatever the number of threads.
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <vector>
-
-#include "core/parallel.hpp"
 
 namespace kt {
 
@@ -68,16 +67,6 @@ Slabs make_slabs(int num_nodes, const std::vector<std::array<int, N>>& elements)
       out.begin.push_back(static_cast<int>(i));
   out.begin.push_back(static_cast<int>(out.elements.size()));
   return out;
-}
-
-/// Calls work(element) for all, in parallel over slabs that share no node.
-template <class Work>
-void for_each_element(const Slabs& slabs, const Work& work) {
-  for (int parity : {0, 1})
-    parallel_for((slabs.count() + 1 - parity) / 2, [&](int i) {
-      const int slab = 2 * i + parity;
-      for (int k = slabs.begin[slab]; k < slabs.begin[slab + 1]; ++k) work(static_cast<std::size_t>(slabs.elements[k]));
-    });
 }
 
 }  // namespace kt

@@ -13,6 +13,9 @@ class Viscosity {
       : eta_(time * lame.mu), zeta_(time * lame.lambda), turns_(turns) {}
   bool is_active() const { return eta_ != 0 || zeta_ != 0; }
 
+  /// The stress that turns with the element makes dP_v/dF unsymmetric.
+  bool is_symmetric() const { return !turns_ || !is_active(); }
+
   /// First Piola-Kirchhoff stress [Pa] at F and F' = `rate` [1/s].
   template <class T>
   Mat3Of<T> stress(const Mat3Of<T>& F, const Mat3Of<T>& rate) const {
@@ -41,7 +44,7 @@ class Viscosity {
   /// Not symmetric: `transposed`(a, b) gets the transposed block (b, a).
   void add_shape_blocks(const LaneMat3& F, const LaneMat3& rate, std::span<const LaneVec3> g, const Lanes& volume,
                         std::span<LaneMat3> blocks, std::span<LaneMat3> transposed) const {
-    if (!turns_) return;
+    if (is_symmetric()) return;
     const LaneMat3 S = second(F, rate), FR = F * rate.transpose();
     const Lanes eta = eta_ * volume, zeta = zeta_ * volume;
     auto block = blocks.begin(), other = transposed.begin();

@@ -37,6 +37,31 @@ TEST(SparseSolver, SolvesOneAndManyRightHandSidesAsDenseAlgebraDoes) {
   }
 }
 
+/// Node blocks are ordered by their graph; a matrix that only nearly has them is not.
+TEST(SparseSolver, SolvesMatricesOfNodeBlocksAndThoseThatNearlyAre) {
+  for (int nodes : {1, 5, 60}) {
+    const SparseMatrix graph = random_sparse(nodes, static_cast<unsigned>(nodes));
+    Mat3 block;
+    block << 2, 0.3, -0.2, 0.3, 1.5, 0.1, -0.2, 0.1, 1;
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int c = 0; c < 3 * nodes; ++c)
+      for (SparseMatrix::InnerIterator it(graph, c / 3); it; ++it)
+        for (int r = 0; r < 3; ++r)
+          entries.emplace_back(3 * static_cast<int>(it.row()) + r, c, it.value() * block(r, c % 3));
+    SparseMatrix blocks(3 * nodes, 3 * nodes);
+    blocks.setFromTriplets(entries.begin(), entries.end());
+    SparseMatrix nearly = blocks;
+    nearly.coeffRef(0, 1) = nearly.coeffRef(1, 0) = 0;
+    nearly.prune(0.0);
+    const VectorX b = random_vector(3 * nodes, 5);
+    for (const SparseMatrix& m : {blocks, nearly}) {
+      const auto solver = make_sparse_solver();
+      ASSERT_TRUE(solver->factor(m));
+      EXPECT_LE(relative_error(solver->solve(b), MatrixX(m).llt().solve(b)), kRoundoff) << nodes;
+    }
+  }
+}
+
 TEST(SparseSolver, ReadsOnlyTheLowerTriangle) {
   const SparseMatrix m = random_sparse(30, 1), lower = m.triangularView<Eigen::Lower>();
   const auto solver = make_sparse_solver();

@@ -44,15 +44,77 @@ INSTANTIATE_TEST_SUITE_P(All, FemTest, testing::ValuesIn(kinds()),
                          [](const auto& p) { return p.param.material + "_" + p.param.element; });
 
 TEST_P(FemTest, TangentsAreTheGradientsOfTheForce) {
-  for (double strain : {0.0, 0.15, 0.3}) {  // of the edge; at 0.3 elements are inside out
-    const auto model = body(GetParam(), kuhn_block(1, 1, 1, kEdge), {.damping_mass = 2, .damping_stiffness = 1e-3});
-    const State s = shaken(*model, strain * kEdge, 5);
-    const Tangent tangent = model->tangent(s, TangentKind::exact);
+  for (double strain : {0.0, 0.15, 0.3})  // of the edge; at 0.3 elements are inside out
+    for (double damping : {0.0, 1e-3}) {  // without: symmetric
+      const auto model =
+          body(GetParam(), kuhn_block(1, 1, 1, kEdge), {.damping_mass = 2, .damping_stiffness = damping});
+      const State s = shaken(*model, strain * kEdge, 5);
+      const Tangent tangent = model->tangent(s, TangentKind::exact);
+      const auto by_x = [&](const VectorX& x) { return force(*model, {0, x, s.v}); };
+      const auto by_v = [&](const VectorX& v) { return force(*model, {0, s.x, v}); };
+      EXPECT_LE(relative_error(tangent.dfdx, central_differences(by_x, s.x, 1e-5 * kEdge)), kDifferences) << strain;
+      EXPECT_LE(relative_error(tangent.dfdv, central_differences(by_v, s.v, 1e-3)), kDifferences) << strain;
+    }
+}
+
+/// One tetrahedron: a batch of one; two bodies in one mesh; a rotated numbering: nodes do not ascend in the elements.
+TEST_P(FemTest, TangentsOfOddBodiesAreTheGradientsOfTheForceToo) {
+  const Mesh one = one_tetrahedron(kEdge);
+  Mesh two = one;
+  two.x.conservativeResize(24);
+  two.x.tail(12) = one.x + Vec3(0.1, 0, 0).replicate(4, 1);
+  two.tetrahedra.push_back({7, 6, 4, 5});
+  for (const Triangle& t : one.triangles) two.triangles.push_back({t[0] + 4, t[1] + 4, t[2] + 4});
+  if (!(tetrahedron_volume(two.x, two.tetrahedra[1]) > 0)) std::swap(two.tetrahedra[1][2], two.tetrahedra[1][3]);
+  for (const Mesh& mesh : {one, two}) {
+    const auto model = body(GetParam(), mesh, {.damping_stiffness = 1e-3});
+    const State s = shaken(*model, 0.1 * kEdge, 5);
     const auto by_x = [&](const VectorX& x) { return force(*model, {0, x, s.v}); };
-    const auto by_v = [&](const VectorX& v) { return force(*model, {0, s.x, v}); };
-    EXPECT_LE(relative_error(tangent.dfdx, central_differences(by_x, s.x, 1e-5 * kEdge)), kDifferences) << strain;
-    EXPECT_LE(relative_error(tangent.dfdv, central_differences(by_v, s.v, 1e-3)), kDifferences) << strain;
+    EXPECT_LE(relative_error(model->tangent(s, TangentKind::exact).dfdx, central_differences(by_x, s.x, 1e-5 * kEdge)),
+              kDifferences);
   }
+}
+
+TEST_P(FemTest, TangentsIntoUsedStorageAreThoseIntoNew) {
+  const auto model = body(GetParam(), kuhn_block(2, 2, 2, kEdge), {.damping_mass = 2, .damping_stiffness = 1e-3});
+  Tangent used;
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    const State s = shaken(*model, 0.15 * kEdge, seed);
+    const TangentKind kind = seed % 2 ? TangentKind::definite : TangentKind::exact;
+    model->update_tangent(s, kind, used);
+    const Tangent fresh = model->tangent(s, kind);
+    EXPECT_EQ(MatrixX(used.dfdx), MatrixX(fresh.dfdx)) << seed;
+    EXPECT_EQ(MatrixX(used.dfdv), MatrixX(fresh.dfdv)) << seed;
+  }
+}
+
+/// Of a body with several slabs, against a loop over its elements one by one.
+TEST_P(FemTest, ForceAndTangentAreTheSumsOverTheElements) {
+  if (GetParam().element != "tet4") GTEST_SKIP() << "the same loop";
+  const auto model = body(GetParam(), kuhn_block(3, 3, 9, kEdge));
+  const auto material = make_material(GetParam().material, lame(kYoung, kPoisson));
+  const State s = shaken(*model, 0.1 * kEdge, 3);
+  const int n = model->mesh().num_nodes();
+  VectorX f = VectorX::Zero(3 * n);
+  MatrixX K = MatrixX::Zero(3 * n, 3 * n);
+  const ElementTable<4> table = make_linear_elements(model->mesh());
+  for (std::size_t e = 0; e < table.nodes.size(); ++e) {
+    const auto& [g, volume] = table.points[e];
+    Mat3 F = Mat3::Zero();
+    for (int a = 0; a < 4; ++a) F += Vec3(node(s.x, table.nodes[e][a])) * g.col(a).transpose();
+    const Mat3 P = material->stress(F);
+    const auto dP = material->tangent(F);
+    for (int a = 0; a < 4; ++a) {
+      node(f, table.nodes[e][a]) -= volume * P * g.col(a);
+      for (int b = 0; b < 4; ++b)
+        for (int j = 0; j < 3; ++j)
+          for (int l = 0; l < 3; ++l)
+            K.block<3, 3>(3 * table.nodes[e][a], 3 * table.nodes[e][b]) -=
+                volume * g(j, a) * g(l, b) * dP.block<3, 3>(3 * j, 3 * l);
+    }
+  }
+  EXPECT_LE(relative_error(force(*model, s), f), 1e-11);
+  EXPECT_LE(relative_error(model->tangent(s, TangentKind::exact).dfdx, K), 1e-11);
 }
 
 TEST_P(FemTest, DefiniteTangentIsDefinite) {

@@ -171,6 +171,35 @@ TEST_P(MaterialTest, StressOfFourIsThatOfEach) {
   }
 }
 
+/// Has what every material must have, and nothing more: as one begins that someone adds.
+class Plain final : public Material {
+ public:
+  explicit Plain(const Material& material) : material_(material) {}
+  double energy(const Mat3& F) const override { return material_.energy(F); }
+  Mat3 stress(const Mat3& F) const override { return material_.stress(F); }
+  Mat9 tangent(const Mat3& F) const override { return material_.tangent(F); }
+
+ private:
+  const Material& material_;
+};
+
+TEST_P(MaterialTest, EnergyStressAndTangentAreEnoughForAMaterial) {
+  const Plain plain(*material_);
+  const Eigen::Matrix3Xd g = random_vector(12, 1).reshaped(3, 4);
+  const std::array<Mat3, 4> F{deformed(0.3, 1), deformed(0.3, 2), deformed(0.8, 3), turned(4)};
+  LaneMat3 lanes;
+  for (int lane = 0; lane < 4; ++lane) set_lane(lanes, lane, F[lane]);
+  const LaneMat3 P = plain.lane_stress(lanes);
+  for (const bool definite : {false, true}) {
+    const FourStiffnesses four(plain, F, definite, g, 0.3);
+    for (int lane = 0; lane < 4; ++lane) {
+      EXPECT_EQ(get_lane(P, lane), plain.stress(F[lane]));
+      const Mat9 dP = definite ? plain.definite_tangent(F[lane]) : plain.tangent(F[lane]);
+      EXPECT_LE(four.error(lane, contracted(dP, g, 0.3)), 1e-13) << definite << ' ' << lane;
+    }
+  }
+}
+
 TEST(Rotation, IsThatOfTheSingularValueDecomposition) {
   for (unsigned seed = 0; seed < 2000; ++seed) {
     const Mat3 F = turned(seed) * deformed(seed % 2 ? 0.8 : 1e-3, seed + 500);
@@ -186,8 +215,10 @@ TEST(Rotation, IsThatOfTheSingularValueDecomposition) {
 TEST(LaneSvd, GivesBackTheMatrixWithTwoRotationsAndTheSmallestLast) {
   for (unsigned seed = 0; seed < 1000; ++seed) {
     std::array<Mat3, 4> F{deformed(0.8, seed), turned(seed), Mat3(1e-8 * deformed(2, seed + 1)), deformed(1e-3, seed)};
-    if (seed % 5 == 0) F[0].col(1) = F[0].col(2);                              // rank 2
-    if (seed % 7 == 0) F[1] = F[0].col(0) * F[0].row(1);                       // rank 1
+    if (seed % 5 == 0) F[0].col(1) = F[0].col(2);         // rank 2
+    if (seed % 7 == 0) F[1] = F[0].col(0) * F[0].row(1);  // rank 1
+    if (seed % 7 == 1)
+      F[1] = Vec3(1, 1, seed % 2) * Mat3(F[0]).row(1);  // rank 1, its second column roundoff along the first
     if (seed % 11 == 0) F[2] = turned(seed) * Vec3(2, 0, -1e-9).asDiagonal();  // graded
     if (seed % 13 == 0) F[3].setZero();
     if (seed % 17 == 0) F[3].setIdentity();
@@ -227,6 +258,16 @@ TEST(NeoHookean, DefiniteStiffnessIsTheNearestForAnyStretchesAndPoissonsRatio) {
   }
   EXPECT_GT(indefinite, 1000);
   EXPECT_LT(indefinite, 5800);  // both kinds
+}
+
+TEST(NeoHookean, DefiniteStiffnessIsDefiniteForCollapsedElements) {
+  const auto material = make_material("neo_hookean", lame(kYoung, 0.45));
+  const Eigen::Matrix3Xd g = random_vector(12, 1).reshaped(3, 4);
+  const Vec3 a(1, 1, 1), b(1, 1, 0), c(0.3, 0.7, 0.2);
+  const std::array<Mat3, 4> F{Mat3::Ones(), b * a.transpose(), a * c.transpose(), 1e-3 * b * c.transpose()};
+  const FourStiffnesses four(*material, F, true, g, 0.3);
+  for (int lane = 0; lane < 4; ++lane)
+    EXPECT_LE(four.error(lane, contracted(material->definite_tangent(F[lane]), g, 0.3)), 1e-9) << lane;
 }
 
 TEST(NeoHookean, PushesOutOfInversionAndStVenantKirchhoffDoesNot) {

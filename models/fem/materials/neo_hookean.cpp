@@ -78,9 +78,7 @@ class NeoHookean final : public Material {
     using T = Lanes;
     constexpr double kRoundoff = 1e-12;
     const LaneMat3 W = (p.a * p.a * (1 + kRoundoff)) * LaneMat3::Identity() - (p.c * p.c) * (F.transpose() * F);
-    const LaneMat3 minors = cofactor(W);
-    if (!(none_negative(W(0, 0)) && none_negative(minors(2, 2)) && none_negative(W.col(0).dot(minors.col(0)))))
-      return false;
+    if (!kt::is_definite(W)) return false;
     const T a = p.a, b = p.b, L = lambda_, k = L * p.J + p.c;  // off the diagonal: b s_i s_j + k s_k
     const T I1 = p.I, I2 = p.cofactor.squaredNorm(), J = p.J, J2 = J * J;
     const T q2 = I1 * I1 - 2 * I2, m2 = I2 * I2 - 2 * I1 * J2;  // sums of s_i^4, of (s_j s_k)^4
@@ -135,10 +133,8 @@ class NeoHookean final : public Material {
       block(k, k) = p.a + p.b * s[k] * s[k] + lambda_ * s[i] * s[i] * s[j] * s[j];
       block(i, j) = block(j, i) = p.b * s[i] * s[j] + (lambda_ * s[0] * s[1] * s[2] + p.c) * s[k];
     }
-    const LaneMat3 minors = cofactor(block);
     LaneMat3 out = LaneMat3::Zero();
-    if (none_negative(block(0, 0)) && none_negative(minors(2, 2)) && none_negative(block.col(0).dot(minors.col(0))))
-      return out;
+    if (kt::is_definite(block)) return out;
     for (int lane = 0; lane < Lanes::kCount; ++lane) {
       const Mat3 one = get_lane(block, lane);
       const Eigen::SelfAdjointEigenSolver<Mat3> eigen(one);

@@ -41,7 +41,7 @@ class StVenantKirchhoff final : public Material {
   void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
                           std::span<LaneMat3> blocks) const override {
     LaneMat3 S = second(F);
-    if (definite)
+    if (definite && !is_definite(S + (1e-12 * sqrt(S.squaredNorm())) * LaneMat3::Identity()))
       for (int lane = 0; lane < Lanes::kCount; ++lane) set_lane(S, lane, without_pressure(get_lane(S, lane)));
     const LaneMat3 FF = F * F.transpose();
     const PerNode f = per_node(F, g);
