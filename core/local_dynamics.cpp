@@ -53,7 +53,7 @@ LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric
   }
 
   if (metric == Metric::identity) {
-    metric_ = make_response(inputs, patch_basis);
+    metric_ = make_response(MatrixX(model.lift_rate.leftCols(inputs.cols())), patch_basis);
   } else {
     const Metric own = scheme == LocalScheme::implicit_euler ? Metric::implicit : Metric::mass;
     metric_is_inertia_ = metric == own;

@@ -25,7 +25,10 @@ struct LocalModel {
   SurfacePatch patch;
   std::vector<int> recovered_node;        ///< global nodes whose motion `basis` recovers; the first p are the patch's
   VectorX x0, v0;                         ///< their positions [m] and velocities [m/s] at the linearization
-  SparseMatrix basis;                     ///< (3 recovered x r), orthonormal columns; zero rows: the node is immovable
+  SparseMatrix basis;                     ///< (3 recovered x r); zero rows: the node is immovable
+  /// The coordinates of given displacements and velocities of the recovered nodes, (r x 3 recovered): basis lift = 1 on
+  /// the rows that can move. The rest of the body follows statically, or as its inertia lets it.
+  SparseMatrix lift, lift_rate;
   SparseMatrix mass, damping, stiffness;  ///< (r x r), symmetric; mass > 0
   VectorX f0;                             ///< force at q = 0, q' = 0 [N], (r)
   VectorX q_rate0;                        ///< reduced velocity at the linearization, (r)

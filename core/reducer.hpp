@@ -2,6 +2,7 @@
 // Tangent model + contact site -> LocalModel. A reducer is a function; backends: reducers.def.
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "core/backend.hpp"
 #include "core/local_model.hpp"
@@ -18,6 +19,9 @@ struct ContactSite {
 
 struct ReduceOptions {
   int rings = 1;  ///< wall: graph rings of nodes around the node nearest to the site, besides the patch
+  std::vector<double> shifts_hz = {0, 60, 200};  ///< krylov: where the model is exact, of real rates
+  double rank_tolerance = 1e-6;                  ///< krylov: what nearly repeats other motions is dropped
+  int modes = 60;                                ///< modal: lowest vibrations kept
 };
 
 /// The body's surface: triangles (global node indices) and who neighbours whom.

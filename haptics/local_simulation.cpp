@@ -19,7 +19,7 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   PreparedLocalModel& now = *model_;
   PreparedLocalModel& old = *next;
 
-  // Where the old model's nodes are, in the new model's coordinates: q = B^T (x_old - x0).
+  // Where the old model's nodes are, in the new model's coordinates.
   old.work.x_recovered = old.model.x0;
   old.work.x_recovered.noalias() += old.model.basis * old.state.q;
   old.work.v_recovered.noalias() = old.model.basis * old.state.q_rate;
@@ -28,10 +28,12 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
     const int row = old.recovered_row[now.model.recovered_node[i]];
     node(w.x_recovered, i) =
         row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(old.work.x_recovered, row) - node(now.model.x0, i));
-    node(w.v_recovered, i) = row < 0 ? Vec3(node(now.model.v0, i)) : Vec3(node(old.work.v_recovered, row));
+    node(w.v_recovered, i) =
+        row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(old.work.v_recovered, row) - node(now.model.v0, i));
   }
-  now.state.q.noalias() = now.model.basis.transpose() * w.x_recovered;
-  now.state.q_rate.noalias() = now.model.basis.transpose() * w.v_recovered;
+  now.state.q.noalias() = now.model.lift * w.x_recovered;
+  now.state.q_rate = now.model.q_rate0;
+  now.state.q_rate.noalias() += now.model.lift_rate * w.v_recovered;
 
   now.state.anchors.count = 0;
   for (Contact anchor : old.state.anchors) {

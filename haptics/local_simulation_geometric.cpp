@@ -48,7 +48,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   w.q_trial = s.q;
   for (int c = 0; c < 3; ++c) {
     const Vec3 push = contact.bary[c] / weight * d;
-    if (moves[c]) s.q.noalias() += m.patch_basis.middleRows<3>(3 * t[c]).transpose() * push;
+    if (moves[c]) s.q.noalias() += m.model.lift.middleCols(3 * t[c], 3) * push;
   }
 
   // Force of the deformed body at the contact point, and its motion without the constraint.
@@ -58,7 +58,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   w.x_end = m.model.x0.head(w.x.size());
   w.x_end.noalias() += m.patch_basis * s.q;
   w.u_free.noalias() = m.patch_basis * w.v_free;
-  w.x_guess.noalias() = m.patch_basis * w.force;
+  w.x_guess.noalias() = m.model.lift.leftCols(w.x.size()).transpose() * w.force;
 
   problem_.count = 1;
   problem_.h = h_left;

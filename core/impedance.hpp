@@ -1,0 +1,33 @@
+#pragma once
+// How a body answers a force that swings at one patch vertex: u = C(w) f, (3 x 3 complex) [m/N]. Its inverse, the contact
+// impedance, is what a tool feels; how far a local model's is off certifies the model.            method.md section 3.
+#include <complex>
+
+#include "core/subspace.hpp"
+
+namespace kt {
+
+using ComplexMat3 = Eigen::Matrix<std::complex<double>, 3, 3>;
+
+/// Of the local model, at a patch vertex that can move. @param hz  >= 0
+ComplexMat3 compliance(const LocalModel& model, int vertex, double hz);
+
+/// Of the whole linearized body at a free node: one real factorization for each frequency, for all nodes that are then
+/// asked for. It preconditions the complex system, which no real solver takes.
+class BodyCompliance {
+ public:
+  /// Throws RunError when M (2 pi hz)^2 + D 2 pi hz + K is not positive definite.
+  BodyCompliance(const FreeBody& body, double hz);
+  ~BodyCompliance();
+  ComplexMat3 at(int node) const;
+
+ private:
+  struct System;
+  const FreeBody& body_;
+  std::unique_ptr<System> system_;
+};
+
+/// |Z - Z_body| / |Z_body| of the impedances Z = C^-1 (Frobenius).
+double impedance_error(const ComplexMat3& compliance, const ComplexMat3& body_compliance);
+
+}  // namespace kt

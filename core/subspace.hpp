@@ -1,0 +1,34 @@
+#pragma once
+// Local models whose coordinates are motions of the whole body, not nodes: what reducers by projection share.
+#include "core/free_dofs.hpp"
+#include "core/reducer.hpp"
+#include "core/sparse_solver.hpp"
+
+namespace kt {
+
+/// mass, damping, stiffness of the free nodes, symmetric (what turns with a damper is left out: it is no property of
+/// the linear body), with the force at zero velocity.
+struct FreeBody {
+  explicit FreeBody(const TangentModel& tangent);
+  FreeDofs dofs;
+  SparseMatrix mass, damping, stiffness;
+  VectorX force, velocity;  ///< f0 without the damping of v0 [N]; v0 [m/s]
+  /// Unit forces on the patch's free nodes, (free x inputs).
+  MatrixX inputs(const SurfacePatch& patch) const;
+};
+
+/// (s^2 M + s D + K)^-1 [patch inputs, force at rest] for s = 2 pi f of each `shift` f [Hz], >= 0: how the body moves under
+/// forces that grow as e^(s t); last, how it moves now. A body that is free to move has no response at 0: there the mass
+/// at 1 Hz is added.
+/// Throws RunError when a matrix is not positive definite.
+MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);
+
+/// Columns spanning what `motions` span, orthonormal in the mass, (free x r): directions that are the others' to within
+/// `tolerance` of their length (in the mass) are dropped.
+MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double tolerance);
+
+/// The body confined to the motions V, orthonormal in the mass: in the coordinates of its own vibrations, so that mass is
+/// the identity, stiffness diagonal, and damping too where it is proportional to within `kProportional`.
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& V);
+
+}  // namespace kt

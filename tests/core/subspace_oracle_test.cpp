@@ -1,0 +1,89 @@
+// Reducers by projection and the impedance against dense matrices of the whole body.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <numbers>
+
+#include "core/impedance.hpp"
+#include "core/local_dynamics.hpp"
+#include "tests/support/linearized_block.hpp"
+
+namespace kt {
+namespace {
+
+/// Displacement of the patch per force on it that grows as e^(s t), (3p x 3p), of the body and of the model.
+MatrixX body_response(const LinearizedBlock& b, const SurfacePatch& patch, double s) {
+  const FreeBody body(b.tangent);
+  const MatrixX B = body.inputs(patch);
+  return B.transpose() * MatrixX(s * s * body.mass + s * body.damping + body.stiffness).ldlt().solve(B);
+}
+MatrixX model_response(const LocalModel& m, double s) {
+  const MatrixX B = m.basis.topRows(3 * m.patch.num_vertices());
+  return B * MatrixX(s * s * m.mass + s * m.damping + m.stiffness).ldlt().solve(B.transpose());
+}
+
+TEST(Krylov, IsExactAtItsShifts) {
+  const LinearizedBlock b(4);
+  const LocalModel m = b.reduce("krylov");
+  EXPECT_LT(m.dof(), 3 * b.mesh.num_nodes() / 2);
+  for (double hz : {0.0, 60.0, 200.0}) {
+    const double s = 2 * std::numbers::pi * hz;
+    EXPECT_LE(relative_error(model_response(m, s), body_response(b, m.patch, s)), 1e-6) << hz;
+  }
+  EXPECT_LE(relative_error(model_response(m, 600), body_response(b, m.patch, 600)), 0.02);  // and close between
+}
+
+TEST(Condensed, IsGuyansReduction) {
+  const LinearizedBlock b(4);
+  const LocalModel m = b.reduce("condensed");
+  EXPECT_LE(relative_error(model_response(m, 0), body_response(b, m.patch, 0)), 1e-9);
+  // Away from rest: the static motions under unit displacements of the patch carry the mass.
+  const FreeBody body(b.tangent);
+  const MatrixX B = body.inputs(m.patch), K = body.stiffness, C = K.ldlt().solve(B);
+  MatrixX V(C.rows(), C.cols() + 2);
+  V << C * (B.transpose() * C).inverse(), K.ldlt().solve(body.force), body.velocity;
+  const double s = 300;
+  const MatrixX A = s * s * MatrixX(body.mass) + s * MatrixX(body.damping) + K;
+  const MatrixX expected = B.transpose() * V * (V.transpose() * A * V).ldlt().solve(V.transpose() * B);
+  EXPECT_LE(relative_error(model_response(m, s), expected), 1e-7);
+}
+
+TEST(Subspace, DropsMotionsThatRepeatOthers) {
+  const LinearizedBlock b(2);
+  const FreeBody body(b.tangent);
+  MatrixX motions(body.dofs.size(), 7);
+  for (int c = 0; c < 4; ++c) motions.col(c) = random_vector(body.dofs.size(), static_cast<unsigned>(c));
+  motions.col(4) = motions.col(0) + 1e-9 * random_vector(body.dofs.size(), 9);
+  motions.col(5).setZero();
+  motions.col(6) = 1e-12 * motions.col(1) - 3e-12 * motions.col(2);
+  const MatrixX V = orthonormal_motions(body.mass, motions, 1e-6);
+  ASSERT_EQ(V.cols(), 4);
+  EXPECT_LE((V.transpose() * (body.mass * V) - MatrixX::Identity(4, 4)).norm(), 1e-12);
+  for (int c = 0; c < 4; ++c)
+    EXPECT_LE((V * (V.transpose() * (body.mass * motions.col(c))) - motions.col(c)).norm(), 1e-8 * motions.col(c).norm());
+}
+
+TEST(Impedance, OfTheBodyAndOfItsModelsAgreesWithDenseMatrices) {
+  const LinearizedBlock b(3);
+  const FreeBody body(b.tangent);
+  const LocalModel full = b.reduce("full");
+  for (double hz : {0.0, 5.0, 50.0, 500.0}) {
+    const double w = 2 * std::numbers::pi * hz;
+    const Eigen::MatrixXcd dynamic = MatrixX(body.stiffness - w * w * body.mass).cast<std::complex<double>>() +
+                                     std::complex<double>(0, w) * MatrixX(body.damping).cast<std::complex<double>>();
+    const Eigen::MatrixXcd inverse = dynamic.inverse();
+    const BodyCompliance of_body(body, hz);
+    for (int vertex : {0, 3}) {
+      const int node = full.patch.global_node[vertex];
+      const std::vector<int> dofs{body.dofs.to_free[3 * node], body.dofs.to_free[3 * node + 1],
+                                  body.dofs.to_free[3 * node + 2]};
+      const ComplexMat3 exact = inverse(dofs, dofs);
+      EXPECT_LE((of_body.at(node) - exact).norm(), 1e-6 * exact.norm()) << hz;
+      EXPECT_LE((compliance(full, vertex, hz) - exact).norm(), 1e-9 * exact.norm()) << hz;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kt
