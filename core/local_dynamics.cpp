@@ -1,6 +1,7 @@
 #include "core/local_dynamics.hpp"
 
 #include <Eigen/Cholesky>
+#include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.hpp"
 
@@ -29,15 +30,26 @@ Response make_response(const MatrixX& inverse_times_basis, const SparseMatrix& p
 
 }  // namespace
 
+bool is_uncoupled(const LocalModel& model) {
+  return is_diagonal(model.mass) && is_diagonal(model.damping) && is_diagonal(model.stiffness);
+}
+
 LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h)
     : model_(model), scheme_(scheme), h_(h), rhs_(model.dof()), permuted_(model.dof()) {
+  const bool uncoupled = is_uncoupled(model);
+  if (scheme == LocalScheme::exact && !uncoupled)
+    throw InputError(text("local.integrator exact: the vibrations of local.reducer ", model.reducer,
+                          " are coupled by their damping or are none; use implicit_euler"));
   const SparseMatrix patch_basis = model.basis.topRows(3 * model.patch.num_vertices());
   const MatrixX inputs = MatrixX(patch_basis.transpose());
   const SparseMatrix implicit = model.mass + h * model.damping + (h * h) * model.stiffness;
-  const SparseMatrix& A = scheme == LocalScheme::implicit_euler ? implicit : model.mass;
+  const SparseMatrix& A = scheme == LocalScheme::symplectic_euler ? model.mass : implicit;
 
   SparseCholesky llt;
-  if (is_diagonal(A)) {
+  if (uncoupled) {
+    make_vibrations();
+    inertia_ = make_response((vibrations_.mean_force / h).asDiagonal() * inputs, patch_basis);
+  } else if (is_diagonal(A)) {
     diagonal_inverse_ = VectorX(A.diagonal()).cwiseInverse();
     inertia_ = make_response(diagonal_inverse_.asDiagonal() * inputs, patch_basis);
   } else {
@@ -55,14 +67,48 @@ LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric
   if (metric == Metric::identity) {
     metric_ = make_response(MatrixX(model.lift_rate.leftCols(inputs.cols())), patch_basis);
   } else {
-    const Metric own = scheme == LocalScheme::implicit_euler ? Metric::implicit : Metric::mass;
+    const Metric own = scheme == LocalScheme::symplectic_euler ? Metric::mass : Metric::implicit;
     metric_is_inertia_ = metric == own;
     if (!metric_is_inertia_) {
       llt.compute(metric == Metric::implicit ? implicit : model.mass);
       require_success(llt);
       metric_ = make_response(llt.solve(inputs), patch_basis);
+    } else if (scheme == LocalScheme::exact) {
+      end_response_ = (vibrations_.end_force / h).asDiagonal() * inputs;
     }
   }
+}
+
+void LocalDynamics::make_vibrations() {
+  const VectorX m = model_.mass.diagonal(), d = model_.damping.diagonal(), k = model_.stiffness.diagonal();
+  if (!(m.array() > 0).all()) throw RunError("the local model's step matrix is not positive definite");
+  Vibrations& v = vibrations_;
+  v.mean_q = v.mean_rate = v.mean_force = v.end_q = v.end_rate = v.end_force = VectorX(m.size());
+  for (int i = 0; i < m.size(); ++i) {
+    if (scheme_ == LocalScheme::exact) {
+      make_exact(m[i], d[i], k[i], i);
+      continue;
+    }
+    const bool is_implicit = scheme_ == LocalScheme::implicit_euler;
+    const double a = is_implicit ? m[i] + h_ * d[i] + h_ * h_ * k[i] : m[i];
+    v.mean_q[i] = v.end_q[i] = -h_ * k[i] / a;
+    v.mean_rate[i] = v.end_rate[i] = is_implicit ? m[i] / a : 1 - h_ * d[i] / a;
+    v.mean_force[i] = v.end_force[i] = h_ / a;
+  }
+}
+
+/// The exponential of (q, q', force)' = [q', (force - k q - d q') / m, 0] over the step (Van Loan 1978).
+void LocalDynamics::make_exact(double mass, double damping, double stiffness, int i) {
+  Mat3 generator;
+  generator << 0, 1, 0, -stiffness / mass, -damping / mass, 1 / mass, 0, 0, 0;
+  const Mat3 step = (h_ * generator).exp();
+  Vibrations& v = vibrations_;
+  v.mean_q[i] = (step(0, 0) - 1) / h_;
+  v.mean_rate[i] = step(0, 1) / h_;
+  v.mean_force[i] = step(0, 2) / h_;
+  v.end_q[i] = step(1, 0);
+  v.end_rate[i] = step(1, 1);
+  v.end_force[i] = step(1, 2);
 }
 
 void LocalDynamics::solve(VectorX& b) const noexcept {
@@ -85,18 +131,26 @@ void LocalDynamics::force(const VectorX& q, const VectorX& q_rate, VectorX& out)
   out.noalias() -= model_.damping * q_rate;
 }
 
-void LocalDynamics::free_velocity(const VectorX& q, const VectorX& q_rate, VectorX& out) const noexcept {
+void LocalDynamics::free_motion(const VectorX& q, const VectorX& q_rate, VectorX& mean, VectorX& end) const noexcept {
+  if (const Vibrations& v = vibrations_; v.mean_q.size()) {
+    const auto &f0 = model_.f0.array(), &at = q.array(), &rate = q_rate.array();
+    rhs_.array() = v.end_q.array() * at + v.end_rate.array() * rate + v.end_force.array() * f0;
+    mean.array() = v.mean_q.array() * at + v.mean_rate.array() * rate + v.mean_force.array() * f0;
+    end = rhs_;
+    return;
+  }
   if (scheme_ == LocalScheme::symplectic_euler) {
     force(q, q_rate, rhs_);
     solve(rhs_);
-    out = q_rate + h_ * rhs_;
-    return;
+    mean = q_rate + h_ * rhs_;
+  } else {
+    mean = model_.f0;
+    mean.noalias() -= model_.stiffness * q;
+    mean *= h_;
+    mean.noalias() += model_.mass * q_rate;
+    solve(mean);
   }
-  out = model_.f0;
-  out.noalias() -= model_.stiffness * q;
-  out *= h_;
-  out.noalias() += model_.mass * q_rate;
-  solve(out);
+  end = mean;
 }
 
 }  // namespace kt

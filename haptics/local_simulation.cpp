@@ -55,10 +55,10 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
 void LocalSimulation::find_free_motion() noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
-  w.x = m.model.x0.head(w.x.size());
-  w.x.noalias() += m.patch_basis * m.state.q;
-  m.dynamics->free_velocity(m.state.q, m.state.q_rate, w.v_free);
-  w.u_free.noalias() = m.patch_basis * w.v_free;
+  m.recover_patch(m.state.q, w.x);
+  w.x += m.model.x0.head(w.x.size());
+  m.dynamics->free_motion(m.state.q, m.state.q_rate, w.v_free, w.v_free_end);
+  m.recover_patch(w.v_free, w.u_free);
 }
 
 bool LocalSimulation::find_impact(const ToolSweep& sweep, Contact& impact) noexcept {
@@ -73,7 +73,7 @@ bool LocalSimulation::find_impact(const ToolSweep& sweep, Contact& impact) noexc
 void LocalSimulation::accept_free_motion() noexcept {
   LocalState& s = model_->state;
   s.q.noalias() += h_ * model_->work.v_free;
-  s.q_rate = model_->work.v_free;
+  s.q_rate = model_->work.v_free_end;
   s.anchors.count = 0;
   model_->work.du.setZero();
 }

@@ -88,16 +88,16 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
     rewind_to(impact);
   }
 
-  // v+ = v_free + Y J^T p;  q+ = q + h v_free + sum of what each impulse moved.
+  // q+ = q + h v_free + sum of what each impulse moved, and the velocity that goes with it.
   w.impulse_weighted += (1 - toi) * w.impulse;
   LocalState& s = m.state;
-  const MatrixX& Y = m.dynamics->metric().Y;
+  const MatrixX &Y = m.dynamics->metric().Y, &Y_end = m.dynamics->end_response();
   s.q.noalias() += h_ * w.v_free;
-  s.q_rate = w.v_free;
+  s.q_rate = w.v_free_end;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i) {
     if (!node(w.impulse_weighted, i).isZero(0))
       s.q.noalias() += h_ * (Y.middleCols<3>(3 * i) * node(w.impulse_weighted, i));
-    if (!node(w.impulse, i).isZero(0)) s.q_rate.noalias() += Y.middleCols<3>(3 * i) * node(w.impulse, i);
+    if (!node(w.impulse, i).isZero(0)) s.q_rate.noalias() += Y_end.middleCols<3>(3 * i) * node(w.impulse, i);
   }
 
   s.anchors.count = 0;

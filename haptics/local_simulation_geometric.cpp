@@ -53,11 +53,11 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
 
   // Force of the deformed body at the contact point, and its motion without the constraint.
   m.dynamics->force(s.q, s.q_rate, w.force);
-  m.dynamics->free_velocity(s.q, s.q_rate, w.v_free);
+  m.dynamics->free_motion(s.q, s.q_rate, w.v_free, w.v_free_end);
   w.v_free = s.q_rate + (1 - toi) * (w.v_free - s.q_rate);
-  w.x_end = m.model.x0.head(w.x.size());
-  w.x_end.noalias() += m.patch_basis * s.q;
-  w.u_free.noalias() = m.patch_basis * w.v_free;
+  m.recover_patch(s.q, w.x_end);
+  w.x_end += m.model.x0.head(w.x.size());
+  m.recover_patch(w.v_free, w.u_free);
   w.x_guess.noalias() = m.model.lift.leftCols(w.x.size()).transpose() * w.force;
 
   problem_.count = 1;
@@ -85,8 +85,8 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
     w.v_free = s.q_rate + (1 - toi) * (w.v_free - s.q_rate);
     s.q += h_left * w.v_free;
     s.q_rate = w.v_free;
-    w.x_end = m.model.x0.head(w.x.size());
-    w.x_end.noalias() += m.patch_basis * s.q;
+    m.recover_patch(s.q, w.x_end);
+    w.x_end += m.model.x0.head(w.x.size());
     const Contact next = nearest_point_contact(patch, w.x_end, target);
     s.anchors.count = 0;
     if (next.gap > 0) return;
@@ -116,8 +116,8 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
 
   // Sticking keeps the material point; sliding takes the one that is under the tool now, perhaps on a neighbour.
   if (solution_.mode[0] != ContactMode::stick) {
-    w.x_end = m.model.x0.head(w.x.size());
-    w.x_end.noalias() += m.patch_basis * s.q;
+    m.recover_patch(s.q, w.x_end);
+    w.x_end += m.model.x0.head(w.x.size());
     contact = track_point_contact(patch, w.x_end, target, contact.triangle);
   }
   s.anchors.count = 0;

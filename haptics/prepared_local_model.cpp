@@ -2,6 +2,13 @@
 
 namespace kt {
 
+void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) const noexcept {
+  if (dense_patch_basis.size())
+    out.noalias() = dense_patch_basis * reduced;
+  else
+    out.noalias() = patch_basis * reduced;
+}
+
 std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
                                             const std::string& collision_backend, int num_nodes, int num_triangles) {
   auto out = std::make_unique<PreparedLocalModel>();
@@ -11,6 +18,8 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   const int triangles = static_cast<int>(m.patch.triangles.size());
   out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
   out->patch_basis = m.basis.topRows(p3);
+  if (2 * out->patch_basis.nonZeros() > out->patch_basis.rows() * out->patch_basis.cols())
+    out->dense_patch_basis = out->patch_basis;
 
   out->index = make_triangle_index(collision_backend);
   out->index->build(m.patch.triangles, m.x0.head(p3));
@@ -29,7 +38,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   out->state.q = VectorX::Zero(r);
   out->state.q_rate = m.q_rate0;
   LocalWorkspace& w = out->work;
-  w.v_free = w.q_trial = w.force = VectorX::Zero(r);
+  w.v_free = w.v_free_end = w.q_trial = w.force = VectorX::Zero(r);
   w.x = m.x0.head(p3);
   w.x_event = w.x_end = w.x_guess = w.x;
   w.u_free = w.du = w.du_guess = w.step = w.step_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);

@@ -17,7 +17,8 @@ struct LocalState {
 
 /// Room for one tick's intermediate values; (p) patch vertices, (r) reduced coordinates.
 struct LocalWorkspace {
-  VectorX v_free, q_trial, force;       ///< (r)
+  VectorX v_free, v_free_end;           ///< without contact: mean velocity over the tick, and at its end [m/s], (r)
+  VectorX q_trial, force;               ///< (r)
   VectorX x, x_event, x_end, x_guess;   ///< patch positions: start of tick, last event, end of tick, guess [m], (3p)
   VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
   VectorX du_guess, step, step_before;  ///< iterates of du
@@ -32,11 +33,15 @@ struct PreparedLocalModel {
   std::unique_ptr<LocalDynamics> dynamics;
   std::unique_ptr<TriangleIndex> index;
   SparseMatrix patch_basis;                ///< first 3p rows of the basis
+  MatrixX dense_patch_basis;               ///< the same when most entries are not zero: several times faster
   std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move
   std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
   std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1
   LocalState state;
   LocalWorkspace work;
+
+  /// Motion of the patch vertices, (3p), for reduced coordinates or velocities, (r). No allocation.
+  void recover_patch(const VectorX& reduced, VectorX& out) const noexcept;
 };
 
 /// @param num_nodes, num_triangles  of the whole body

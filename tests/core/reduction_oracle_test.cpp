@@ -148,10 +148,10 @@ TEST(Full, StepsAsTheWholeLinearizedBodyDoes) {
       A(d, d) = 1;
     }
   const Eigen::LLT<MatrixX> llt(A);
-  VectorX q = VectorX::Zero(m.dof()), rate = m.q_rate0, out(m.dof());
+  VectorX q = VectorX::Zero(m.dof()), rate = m.q_rate0, out(m.dof()), end(m.dof());
   VectorX x = b.tangent.state.x, v = b.tangent.state.v;
   for (int step = 0; step < 20; ++step) {
-    dynamics.free_velocity(q, rate, out);
+    dynamics.free_motion(q, rate, out, end);
     rate = out;
     q += h * rate;
     // M (v+ - v) = h (f0 + dfdx (x + h v+ - x0) + dfdv (v+ - v0))
@@ -197,10 +197,11 @@ TEST(LocalDynamics, IsDenseAlgebraForBothSchemesAllMetricsAndBothSolverPaths) {
         const VectorX force = m.f0 - K * q - D * rate;
         const VectorX free =
             is_implicit ? VectorX(A.solve(M * rate + h * (m.f0 - K * q))) : VectorX(rate + h * A.solve(force));
-        VectorX found(m.dof());
+        VectorX found(m.dof()), end(m.dof());
         EXPECT_EQ(allocations_during([&] { dynamics.force(q, rate, found); }), 0);
         EXPECT_LE(relative_error(found, force), kRoundoff);
-        EXPECT_EQ(allocations_during([&] { dynamics.free_velocity(q, rate, found); }), 0);
+        EXPECT_EQ(allocations_during([&] { dynamics.free_motion(q, rate, found, end); }), 0);
+        EXPECT_EQ(end, found);
         EXPECT_LE(relative_error(found, free), kRoundoff) << c.reducer << c.cells;
         EXPECT_EQ(dynamics.h(), h);
       }
