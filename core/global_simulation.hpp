@@ -11,7 +11,8 @@ namespace kt {
 /// What the local side did to the body during one haptic tick at one contact.
 struct ContactSample {
   double t = 0;                 ///< start of the tick [s]
-  std::array<int, 3> nodes{};   ///< global nodes of the touched triangle
+  int triangle = -1;            ///< of the body's surface
+  std::array<int, 3> nodes{};   ///< its global nodes
   Vec3 bary = Vec3::Zero();     ///< their weights
   Vec3 impulse = Vec3::Zero();  ///< given to the body during the tick [N s]
   Vec3 normal = Vec3::Zero();   ///< unit, from the body towards the tool

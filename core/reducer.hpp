@@ -24,6 +24,11 @@ struct ReduceOptions {
   int modes = 60;                                ///< modal: lowest vibrations kept
 };
 
+/// A reducer that needs a positive definite stiffness met another one: try the definite tangent.
+struct IndefiniteBody : RunError {
+  using RunError::RunError;
+};
+
 /// The body's surface: triangles (global node indices) and who neighbours whom.
 struct Surface {
   std::vector<Triangle> triangles;

@@ -73,7 +73,7 @@ MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::ve
     const double s = 2 * std::numbers::pi * shifts[i], s_free = 2 * std::numbers::pi;
     bool good = solver->factor(SparseMatrix(s * s * body.mass + s * body.damping + body.stiffness));
     if (!good && s == 0) good = solver->factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
-    if (!good) throw RunError("reducer: the body's stiffness is not positive definite");
+    if (!good) throw IndefiniteBody("reducer: the body's stiffness is not positive definite");
     out.middleCols(static_cast<Eigen::Index>(i) * columns, columns) = solver->solve(loads);
   }
   return out;

@@ -6,8 +6,8 @@
 
 namespace kt {
 
-LocalSimulation::LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver)
-    : tool_(tool), h_(h), solver_(std::move(solver)) {
+LocalSimulation::LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver, double blend)
+    : tool_(tool), h_(h), solver_(std::move(solver)), blend_(h, blend) {
   problem_.velocity.setZero(3 * kMaxContacts);
   problem_.W.setZero(3 * kMaxContacts, 3 * kMaxContacts);
   solution_.impulse.setZero(0);
@@ -15,40 +15,32 @@ LocalSimulation::LocalSimulation(const ToolShape& tool, double h, std::unique_pt
 
 std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<PreparedLocalModel> next) noexcept {
   std::swap(model_, next);
-  if (!next) return next;
+  if (!next) {
+    motion_ = make_local_motion(static_cast<int>(model_->recovered_row.size()));
+    return next;
+  }
   PreparedLocalModel& now = *model_;
   PreparedLocalModel& old = *next;
-
-  // Where the old model's nodes are, in the new model's coordinates.
-  old.work.x_recovered = old.model.x0;
-  old.work.x_recovered.noalias() += old.model.basis * old.state.q;
-  old.work.v_recovered.noalias() = old.model.basis * old.state.q_rate;
-  LocalWorkspace& w = now.work;
-  for (int i = 0; i < static_cast<int>(now.model.recovered_node.size()); ++i) {
-    const int row = old.recovered_row[now.model.recovered_node[i]];
-    node(w.x_recovered, i) =
-        row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(old.work.x_recovered, row) - node(now.model.x0, i));
-    node(w.v_recovered, i) =
-        row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(old.work.v_recovered, row) - node(now.model.v0, i));
+  blend_.begin();
+  if (now.caught_up) {
+    if (now.state.anchors.count == 0 && old.state.anchors.count > 0) flags_ |= kLostAnchor;
+    return next;
   }
-  now.state.q.noalias() = now.model.lift * w.x_recovered;
-  now.state.q_rate = now.model.q_rate0;
-  now.state.q_rate.noalias() += now.model.lift_rate * w.v_recovered;
 
+  record_motion(old, 0, motion_);
+  carry_motion(motion_, now);
   now.state.anchors.count = 0;
-  for (Contact anchor : old.state.anchors) {
+  for (int i = 0; i < old.state.anchors.count; ++i) {
+    Contact anchor = old.state.anchors.contacts[i];
     anchor.triangle = now.local_triangle[old.model.patch.global_triangle[anchor.triangle]];
-    if (anchor.triangle < 0)
+    if (anchor.triangle < 0) {
       flags_ |= kLostAnchor;
-    else
-      now.state.anchors.add(anchor);
+      continue;
+    }
+    now.state.impulse[now.state.anchors.count] = old.state.impulse[i];
+    now.state.anchors.add(anchor);
   }
-  // The motion that contact causes goes on: the first guess of the next tick.
-  for (int i = 0; i < now.model.patch.num_vertices(); ++i) {
-    const int row = old.recovered_row[now.model.patch.global_node[i]];
-    node(w.du, i) =
-        row >= 0 && row < old.model.patch.num_vertices() ? Vec3(node(old.work.du, row)) : Vec3(Vec3::Zero());
-  }
+  now.state.sliding = old.state.sliding;
   return next;
 }
 
@@ -102,10 +94,29 @@ LocalFrame LocalSimulation::step(const ToolSweep& sweep) noexcept {
     frame.mode = ContactMode::free;
     flags_ |= kNotFinite;
   }
-  sliding_ = frame.mode == ContactMode::frictional_slide;
+  shape_force(sweep, frame);
+  s.sliding = frame.mode == ContactMode::frictional_slide;
   frame.flags = flags_;
   flags_ = 0;
   return frame;
+}
+
+/// What leaves for the hand: no step at a refresh, and no fall where the tool ran off the patch.
+void LocalSimulation::shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept {
+  const bool touches = frame.mode != ContactMode::free;
+  const Vec3 moved = sweep.x_t1 - sweep.x_t0;
+  const bool ran_off = !touches && !rim_normal_.isZero(0) && rim_normal_.dot(moved) <= 0;
+  is_off_patch_ = !touches && (is_off_patch_ || ran_off);
+  if (is_off_patch_) flags_ |= kLeftPatch;
+  frame.force = blend_.apply(frame.force, touches, is_off_patch_, moved);
+  rim_normal_ = touches && (flags_ & kLeftPatch) ? frame.normal : Vec3(Vec3::Zero());
+}
+
+/// The patch triangle that a tool has got into unseen, while the patch did not reach there; -1: none.
+int LocalSimulation::overlapped_triangle(const Vec3& tool) const noexcept {
+  const PreparedLocalModel& m = *model_;
+  const Contact nearest = nearest_point_contact(m.model.patch, m.work.x, tool);
+  return nearest.gap < tool_.radius ? nearest.triangle : -1;
 }
 
 /// Splits the tick's impulses into what is reported and what goes to the global side.
@@ -117,7 +128,7 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
   frame.gap = contacts_.count ? contacts_.contacts[0].gap : 0;
   for (int i = 0; i < contacts_.count; ++i) {
     const Contact& contact = contacts_.contacts[i];
-    const Vec3 force = -body_impulse_[i] / h_;
+    const Vec3 impulse = model_->state.impulse[i], force = -impulse / h_;
     const double f_n = force.dot(contact.normal);
     const Vec3 f_t = force - f_n * contact.normal;
     normal_sum += f_n * contact.normal;
@@ -133,9 +144,10 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     }
     const Triangle& t = patch.triangles[contact.triangle];
     ContactSample& sample = samples_[num_samples_++];
+    sample.triangle = patch.global_triangle[contact.triangle];
     sample.t = t_ - h_;
     sample.bary = contact.bary;
-    sample.impulse = body_impulse_[i];
+    sample.impulse = impulse;
     sample.normal = contact.normal;
     sample.sticks = solution_.mode[i] == ContactMode::stick;
     sample.point = frame.tool - (tool_.radius + contact.gap) * contact.normal;

@@ -4,7 +4,8 @@
 
 #include "core/global_simulation.hpp"
 #include "haptics/contact/contact_solver.hpp"
-#include "haptics/prepared_local_model.hpp"
+#include "haptics/force_blend.hpp"
+#include "haptics/local_motion.hpp"
 
 namespace kt {
 
@@ -38,11 +39,15 @@ struct LocalFrame {
 
 class LocalSimulation {
  public:
-  LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver);
+  /// @param blend  over which the difference between two local models fades from the force [s]; 0: not at all
+  LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver, double blend = 0);
 
-  /// Goes over to a new local model: patch motion and contacts are carried over by node and triangle. No allocation;
-  /// gives the old model back, to be freed elsewhere.
+  /// Goes over to a new local model: patch motion and contacts are carried over by node and triangle, unless the new
+  /// model is caught up already. No allocation; gives the old model back, to be freed elsewhere.
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept;
+
+  /// Puts the model in and takes the present one out, as they are.
+  void swap_model(std::unique_ptr<PreparedLocalModel>& model) noexcept { model_.swap(model); }
 
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
   LocalFrame step(const ToolSweep& sweep) noexcept;
@@ -63,10 +68,12 @@ class LocalSimulation {
   void resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left, int start) noexcept;
   void find_contacts(const VectorX& x, const Vec3& tool, int start) noexcept;
   bool fill_problem(const Vec3& tool_velocity, double h_left) noexcept;
-  void warm_start(const ContactSet& before, const std::array<Vec3, kMaxContacts>& impulses) noexcept;
+  void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
+  int overlapped_triangle(const Vec3& tool) const noexcept;
+  void shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept;
 
   ToolShape tool_;
   double h_, t_ = 0;
@@ -75,10 +82,12 @@ class LocalSimulation {
   ContactSet contacts_;  // of this tick
   ContactProblem problem_;
   ContactSolution solution_;
-  std::array<Vec3, kMaxContacts> body_impulse_{};  // per contact, kept for the next tick's start [N s]
   std::array<ContactSample, kMaxContacts> samples_{};
   int num_samples_ = 0;
-  bool sliding_ = false;  // the contact that carried most slid in the last tick
+  LocalMotion motion_;  // room, for the refresh
+  ForceBlend blend_;
+  Vec3 rim_normal_ = Vec3::Zero();  // of a contact at the edge of the patch in the last tick, else zero
+  bool is_off_patch_ = false;       // contact ended there, though the tool did not back off
   unsigned flags_ = 0;
 };
 

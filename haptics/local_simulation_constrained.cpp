@@ -42,6 +42,7 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   double toi = 0;  // of the last event
   Vec3 tool_event = sweep.x_t0;
   int start = m.state.anchors.count ? m.state.anchors.contacts[0].triangle : -1;
+  if (start < 0 && is_off_patch_) start = overlapped_triangle(sweep.x_t0);
   const Vec3 tool_velocity = (sweep.x_t1 - sweep.x_t0) / h_;
 
   const auto rewind_to = [&](const Contact& impact) {
@@ -105,13 +106,13 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   for (int i = 0; i < contacts_.count; ++i) {
     if (solution_.mode[i] == ContactMode::free) continue;
     contacts_.contacts[kept] = contacts_.contacts[i];
-    body_impulse_[kept] = solution_.impulse.segment<3>(3 * i);
+    s.impulse[kept] = solution_.impulse.segment<3>(3 * i);
     solution_.mode[kept] = solution_.mode[i];
     s.anchors.add(contacts_.contacts[kept++]);
   }
   contacts_.count = kept;
   frame.force.setZero();
-  for (int i = 0; i < kept; ++i) frame.force -= body_impulse_[i] / h_;
+  for (int i = 0; i < kept; ++i) frame.force -= s.impulse[i] / h_;
   report_contacts(frame);
 }
 
@@ -144,10 +145,10 @@ void LocalSimulation::resolve_contacts(const Vec3& tool, const Vec3& tool_veloci
     if (tool_.kind == ToolShape::Kind::sphere && iteration == 0) m.index->refit(w.x_event, w.x_guess);
     find_contacts(w.x_guess, tool, start);
     if (!fill_problem(tool_velocity, h_left)) flags_ |= kRigidContact;
-    warm_start(before, body_impulse_);
+    warm_start(before);
     solver_->solve(problem_, solution_);
     before = contacts_;
-    for (int i = 0; i < contacts_.count; ++i) body_impulse_[i] = solution_.impulse.segment<3>(3 * i);
+    for (int i = 0; i < contacts_.count; ++i) m.state.impulse[i] = solution_.impulse.segment<3>(3 * i);
     if (tool_.kind == ToolShape::Kind::point) start = contacts_.contacts[0].triangle;
 
     w.du_guess = w.du;
@@ -173,7 +174,7 @@ bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noe
   const MatrixX& C = m.dynamics->metric().C;
   const int c = contacts_.count;
   problem_.count = c;
-  problem_.sliding = sliding_;
+  problem_.sliding = m.state.sliding;
   problem_.h = h_;
   problem_.velocity.resize(3 * c);
   problem_.W.resize(3 * c, 3 * c);
@@ -204,12 +205,12 @@ bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noe
 }
 
 /// Starts the solver from the impulses that the same triangles carried before.
-void LocalSimulation::warm_start(const ContactSet& before, const std::array<Vec3, kMaxContacts>& impulses) noexcept {
+void LocalSimulation::warm_start(const ContactSet& before) noexcept {
   solution_.impulse.setZero(3 * contacts_.count);
   for (int i = 0; i < contacts_.count; ++i)
     for (int k = 0; k < before.count; ++k)
       if (before.contacts[k].triangle == contacts_.contacts[i].triangle)
-        solution_.impulse.segment<3>(3 * i) = impulses[k];
+        solution_.impulse.segment<3>(3 * i) = model_->state.impulse[k];
 }
 
 /// Impulses of all contacts at the patch vertices, and the patch motion that they cause.

@@ -93,7 +93,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
     s.anchors.add(next);
     contacts_.count = 0;
     contacts_.add(next);
-    body_impulse_[0].setZero();
+    s.impulse[0].setZero();
     report_contacts(frame);
     frame.mode = solver_->deformation() == Deformation::full ? ContactMode::stick : ContactMode::slide;
     frame.triangle = patch.global_triangle[next.triangle];
@@ -109,7 +109,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   }
   s.q.noalias() += h_left * s.q_rate;
   frame.force = solution_.force_on_tool;
-  body_impulse_[0] = -h_ * solution_.force_on_tool;
+  s.impulse[0] = -h_ * solution_.force_on_tool;
   contacts_.count = 0;
   contacts_.add(contact);
   report_contacts(frame);

@@ -11,8 +11,10 @@ namespace kt {
 
 /// Everything that changes at 1 kHz. A copy is a rollback point.
 struct LocalState {
-  VectorX q, q_rate;   ///< reduced displacement [m] and velocity [m/s], (r)
-  ContactSet anchors;  ///< contacts held at the end of the last tick
+  VectorX q, q_rate;                         ///< reduced displacement [m] and velocity [m/s], (r)
+  ContactSet anchors;                        ///< contacts held at the end of the last tick
+  std::array<Vec3, kMaxContacts> impulse{};  ///< that they gave to the body then [N s]
+  bool sliding = false;                      ///< the contact that carried most slid in the last tick
 };
 
 /// Room for one tick's intermediate values; (p) patch vertices, (r) reduced coordinates.
@@ -38,6 +40,7 @@ struct PreparedLocalModel {
   std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
   std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1
   LocalState state;
+  bool caught_up = false;  ///< the state has been stepped to the present, from the linearization on
   LocalWorkspace work;
 
   /// Motion of the patch vertices, (3p), for reduced coordinates or velocities, (r). No allocation.

@@ -85,8 +85,23 @@ void Refresher::count_inverted() {
   inverted_tetrahedra = std::max(inverted_tetrahedra, count);
 }
 
-std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool,
-                                                       std::span<const LocalReport> reports) {
+/// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one.
+LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site, const ReduceOptions& options) {
+  try {
+    LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
+    if (is_positive_definite(local.stiffness)) return local;
+  } catch (const IndefiniteBody&) {
+  }
+  LocalModel local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
+  local.definite_tangent = true;
+  ++definite_tangents;
+  return local;
+}
+
+int Refresher::next_interval(int usual) const { return std::max(1, usual / haste_); }
+
+std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool, std::span<const LocalReport> reports,
+                                                       const LocalMotion* motion) {
   auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
@@ -107,17 +122,14 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
   const ReduceOptions options{scene_.local.rings};
-  LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
-  // A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer
-  // one.
-  if (!is_positive_definite(local.stiffness)) {
-    local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
-    local.definite_tangent = true;
-    ++definite_tangents;
-  }
+  LocalModel local = reduce(patch, site, options);
   local.frame = frame_++;
   auto out = prepare(std::move(local), scheme_, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
+  if (motion) carry_motion(*motion, *out);
+  if (!reports.empty())
+    place_contacts(*out, std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)),
+                   reports.back().sliding);
   refresh_ms.push_back(milliseconds_since(start));
   return out;
 }

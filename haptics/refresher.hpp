@@ -12,6 +12,8 @@ struct LocalReport {
   int tick = 0;              ///< index of the tick that ended
   Vec3 tool = Vec3::Zero();  ///< [m]
   int triangle = -1;         ///< in contact: which surface triangle
+  bool sliding = false;      ///< the contact that carries most slid
+  bool left_patch = false;   ///< the tool is at the edge of the local model: a new one is wanted at once
   int count = 0;
   std::array<ContactSample, kMaxContacts> samples{};
 };
@@ -22,8 +24,14 @@ class Refresher {
   Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
             double max_speed, const State& start);
 
-  /// The local model for the tick that starts at time t, after the reports of all ticks before it.
-  std::unique_ptr<PreparedLocalModel> refresh(double t, const Vec3& tool, std::span<const LocalReport> reports);
+  /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
+  /// `motion`, that of the local model in use then; without one, from the body's own.
+  std::unique_ptr<PreparedLocalModel> refresh(double t, const Vec3& tool, std::span<const LocalReport> reports,
+                                              const LocalMotion* motion = nullptr);
+
+  /// Ticks until the next refresh, of `usual` ones: fewer while the body bends more within them than the local model
+  /// tells.
+  int next_interval(int usual) const;
 
   const State& state() const { return global_.state(); }
   StepStatistics statistics() const { return global_.statistics(); }
@@ -33,6 +41,7 @@ class Refresher {
   double inverted_from = -1;    ///< time of the first one [s]
 
  private:
+  LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const ReduceOptions& options);
   void count_inverted();
   ContactSite find_site(const Vec3& tool, int triangle, double reach) const;
   double reach(double t) const;
@@ -46,6 +55,7 @@ class Refresher {
   Metric metric_;
   double last_ = 0;  // time of the last refresh [s]
   int frame_ = 0;
+  int haste_ = 1;  // the usual interval is divided by
 };
 
 LocalScheme local_scheme(const std::string& integrator);

@@ -9,39 +9,72 @@
 namespace kt {
 namespace {
 
-std::vector<RefreshEvent> make_schedule(const Scene& scene, int num_ticks, int ticks_per_refresh) {
-  const int latency = static_cast<int>(std::llround(scene.link.latency_ms * 1e-3 * scene.local.rate_hz));
-  std::mt19937_64 random(scene.seed);
-  std::vector<RefreshEvent> out;
-  for (int tick = 0; tick < num_ticks; tick += ticks_per_refresh) {
-    // 53 random bits: the same on every standard library, which uniform_real_distribution is not.
-    const bool lost = static_cast<double>(random() >> 11) * 0x1p-53 < scene.link.loss;
-    const bool first = tick == 0;  // the set-up model is there before the first tick
-    out.push_back({tick, first ? 0 : lost ? -1 : tick + latency});
+/// A local model on its way.
+struct Parcel {
+  int due_tick = 0, at_tick = 0;  ///< when it arrives; where its state stands
+  std::unique_ptr<PreparedLocalModel> model;
+};
+
+/// When the body is refreshed, and which local models arrive: from the scene, or as it was in the run that is replayed.
+class Schedule {
+ public:
+  Schedule(const RunParts& run)
+      : run_(run),
+        latency_(static_cast<int>(std::llround(run.scene.link.latency_ms * 1e-3 * run.scene.local.rate_hz))),
+        random_(run.scene.seed) {}
+
+  bool is_due(int tick, bool wanted_now) const {
+    const std::vector<RefreshEvent>& replayed = run_.options.refreshes;
+    if (!replayed.empty()) return next_ < replayed.size() && replayed[next_].linearized_tick == tick;
+    const int least =
+        std::max(1, run_.ticks_per_refresh / 8);  // a slow side that is asked every tick does nothing else
+    return tick >= due_ || (wanted_now && tick >= last_ + least);
   }
-  return out;
-}
+
+  RefreshEvent take(int tick) {
+    last_ = tick;
+    if (!run_.options.refreshes.empty()) return run_.options.refreshes[next_++];
+    // 53 random bits: the same on every standard library, which uniform_real_distribution is not.
+    const bool lost = static_cast<double>(random_() >> 11) * 0x1p-53 < run_.scene.link.loss;
+    const bool first = tick == 0;  // the set-up model is there before the first tick
+    return {tick, first ? 0 : lost ? -1 : tick + latency_};
+  }
+
+  void set_next(int tick) { due_ = tick; }
+
+ private:
+  const RunParts& run_;
+  int latency_, due_ = 0, last_ = 0;
+  std::size_t next_ = 0;
+  std::mt19937_64 random_;
+};
 
 }  // namespace
 
 void run_lockstep(const RunParts& run) {
   HapticLoop& haptic = run.haptic;
-  std::vector<RefreshEvent> schedule = run.options.refreshes;
-  if (schedule.empty()) schedule = make_schedule(run.scene, haptic.num_ticks(), run.ticks_per_refresh);
-
-  std::deque<std::pair<int, std::unique_ptr<PreparedLocalModel>>> on_the_way;
+  Schedule schedule(run);
+  std::deque<Parcel> on_the_way;
   std::vector<LocalReport> reports;
-  std::size_t next_refresh = 0, next_snapshot = 0;
+  LocalMotion motion = make_local_motion(static_cast<int>(run.refresher.state().x.size()) / 3);
+  std::size_t next_snapshot = 0;
   for (int tick = 0; tick < haptic.num_ticks(); ++tick) {
-    if (next_refresh < schedule.size() && schedule[next_refresh].linearized_tick == tick) {
-      const RefreshEvent event = schedule[next_refresh++];
-      auto model = run.refresher.refresh(tick / run.scene.local.rate_hz, haptic.tool_position(), reports);
+    // At the edge of the patch, a new one is asked for once; the answer takes its time.
+    const bool wanted = !reports.empty() && reports.back().left_patch && on_the_way.empty();
+    if (schedule.is_due(tick, wanted)) {
+      const RefreshEvent event = schedule.take(tick);
+      if (tick > 0) haptic.record_motion(motion);
+      auto model = run.refresher.refresh(tick / run.scene.local.rate_hz, haptic.tool_position(), reports,
+                                         tick > 0 ? &motion : nullptr);
       reports.clear();
+      schedule.set_next(tick + run.refresher.next_interval(run.ticks_per_refresh));
       run.result.refreshes.push_back(event);
-      if (event.adopted_tick >= 0) on_the_way.emplace_back(event.adopted_tick, std::move(model));
+      if (event.adopted_tick >= 0) on_the_way.push_back({event.adopted_tick, tick, std::move(model)});
     }
-    while (!on_the_way.empty() && on_the_way.front().first <= tick) {
-      haptic.adopt(std::move(on_the_way.front().second));
+    while (!on_the_way.empty() && on_the_way.front().due_tick <= tick) {
+      auto& [due_tick, at_tick, model] = on_the_way.front();
+      if (run.scene.local.catch_up) haptic.catch_up(model, at_tick, tick);
+      haptic.adopt(std::move(model));
       on_the_way.pop_front();
     }
     reports.push_back(haptic.tick());

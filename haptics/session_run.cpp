@@ -19,19 +19,21 @@ double thread_time_us() noexcept {
 // Deeper than this counts as inside: far above the rounding of positions, far below what a hand or a picture shows.
 constexpr double kInside = 1e-7;  // [m]
 
+}  // namespace
+
 std::unique_ptr<ContactSolver> scene_solver(const Scene& scene) {
   return make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic});
 }
-
-}  // namespace
 
 HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device,
                        const SessionOptions& options)
     : options_(options),
       device_(std::move(device)),
-      local_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
+      local_(tool, 1 / scene.local.rate_hz, scene_solver(scene), 1e-3 * scene.local.blend_ms),
+      catch_up_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
       limits_(device_->limits()),
-      position_(device_->position(0)) {
+      start_(device_->position(0)),
+      position_(start_) {
   const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
   frames_.resize(ticks);
   step_us_.resize(ticks);
@@ -64,8 +66,17 @@ LocalReport HapticLoop::tick() noexcept {
   report.tick = tick_++;
   report.tool = next;
   report.triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
+  report.sliding = frame.mode == ContactMode::frictional_slide;
+  report.left_patch = (frame.flags & kLeftPatch) != 0;
   for (const ContactSample& sample : local_.samples()) report.samples[report.count++] = sample;
   return report;
+}
+
+bool HapticLoop::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept {
+  for (int i = 0; i < most && at < tick_; ++i, ++at)
+    catch_up_.step(model, {at > 0 ? frames_[at - 1].tool : start_, frames_[at].tool});
+  model->caught_up = at == tick_;
+  return model->caught_up;
 }
 
 std::unique_ptr<PreparedLocalModel> HapticLoop::adopt(std::unique_ptr<PreparedLocalModel> model) noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 // What both ways of running a session share: the haptic tick with its bookkeeping.
+#include "haptics/catch_up.hpp"
 #include "haptics/refresher.hpp"
 #include "haptics/session.hpp"
 
@@ -14,6 +15,13 @@ class HapticLoop {
   /// One tick: device -> sweep -> local step -> device. Fills the next row of the records; nothing is allocated.
   LocalReport tick() noexcept;
 
+  /// Steps a model that stands at the start of tick `at` towards the present, by `most` ticks at most, and moves `at`
+  /// on. True when it has arrived. A model is adopted then, or as it is. No allocation.
+  bool catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept;
+
+  /// The motion of the model in use, for the next one. No allocation.
+  void record_motion(LocalMotion& out) const noexcept { kt::record_motion(local_.model(), tick_, out); }
+
   /// Gives the model that was in use back.
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> model) noexcept;
 
@@ -22,6 +30,7 @@ class HapticLoop {
 
   int next_tick() const { return tick_; }
   int num_ticks() const { return static_cast<int>(frames_.size()); }
+  const ToolShape& tool() const { return local_.tool(); }
   const Vec3& tool_position() const { return position_; }
   void finish(SessionResult& out);
 
@@ -29,8 +38,9 @@ class HapticLoop {
   const SessionOptions& options_;
   std::unique_ptr<HapticDevice> device_;
   LocalSimulation local_;
+  CatchUp catch_up_;
   DeviceLimits limits_;
-  Vec3 position_;
+  Vec3 start_, position_;
   int tick_ = 0;
   std::vector<LocalFrame> frames_;
   std::vector<double> step_us_, penetration_;
@@ -47,6 +57,8 @@ struct RunParts {
   SessionResult& result;
   int ticks_per_refresh;
 };
+
+std::unique_ptr<ContactSolver> scene_solver(const Scene& scene);
 
 void run_lockstep(const RunParts& run);
 void run_threads(const RunParts& run);

@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <time.h>
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
@@ -14,9 +15,9 @@
 namespace kt {
 namespace {
 
-/// A local model on its way, with the tick it was made for.
+/// A local model on its way, with the tick it was made for and the tick where its state stands.
 struct Parcel {
-  int linearized_tick = 0;
+  int linearized_tick = 0, at_tick = 0;
   std::unique_ptr<PreparedLocalModel> model;
 };
 
@@ -37,12 +38,19 @@ bool ask_for_real_time() {
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
 }
 
+constexpr int kMost = 4;  // ticks that are caught up with in one: a tick is some 20 us, there is room for them
+
 class ThreadedRun {
  public:
-  explicit ThreadedRun(const RunParts& run) : run_(run), down_(), up_(4096) {}
+  explicit ThreadedRun(const RunParts& run)
+      : run_(run),
+        up_(4096),
+        catch_up_(run.haptic.tool(), 1 / run.scene.local.rate_hz, scene_solver(run.scene)),
+        motion_every_(std::max(1, run.ticks_per_refresh / 4)),
+        interval_(run.ticks_per_refresh) {}
 
   void go() {
-    Parcel first{0, run_.refresher.refresh(0, run_.haptic.tool_position(), {})};
+    Parcel first{0, 0, run_.refresher.refresh(0, run_.haptic.tool_position(), {})};
     run_.result.refreshes.push_back({0, 0});
     run_.haptic.adopt(std::move(first.model));
     run_.result.lateness_us.resize(run_.haptic.num_ticks());
@@ -76,28 +84,47 @@ class ThreadedRun {
       clock_gettime(CLOCK_MONOTONIC, &now);
       run_.result.lateness_us[tick] = difference_us(now, due);
       // A model is taken only when the used one can be handed back: freeing is not for this thread.
-      if (used_.is_empty())
-        if (auto parcel = down_.take()) {
-          adopted_.push_back({parcel->linearized_tick, tick});
-          parcel->model = run_.haptic.adopt(std::move(parcel->model));
-          used_.put(std::move(parcel));
-        }
+      if (!arrived_ && used_.is_empty()) arrived_ = down_.take();
+      if (arrived_ && (!run_.scene.local.catch_up || run_.haptic.catch_up(arrived_->model, arrived_->at_tick, kMost))) {
+        adopted_.push_back({arrived_->linearized_tick, tick});
+        arrived_->model = run_.haptic.adopt(std::move(arrived_->model));
+        used_.put(std::move(arrived_));
+      }
       if (!up_.push(run_.haptic.tick())) ++lost_reports_;
+      if (run_.haptic.next_tick() % motion_every_ == 0) send_motion();
     }
     finished_ = true;
   }
 
-  /// The refresher always works for the latest whole refresh interval that the haptic loop has completed.
+  /// The refresher goes on from here; what it has not read is written over.
+  void send_motion() {
+    if (!next_motion_) next_motion_ = free_motion_.take();
+    if (!next_motion_) return;
+    run_.haptic.record_motion(*next_motion_);
+    next_motion_ = motion_.put(std::move(next_motion_));
+  }
+
+  /// The refresher always works for the latest moment that the haptic loop has sent its motion of.
   void refresh_loop() {
     std::vector<LocalReport> pending;
-    LocalReport item;
     int last = 0;
+    for (int i = 0; i < 3; ++i) spare_motions_.push_back(std::make_unique<LocalMotion>(make_local_motion(num_nodes())));
+    std::unique_ptr<LocalMotion> motion;
     while (!finished_) {
-      while (up_.pop(item)) pending.push_back(item);
+      if (!spare_motions_.empty() && free_motion_.is_empty()) {
+        free_motion_.put(std::move(spare_motions_.back()));
+        spare_motions_.pop_back();
+      }
+      if (auto newer = motion_.take()) {
+        if (motion) spare_motions_.push_back(std::move(motion));
+        motion = std::move(newer);
+      }
+      receive(pending);
       used_.take();
-      const int done = pending.empty() ? last : pending.back().tick + 1;
-      const int tick = done / run_.ticks_per_refresh * run_.ticks_per_refresh;
-      if (tick <= last) {
+      const int tick = motion ? motion->tick : last;
+      const bool cannot_wait = std::ranges::any_of(
+          pending, [&](const LocalReport& report) { return report.tick < tick && report.left_patch; });
+      if (tick < last + interval_ && !cannot_wait) {
         std::this_thread::sleep_for(std::chrono::microseconds(300));
         continue;
       }
@@ -105,9 +132,12 @@ class ThreadedRun {
       while (count < pending.size() && pending[count].tick < tick) ++count;
       const std::span<const LocalReport> reports(pending.data(), count);
       auto parcel = std::make_unique<Parcel>();
-      parcel->linearized_tick = tick;
-      parcel->model = run_.refresher.refresh(tick / run_.scene.local.rate_hz, reports.back().tool, reports);
+      parcel->linearized_tick = parcel->at_tick = tick;
+      const Vec3 place = reports.back().tool;
+      parcel->model = run_.refresher.refresh(tick / run_.scene.local.rate_hz, place, reports, motion.get());
+      interval_ = run_.refresher.next_interval(run_.ticks_per_refresh);
       pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
+      if (run_.scene.local.catch_up) bring_near(*parcel, place, pending);
       down_.put(std::move(parcel));
       linearized_.push_back(tick);
       last = tick;
@@ -122,6 +152,27 @@ class ThreadedRun {
           text("link: ", lost_reports_, " reports were lost, the refresher fell too far behind"));
   }
 
+  void receive(std::vector<LocalReport>& pending) {
+    LocalReport item;
+    while (up_.pop(item)) pending.push_back(item);
+  }
+
+  int num_nodes() const { return static_cast<int>(run_.refresher.state().x.size()) / 3; }
+
+  /// Replays what the haptic loop has reported meanwhile; its own thread does the last few ticks.
+  void bring_near(Parcel& parcel, Vec3 place, std::vector<LocalReport>& pending) {
+    std::size_t next = 0;
+    for (int round = 0; round < 8; ++round) {
+      receive(pending);
+      if (next == pending.size()) return;
+      for (; next < pending.size(); ++next) {
+        catch_up_.step(parcel.model, {place, pending[next].tool});
+        place = pending[next].tool;
+        parcel.at_tick = pending[next].tick + 1;
+      }
+    }
+  }
+
   /// Every linearization moved the global side on, also those that came too late to be adopted.
   void record_refreshes() {
     std::size_t next = 0;
@@ -134,6 +185,13 @@ class ThreadedRun {
   const RunParts& run_;
   Mailbox<Parcel> down_, used_;
   Ring<LocalReport> up_;
+  CatchUp catch_up_;                                         // of the refresher's thread
+  int motion_every_;                                         // ticks
+  int interval_;                                             // ticks to the next refresh
+  std::unique_ptr<Parcel> arrived_;                          // of the haptic thread: not adopted yet
+  Mailbox<LocalMotion> motion_, free_motion_;                // written; to be written over
+  std::unique_ptr<LocalMotion> next_motion_;                 // of the haptic thread
+  std::vector<std::unique_ptr<LocalMotion>> spare_motions_;  // of the refresher's thread
   std::vector<RefreshEvent> adopted_;
   std::vector<int> linearized_;
   std::atomic<bool> finished_{false}, stop_{false};

@@ -147,6 +147,9 @@ struct SceneLocal {
   std::string reducer = "wall";
   int rings = 1;            ///< rings of triangles around the contact [-]
   double tolerance = 0.05;  ///< largest certified error of the local model [-]
+  bool catch_up = true;     ///< a new local model is replayed from its linearization to the present; else the old
+                            ///< one's state is taken over
+  double blend_ms = 12;     ///< the difference between two local models fades from the force over this time
   std::string integrator = "implicit_euler";
   bool operator==(const SceneLocal&) const = default;
 };

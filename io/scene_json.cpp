@@ -112,6 +112,8 @@ void fields(A& a, SceneLocal& s) {
   a("reducer", s.reducer);
   a("rings", s.rings);
   a("tolerance", s.tolerance);
+  a("catch_up", s.catch_up);
+  a("blend_ms", s.blend_ms);
   a("integrator", s.integrator);
 }
 template <class A>

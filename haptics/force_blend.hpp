@@ -1,0 +1,29 @@
+#pragma once
+// What the hand feels across a refresh: the difference between two local models, faded out over some ticks, and never
+// at the cost of energy that the hand did not put in.
+#include "core/types.hpp"
+
+namespace kt {
+
+class ForceBlend {
+ public:
+  /// @param h  haptic step [s]   @param duration  of a fade [s]
+  ForceBlend(double h, double duration) noexcept;
+  /// The next force comes from another model: where both touch, it goes on from the last one.
+  void begin() noexcept { begins_ = true; }
+  /// The force of this tick as the hand shall feel it [N].
+  /// @param force    of the local model [N]
+  /// @param touches  the tool is in contact
+  /// @param lost     contact ended at the edge of what the local model knows: the force fades instead of falling
+  /// @param moved    by the tool in this tick [m]
+  Vec3 apply(const Vec3& force, bool touches, bool lost, const Vec3& moved) noexcept;
+
+ private:
+  double per_tick_;  // share of the difference that fades in a tick
+  double left_ = 0;  // share of the difference that is still there
+  double work_ = 0;  // done by the hand so far [J]
+  Vec3 last_ = Vec3::Zero(), difference_ = Vec3::Zero();
+  bool begins_ = false, touched_ = false, fading_out_ = false;
+};
+
+}  // namespace kt
