@@ -44,6 +44,10 @@ class LocalSimulation {
   /// gives the old model back, to be freed elsewhere.
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept;
 
+  /// The body's force at the present state is `force` [N], (r), whatever the linear model has for it: the model's
+  /// constant part follows. For bodies whose nonlinear force is at hand at every tick.
+  void set_force(const VectorX& force) noexcept;
+
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
   LocalFrame step(const ToolSweep& sweep) noexcept;
 

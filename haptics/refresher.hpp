@@ -34,7 +34,6 @@ class Refresher {
 
  private:
   void count_inverted();
-  ContactSite find_site(const Vec3& tool, int triangle, double reach) const;
   double reach(double t) const;
   const Surface& surface_;
   Scene scene_;
@@ -48,7 +47,12 @@ class Refresher {
   int frame_ = 0;
 };
 
+/// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the
+/// other side of a thin body.
+ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
+
 LocalScheme local_scheme(const std::string& integrator);
 Metric contact_metric(const std::string& name);
+bool is_geometric(const std::string& contact_law);  ///< the paper's laws, which work in positions
 
 }  // namespace kt
