@@ -35,6 +35,7 @@ const std::vector<Method> kMethods = {
     {"krylov_newton", {"local.reducer=krylov", "global.integrator=newton_euler"}},
     {"krylov_sdirk2", {"local.reducer=krylov", "global.integrator=sdirk2"}},
     {"krylov_static", {"local.reducer=krylov", "global.integrator=quasistatic"}},
+    {"full_exact", {"local.reducer=full", "global.definite=false"}},
     {"full_newton", {"local.reducer=full", "global.integrator=newton_euler"}},
     {"full_static", {"local.reducer=full", "global.integrator=quasistatic"}},
 };
@@ -132,9 +133,9 @@ Arguments parse(int argc, char** argv) {
 class Table {
  public:
   explicit Table(const Arguments& arguments) : arguments_(arguments) {
-    std::printf("%-6s %-14s %4s %3s | %7s %6s %7s %7s | %7s %8s %7s %4s | %5s %7s %7s %8s\n", "model", "method", "Hz",
-                "lat", "error", "jnd", "gain_n", "gain_t", "refresh", "crossing", "inside", "lost", "dof", "us p50",
-                "us p99", "refr ms");
+    std::printf("%-6s %-14s %4s %3s | %7s %6s %7s %7s | %7s %8s %7s %4s %5s | %5s %7s %7s %8s\n", "model", "method",
+                "Hz", "lat", "error", "jnd", "gain_n", "gain_t", "refresh", "crossing", "inside", "lost", "clamp",
+                "dof", "us p50", "us p99", "refr ms");
   }
 
   void add(const std::string& scene, const std::string& model, const std::string& method, double rate, double latency,
@@ -148,19 +149,21 @@ class Table {
         result.penetration.empty() ? 0 : *std::max_element(result.penetration.begin(), result.penetration.end());
     const auto [normal, tangential] = gains(forces, reference, from);
     std::printf(
-        "%-6s %-14s %4g %3g | %6.2f%% %5.1f%% %7.4f %7.4f | %6.2f%% %7.2f%% %5.1fum %4d | %5d %7.1f %7.1f %8.1f\n",
+        "%-6s %-14s %4g %3g | %6.2f%% %5.1f%% %7.4f %7.4f | %6.2f%% %7.2f%% %5.1fum %4d %5d | %5d %7.1f %7.1f %8.1f\n",
         model.c_str(), method.c_str(), rate, latency, 100 * error.force_error, 100 * error.jnd_fraction, normal,
-        tangential, 100 * m.refresh_jump, 100 * m.crossing_jump, 1e6 * inside, m.lost_contacts, result.last_dof,
-        percentile(result.step_us, 0.5), percentile(result.step_us, 0.99), percentile(result.refresh_ms, 0.5));
+        tangential, 100 * m.refresh_jump, 100 * m.crossing_jump, 1e6 * inside, m.lost_contacts,
+        result.definite_tangents, result.last_dof, percentile(result.step_us, 0.5), percentile(result.step_us, 0.99),
+        percentile(result.refresh_ms, 0.5));
     std::fflush(stdout);
-    rows_ += text(
-        rows_.empty() ? "" : ",\n", "{\"scene\": \"", scene, "\", \"model\": \"", model, "\", \"method\": \"", method,
-        "\", \"rate_hz\": ", rate, ", \"latency_frames\": ", latency, ", \"force_error\": ", error.force_error,
-        ", \"jnd_fraction\": ", error.jnd_fraction, ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential,
-        ", \"refresh_jump\": ", m.refresh_jump, ", \"crossing_jump\": ", m.crossing_jump,
-        ", \"penetration_max_m\": ", inside, ", \"lost_contacts\": ", m.lost_contacts, ", \"dof\": ", result.last_dof,
-        ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5), ", \"p99\": ", percentile(result.step_us, 0.99),
-        "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5), "}");
+    rows_ += text(rows_.empty() ? "" : ",\n", "{\"scene\": \"", scene, "\", \"model\": \"", model, "\", \"method\": \"",
+                  method, "\", \"rate_hz\": ", rate, ", \"latency_frames\": ", latency,
+                  ", \"force_error\": ", error.force_error, ", \"jnd_fraction\": ", error.jnd_fraction,
+                  ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential, ", \"refresh_jump\": ", m.refresh_jump,
+                  ", \"crossing_jump\": ", m.crossing_jump, ", \"penetration_max_m\": ", inside,
+                  ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.definite_tangents,
+                  ", \"dof\": ", result.last_dof, ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5),
+                  ", \"p99\": ", percentile(result.step_us, 0.99),
+                  "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5), "}");
     if (!arguments_.json.empty()) write_file_whole(arguments_.json, "[" + rows_ + "]\n");
   }
 
