@@ -37,9 +37,10 @@ std::function<void(double)> progress_bar(const std::string& title) {
 /// The reference of the run along the path it took; none when the run or the reference was stopped.
 static std::optional<Reference> find_reference(const Session& session, const SessionResult& result,
                                                const ReferenceSettings& settings, const std::string& title) {
+  if (result.stopped) return {};
   const std::vector<Vec3> path = tool_path(result);
   if (!settings.file.empty()) return read_reference(settings.file, reference_key(session, path));
-  if (!settings.compute || result.stopped) return {};
+  if (!settings.compute) return {};
   ReferenceOptions options;
   options.rate_hz = settings.rate_hz;
   options.progress = progress_bar(title + ", reference");

@@ -32,6 +32,9 @@ const std::vector<Method> kMethods = {
     // Where the error of the best comes from:
     {"full_10khz", {"local.reducer=full", "local.rate_hz=10000"}},
     {"krylov_10khz", {"local.reducer=krylov", "local.rate_hz=10000"}},
+    {"condensed_10khz", {"local.reducer=condensed", "local.rate_hz=10000"}},
+    {"condensed_newton", {"local.reducer=condensed", "global.integrator=newton_euler"}},
+    {"condensed_static", {"local.reducer=condensed", "global.integrator=quasistatic"}},
     {"krylov_newton", {"local.reducer=krylov", "global.integrator=newton_euler"}},
     {"krylov_sdirk2", {"local.reducer=krylov", "global.integrator=sdirk2"}},
     {"krylov_static", {"local.reducer=krylov", "global.integrator=quasistatic"}},

@@ -109,10 +109,17 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
   const ReduceOptions options{scene_.local.rings};
-  LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
+  LocalModel local;
   // A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer
-  // one.
-  if (!is_positive_definite(local.stiffness)) {
+  // one. Reducers that solve with the stiffness find that out themselves.
+  bool definite = true;
+  try {
+    local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
+    definite = is_positive_definite(local.stiffness);
+  } catch (const RunError&) {
+    definite = false;
+  }
+  if (!definite) {
     local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
     local.definite_tangent = true;
     ++definite_tangents;
