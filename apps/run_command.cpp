@@ -25,6 +25,15 @@ void add_run_command(CLI::App& app, int& exit_code) {
                     "the body in equilibrium at every step: --set global.integrator=quasistatic");
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   command->add_option("--json", a->settings.json_file, "also write the summary to this file");
+  auto* reference = command->add_flag("--reference", a->settings.reference.compute,
+                                      "also run the full model in fine steps along the same path, and compare");
+  command->add_option("--reference-rate", a->settings.reference.rate_hz, "of those steps [Hz]")
+      ->capture_default_str()
+      ->needs(reference);
+  command
+      ->add_option("--reference-file", a->settings.reference.file,
+                   "compare with the reference.csv of an earlier run on the same body and path")
+      ->excludes(reference);
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab");

@@ -222,6 +222,16 @@ Json make_summary(const Session& session, const SessionResult& result) {
   return out;
 }
 
+void add_reference(Json& summary, const SessionResult& result, const Reference& reference) {
+  const ForceError error = compare_forces(tick_forces(result.frames), reference);
+  summary["reference"] = {{"force_error", error.force_error},
+                          {"jnd_fraction", error.jnd_fraction},
+                          {"floor_n", error.floor},
+                          {"rate_hz", reference.rate_hz},
+                          {"seconds", reference.seconds}};
+  for (const std::string& warning : reference.warnings) summary["warnings"].push_back(warning);
+}
+
 void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary) {
   make_folder(dir);
   const Vec3 start = result.start;
@@ -279,6 +289,11 @@ void print_summary(const Json& s) {
               " platform gaps over 1 ms; SCHED_FIFO ", s["real_time_scheduling"].get<bool>() ? "yes" : "no"));
   line("refresh", text("global step ", number(value("global_ms", "p50"), "%.3g"), " ms, linearize and reduce ",
                        number(value("refresh_ms", "p50"), "%.3g"), " ms (medians)"));
+  if (s.contains("reference"))
+    line("reference", text("force error ", number(100 * value("reference", "force_error"), "%.3g"),
+                           " %, noticeable in ", number(100 * value("reference", "jnd_fraction"), "%.3g"),
+                           " % of the time, against ", number(1e-3 * value("reference", "rate_hz"), "%.3g"), " kHz (",
+                           number(value("reference", "seconds"), "%.3g"), " s)"));
   line("hash", s["hash"].get<std::string>());
   for (const auto& warning : s["warnings"]) std::cout << "  warning: " << warning.get<std::string>() << '\n';
 }

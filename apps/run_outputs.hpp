@@ -4,12 +4,16 @@
 #include <string>
 
 #include "haptics/metrics.hpp"
+#include "haptics/reference.hpp"
 #include "haptics/session.hpp"
 
 namespace kt {
 
 /// summary.json of interface contract: model, force, ticks, times, warnings. Times of the step are CPU time.
 nlohmann::ordered_json make_summary(const Session& session, const SessionResult& result);
+
+/// The summary's `reference`: how far the run's forces are from it, and its warnings.
+void add_reference(nlohmann::ordered_json& summary, const SessionResult& result, const Reference& reference);
 
 /// Writes every file; the folder is made. Throws InputError when it cannot be written.
 void write_run(const std::string& dir, const Session& session, const SessionResult& result,

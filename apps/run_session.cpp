@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 
 #include "apps/allocation_counter.hpp"
@@ -33,7 +34,28 @@ std::function<void(double)> progress_bar(const std::string& title) {
   };
 }
 
+/// The reference of the run along the path it took; none when the run or the reference was stopped.
+static std::optional<Reference> find_reference(const Session& session, const SessionResult& result,
+                                               const ReferenceSettings& settings, const std::string& title) {
+  if (result.stopped) return {};
+  const std::vector<Vec3> path = tool_path(result);
+  if (!settings.file.empty()) return read_reference(settings.file, reference_key(session, path));
+  if (!settings.compute) return {};
+  ReferenceOptions options;
+  options.rate_hz = settings.rate_hz;
+  options.progress = progress_bar(title + ", reference");
+  options.stop = &stop_requested();
+  Reference out = run_reference(session, path, options);
+  if (out.force.size() < result.frames.size()) return {};
+  return out;
+}
+
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {
+  if (settings.reference.compute && !(settings.reference.rate_hz >= scene.local.rate_hz))
+    throw InputError(text("--reference-rate: ", settings.reference.rate_hz, " Hz, must be at least local.rate_hz, ",
+                          scene.local.rate_hz));
+  if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
+    throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
   Session session(scene);
   require_folder_of(settings.json_file);
   if (!settings.out.empty()) make_folder(settings.out);
@@ -49,10 +71,18 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   out.result = session.run(options);
   out.summary = make_summary(session, out.result);
   out.summary["command"] = settings.reproduce;
+  const auto reference =
+      find_reference(session, out.result, settings.reference, scene.title.empty() ? "running" : scene.title);
+  if (reference) add_reference(out.summary, out.result, *reference);
   if (!settings.quiet) print_summary(out.summary);
   if (!settings.json_file.empty()) write_file_whole(settings.json_file, out.summary.dump(2) + "\n");
   if (settings.out.empty()) return out;
   write_run(settings.out, session, out.result, out.summary);
+  const std::string reference_file = settings.out + "/reference.csv";
+  if (reference)
+    write_reference(reference_file, *reference);
+  else
+    std::filesystem::remove(reference_file);  // an earlier run's
   if (settings.states) write_states(settings.out, session, out.result);
   if (settings.report) write_report(settings.out, {.title = scene.title, .compare = {}});
   if (!settings.quiet)

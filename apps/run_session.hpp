@@ -3,9 +3,17 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "haptics/reference.hpp"
 #include "haptics/session.hpp"
 
 namespace kt {
+
+/// Whether and how a run is compared with the full model.
+struct ReferenceSettings {
+  bool compute = false;
+  double rate_hz = 10000;
+  std::string file;  ///< one computed before; empty: none
+};
 
 struct RunSettings {
   std::string out;        ///< folder for the results; empty: none are written
@@ -15,6 +23,7 @@ struct RunSettings {
   bool quiet = false;     ///< no summary on standard output
   std::string reproduce;  ///< the command, for the report
   SessionOptions session;
+  ReferenceSettings reference;
 };
 
 struct RunOutcome {

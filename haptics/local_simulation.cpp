@@ -44,6 +44,14 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   return next;
 }
 
+void LocalSimulation::set_force(const VectorX& force) noexcept {
+  LocalModel& m = model_->model;
+  const LocalState& s = model_->state;
+  m.f0 = force;
+  m.f0.noalias() += m.stiffness * s.q;
+  m.f0.noalias() += m.damping * s.q_rate;
+}
+
 void LocalSimulation::find_free_motion() noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;

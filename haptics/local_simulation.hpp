@@ -49,6 +49,10 @@ class LocalSimulation {
   /// Puts the model in and takes the present one out, as they are.
   void swap_model(std::unique_ptr<PreparedLocalModel>& model) noexcept { model_.swap(model); }
 
+  /// The body's force at the present state is `force` [N], (r), whatever the linear model has for it: the model's
+  /// constant part follows. For bodies whose nonlinear force is at hand at every tick.
+  void set_force(const VectorX& force) noexcept;
+
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
   LocalFrame step(const ToolSweep& sweep) noexcept;
 

@@ -32,6 +32,8 @@ Metric contact_metric(const std::string& name) {
   throw_unknown("contact.metric", name, {"identity", "mass", "implicit"});
 }
 
+bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
+
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
                      double max_speed, const State& start)
     : surface_(surface),
@@ -56,12 +58,11 @@ double Refresher::reach(double t) const {
   return 1.5 * tool_.radius + max_speed_ * in_use;
 }
 
-ContactSite Refresher::find_site(const Vec3& tool, int triangle, double reach) const {
-  const VectorX& x = global_.state().x;
+ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
   ContactSite site{tool, triangle, reach};
   double nearest = std::numeric_limits<double>::infinity();
   const auto consider = [&](int t) {
-    const Triangle& v = surface_.triangles[t];
+    const Triangle& v = surface.triangles[t];
     const ClosestPoint at = closest_point_on_triangle(tool, node(x, v[0]), node(x, v[1]), node(x, v[2]));
     if (at.distance_sq < nearest) {
       nearest = at.distance_sq;
@@ -69,10 +70,10 @@ ContactSite Refresher::find_site(const Vec3& tool, int triangle, double reach) c
       site.triangle = t;
     }
   };
-  if (triangle >= 0)  // in contact: there, not on the other side of a thin body
+  if (triangle >= 0)
     consider(triangle);
   else
-    for (int t = 0; t < static_cast<int>(surface_.triangles.size()); ++t) consider(t);
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) consider(t);
   return site;
 }
 
@@ -118,7 +119,8 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   }
 
   start = std::chrono::steady_clock::now();
-  const ContactSite site = find_site(tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
+  const ContactSite site =
+      find_contact_site(surface_, global_.state().x, tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
   const ReduceOptions options{scene_.local.rings};

@@ -43,7 +43,6 @@ class Refresher {
  private:
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const ReduceOptions& options);
   void count_inverted();
-  ContactSite find_site(const Vec3& tool, int triangle, double reach) const;
   double reach(double t) const;
   const Surface& surface_;
   Scene scene_;
@@ -58,7 +57,12 @@ class Refresher {
   int haste_ = 1;  // the usual interval is divided by
 };
 
+/// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the
+/// other side of a thin body.
+ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
+
 LocalScheme local_scheme(const std::string& integrator);
 Metric contact_metric(const std::string& name);
+bool is_geometric(const std::string& contact_law);  ///< the paper's laws, which work in positions
 
 }  // namespace kt

@@ -76,8 +76,6 @@ std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const std::vector
   return make_device("hand", options);
 }
 
-bool is_geometric(const std::string& law) { return law.rfind("paper", 0) == 0; }
-
 /// Names and combinations that only the tables of several libraries together can judge.
 void check_methods(const Scene& scene) {
   require_backend("object.model.type", scene.object.model.type, model_backends());

@@ -65,11 +65,12 @@ class Session {
 
   const Scene& scene() const { return scene_; }
   const DeformableModel& model() const { return *model_; }
+  const Surface& surface() const { return surface_; }
+  const ToolShape& tool() const { return tool_; }
   const State& start() const { return start_; }
   const std::vector<TimedPoint>& path() const { return path_; }  ///< of a scripted tool
 
  private:
-  friend class SessionRun;
   Scene scene_;
   std::unique_ptr<DeformableModel> model_;
   Surface surface_;

@@ -18,23 +18,23 @@ def read_json(folder, name):
             raise SystemExit(f"report.py: {path}: {error}")
 
 
-def read_trace(folder):
+def read_trace(folder, name="trace.csv"):
     """Columns of trace.csv by name: floats as arrays, mode as an array of words. None without the file or a row."""
-    path = os.path.join(folder, "trace.csv")
+    path = os.path.join(folder, name)
     if not CAN_DRAW or not os.path.exists(path):
         return None
     with open(path, newline="", encoding="utf-8") as file:
-        rows = csv.reader(file)
-        names = [name.strip() for name in next(rows, [])]
+        rows = csv.reader(line for line in file if not line.startswith("#"))
+        names = [column.strip() for column in next(rows, [])]
         columns = list(zip(*(row for row in rows if len(row) == len(names))))  # a killed run may end in half a row
     if not columns or len(columns[0]) < 3:  # nothing to draw
         return None
     trace = {}
-    for name, column in zip(names, columns):
+    for column_name, column in zip(names, columns):
         try:
-            trace[name] = np.array(column) if name == "mode" else np.array(column, dtype=float)
+            trace[column_name] = np.array(column) if column_name == "mode" else np.array(column, dtype=float)
         except ValueError:
-            raise SystemExit(f"report.py: {path}: column {name} holds a word that is not a number")
+            raise SystemExit(f"report.py: {path}: column {column_name} holds a word that is not a number")
     return trace
 
 
@@ -44,6 +44,7 @@ class Run:
     def __init__(self, folder):
         self.folder = folder
         self.trace = read_trace(folder)
+        self.reference = read_trace(folder, "reference.csv")
         self.summary = read_json(folder, "summary.json") or {}
         self.view = read_json(folder, "view.json")
         self.scene = read_json(folder, "scene.json") or {}

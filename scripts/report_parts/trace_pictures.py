@@ -80,11 +80,28 @@ def tool_depth(trace):
     return (tool - tool[first]) @ way / length if length > 0 else None
 
 
+def size_of_force(columns):
+    return np.sqrt(sum(columns[f"force_{axis}"] ** 2 for axis in "xyz"))
+
+
+def draw_reference(axes, trace, reference):
+    """The whole force of the reference, and the run's own over it: the reference has no normal to split it by."""
+    sizes = size_of_force(trace), size_of_force(reference)
+    handles = axes.plot(reference["t"], sizes[1], color=BLACK, lw=2.4, alpha=0.35, label="reference: whole force", zorder=2)
+    handles += axes.plot(trace["t"], sizes[0], color=BLACK, lw=0.9, label="whole force", zorder=2)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, max(high, 1.08 * max(size.max() for size in sizes)))
+    return handles
+
+
 def draw_force_figure(run, path):
     trace = run.trace
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 6.4), sharex=True, gridspec_kw={"height_ratios": [2.4, 1]},
                                          layout="constrained")
-    handles = draw_forces(top, trace, run.friction())
+    handles = draw_forces(top, trace, run.friction(), modes=False)
+    if run.reference is not None:
+        handles += draw_reference(top, trace, run.reference)
+    handles += mode_strip(top, trace)
     refreshes = refresh_times(trace)
     if len(refreshes) > 1:
         every = f"new local model every {figures(1e3 * float(np.median(np.diff(refreshes))))} ms"

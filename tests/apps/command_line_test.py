@@ -102,6 +102,27 @@ class CommandLine(unittest.TestCase):
         self.assertGreater(summary["force"]["mean_n"], 0)
         self.assertLessEqual(summary["force"]["max_t_over_mu_n"], 1 + 1e-9)
 
+    def test_reference_is_computed_compared_and_used_again(self):
+        scene = [os.path.join(ROOT, "scenes", "paper_stick_slip.json"), *SHORT, "--set", "duration=0.2"]
+        out = self.kilotouch("run", *scene, "--reference", "--reference-rate", "2000", "--no-report", "--out", "a")
+        self.assertIn("force error", out)
+        reference = self.assert_complete(self.path("a"))["reference"]
+        self.assertGreater(reference["force_error"], 0)
+        self.assertTrue(0 <= reference["jnd_fraction"] <= 1)
+        self.assertEqual(reference["rate_hz"], 2000)
+        with open(self.path("a", "reference.csv"), encoding="utf-8") as file:
+            self.assertEqual(len([line for line in file if line[0] != "#"]), 201)
+        known = ["--reference-file", self.path("a", "reference.csv"), "--no-report"]
+        self.kilotouch("run", *scene, *known, "--out", "b")
+        self.assertEqual(load(self.path("b", "summary.json"))["reference"], reference)
+        self.kilotouch("run", *scene, *known, "--set", "local.rings=3", "--out", "c")
+        self.assertNotEqual(load(self.path("c", "summary.json"))["reference"]["force_error"], reference["force_error"])
+        self.kilotouch("run", *scene, *known, "--set", "contact.mu=0.3", "--out", "d", status=2)
+        self.assertEqual(os.listdir(self.path("d")), [])
+        self.kilotouch("run", *scene, "--no-report", "--out", "b")  # the old reference goes with the old run
+        self.assertNotIn("reference", load(self.path("b", "summary.json")))
+        self.assertFalse(os.path.exists(self.path("b", "reference.csv")))
+
     def test_drag_needs_no_scene(self):
         self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *SHORT, "--no-report", "--out", "out")
         summary = self.assert_complete(self.path("out"))

@@ -1,0 +1,283 @@
+// How far methods are from the reference (the full nonlinear body at 10 kHz), and what they cost: scenes x models x
+// methods x global rates x latencies. A reference is computed once and kept in a folder.
+//   build/release/bench/multirate_accuracy [SCENE.json...] [--methods wall1,krylov] [--models msd,fem]
+//     [--rates 10,30,60] [--latencies 0,1] [--reference-rate 10000] [--cache DIR] [--json FILE] [--set KEY=VALUE]...
+//     [--diagnose]      latencies in frames of the global rate; --set is for every run
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+
+#include "haptics/metrics.hpp"
+#include "haptics/reference.hpp"
+#include "io/output_file.hpp"
+
+namespace kt {
+namespace {
+
+struct Method {
+  const char* name;
+  std::vector<std::string> settings;
+};
+
+/// A new method is a line here.
+const std::vector<Method> kMethods = {
+    {"wall1", {"local.reducer=wall", "local.rings=1"}},
+    {"wall3", {"local.reducer=wall", "local.rings=3"}},
+    {"condensed", {"local.reducer=condensed"}},
+    {"krylov", {"local.reducer=krylov"}},
+    {"modal", {"local.reducer=modal"}},
+    {"full", {"local.reducer=full"}},
+    // Where the error of the best comes from:
+    {"full_10khz", {"local.reducer=full", "local.rate_hz=10000"}},
+    {"krylov_10khz", {"local.reducer=krylov", "local.rate_hz=10000"}},
+    {"condensed_10khz", {"local.reducer=condensed", "local.rate_hz=10000"}},
+    {"condensed_newton", {"local.reducer=condensed", "global.integrator=newton_euler"}},
+    {"condensed_static", {"local.reducer=condensed", "global.integrator=quasistatic"}},
+    {"krylov_newton", {"local.reducer=krylov", "global.integrator=newton_euler"}},
+    {"krylov_sdirk2", {"local.reducer=krylov", "global.integrator=sdirk2"}},
+    {"krylov_static", {"local.reducer=krylov", "global.integrator=quasistatic"}},
+    {"full_exact", {"local.reducer=full", "global.definite=false"}},
+    {"full_newton", {"local.reducer=full", "global.integrator=newton_euler"}},
+    {"full_static", {"local.reducer=full", "global.integrator=quasistatic"}},
+};
+
+const std::vector<Method> kModels = {
+    {"msd", {"object.model.type=msd"}},
+    {"fem", {"object.model.type=fem", "object.model.material=neo_hookean"}},
+    {"linear", {"object.model.type=fem", "object.model.material=linear"}},
+};
+
+/// Press for 0.2 s, then drag at 50 mm/s: comparable between scenes, and cheap.
+const std::vector<std::string> kCommon = {"duration=0.6", "tool.path.press_drag.press_time=0.2",
+                                          "tool.path.press_drag.speed=0.05", "link.type=lockstep", "link.latency_ms=0"};
+
+struct Arguments {
+  std::vector<std::string> scenes, methods{"wall1", "condensed", "krylov", "full"}, models{"msd", "fem"}, set;
+  std::vector<double> rates{10, 30, 60}, latencies{0, 1};
+  double reference_rate = 10000;
+  std::string cache = "reference_cache", json;
+  bool diagnose = false;
+};
+
+const Method& find(const std::vector<Method>& table, const std::string& what, const std::string& name) {
+  std::vector<std::string> known;
+  for (const Method& m : table) {
+    if (name == m.name) return m;
+    known.push_back(m.name);
+  }
+  throw_unknown(what, name, known);
+}
+
+std::vector<std::string> split(const std::string& words) {
+  std::vector<std::string> out;
+  std::stringstream in(words);
+  for (std::string word; std::getline(in, word, ',');) out.push_back(word);
+  return out;
+}
+
+std::vector<double> numbers(const std::string& option, const std::string& words) {
+  std::vector<double> out;
+  for (const std::string& word : split(words)) {
+    std::size_t used = 0;
+    try {
+      out.push_back(std::stod(word, &used));
+    } catch (const std::logic_error&) {
+    }
+    if (used != word.size()) throw InputError(text(option, ": \"", word, "\" is not a number"));
+  }
+  return out;
+}
+
+Arguments parse(int argc, char** argv) {
+  Arguments out;
+  for (int i = 1; i < argc; ++i) {
+    const std::string option = argv[i];
+    if (option.rfind("--", 0) != 0) {
+      out.scenes.push_back(option);
+      continue;
+    }
+    if (option == "--diagnose") {
+      out.diagnose = true;
+      continue;
+    }
+    const auto value = [&]() -> std::string {
+      if (i + 1 == argc) throw InputError(option + ": a value must follow");
+      return argv[++i];
+    };
+    if (option == "--methods")
+      out.methods = split(value());
+    else if (option == "--models")
+      out.models = split(value());
+    else if (option == "--rates")
+      out.rates = numbers(option, value());
+    else if (option == "--latencies")
+      out.latencies = numbers(option, value());
+    else if (option == "--reference-rate")
+      out.reference_rate = numbers(option, value()).at(0);
+    else if (option == "--cache")
+      out.cache = value();
+    else if (option == "--json")
+      out.json = value();
+    else if (option == "--set")
+      out.set.push_back(value());
+    else
+      throw_unknown("option", option,
+                    {"--methods", "--models", "--rates", "--latencies", "--reference-rate", "--cache", "--json",
+                     "--set", "--diagnose"});
+  }
+  for (const std::string& m : out.methods) find(kMethods, "method", m);
+  for (const std::string& m : out.models) find(kModels, "model", m);
+  if (out.scenes.empty()) out.scenes = {KT_SOURCE_DIR "/scenes/slab_drag.json"};
+  return out;
+}
+
+class Table {
+ public:
+  explicit Table(const Arguments& arguments) : arguments_(arguments) {
+    std::printf("%-6s %-14s %4s %3s | %7s %6s %7s %7s | %7s %8s %7s %4s %5s | %5s %7s %7s %8s\n", "model", "method",
+                "Hz", "lat", "error", "jnd", "gain_n", "gain_t", "refresh", "crossing", "inside", "lost", "clamp",
+                "dof", "us p50", "us p99", "refr ms");
+  }
+
+  void add(const std::string& scene, const std::string& model, const std::string& method, double rate, double latency,
+           const Scene& settings, const SessionResult& result, const Reference& reference) {
+    const int n = static_cast<int>(std::lround(settings.local.rate_hz * reference.h));
+    const std::vector<Vec3> forces = resample_forces(tick_forces(result.frames), n);
+    const ForceError error = compare_forces(forces, reference);
+    const double from = settings.tool.path.press_drag ? settings.tool.path.press_drag->press_time + 0.1 : 0.3;
+    const ForceMetrics m = measure_forces(result.frames, from, 1 / settings.local.rate_hz);
+    const double inside =
+        result.penetration.empty() ? 0 : *std::max_element(result.penetration.begin(), result.penetration.end());
+    const auto [normal, tangential] = gains(forces, reference, from);
+    std::printf(
+        "%-6s %-14s %4g %3g | %6.2f%% %5.1f%% %7.4f %7.4f | %6.2f%% %7.2f%% %5.1fum %4d %5d | %5d %7.1f %7.1f %8.1f\n",
+        model.c_str(), method.c_str(), rate, latency, 100 * error.force_error, 100 * error.jnd_fraction, normal,
+        tangential, 100 * m.refresh_jump, 100 * m.crossing_jump, 1e6 * inside, m.lost_contacts,
+        result.definite_tangents, result.last_dof, percentile(result.step_us, 0.5), percentile(result.step_us, 0.99),
+        percentile(result.refresh_ms, 0.5));
+    std::fflush(stdout);
+    rows_ += text(rows_.empty() ? "" : ",\n", "{\"scene\": \"", scene, "\", \"model\": \"", model, "\", \"method\": \"",
+                  method, "\", \"rate_hz\": ", rate, ", \"latency_frames\": ", latency,
+                  ", \"force_error\": ", error.force_error, ", \"jnd_fraction\": ", error.jnd_fraction,
+                  ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential, ", \"refresh_jump\": ", m.refresh_jump,
+                  ", \"crossing_jump\": ", m.crossing_jump, ", \"penetration_max_m\": ", inside,
+                  ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.definite_tangents,
+                  ", \"dof\": ", result.last_dof, ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5),
+                  ", \"p99\": ", percentile(result.step_us, 0.99),
+                  "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5), "}");
+    if (!arguments_.json.empty()) write_file_whole(arguments_.json, "[" + rows_ + "]\n");
+  }
+
+  /// Force along the reference's over the reference's, upwards and sideways, in the drag: above 1 is too stiff.
+  static std::pair<double, double> gains(const std::vector<Vec3>& forces, const Reference& reference, double from) {
+    double n = 0, n_ref = 0, t = 0, t_ref = 0;
+    for (std::size_t i = static_cast<std::size_t>(from / reference.h);
+         i < std::min(forces.size(), reference.force.size()); ++i) {
+      const Vec3 &f = forces[i], &r = reference.force[i];
+      n += f.z() * r.z();
+      n_ref += r.z() * r.z();
+      t += f.head<2>().dot(r.head<2>());
+      t_ref += r.head<2>().squaredNorm();
+    }
+    return {n_ref > 0 ? n / n_ref : 0, t_ref > 0 ? t / t_ref : 0};
+  }
+
+ private:
+  const Arguments& arguments_;
+  std::string rows_;
+};
+
+std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> lists) {
+  std::vector<std::string> out;
+  for (const auto& list : lists) out.insert(out.end(), list.begin(), list.end());
+  return out;
+}
+
+Reference cached_reference(const Session& session, const std::vector<Vec3>& path, const Arguments& arguments,
+                           const ReferenceOptions& options) {
+  const std::uint64_t key = reference_key(session, path);
+  char name[64];
+  std::snprintf(name, sizeof name, "/%016llx_%g_%g_%d.csv", static_cast<unsigned long long>(key), options.rate_hz,
+                options.matrix_time, options.exact_force);
+  const std::string file = arguments.cache + name;
+  if (std::filesystem::exists(file)) return read_reference(file, key);
+  std::fprintf(stderr, "computing %s\n", file.c_str());
+  const Reference out = run_reference(session, path, options);
+  make_folder(arguments.cache);
+  write_reference(file, out);
+  return out;
+}
+
+/// The full model in steps as long as a tick, and linear between refreshes: the parts of the error that no reducer and
+/// no global step has a share in.
+void diagnose(const Session& session, const std::vector<Vec3>& path, const Arguments& arguments,
+              const Reference& reference) {
+  struct Part {
+    std::string name;
+    ReferenceOptions options;
+  };
+  const double tick_rate = session.scene().local.rate_hz;
+  std::vector<Part> parts = {
+      {"reference in twice as fine steps", {.rate_hz = 2 * arguments.reference_rate}},
+      {"reference with a new matrix every ms", {.rate_hz = arguments.reference_rate, .matrix_time = 1e-3}},
+      {"full, one step a tick, exact force", {.rate_hz = tick_rate}}};
+  for (double rate : arguments.rates)
+    for (double step_rate : {arguments.reference_rate, tick_rate})
+      parts.push_back({text("full at ", step_rate, " Hz, linear for 1/", rate, " s from its own state"),
+                       {.rate_hz = step_rate, .matrix_time = 1 / rate, .exact_force = false}});
+  for (const auto& [name, options] : parts) try {
+      const Reference other = cached_reference(session, path, arguments, options);
+      const auto [n, t] = Table::gains(other.force, reference, 0.3);
+      std::printf("       %-56s %6.3f%%  gains %.4f %.4f\n", name.c_str(),
+                  100 * compare_forces(other.force, reference).force_error, n, t);
+    } catch (const RunError&) {  // an indefinite stiffness, held long enough
+      std::printf("       %-56s diverges\n", name.c_str());
+    }
+  std::fflush(stdout);
+}
+
+void go(const Arguments& arguments) {
+  Table table(arguments);
+  for (const std::string& scene_file : arguments.scenes)
+    for (const std::string& model : arguments.models) {
+      const auto settings = [&](const std::vector<std::string>& more) {
+        return load_scene(scene_file, joined({kCommon, find(kModels, "model", model).settings, arguments.set, more}));
+      };
+      Session session(settings({"local.reducer=wall"}));
+      const std::vector<Vec3> path = tool_path(session.run());
+      const Reference reference = cached_reference(session, path, arguments, {.rate_hz = arguments.reference_rate});
+      double mean = 0;
+      for (const Vec3& f : reference.force) mean += f.norm() / static_cast<double>(reference.force.size());
+      std::printf("%-6s %s: %d nodes, reference %g Hz, %.1f s CPU, mean force %.4g N\n", model.c_str(),
+                  std::filesystem::path(scene_file).stem().c_str(), session.model().mesh().num_nodes(),
+                  reference.rate_hz, reference.seconds, mean);
+      for (const std::string& warning : reference.warnings) std::printf("       %s\n", warning.c_str());
+      if (arguments.diagnose) diagnose(session, path, arguments, reference);
+      for (const std::string& method : arguments.methods)
+        for (double rate : arguments.rates)
+          for (double latency : arguments.latencies) {
+            const Scene scene =
+                settings(joined({find(kMethods, "method", method).settings,
+                                 {text("global.rate_hz=", rate), text("link.latency_ms=", 1e3 * latency / rate)}}));
+            table.add(scene_file, model, method, rate, latency, scene, Session(scene).run(), reference);
+          }
+    }
+}
+
+}  // namespace
+}  // namespace kt
+
+int main(int argc, char** argv) {
+  try {
+    kt::go(kt::parse(argc, argv));
+  } catch (const kt::InputError& e) {
+    std::cerr << "multirate_accuracy: " << e.what() << '\n';
+    return 2;
+  } catch (const std::exception& e) {
+    std::cerr << "multirate_accuracy: " << e.what() << '\n';
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,70 @@
+#include "haptics/full_simulation.hpp"
+
+#include <cmath>
+
+#include "haptics/refresher.hpp"
+
+namespace kt {
+
+FullSimulation::FullSimulation(const DeformableModel& model, const Surface& surface, const ToolShape& tool,
+                               std::unique_ptr<ContactSolver> solver, const FullOptions& options, const State& start)
+    : model_(model),
+      surface_(surface),
+      options_(options),
+      dofs_(make_free_dofs(model.mesh().num_nodes(), model.fixed_nodes())),
+      local_(tool, options.h, std::move(solver)),
+      state_(start) {
+  for (int i : model.fixed_nodes()) node(state_.v, i).setZero();
+}
+
+LocalFrame FullSimulation::step(const ToolSweep& sweep) {
+  if (steps_left_ == 0) renew_matrix(sweep.x_t0);
+  --steps_left_;
+  if (options_.exact_force) {
+    model_.force(state_, force_);
+    local_.set_force(gather(dofs_, force_));
+  }
+  LocalFrame frame = local_.step(sweep);
+  read_state();
+  state_.t += options_.h;
+  frame.t = state_.t;
+  triangle_ = frame.mode == ContactMode::free ? -1 : frame.triangle;
+  if (frame.flags & kLeftPatch) steps_left_ = 0;  // a patch around the present place
+  if (frame.flags & kNotFinite)
+    throw RunError(text("full model: the state left the finite numbers at t = ", state_.t, " s; raise the rate"));
+  return frame;
+}
+
+/// Linearizes where the body is now: the coordinates start again from zero, contacts go on.
+void FullSimulation::renew_matrix(const Vec3& tool) {
+  steps_left_ = std::max(1, static_cast<int>(std::lround(options_.matrix_time / options_.h)));
+  const double reach = 1.5 * local_.tool().radius + options_.max_speed * steps_left_ * options_.h;
+  const ContactSite site = find_contact_site(surface_, state_.x, tool, triangle_, reach);
+  const SurfacePatch patch = make_patch(surface_, state_.x, site);
+  const auto prepare_with = [&](TangentKind kind) {
+    LocalModel model = find_reducer("full")(linearize(model_, state_, kind), patch, site, {});
+    model.frame = num_matrices_;
+    return prepare(std::move(model), LocalScheme::implicit_euler, options_.metric, options_.h,
+                   options_.collision_backend, model_.mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
+  };
+  std::unique_ptr<PreparedLocalModel> next;
+  try {
+    next = prepare_with(TangentKind::exact);
+  } catch (const RunError&) {  // A is indefinite: any other matrix does, the force is exact anyway
+    next = prepare_with(TangentKind::definite);
+  }
+  local_.adopt(std::move(next));
+  x_linearized_ = state_.x;
+  ++num_matrices_;
+}
+
+void FullSimulation::read_state() {
+  const LocalState& local = local_.model().state;
+  for (int i = 0; i < dofs_.size(); ++i) {
+    const int k = dofs_.to_all[i];
+    state_.x[k] = x_linearized_[k] + local.q[i];
+    state_.v[k] = local.q_rate[i];
+  }
+}
+
+}  // namespace kt

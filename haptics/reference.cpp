@@ -1,0 +1,158 @@
+#include "haptics/reference.hpp"
+
+#include <time.h>
+
+#include <cmath>
+
+#include "haptics/refresher.hpp"
+
+namespace kt {
+namespace {
+
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+int steps_per_tick(const Scene& scene, double rate_hz) {
+  if (!(rate_hz >= scene.local.rate_hz) || !std::isfinite(rate_hz))
+    throw InputError(text("reference rate: ", rate_hz, " Hz, must be at least local.rate_hz, ", scene.local.rate_hz));
+  return static_cast<int>(std::ceil(rate_hz / scene.local.rate_hz - 1e-9));
+}
+
+FullOptions full_options(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options, int n) {
+  const Scene& scene = session.scene();
+  FullOptions out;
+  out.h = 1 / (n * scene.local.rate_hz);
+  out.matrix_time = options.matrix_time;
+  out.exact_force = options.exact_force;
+  for (std::size_t i = 1; i < tool.size(); ++i)
+    out.max_speed = std::max(out.max_speed, (tool[i] - tool[i - 1]).norm() * scene.local.rate_hz);
+  // The paper's laws are their metric; the others agree as the step shrinks, and the implicit one is the most accurate.
+  if (is_geometric(scene.contact.law)) out.metric = contact_metric(scene.contact.metric);
+  out.collision_backend = scene.collision.backend;
+  return out;
+}
+
+}  // namespace
+
+Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options) {
+  const Scene& scene = session.scene();
+  const int n = steps_per_tick(scene, options.rate_hz), ticks = static_cast<int>(tool.size()) - 1;
+  const double started = cpu_seconds();
+  FullSimulation full(session.model(), session.surface(), session.tool(),
+                      make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic}),
+                      full_options(session, tool, options, n), session.start());
+  std::vector<Vec3> forces;
+  int exhausted = 0, lost = 0;
+  for (int tick = 0; tick < ticks && !(options.stop && options.stop->load()); ++tick) {
+    for (int k = 0; k < n; ++k) {
+      const auto place = [&](int step) { return Vec3(tool[tick] + step / double(n) * (tool[tick + 1] - tool[tick])); };
+      const LocalFrame frame = full.step({place(k), place(k + 1)});
+      forces.push_back(frame.force);
+      exhausted += (frame.flags & kEventsExhausted) != 0;
+      lost += (frame.flags & kLostAnchor) != 0;
+    }
+    if (options.progress) options.progress((tick + 1.0) / ticks);
+  }
+  Reference out;
+  out.key = reference_key(session, tool);
+  out.rate_hz = n * scene.local.rate_hz;
+  out.h = 1 / scene.local.rate_hz;
+  out.force = resample_forces(forces, n);
+  if (exhausted + lost > 0)
+    out.warnings.push_back(text("reference: more impacts than are resolved in ", exhausted,
+                                " steps, contact lost at a new matrix in ", lost, " of ", forces.size(), " steps"));
+  int inverted = 0;
+  for (const Tetrahedron& t : session.model().mesh().tetrahedra) inverted += tetrahedron_volume(full.state().x, t) < 0;
+  if (inverted > 0) out.warnings.push_back(text("reference: ", inverted, " tetrahedra are inside out at its end"));
+  out.seconds = cpu_seconds() - started;
+  return out;
+}
+
+std::vector<Vec3> resample_forces(std::span<const Vec3> steps, int n) {
+  std::vector<Vec3> out;
+  const int count = static_cast<int>(steps.size());
+  for (int end = n; end <= count; end += n) {
+    Vec3 sum = Vec3::Zero();
+    double weights = 0;
+    for (int k = -(n / 2); k <= n / 2; ++k) {
+      const int step = end - 1 + k;
+      if (step >= count) break;
+      const double weight = n % 2 == 0 && std::abs(k) == n / 2 ? 0.5 : 1.0;
+      sum += weight * steps[step];
+      weights += weight;
+    }
+    out.push_back(sum / weights);
+  }
+  return out;
+}
+
+std::vector<Vec3> tool_path(const SessionResult& result) {
+  std::vector<Vec3> out{result.start};
+  for (const LocalFrame& f : result.frames) out.push_back(f.tool);
+  return out;
+}
+
+std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool) {
+  const DeformableModel& model = session.model();
+  const SceneContact& contact = session.scene().contact;
+  StateHash hash;
+  const auto add_words = [&](const std::string& words) { hash.add(words.data(), words.size()); };
+  for (int i : model.fixed_nodes()) hash.add(i);
+  for (const Triangle& t : session.surface().triangles)
+    for (int i : t) hash.add(i);
+  hash.add(model.mesh().x);
+  hash.add(session.start().x);
+  // The parameters by what they do: the forces of a body that is stretched, sheared and moves.
+  State state = rest_state(model);
+  const Mat3 strain = (Mat3() << 1.01, 0.02, 0.003, 0.01, 0.98, 0.02, 0.005, 0.01, 1.02).finished();
+  for (int i = 0; i < model.mesh().num_nodes(); ++i) {
+    node(state.v, i) = strain.transpose() * node(state.x, i) + 0.1 * std::sin(i) * Vec3::Ones();
+    node(state.x, i) = strain * node(state.x, i);
+  }
+  VectorX force;
+  model.force(state, force);
+  hash.add(force);
+  hash.add(VectorX(model.mass() * state.v));
+  add_words(contact.law);
+  if (is_geometric(contact.law)) add_words(contact.metric);
+  hash.add(contact.mu_static);
+  hash.add(contact.mu_kinetic);
+  add_words(session.scene().tool.shape);
+  hash.add(session.tool().radius);
+  hash.add(session.scene().local.rate_hz);
+  for (const Vec3& x : tool) hash.add(x);
+  return hash.value();
+}
+
+std::vector<Vec3> tick_forces(std::span<const LocalFrame> frames) {
+  std::vector<Vec3> out;
+  for (const LocalFrame& f : frames) out.push_back(f.force);
+  return out;
+}
+
+ForceError compare_forces(std::span<const Vec3> forces, const Reference& reference) {
+  ForceError out;
+  const std::size_t count = std::min(forces.size(), reference.force.size());
+  double difference_sq = 0, reference_sq = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    difference_sq += (forces[i] - reference.force[i]).squaredNorm();
+    reference_sq += reference.force[i].squaredNorm();
+  }
+  if (!(reference_sq > 0)) return out;
+  out.force_error = std::sqrt(difference_sq / reference_sq);
+  out.floor = kForceFloor * std::sqrt(reference_sq / static_cast<double>(count));
+  int judged = 0, noticed = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double size = reference.force[i].norm();
+    if (size <= out.floor) continue;
+    ++judged;
+    noticed += (forces[i] - reference.force[i]).norm() > kNoticeableForce * size;
+  }
+  if (judged > 0) out.jnd_fraction = static_cast<double>(noticed) / judged;
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,64 @@
+#pragma once
+// The reference of a session: the full nonlinear body, same contact law and geometry code, at a fine rate, along the
+// tool path that the session took. What methods are off from it is their error.                     method.md sections
+// 7, 8.
+#include <span>
+
+#include "haptics/full_simulation.hpp"
+#include "haptics/session.hpp"
+
+namespace kt {
+
+struct ReferenceOptions {
+  double rate_hz = 10000;                     ///< at least; rounded up to a whole number of steps a tick
+  double matrix_time = 0.02;                  ///< [s], see FullOptions
+  bool exact_force = true;                    ///< see FullOptions
+  std::function<void(double)> progress = {};  ///< share done, 0..1
+  const std::atomic<bool>* stop = nullptr;    ///< end after this tick and keep what is there
+};
+
+struct Reference {
+  std::uint64_t key = 0;  ///< of the body, the contact law and the tool path: reference_key()
+  double rate_hz = 0;     ///< of its steps
+  double h = 0;           ///< of a tick [s]: force[i] belongs to t = (i + 1) h
+  double seconds = 0;     ///< CPU time that it took
+  /// On the tool [N], the mean over one tick's length around the end of each tick: fine steps see vibrations that no
+  /// haptic tick can show, and an average to one side would be late.
+  std::vector<Vec3> force;
+  std::vector<std::string> warnings;
+};
+
+/// @param tool  positions at the ends of the session's ticks, before them the start; in between they are linear
+/// Throws InputError for a rate below the session's, RunError when the body leaves the finite numbers.
+Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options = {});
+
+/// The start and the place at each tick: what run_reference takes.
+std::vector<Vec3> tool_path(const SessionResult& result);
+
+/// Equal for sessions whose references are the same: hash of body, contact law, tool and its path, not of the methods.
+std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool);
+
+struct ForceError {
+  double force_error = 0;   ///< || F - F_ref || / || F_ref || over all ticks
+  double jnd_fraction = 0;  ///< share of the ticks with |F_ref| above the floor where |F - F_ref| > 10 % of |F_ref|
+  double floor = 0;         ///< [N] kForceFloor of the root mean square of F_ref
+};
+
+constexpr double kForceFloor = 0.05;  // below, a force is too weak beside the others to be judged by its percentage
+constexpr double kNoticeableForce = 0.10;  // just noticeable difference of forces, 7-10 % of them
+
+/// Of as many ticks as both have. @param forces  one a tick [N]
+ForceError compare_forces(std::span<const Vec3> forces, const Reference& reference);
+std::vector<Vec3> tick_forces(std::span<const LocalFrame> frames);
+
+/// One force a tick from n a tick: means over a tick's length around the end of every tick (n even: half of the two
+/// outermost); shorter at the end of the path.
+std::vector<Vec3> resample_forces(std::span<const Vec3> steps, int n);
+
+/// CSV: comment lines with key, rate and warnings, then t,force_x,force_y,force_z.
+void write_reference(const std::string& file, const Reference& reference);
+
+/// Throws InputError when the file cannot be read or belongs to another body, law or path than `key`.
+Reference read_reference(const std::string& file, std::uint64_t key);
+
+}  // namespace kt
