@@ -176,7 +176,8 @@ Json make_summary(const Session& session, const SessionResult& result) {
                    {"newton_iterations", result.global_steps.iterations},
                    {"linear_iterations", result.global_steps.linear_iterations},
                    {"projected", result.global_steps.projected},
-                   {"not_converged", result.global_steps.not_converged}};
+                   {"not_converged", result.global_steps.not_converged},
+                   {"linearization_error", percentiles(result.linearization_error, false)}};
   out["local"] = {{"reducer", scene.local.reducer}, {"rings", scene.local.rings},
                   {"dof", result.last_dof},         {"patch_vertices", result.last_patch_vertices},
                   {"certified_error", nullptr},     {"reason", "chosen by the scene"}};

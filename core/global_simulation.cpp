@@ -41,12 +41,16 @@ bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample>
     state_ = before;
     return false;
   }
+  double local_force = 0;
+  for (const ContactHold& hold : holds) local_force += hold.force;
+  if (local_force > 0) contact_error_ = push / local_force - 1;
   if (normal_impulse > 0) friction_scale_ = std::clamp(push * dt / normal_impulse, 0.0, 1.0);
   return true;
 }
 
 void GlobalSimulation::advance(double t_end, std::span<const ContactSample> history,
                                std::span<const ContactHold> holds) {
+  contact_error_ = 0;
   if (unconditional_ && !holds.empty() && t_end > state_.t && advance_held(t_end, history, holds)) return;
   if (t_end <= state_.t) return;
   const int steps =

@@ -40,6 +40,9 @@ class GlobalSimulation {
   const State& state() const { return state_; }
   const DeformableModel& model() const { return model_; }
   double step() const { return max_step_; }  ///< [s]
+  /// After an advance with holds: the normal force that keeps the body where the local model left it, over the one that
+  /// the local model gave for it, - 1. What its linearization made of the interval, and the body's own step. 0: no hold.
+  double contact_error() const { return contact_error_; }
   StepStatistics statistics() const { return integrator_->statistics(); }
 
  private:
@@ -50,6 +53,7 @@ class GlobalSimulation {
   double max_step_;
   bool unconditional_ = false;  // the integrator is stable at any step, and with stiff springs
   double friction_scale_ = 1;   // normal force of the body / of the local model, in the last held interval
+  double contact_error_ = 0;
   State state_;
 };
 

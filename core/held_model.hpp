@@ -18,6 +18,7 @@ struct ContactHold {
   Vec3 normal = Vec3::Zero();  ///< unit, from the body towards the tool
   Vec3 point = Vec3::Zero();   ///< where the contact point is [m]
   bool sticks = false;         ///< held in all directions; else along the normal only
+  double force = 0;            ///< normal force that the local model had there [N]
 };
 
 /// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent, since a triangle's nodes

@@ -36,6 +36,7 @@ class Refresher {
   const State& state() const { return global_.state(); }
   StepStatistics statistics() const { return global_.statistics(); }
   std::vector<double> global_ms, refresh_ms;  ///< time of each integration; of linearize + reduce + prepare
+  std::vector<double> linearization_error;    ///< of each interval that ended in contact, see GlobalSimulation
   int definite_tangents = 0;
   int inverted_tetrahedra = 0;  ///< most at any refresh
   double inverted_from = -1;    ///< time of the first one [s]
@@ -43,6 +44,7 @@ class Refresher {
  private:
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const ReduceOptions& options);
   void count_inverted();
+  void judge_linearization();
   double reach(double t) const;
   const Surface& surface_;
   Scene scene_;

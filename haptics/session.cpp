@@ -183,6 +183,7 @@ SessionResult Session::run(const SessionOptions& options) {
   haptic.finish(result);
   result.global_ms = std::move(refresher.global_ms);
   result.refresh_ms = std::move(refresher.refresh_ms);
+  result.linearization_error = std::move(refresher.linearization_error);
   if (threaded) warn_of_lag(scene_, result);
   result.definite_tangents = refresher.definite_tangents;
   result.global_steps = refresher.statistics();

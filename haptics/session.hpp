@@ -30,6 +30,7 @@ struct SessionResult {
   std::vector<double> lateness_us;  ///< thread link: wall clock after the tick was due [us]
   std::vector<double> penetration;  ///< per tick, by contact_check [m]; empty when not asked for
   std::vector<double> global_ms, refresh_ms;
+  std::vector<double> linearization_error;  ///< of each refresh interval that ended in contact
   std::vector<RefreshEvent> refreshes;
   std::vector<Snapshot> snapshots;
   std::vector<std::string> warnings;

@@ -60,7 +60,8 @@ void run_lockstep(const RunParts& run) {
   std::size_t next_snapshot = 0;
   for (int tick = 0; tick < haptic.num_ticks(); ++tick) {
     // At the edge of the patch, a new one is asked for once; the answer takes its time.
-    const bool wanted = !reports.empty() && reports.back().left_patch && on_the_way.empty();
+    const bool wanted =
+        !reports.empty() && reports.back().left_patch && on_the_way.empty() && run.scene.global.early_refresh;
     if (schedule.is_due(tick, wanted)) {
       const RefreshEvent event = schedule.take(tick);
       if (tick > 0) haptic.record_motion(motion);

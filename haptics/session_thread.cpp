@@ -122,8 +122,10 @@ class ThreadedRun {
       receive(pending);
       used_.take();
       const int tick = motion ? motion->tick : last;
-      const bool cannot_wait = std::ranges::any_of(
-          pending, [&](const LocalReport& report) { return report.tick < tick && report.left_patch; });
+      const bool cannot_wait =
+          run_.scene.global.early_refresh && std::ranges::any_of(pending, [&](const LocalReport& report) {
+            return report.tick < tick && report.left_patch;
+          });
       if (tick < last + interval_ && !cannot_wait) {
         std::this_thread::sleep_for(std::chrono::microseconds(300));
         continue;

@@ -104,6 +104,7 @@ void fields(A& a, SceneGlobal& s) {
   a("integrator", s.integrator);
   a("solver", s.solver);
   a("tolerance", s.tolerance);
+  a("early_refresh", s.early_refresh);
   a("definite", s.definite);
 }
 template <class A>
