@@ -199,8 +199,8 @@ Reference cached_reference(const Session& session, const std::vector<Vec3>& path
                            const ReferenceOptions& options) {
   const std::uint64_t key = reference_key(session, path);
   char name[64];
-  std::snprintf(name, sizeof name, "/%016llx_%g_%g_%d.csv", static_cast<unsigned long long>(key), options.rate_hz,
-                options.matrix_time, options.exact_force);
+  std::snprintf(name, sizeof name, "/%016llx_%g_%g_%d%s.csv", static_cast<unsigned long long>(key), options.rate_hz,
+                options.matrix_time, options.exact_force, options.tangent == TangentKind::definite ? "_definite" : "");
   const std::string file = arguments.cache + name;
   if (std::filesystem::exists(file)) return read_reference(file, key);
   std::fprintf(stderr, "computing %s\n", file.c_str());
@@ -223,17 +223,22 @@ void diagnose(const Session& session, const std::vector<Vec3>& path, const Argum
       {"reference in twice as fine steps", {.rate_hz = 2 * arguments.reference_rate}},
       {"reference with a new matrix every ms", {.rate_hz = arguments.reference_rate, .matrix_time = 1e-3}},
       {"full, one step a tick, exact force", {.rate_hz = tick_rate}}};
-  for (double rate : arguments.rates)
+  for (double rate : arguments.rates) {
+    const std::string linear = text(" Hz, linear for 1/", rate, " s from its own state");
     for (double step_rate : {arguments.reference_rate, tick_rate})
-      parts.push_back({text("full at ", step_rate, " Hz, linear for 1/", rate, " s from its own state"),
-                       {.rate_hz = step_rate, .matrix_time = 1 / rate, .exact_force = false}});
+      parts.push_back(
+          {text("full at ", step_rate, linear), {.rate_hz = step_rate, .matrix_time = 1 / rate, .exact_force = false}});
+    parts.push_back(
+        {text("full at ", tick_rate, linear, ", definite"),
+         {.rate_hz = tick_rate, .matrix_time = 1 / rate, .tangent = TangentKind::definite, .exact_force = false}});
+  }
   for (const auto& [name, options] : parts) try {
       const Reference other = cached_reference(session, path, arguments, options);
       const auto [n, t] = Table::gains(other.force, reference, 0.3);
-      std::printf("       %-56s %6.3f%%  gains %.4f %.4f\n", name.c_str(),
+      std::printf("       %-66s %6.3f%%  gains %.4f %.4f\n", name.c_str(),
                   100 * compare_forces(other.force, reference).force_error, n, t);
     } catch (const RunError&) {  // an indefinite stiffness, held long enough
-      std::printf("       %-56s diverges\n", name.c_str());
+      std::printf("       %-66s diverges\n", name.c_str());
     }
   std::fflush(stdout);
 }

@@ -49,8 +49,10 @@ void FullSimulation::renew_matrix(const Vec3& tool) {
   };
   std::unique_ptr<PreparedLocalModel> next;
   try {
-    next = prepare_with(TangentKind::exact);
-  } catch (const RunError&) {  // A is indefinite: any other matrix does, the force is exact anyway
+    next = prepare_with(options_.tangent);
+  } catch (const RunError&) {
+    if (options_.tangent == TangentKind::definite) throw;
+    // A is indefinite: any other matrix does, the force is exact anyway
     next = prepare_with(TangentKind::definite);
   }
   local_.adopt(std::move(next));

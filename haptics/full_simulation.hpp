@@ -15,6 +15,7 @@ namespace kt {
 struct FullOptions {
   double h = 1e-4;                           ///< step [s]
   double matrix_time = 0.02;                 ///< time that one matrix A serves [s]
+  TangentKind tangent = TangentKind::exact;  ///< of the matrix; definite where the exact one cannot be solved with
   bool exact_force = true;                   ///< false: linear while the matrix serves, to see what that alone does
   double max_speed = 0;                      ///< bound of the tool's speed [m/s]: how far it gets in that time
   Metric metric = Metric::implicit;          ///< in which contact constraints act

@@ -26,6 +26,7 @@ FullOptions full_options(const Session& session, std::span<const Vec3> tool, con
   FullOptions out;
   out.h = 1 / (n * scene.local.rate_hz);
   out.matrix_time = options.matrix_time;
+  out.tangent = options.tangent;
   out.exact_force = options.exact_force;
   for (std::size_t i = 1; i < tool.size(); ++i)
     out.max_speed = std::max(out.max_speed, (tool[i] - tool[i - 1]).norm() * scene.local.rate_hz);

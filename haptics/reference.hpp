@@ -12,6 +12,7 @@ namespace kt {
 struct ReferenceOptions {
   double rate_hz = 10000;                     ///< at least; rounded up to a whole number of steps a tick
   double matrix_time = 0.02;                  ///< [s], see FullOptions
+  TangentKind tangent = TangentKind::exact;   ///< see FullOptions
   bool exact_force = true;                    ///< see FullOptions
   std::function<void(double)> progress = {};  ///< share done, 0..1
   const std::atomic<bool>* stop = nullptr;    ///< end after this tick and keep what is there
