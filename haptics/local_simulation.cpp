@@ -5,6 +5,11 @@
 #include "collision/first_contact.hpp"
 
 namespace kt {
+namespace {
+
+constexpr double kPushOut = 0.03;  // [s]
+
+}  // namespace
 
 LocalSimulation::LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver, double blend)
     : tool_(tool), h_(h), solver_(std::move(solver)), blend_(h, blend) {
@@ -22,6 +27,7 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   PreparedLocalModel& now = *model_;
   PreparedLocalModel& old = *next;
   blend_.begin();
+  has_new_patch_ = true;
   if (now.caught_up) {
     if (now.state.anchors.count == 0 && old.state.anchors.count > 0) flags_ |= kLostAnchor;
     return next;
@@ -112,19 +118,21 @@ LocalFrame LocalSimulation::step(const ToolSweep& sweep) noexcept {
 /// What leaves for the hand: no step at a refresh, and no fall where the tool ran off the patch.
 void LocalSimulation::shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept {
   const bool touches = frame.mode != ContactMode::free;
-  const Vec3 moved = sweep.x_t1 - sweep.x_t0;
-  const bool ran_off = !touches && !rim_normal_.isZero(0) && rim_normal_.dot(moved) <= 0;
-  is_off_patch_ = !touches && (is_off_patch_ || ran_off);
+  is_off_patch_ = !touches && (is_off_patch_ || was_on_rim_);
+  was_on_rim_ = touches && (flags_ & kLeftPatch);
   if (is_off_patch_) flags_ |= kLeftPatch;
-  frame.force = blend_.apply(frame.force, touches, is_off_patch_, moved);
-  rim_normal_ = touches && (flags_ & kLeftPatch) ? frame.normal : Vec3(Vec3::Zero());
+  frame.force = blend_.apply(frame.force, touches, is_off_patch_, sweep.x_t1 - sweep.x_t0);
 }
 
-/// The patch triangle that a tool has got into unseen, while the patch did not reach there; -1: none.
-int LocalSimulation::overlapped_triangle(const Vec3& tool) const noexcept {
+/// The patch triangle that a tool has got into unseen, while the patch did not reach there; -1: none. It is pushed out
+/// over some ticks: at once would be a blow.
+int LocalSimulation::find_overlap(const Vec3& tool) noexcept {
   const PreparedLocalModel& m = *model_;
   const Contact nearest = nearest_point_contact(m.model.patch, m.work.x, tool);
-  return nearest.gap < tool_.radius ? nearest.triangle : -1;
+  if (nearest.gap >= tool_.radius) return -1;
+  overlap_ = tool_.radius - nearest.gap;
+  overlap_per_tick_ = overlap_ * h_ / kPushOut;
+  return nearest.triangle;
 }
 
 /// Splits the tick's impulses into what is reported and what goes to the global side.

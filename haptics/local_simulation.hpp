@@ -76,7 +76,7 @@ class LocalSimulation {
   void spread_impulses() noexcept;
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
-  int overlapped_triangle(const Vec3& tool) const noexcept;
+  int find_overlap(const Vec3& tool) noexcept;
   void shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept;
 
   ToolShape tool_;
@@ -90,8 +90,10 @@ class LocalSimulation {
   int num_samples_ = 0;
   LocalMotion motion_;  // room, for the refresh
   ForceBlend blend_;
-  Vec3 rim_normal_ = Vec3::Zero();  // of a contact at the edge of the patch in the last tick, else zero
-  bool is_off_patch_ = false;       // contact ended there, though the tool did not back off
+  bool was_on_rim_ = false;     // the last tick's contact was at the edge of the patch
+  bool is_off_patch_ = false;   // contact ended there: the tool may have got into the body unseen
+  bool has_new_patch_ = false;  // since the last tick
+  double overlap_ = 0, overlap_per_tick_ = 0;  // that the tool still may have with the surface [m]
   unsigned flags_ = 0;
 };
 

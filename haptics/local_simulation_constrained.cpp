@@ -42,7 +42,12 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   double toi = 0;  // of the last event
   Vec3 tool_event = sweep.x_t0;
   int start = m.state.anchors.count ? m.state.anchors.contacts[0].triangle : -1;
-  if (start < 0 && is_off_patch_) start = overlapped_triangle(sweep.x_t0);
+  if (start < 0 && is_off_patch_ && has_new_patch_) {
+    start = find_overlap(sweep.x_t0);
+    is_off_patch_ = false;
+  }
+  has_new_patch_ = false;
+  overlap_ = std::max(0.0, overlap_ - overlap_per_tick_);
   const Vec3 tool_velocity = (sweep.x_t1 - sweep.x_t0) / h_;
 
   const auto rewind_to = [&](const Contact& impact) {
@@ -185,7 +190,7 @@ bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noe
     const Vec3& n = contact.normal;
     problem_.normal[i] = n;
     // The gap there would be without contact impulses, to first order.
-    const double gap_free = contact.gap + h_left * n.dot(interpolate(w.du, t, contact.bary));
+    const double gap_free = contact.gap + overlap_ + h_left * n.dot(interpolate(w.du, t, contact.bary));
     const Vec3 relative = interpolate(w.u_free, t, contact.bary) - tool_velocity;
     problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
     for (int k = 0; k <= i; ++k) {

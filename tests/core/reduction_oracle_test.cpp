@@ -208,6 +208,81 @@ TEST(LocalDynamics, IsDenseAlgebraForBothSchemesAllMetricsAndBothSolverPaths) {
   }
 }
 
+/// One patch vertex whose motion is the sum of vibrations of many kinds: stiff, soft, free, light and heavy damping.
+LocalModel vibrations(const VectorX& mass, const VectorX& damping, const VectorX& stiffness) {
+  LocalModel m;
+  const int r = static_cast<int>(mass.size());
+  m.patch.global_node = {0};
+  m.mass = SparseMatrix(mass.asDiagonal());
+  m.damping = SparseMatrix(damping.asDiagonal());
+  m.stiffness = SparseMatrix(stiffness.asDiagonal());
+  m.f0 = random_vector(r, 3);
+  MatrixX basis(3, r);
+  for (int c = 0; c < r; ++c) basis.col(c) = random_vector(3, static_cast<unsigned>(10 + c));
+  m.basis = basis.sparseView();
+  return m;
+}
+
+TEST(LocalDynamics, ExactStepsAreThoseOfManySmallOnes) {
+  const double h = 1e-3;
+  const VectorX mass{{1, 0.5, 1, 2, 1, 1}}, damping{{0, 3, 4000, 10, 0, 200}}, stiffness{{1e4, 0, 2e6, 9e5, 4e6, 1e4}};
+  const LocalModel m = vibrations(mass, damping, stiffness);
+  const LocalDynamics dynamics(m, LocalScheme::exact, Metric::implicit, h);
+  const VectorX q0 = 1e-3 * random_vector(6, 1), v0 = 0.1 * random_vector(6, 2);
+  const auto fine = [&](const VectorX& force) {  // classical Runge-Kutta of order 4
+    VectorX q = q0, v = v0;
+    const int steps = 2000;
+    const double dt = h / steps;
+    const auto a = [&](const VectorX& x, const VectorX& u) {
+      return VectorX((force - stiffness.cwiseProduct(x) - damping.cwiseProduct(u)).cwiseQuotient(mass));
+    };
+    for (int i = 0; i < steps; ++i) {
+      const VectorX q1 = v, v1 = a(q, v), q2 = v + dt / 2 * v1, v2 = a(q + dt / 2 * q1, v + dt / 2 * v1);
+      const VectorX q3 = v + dt / 2 * v2, v3 = a(q + dt / 2 * q2, v + dt / 2 * v2);
+      const VectorX q4 = v + dt * v3, v4 = a(q + dt * q3, v + dt * v3);
+      q += dt / 6 * (q1 + 2 * q2 + 2 * q3 + q4);
+      v += dt / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
+    }
+    return std::pair(q, v);
+  };
+  VectorX mean(6), end(6);
+  EXPECT_EQ(allocations_during([&] { dynamics.free_motion(q0, v0, mean, end); }), 0);
+  const auto [q, v] = fine(m.f0);
+  EXPECT_LE(relative_error(q0 + h * mean, q), 1e-9);
+  EXPECT_LE(relative_error(end, v), 1e-9);
+  // A contact impulse acts as a force over the step.
+  const Vec3 impulse(1e-3, -2e-3, 3e-3);
+  const auto [q_pushed, v_pushed] = fine(m.f0 + MatrixX(m.basis).transpose() * impulse / h);
+  EXPECT_LE(relative_error(q0 + h * (mean + dynamics.metric().Y * impulse), q_pushed), 1e-9);
+  EXPECT_LE(relative_error(end + dynamics.end_response() * impulse, v_pushed), 1e-9);
+  EXPECT_LE(relative_error(dynamics.metric().C, MatrixX(m.basis) * dynamics.metric().Y), kRoundoff);
+}
+
+TEST(LocalDynamics, UncoupledEulerStepsAreThoseOfTheMatrices) {
+  const double h = 1e-3;
+  const VectorX mass{{1, 0.5, 1}}, damping{{0, 3, 40}}, stiffness{{1e4, 0, 2e6}};
+  const LocalModel m = vibrations(mass, damping, stiffness);
+  const VectorX q = 1e-3 * random_vector(3, 1), v = 0.1 * random_vector(3, 2);
+  for (LocalScheme scheme : {LocalScheme::symplectic_euler, LocalScheme::implicit_euler}) {
+    const bool is_implicit = scheme == LocalScheme::implicit_euler;
+    const LocalDynamics dynamics(m, scheme, is_implicit ? Metric::implicit : Metric::mass, h);
+    const VectorX A = is_implicit ? VectorX(mass + h * damping + h * h * stiffness) : mass;
+    const VectorX f = m.f0 - stiffness.cwiseProduct(q);
+    const VectorX expected = is_implicit ? VectorX((mass.cwiseProduct(v) + h * f).cwiseQuotient(A))
+                                         : VectorX(v + h * (f - damping.cwiseProduct(v)).cwiseQuotient(A));
+    VectorX mean(3), end(3);
+    dynamics.free_motion(q, v, mean, end);
+    EXPECT_LE(relative_error(mean, expected), kRoundoff);
+    EXPECT_EQ(end, mean);
+    EXPECT_LE(relative_error(dynamics.metric().Y, A.cwiseInverse().asDiagonal() * MatrixX(m.basis).transpose()),
+              kRoundoff);
+  }
+}
+
+TEST(LocalDynamics, RefusesExactStepsOfCoupledCoordinates) {
+  EXPECT_THROW(LocalDynamics(LinearizedBlock().reduce("wall"), LocalScheme::exact, Metric::implicit, 1e-3), InputError);
+}
+
 TEST(LocalDynamics, RefusesAMassThatIsNotPositiveDefinite) {
   LocalModel m = LinearizedBlock().reduce("wall");
   m.mass.coeffRef(4, 4) = -1;

@@ -50,7 +50,7 @@ std::unique_ptr<PreparedLocalModel> Body::local_model(const Vec3& p) const {
 
 Press::Press(const Body& body, const ToolShape& tool, const std::string& law, const Friction& friction,
              const Vec3& start)
-    : local_(tool, body.options.h, make_contact_solver(law, friction)), tool_(start) {
+    : local_(tool, body.options.h, make_contact_solver(law, friction), body.options.blend), tool_(start) {
   local_.adopt(body.local_model(start));
 }
 

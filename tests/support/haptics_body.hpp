@@ -15,6 +15,7 @@ struct BodyOptions {
   int rings = 1;
   double reach = 1;  ///< of the patch [m]; 1: the whole surface
   double h = 1e-3;   ///< haptic step [s]
+  double blend = 0;  ///< over which a new local model's force fades in [s]
 };
 
 /// A mass-spring body and the local models of it. Refers to itself: stays where it is made.
