@@ -3,6 +3,7 @@
 #include <cholmod.h>
 #include <omp.h>
 
+#include "core/sparse_product.hpp"
 #include "core/sparse_solver.hpp"
 #include "core/sparsity_pattern.hpp"
 
@@ -24,17 +25,6 @@ cholmod_sparse view_of(const SparseMatrix& m) {
   view.sorted = 1;
   view.packed = 1;
   return view;
-}
-
-bool has_node_blocks(const SparseMatrix& m) {
-  const int *outer = m.outerIndexPtr(), *inner = m.innerIndexPtr();
-  for (int c = 0; c < m.cols(); ++c) {
-    const int first = outer[c - c % 3], size = outer[c + 1] - outer[c];
-    if (size % 3 != 0 || first + c % 3 * size != outer[c]) return false;
-    for (int k = 0; k < size; ++k)
-      if (inner[outer[c] + k] != inner[first + k - k % 3] + k % 3 || inner[first + k - k % 3] % 3 != 0) return false;
-  }
-  return m.cols() % 3 == 0;
 }
 
 /// One row and column for each node of a matrix in whole 3 x 3 blocks, lower triangle.

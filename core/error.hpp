@@ -19,6 +19,13 @@ class RunError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A linearized body that gives way to some motion, as a compressed one can: not fit to step at a fixed rate. Its definite
+/// tangent is (TangentKind).
+class IndefiniteTangent : public RunError {
+ public:
+  using RunError::RunError;
+};
+
 /// All arguments written one after the other, as operator<< writes them.
 template <class... Args>
 std::string text(const Args&... args) {

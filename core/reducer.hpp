@@ -17,16 +17,19 @@ struct ContactSite {
   double reach = 0;            ///< radius around the centre that the patch must cover [m]
 };
 
+class GradedBody;
+
 struct ReduceOptions {
   int rings = 1;  ///< wall: graph rings of nodes around the node nearest to the site, besides the patch
   std::vector<double> shifts_hz = {0, 60, 200};  ///< krylov: where the model is exact, of real rates
   double rank_tolerance = 1e-6;                  ///< krylov: what nearly repeats other motions is dropped
   int modes = 60;                                ///< modal: lowest vibrations kept
-};
-
-/// A reducer that needs a positive definite stiffness met another one: try the definite tangent.
-struct IndefiniteBody : RunError {
-  using RunError::RunError;
+  /// krylov: growth of the spacing of nodes that are followed with their distance from the patch (grading.hpp);
+  /// 0: the whole body, exact and as costly.
+  double grading = 0.4;
+  /// krylov: kept by the caller for one body, so that a refresh goes on where the last one stopped; without it every
+  /// reduction starts anew. Its own options hold, not `grading`.
+  GradedBody* graded = nullptr;
 };
 
 /// The body's surface: triangles (global node indices) and who neighbours whom.

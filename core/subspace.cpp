@@ -5,10 +5,12 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/sparse_product.hpp"
 
 namespace kt {
 namespace {
 
+constexpr double kRoundoff = 1e-10;     // of the largest spring: less is no instability
 constexpr double kProportional = 1e-9;  // off the diagonal, of the damping between two vibrations
 
 SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
@@ -56,61 +58,123 @@ MatrixX FreeBody::inputs(const SurfacePatch& patch) const {
   for (int i : patch.global_node)
     for (int c = 0; c < 3; ++c)
       if (const int k = dofs.to_free[3 * i + c]; k >= 0) entries.push_back(k);
-  MatrixX out = MatrixX::Zero(dofs.size(), static_cast<Eigen::Index>(entries.size()));
+  MatrixX out = MatrixX::Zero(force.size(), static_cast<Eigen::Index>(entries.size()));
   for (std::size_t j = 0; j < entries.size(); ++j) out(entries[j], static_cast<Eigen::Index>(j)) = 1;
   return out;
 }
 
-MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts) {
+/// s^2 M + s D + K. Bodies that keep all three in one pattern are summed number by number.
+SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
+  const SparseMatrix &m = body.mass, &d = body.damping, &k = body.stiffness;
+  const auto same_pattern = [&](const SparseMatrix& o) {
+    return o.nonZeros() == k.nonZeros() && std::equal(o.innerIndexPtr(), o.innerIndexPtr() + o.nonZeros(), k.innerIndexPtr()) &&
+           std::equal(o.outerIndexPtr(), o.outerIndexPtr() + o.cols() + 1, k.outerIndexPtr());
+  };
+  if (!same_pattern(m) || !same_pattern(d)) return s * s * m + s * d + k;
+  SparseMatrix out = k;
+  for (Eigen::Index i = 0; i < out.nonZeros(); ++i) out.valuePtr()[i] += s * s * m.valuePtr()[i] + s * d.valuePtr()[i];
+  return out;
+}
+
+MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
+                  SparseSolver& solver) {
   MatrixX loads = body.inputs(patch);
   const Eigen::Index columns = loads.cols() + 1;
   loads.conservativeResize(Eigen::NoChange, columns);
   loads.col(columns - 1) = body.force;
   MatrixX out(loads.rows(), columns * static_cast<Eigen::Index>(shifts.size()) + 1);
   out.rightCols(1) = body.velocity;
-  const auto solver = make_sparse_solver();
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     const double s = 2 * std::numbers::pi * shifts[i], s_free = 2 * std::numbers::pi;
-    bool good = solver->factor(SparseMatrix(s * s * body.mass + s * body.damping + body.stiffness));
-    if (!good && s == 0) good = solver->factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
-    if (!good) throw IndefiniteBody("reducer: the body's stiffness is not positive definite");
-    out.middleCols(static_cast<Eigen::Index>(i) * columns, columns) = solver->solve(loads);
+    bool good = solver.factor(dynamic_stiffness(body, s));
+    if (!good && s == 0) good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
+    if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
+    out.middleCols(static_cast<Eigen::Index>(i) * columns, columns) = solver.solve(loads);
   }
   return out;
 }
 
-MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double tolerance) {
-  // Twice: the first pass loses half of the digits of directions that nearly coincide (Cholesky QR 2, Yamamoto et al.
-  // 2015, with eigenvectors for the factor, which reveal the rank).
-  for (int pass = 0; pass < 2; ++pass) {
-    const VectorX length = (motions.cwiseProduct(mass * motions)).colwise().sum().cwiseSqrt();
-    for (Eigen::Index c = 0; c < motions.cols(); ++c)
-      if (length[c] > 0) motions.col(c) /= length[c];
-    const MatrixX gram = motions.transpose() * (mass * motions);
-    const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(gram);
-    const VectorX& values = eigen.eigenvalues();  // ascending
-    const double least = std::max(1e-14, tolerance * tolerance) * values[values.size() - 1];
-    Eigen::Index drop = 0;
-    while (drop < values.size() && !(values[drop] > least)) ++drop;
-    const Eigen::Index keep = values.size() - drop;
-    motions = motions * (eigen.eigenvectors().rightCols(keep) *
-                         values.tail(keep).cwiseSqrt().cwiseInverse().asDiagonal());
-  }
-  return motions;
+MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts) {
+  return responses(body, patch, shifts, *make_sparse_solver());
 }
 
-LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& V) {
-  const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(V.transpose() * (body.stiffness * V));
-  const MatrixX motions = V * eigen.eigenvectors();
-  const int r = static_cast<int>(motions.cols()), p = patch.num_vertices();
+namespace {
+
+/// The columns of a positive semidefinite G that Cholesky's factorization takes, largest rest first, until the rest is
+/// below `least`; and their factor L, in that order.
+struct PivotedCholesky {
+  std::vector<Eigen::Index> taken;
+  MatrixX lower;
+};
+
+PivotedCholesky pivoted_cholesky(const MatrixX& gram, double least) {
+  const Eigen::Index n = gram.rows();
+  PivotedCholesky out{{}, MatrixX(n, n)};  // rows of `lower` in G's order until the end
+  VectorX rest = gram.diagonal();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Eigen::Index pivot;
+    if (!(rest.maxCoeff(&pivot) > least)) break;
+    VectorX column = gram.col(pivot);
+    column.noalias() -= out.lower.leftCols(k) * out.lower.row(pivot).head(k).transpose();
+    out.lower.col(k) = column / std::sqrt(column[pivot]);
+    for (Eigen::Index i : out.taken) out.lower(i, k) = 0;
+    rest -= out.lower.col(k).cwiseAbs2();
+    out.taken.push_back(pivot);
+    rest[pivot] = 0;
+  }
+  const auto rank = static_cast<Eigen::Index>(out.taken.size());
+  out.lower = MatrixX(out.lower(out.taken, Eigen::all)).leftCols(rank).eval();
+  return out;
+}
+
+}  // namespace
+
+MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double tolerance) {
+  // Twice: the first pass loses half of the digits of directions that nearly coincide (Cholesky QR 2, Yamamoto et al.
+  // 2015, with pivots, which reveal the rank).
+  RowMatrix V = motions;
+  for (int pass = 0; pass < 2; ++pass) {
+    RowMatrix inertia = product(mass, V);
+    const VectorX length = V.cwiseProduct(inertia).colwise().sum().cwiseSqrt();
+    const VectorX scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+    V = V * scale.asDiagonal();
+    inertia = inertia * scale.asDiagonal();
+    MatrixX gram(V.cols(), V.cols());
+    gram.triangularView<Eigen::Lower>() = V.transpose() * inertia;
+    gram = MatrixX(gram.selfadjointView<Eigen::Lower>());
+    const PivotedCholesky factor = pivoted_cholesky(gram, std::max(1e-14, tolerance * tolerance));
+    V = RowMatrix(V(Eigen::all, factor.taken));
+    factor.lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(V);
+  }
+  return V;
+}
+
+namespace {
+
+MatrixX confined(const SparseMatrix& matrix, const RowMatrix& V) {
+  const RowMatrix image = product(matrix, V);
+  MatrixX out(V.cols(), V.cols());
+  out.triangularView<Eigen::Lower>() = V.transpose() * image;
+  return out.selfadjointView<Eigen::Lower>();
+}
+
+}  // namespace
+
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& motions) {
+  const RowMatrix V = motions;
+  const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(confined(body.stiffness, V));
+  const MatrixX& Q = eigen.eigenvectors();  // vibrations, in the coordinates of V
+  const int r = static_cast<int>(V.cols()), p = patch.num_vertices();
+  if (r > 0 && eigen.eigenvalues()[0] < -kRoundoff * eigen.eigenvalues()[r - 1])
+    throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
 
   LocalModel out;
   out.t = tangent.state.t;
   out.mass = SparseMatrix(VectorX::Ones(r).asDiagonal());
   // Rounded below zero only where the body itself is free to move.
   out.stiffness = SparseMatrix(VectorX(eigen.eigenvalues().cwiseMax(0)).asDiagonal());
-  out.damping = sparse_of(motions.transpose() * (body.damping * motions));
-  out.f0 = motions.transpose() * body.force;
+  out.damping = sparse_of(Q.transpose() * (confined(body.damping, V) * Q));
+  out.f0 = Q.transpose() * (V.transpose() * body.force);
 
   MatrixX basis = MatrixX::Zero(3 * p, r);
   out.x0.resize(3 * p);
@@ -121,15 +185,16 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
     for (int c = 0; c < 3; ++c) {
       const int k = body.dofs.to_free[3 * g + c];
       out.v0[3 * i + c] = k < 0 ? 0 : tangent.state.v[3 * g + c];
-      if (k >= 0) basis.row(3 * i + c) = motions.row(k);
+      if (k >= 0) basis.row(3 * i + c) = V.row(k);
     }
   }
+  basis = (basis * Q).eval();
   out.basis = basis.sparseView(1, 0);
   // A millionth of the stiffest: a body that is free to move follows too.
   const VectorX springs = eigen.eigenvalues().cwiseMax(1e-12 * eigen.eigenvalues().maxCoeff());
   out.lift = right_inverse(basis, springs);
   out.lift_rate = right_inverse(basis, VectorX::Ones(r));
-  out.q_rate0 = motions.transpose() * (body.mass * body.velocity);
+  out.q_rate0 = Q.transpose() * (V.transpose() * (body.mass * body.velocity));
   out.recovered_node = patch.global_node;
   out.patch = std::move(patch);
   return out;

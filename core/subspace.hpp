@@ -9,6 +9,7 @@ namespace kt {
 /// mass, damping, stiffness of the free nodes, symmetric (what turns with a damper is left out: it is no property of
 /// the linear body), with the force at zero velocity.
 struct FreeBody {
+  FreeBody() = default;
   explicit FreeBody(const TangentModel& tangent);
   FreeDofs dofs;
   SparseMatrix mass, damping, stiffness;
@@ -20,7 +21,9 @@ struct FreeBody {
 /// (s^2 M + s D + K)^-1 [patch inputs, force at rest] for s = 2 pi f of each `shift` f [Hz], >= 0: how the body moves under
 /// forces that grow as e^(s t); last, how it moves now. A body that is free to move has no response at 0: there the mass
 /// at 1 Hz is added.
-/// Throws RunError when a matrix is not positive definite.
+/// Throws IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its symbolic analysis for the next body.
+MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
+                  SparseSolver& solver);
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);
 
 /// Columns spanning what `motions` span, orthonormal in the mass, (free x r): directions that are the others' to within
@@ -29,6 +32,7 @@ MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double to
 
 /// The body confined to the motions V, orthonormal in the mass: in the coordinates of its own vibrations, so that mass is
 /// the identity, stiffness diagonal, and damping too where it is proportional to within `kProportional`.
+/// Throws IndefiniteTangent where the body gives way to one of the motions.
 LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& V);
 
 }  // namespace kt

@@ -91,7 +91,7 @@ LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site,
   try {
     LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
     if (is_positive_definite(local.stiffness)) return local;
-  } catch (const IndefiniteBody&) {
+  } catch (const IndefiniteTangent&) {
   }
   LocalModel local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
   local.definite_tangent = true;

@@ -1,13 +1,17 @@
 // What the body does under forces on the patch that grow as e^(s t), for a few rates s: exact there, and close between and
 // on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005, chapter 11).
-#include "core/subspace.hpp"
+#include "core/graded_body.hpp"
 
 namespace kt {
 
 LocalModel reduce_krylov(const TangentModel& tangent, SurfacePatch patch, const ContactSite&,
                          const ReduceOptions& options) {
-  const FreeBody body(tangent);
-  const MatrixX V = orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz), options.rank_tolerance);
+  GradedBody anew({.slope = options.grading});
+  GradedBody& graded = options.graded ? *options.graded : anew;
+  const bool whole = !options.graded && options.grading == 0;
+  const FreeBody& body = whole ? graded.update_whole(tangent) : graded.update(tangent, patch);
+  const MatrixX V = orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver()),
+                                        options.rank_tolerance);
   LocalModel out = confine(tangent, body, std::move(patch), V);
   out.reducer = "krylov";
   return out;

@@ -17,7 +17,7 @@ class Inverse {
   Eigen::Index cols() const { return body_.mass.cols(); }
   void set_shift(double shift) {
     if (!solver_->factor(SparseMatrix(body_.stiffness - shift * body_.mass)))
-      throw IndefiniteBody("modal: the body's stiffness is not positive definite");
+      throw IndefiniteTangent("modal: the body's stiffness is not positive definite");
   }
   void perform_op(const double* in, double* out) const {
     Eigen::Map<VectorX>(out, rows()) = solver_->solve(MatrixX(Eigen::Map<const VectorX>(in, rows())));

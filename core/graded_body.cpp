@@ -1,0 +1,266 @@
+#include "core/graded_body.hpp"
+
+#include <Eigen/LU>
+#include <numbers>
+
+namespace kt {
+namespace {
+
+constexpr int kFirstSteps = 8, kSteps = 2;  // of improving the far motions: after the choice of nodes, at a refresh
+constexpr double kDependent = 1e-6;         // a far motion that is the others' to within this part of its length
+
+double square(double x) { return x * x; }
+
+/// T with T^T G T = 1, columns zero where G (positive semidefinite) has nothing new to give.
+template <int N>
+Eigen::Matrix<double, N, N> orthonormalizer(Eigen::Matrix<double, N, N> gram) {
+  using Square = Eigen::Matrix<double, N, N>;
+  Square out = Square::Zero();
+  for (int c = 0; c < N; ++c) {
+    Eigen::Vector<double, N> t = Eigen::Vector<double, N>::Unit(c);
+    const double length_sq = gram(c, c);
+    for (int pass = 0; pass < 2; ++pass)
+      for (int k = 0; k < c; ++k) t -= out.col(k) * (out.col(k).dot(gram * t));
+    const double rest_sq = t.dot(gram * t);
+    if (length_sq > 0 && rest_sq > square(kDependent) * length_sq) out.col(c) = t / std::sqrt(rest_sq);
+  }
+  return out;
+}
+
+}  // namespace
+
+/// The patch stays a spacing inside of where all nodes are kept.
+bool GradedBody::covers(const TangentModel& tangent, const SurfacePatch& patch) const {
+  if (gradings_ == 0 || graded_x_.size() != tangent.state.x.size()) return false;
+  if (whole_) return true;
+  const double inside = std::max(0.0, options_.margin - 1) * edge_;
+  return std::all_of(patch.global_node.begin(), patch.global_node.end(), [&](int i) {
+    return (fixed_[i] || body_.dofs.to_free[3 * i] >= 0) && distance_to(graded_x_, graded_patch_, i) <= inside;
+  });
+}
+
+void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& patch) {
+  const int n = static_cast<int>(tangent.f0.size() / 3);
+  ++gradings_;
+  graded_x_ = tangent.state.x;
+  graded_patch_ = patch.global_node;
+  edge_ = patch_spacing(graded_x_, graded_patch_);
+  fixed_.assign(n, 0);
+  for (int i : tangent.fixed_nodes) fixed_[i] = 1;
+  dofs_ = make_free_dofs(n, tangent.fixed_nodes);
+  if (static_cast<int>(ranks_.size()) != n) {
+    ranks_ = node_ranks(graded_x_);
+    far_ = FarRows::Zero(dofs_.size(), kFar);
+  }
+  interpolation_ = interpolate_far_nodes(graded_x_, ranks_, fixed_, graded_patch_, options_);
+  whole_ = 3 * num_kept() + kFar > 3 * dofs_.size() / 4;
+  if (whole_) return;
+  kept_row_.clear();
+  followers_.clear();
+  for (int i = 0; i < num_kept(); ++i) kept_row_.push_back(dofs_.to_free[3 * interpolation_.kept[i]] / 3);
+  for (int i = 0, next = 0; i < dofs_.size() / 3; ++i)
+    if (next < num_kept() && kept_row_[next] == i)
+      ++next;
+    else
+      followers_.push_back(i);
+  body_.dofs.to_free.assign(3 * static_cast<std::size_t>(n), -1);
+  body_.dofs.to_all.clear();
+  for (int i : interpolation_.kept)
+    for (int c = 0; c < 3; ++c) {
+      body_.dofs.to_free[3 * i + c] = body_.dofs.size();
+      body_.dofs.to_all.push_back(3 * i + c);
+    }
+  confinement_ = BlockConfinement(blocks_, interpolation_);
+  confinement_.product<9>(blocks_, blocks_.mass_values(), mass_sums_);
+  make_matrix_pattern();
+}
+
+void GradedBody::make_matrix_pattern() {
+  const int nodes = num_kept(), far = kFar / 3;
+  std::vector<std::vector<int>> rows(static_cast<std::size_t>(nodes + far));
+  for (int b = 0; b < nodes; ++b)
+    for (int k = confinement_.first(b); k < confinement_.last(b); ++k) {
+      rows[b].push_back(confinement_.row(k));
+      if (confinement_.row(k) != b) rows[confinement_.row(k)].push_back(b);
+    }
+  for (int b = 0; b < nodes + far; ++b) {
+    std::sort(rows[b].begin(), rows[b].end());
+    for (int a = b < nodes ? nodes : 0; a < nodes + far; ++a) rows[b].push_back(a);
+  }
+  std::vector<int> outer{0}, inner;
+  for (const auto& column : rows)
+    for (int c = 0; c < 3; ++c) {
+      for (int row : column) inner.insert(inner.end(), {3 * row, 3 * row + 1, 3 * row + 2});
+      outer.push_back(static_cast<int>(inner.size()));
+    }
+  const std::vector<double> zeros(inner.size(), 0.0);
+  pattern_ = Eigen::Map<const SparseMatrix>(3 * (nodes + far), 3 * (nodes + far), static_cast<Eigen::Index>(inner.size()),
+                                            outer.data(), inner.data(), zeros.data());
+  begins_.clear();
+  const auto begin_of = [&](int row, int column) {
+    const auto at = std::lower_bound(rows[column].begin(), rows[column].end(), row) - rows[column].begin();
+    return outer[3 * static_cast<std::size_t>(column)] + 3 * static_cast<int>(at);
+  };
+  for (int b = 0; b < nodes; ++b)
+    for (int k = confinement_.first(b); k < confinement_.last(b); ++k)
+      begins_.push_back({begin_of(confinement_.row(k), b), begin_of(b, confinement_.row(k))});
+}
+
+/// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far motions.
+void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const FarRows& times_far) const {
+  if (out.nonZeros() != pattern_.nonZeros() || out.rows() != pattern_.rows()) out = pattern_;
+  double* values = out.valuePtr();
+  const int* outer = out.outerIndexPtr();
+  const int nodes = num_kept();
+  for (int b = 0; b < nodes; ++b) {
+    const int height = outer[3 * b + 1] - outer[3 * b];
+    for (int k = confinement_.first(b); k < confinement_.last(b); ++k) {
+      const double* block = blocks + static_cast<std::ptrdiff_t>(size) * k;
+      const int a = confinement_.row(k), height_a = outer[3 * a + 1] - outer[3 * a];
+      for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) {
+          // The products of both triangles differ by rounding on the diagonal only.
+          const double value = a == b ? 0.5 * (block[3 * c + r] + block[3 * r + c]) : block[3 * c + r];
+          values[begins_[k][0] + c * height + r] = value;
+          if (a != b) values[begins_[k][1] + r * height_a + c] = value;
+        }
+    }
+  }
+  const FarRows border = restrict_forces<kFar>(times_far) * far_basis_;
+  const FarBlock corner = far_basis_.transpose() * (far_apart_.transpose() * times_far) * far_basis_;
+  for (int c = 0; c < 3 * nodes; ++c)
+    for (int f = 0; f < kFar; ++f) {
+      values[outer[c + 1] - kFar + f] = border(c, f);
+      values[outer[3 * nodes + f] + c] = border(c, f);
+    }
+  for (int f = 0; f < kFar; ++f)
+    for (int g = 0; g < kFar; ++g) {
+      // A motion that was dropped stands apart, as a mass on a spring that nothing moves.
+      const double dropped = f == g && far_basis_.col(f).isZero(0) ? 1 : 0;
+      values[outer[3 * nodes + f] + 3 * nodes + g] = 0.5 * (corner(f, g) + corner(g, f)) + dropped;
+    }
+}
+
+/// The stiffness of the kept nodes alone, once for a choice of nodes: it need not be the present one.
+void GradedBody::factor_preconditioner() {
+  far_basis_.setZero();
+  far_apart_ = FarRows::Zero(dofs_.size(), kFar);
+  fill(body_.stiffness, sums_.data(), 18, far_apart_);
+  added_mass_ = 0;
+  has_coarse_ = coarse_->factor(body_.stiffness);
+  if (has_coarse_) return;
+  fill(body_.mass, mass_sums_.data(), 9, far_apart_);
+  added_mass_ = square(2 * std::numbers::pi);
+  body_.stiffness += added_mass_ * body_.mass;
+  has_coarse_ = coarse_->factor(body_.stiffness);
+}
+
+/// Unit forces on all nodes of the patch, and the same times their distance from its middle along each axis.
+GradedBody::FarRows GradedBody::patch_loads(const TangentModel& tangent, const SurfacePatch& patch) const {
+  Vec3 middle = Vec3::Zero();
+  for (int i : patch.global_node) middle += node(tangent.state.x, i) / patch.num_vertices();
+  FarRows out = FarRows::Zero(dofs_.size(), kFar);
+  for (int i : patch.global_node) {
+    const int k = dofs_.to_free[3 * i];
+    if (k < 0) continue;
+    const Vec3 arm = (node(tangent.state.x, i) - middle) / edge_;
+    for (int c = 0; c < 3; ++c) {
+      out(k + c, c) = 1;
+      for (int axis = 0; axis < 3; ++axis) out(k + c, 3 + 3 * axis + c) = arm[axis];
+    }
+  }
+  return out;
+}
+
+/// The kept nodes' own response, and each follower's to the force on it alone.
+GradedBody::FarRows GradedBody::precondition(const FarRows& residual) const {
+  MatrixX coarse = MatrixX::Zero(pattern_.rows(), kFar);
+  coarse.topRows(3 * num_kept()) = restrict_forces<kFar>(residual);
+  FarRows out = prolong<kFar>(coarse_->solve(coarse).topRows(3 * num_kept()));
+  for (std::size_t k = 0; k < followers_.size(); ++k)
+    out.middleRows<3>(3 * followers_[k]) += node_inverse_[k] * residual.middleRows<3>(3 * followers_[k]);
+  return out;
+}
+
+/// Conjugate gradients, from where the last refresh stopped, for all loads at once.
+void GradedBody::improve_far_motions(const FarRows& loads, int steps) {
+  node_inverse_.resize(followers_.size());
+  for (std::size_t k = 0; k < followers_.size(); ++k) {
+    const Eigen::Map<const Mat3> block(blocks_.values().data() + NodeBlocks::kSize * static_cast<std::ptrdiff_t>(blocks_.diagonal(followers_[k])));
+    node_inverse_[k] = block.determinant() > 0 ? Mat3(block.inverse()) : Mat3(Mat3::Zero());
+  }
+  const auto apply = [&](const FarRows& u, FarRows& out) {
+    blocks_.stiffness<kFar>(u, out);
+    if (added_mass_ == 0) return;
+    FarRows inertia;
+    blocks_.mass<kFar>(u, inertia);
+    out += added_mass_ * inertia;
+  };
+  FarRows product;
+  apply(far_, product);
+  FarRows residual = loads - product, direction = precondition(residual);
+  Eigen::Array<double, 1, kFar> rz = (residual.array() * direction.array()).colwise().sum();
+  for (int step = 0;; ++step) {
+    apply(direction, product);
+    const Eigen::Array<double, 1, kFar> curvature = (direction.array() * product.array()).colwise().sum();
+    // A load that is answered already, or a tangent that is not definite: that motion stays as it is.
+    const Eigen::Array<double, 1, kFar> length = (curvature > 0 && rz > 0).select(rz / curvature, 0.0);
+    far_.array() += direction.array().rowwise() * length;
+    if (step + 1 == steps) return;
+    residual.array() -= product.array().rowwise() * length;
+    const FarRows z = precondition(residual);
+    const Eigen::Array<double, 1, kFar> rz_new = (residual.array() * z.array()).colwise().sum();
+    const Eigen::Array<double, 1, kFar> keep = (rz > 0).select(rz_new / rz, 0.0);
+    direction = (z.array() + direction.array().rowwise() * keep).matrix();
+    rz = rz_new;
+  }
+}
+
+/// Takes out what the kept nodes can do themselves, so that these alone say how they move.
+void GradedBody::set_far_apart() {
+  FarRows kept(3 * num_kept(), kFar);
+  for (int i = 0; i < num_kept(); ++i) kept.middleRows<3>(3 * i) = far_.middleRows<3>(3 * kept_row_[i]);
+  far_apart_ = far_ - prolong<kFar>(kept);
+  for (int row : kept_row_) far_apart_.middleRows<3>(3 * row).setZero();
+}
+
+void GradedBody::fill_matrices() {
+  FarRows product;
+  blocks_.mass<kFar>(far_apart_, product);
+  far_basis_ = orthonormalizer<kFar>(far_apart_.transpose() * product);
+  fill(body_.mass, mass_sums_.data(), 9, product);
+  blocks_.stiffness<kFar>(far_apart_, product);
+  fill(body_.stiffness, sums_.data(), 18, product);
+  blocks_.damping<kFar>(far_apart_, product);
+  fill(body_.damping, sums_.data() + 9, 18, product);
+}
+
+const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
+  whole_ = true;
+  body_ = FreeBody(tangent);
+  return body_;
+}
+
+const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePatch& patch) {
+  const bool stays = covers(tangent, patch);
+  if (!stays) {
+    blocks_.update(tangent, make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes));
+    choose_nodes(tangent, patch);
+  } else if (!whole_) {
+    blocks_.update(tangent, dofs_);
+  }
+  if (whole_) return update_whole(tangent);
+  confinement_.product<18>(blocks_, blocks_.values(), sums_);
+  if (!stays) factor_preconditioner();
+  if (has_coarse_) improve_far_motions(patch_loads(tangent, patch), stays ? kSteps : kFirstSteps);
+  set_far_apart();
+  fill_matrices();
+
+  NodeRows<1> force = gather(dofs_, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v));
+  body_.force = contract<1>(force);
+  body_.velocity = VectorX::Zero(body_.force.size());
+  for (int k = 0; k < 3 * num_kept(); ++k) body_.velocity[k] = tangent.state.v[body_.dofs.to_all[k]];
+  return body_;
+}
+
+}  // namespace kt

@@ -1,0 +1,101 @@
+#include "core/node_blocks.hpp"
+
+#include <algorithm>
+
+namespace kt {
+namespace {
+
+/// Rows of every node column, i >= j, the diagonal first.
+std::vector<std::vector<int>> lower_graph(const TangentModel& tangent, const FreeDofs& dofs) {
+  std::vector<std::vector<int>> rows(static_cast<std::size_t>(dofs.size() / 3));
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) rows[i].push_back(i);
+  for (const SparseMatrix* matrix : {&tangent.dfdx, &tangent.dfdv, &tangent.mass})
+    for (int c = 0; c < matrix->outerSize(); ++c)
+      for (SparseMatrix::InnerIterator it(*matrix, c); it; ++it)
+        if (const int i = dofs.to_free[it.row()] / 3, j = dofs.to_free[c] / 3;
+            dofs.to_free[it.row()] >= 0 && dofs.to_free[c] >= 0)
+          if (auto& column = rows[std::min(i, j)]; column.back() != std::max(i, j)) column.push_back(std::max(i, j));
+  for (auto& column : rows) {
+    std::sort(column.begin(), column.end());
+    column.erase(std::unique(column.begin(), column.end()), column.end());
+  }
+  return rows;
+}
+
+}  // namespace
+
+void NodeBlocks::make_pattern(const TangentModel& tangent, const FreeDofs& dofs) {
+  const auto graph = lower_graph(tangent, dofs);
+  const int nodes = static_cast<int>(graph.size());
+  begin_ = {0};
+  rows_.clear();
+  for (const auto& column : graph) {
+    rows_.insert(rows_.end(), column.begin(), column.end());
+    begin_.push_back(static_cast<int>(rows_.size()));
+  }
+  values_.assign(kSize * rows_.size(), 0);
+  std::vector<std::vector<std::pair<int, int>>> around(graph.size());
+  for (int j = 0; j < nodes; ++j)
+    for (int k = begin_[j]; k < begin_[j + 1]; ++k) {
+      around[j].emplace_back(rows_[k], k);
+      if (rows_[k] != j) around[rows_[k]].emplace_back(j, k);
+    }
+  around_begin_ = {0};
+  around_.clear();
+  around_block_.clear();
+  for (auto& list : around) {
+    std::sort(list.begin(), list.end());
+    for (auto [i, k] : list) {
+      around_.push_back(i);
+      around_block_.push_back(k);
+    }
+    around_begin_.push_back(static_cast<int>(around_.size()));
+  }
+  /// Where an entry of a matrix goes, nine numbers a block.
+  const auto place = [&](Eigen::Index r, int c) -> std::ptrdiff_t {
+    int row = dofs.to_free[r], column = dofs.to_free[c];
+    if (row < 0 || column < 0) return -1;
+    if (row / 3 < column / 3) std::swap(row, column);
+    const auto from = rows_.begin() + begin_[column / 3], to = rows_.begin() + begin_[column / 3 + 1];
+    return 9 * (std::lower_bound(from, to, row / 3) - rows_.begin()) + 3 * (column % 3) + row % 3;
+  };
+  for (std::size_t m = 0; m < 2; ++m) {
+    const SparseMatrix& matrix = m == 0 ? tangent.dfdx : tangent.dfdv;
+    slots_[m].clear();
+    for (int c = 0; c < matrix.outerSize(); ++c)
+      for (SparseMatrix::InnerIterator it(matrix, c); it; ++it) {
+        const auto k = place(it.row(), c);
+        slots_[m].push_back(k < 0 ? -1 : static_cast<int>(2 * k - k % 9 + static_cast<std::ptrdiff_t>(9 * m)));
+      }
+  }
+  mass_.assign(9 * rows_.size(), 0);
+  lumped_ = true;
+  for (int c = 0; c < tangent.mass.outerSize(); ++c)
+    for (SparseMatrix::InnerIterator it(tangent.mass, c); it; ++it)
+      if (const auto k = place(it.row(), c); k >= 0) {
+        mass_[static_cast<std::size_t>(k)] += it.row() / 3 == c / 3 ? it.value() : 0.5 * it.value();
+        lumped_ &= it.row() == c;
+      }
+}
+
+void NodeBlocks::update(const TangentModel& tangent, const FreeDofs& dofs) {
+  const std::array<Eigen::Index, 2> entries{tangent.dfdx.nonZeros(), tangent.dfdv.nonZeros()};
+  if (entries != entries_ || num_nodes() != dofs.size() / 3) {
+    make_pattern(tangent, dofs);
+    entries_ = entries;
+  }
+  std::fill(values_.begin(), values_.end(), 0.0);
+  for (std::size_t m = 0; m < 2; ++m) {
+    const double* from = (m == 0 ? tangent.dfdx : tangent.dfdv).valuePtr();
+    for (std::size_t k = 0; k < slots_[m].size(); ++k)
+      if (slots_[m][k] >= 0) values_[slots_[m][k]] -= 0.5 * from[k];
+  }
+  // Blocks off the diagonal have got both halves; one on it is still to be added to its transpose.
+  for (int j = 0; j < num_nodes(); ++j)
+    for (int m = 0; m < 2; ++m) {
+      Eigen::Map<Mat3> d(values_.data() + kSize * static_cast<std::size_t>(begin_[j]) + 9 * m);
+      d = (d + d.transpose()).eval();
+    }
+}
+
+}  // namespace kt
