@@ -3,8 +3,7 @@
 #include <span>
 
 #include "core/global_simulation.hpp"
-#include "haptics/contact/contact_solver.hpp"
-#include "haptics/prepared_local_model.hpp"
+#include "haptics/haptic_method.hpp"
 
 namespace kt {
 
@@ -36,24 +35,26 @@ struct LocalFrame {
   unsigned flags = 0;
 };
 
-class LocalSimulation {
+class LocalSimulation final : public HapticMethod {
  public:
   LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver);
 
   /// Goes over to a new local model: patch motion and contacts are carried over by node and triangle. No allocation;
   /// gives the old model back, to be freed elsewhere.
-  std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept;
+  std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override;
 
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
-  LocalFrame step(const ToolSweep& sweep) noexcept;
+  LocalFrame step(const ToolSweep& sweep) noexcept override;
 
   /// What the last tick did to the body, for the global side.
-  std::span<const ContactSample> samples() const { return {samples_.data(), static_cast<std::size_t>(num_samples_)}; }
+  std::span<const ContactSample> samples() const noexcept override {
+    return {samples_.data(), static_cast<std::size_t>(num_samples_)};
+  }
 
-  const PreparedLocalModel& model() const { return *model_; }
+  const PreparedLocalModel& model() const noexcept override { return *model_; }
   bool has_model() const { return model_ != nullptr; }
-  double h() const { return h_; }
-  const ToolShape& tool() const { return tool_; }
+  double h() const noexcept override { return h_; }
+  const ToolShape& tool() const noexcept override { return tool_; }
 
  private:
   void find_free_motion() noexcept;

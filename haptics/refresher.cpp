@@ -32,12 +32,24 @@ Metric contact_metric(const std::string& name) {
   throw_unknown("contact.metric", name, {"identity", "mass", "implicit"});
 }
 
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool) {
+  const SceneContact& c = scene.contact;
+  HapticMethodOptions options;
+  options.tool = tool;
+  options.h = 1 / scene.local.rate_hz;
+  if (c.law != "penalty") options.law = c.law;  // a method with friction of its own: Coulomb's
+  options.friction = {c.mu_static, c.mu_kinetic};
+  options.coupling = {c.penalty.stiffness, c.penalty.damping};
+  return make_haptic_method(haptic_method_name(scene.local.method, c.law), options);
+}
+
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
                      double max_speed, const State& start)
     : surface_(surface),
       scene_(scene),
       tool_(tool),
       max_speed_(max_speed),
+      method_(make_scene_method(scene, tool)),
       global_(model,
               make_integrator(scene.global.integrator, {.solver = scene.global.solver,
                                                         .tolerance = scene.global.tolerance,
@@ -118,6 +130,8 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   local.frame = frame_++;
   auto out = prepare(std::move(local), scheme_, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
+  out->tool = tool;
+  method_->complete(*out, 1 / scene_.global.rate_hz);
   refresh_ms.push_back(milliseconds_since(start));
   return out;
 }

@@ -40,6 +40,7 @@ class Refresher {
   Scene scene_;
   ToolShape tool_;
   double max_speed_;
+  std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   GlobalSimulation global_;
   ReduceFn reduce_;
   LocalScheme scheme_;
@@ -47,6 +48,9 @@ class Refresher {
   double last_ = 0;  // time of the last refresh [s]
   int frame_ = 0;
 };
+
+/// The method that the scene asks for. Throws InputError.
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool);
 
 LocalScheme local_scheme(const std::string& integrator);
 Metric contact_metric(const std::string& name);

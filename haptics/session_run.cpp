@@ -19,17 +19,13 @@ double thread_time_us() noexcept {
 // Deeper than this counts as inside: far above the rounding of positions, far below what a hand or a picture shows.
 constexpr double kInside = 1e-7;  // [m]
 
-std::unique_ptr<ContactSolver> scene_solver(const Scene& scene) {
-  return make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic});
-}
-
 }  // namespace
 
 HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device,
                        const SessionOptions& options)
     : options_(options),
       device_(std::move(device)),
-      local_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
+      local_(make_scene_method(scene, tool)),
       limits_(device_->limits()),
       position_(device_->position(0)) {
   const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
@@ -39,24 +35,24 @@ HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_pt
 }
 
 LocalReport HapticLoop::tick() noexcept {
-  const double t_end = (tick_ + 1) * local_.h();
+  const double t_end = (tick_ + 1) * local_->h();
   const Vec3 next = device_->position(t_end);
   const long long before = options_.count_allocations ? options_.count_allocations() : 0;
   const double start = thread_time_us();
-  LocalFrame frame = local_.step({position_, next});
+  LocalFrame frame = local_->step({position_, next});
   step_us_[tick_] = thread_time_us() - start;
   if (options_.count_allocations) allocations_ += options_.count_allocations() - before;
 
   bool limited = false;
-  device_->write(safe_force(frame.force, limits_, limited), local_.h());
+  device_->write(safe_force(frame.force, limits_, limited), local_->h());
   limited_ += limited;
   position_ = next;
   frame.t = t_end;
   frames_[tick_] = frame;
   if (!penetration_.empty()) {
-    const PreparedLocalModel& m = local_.model();
+    const PreparedLocalModel& m = local_->model();
     const VectorX x = m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q;
-    penetration_[tick_] = penetration_depth(m.model.patch, x, local_.tool(), next);
+    penetration_[tick_] = penetration_depth(m.model.patch, x, local_->tool(), next);
     missed_ += frame.mode == ContactMode::free && penetration_[tick_] > kInside;
   }
 
@@ -64,19 +60,19 @@ LocalReport HapticLoop::tick() noexcept {
   report.tick = tick_++;
   report.tool = next;
   report.triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
-  for (const ContactSample& sample : local_.samples()) report.samples[report.count++] = sample;
+  for (const ContactSample& sample : local_->samples()) report.samples[report.count++] = sample;
   return report;
 }
 
 std::unique_ptr<PreparedLocalModel> HapticLoop::adopt(std::unique_ptr<PreparedLocalModel> model) noexcept {
   last_dof_ = model->model.dof();
   last_vertices_ = model->model.patch.num_vertices();
-  return local_.adopt(std::move(model));
+  return local_->adopt(std::move(model));
 }
 
 Snapshot HapticLoop::snapshot(const VectorX& global_x) const {
-  Snapshot out{tick_ * local_.h(), position_, global_x};
-  const PreparedLocalModel& m = local_.model();
+  Snapshot out{tick_ * local_->h(), position_, global_x};
+  const PreparedLocalModel& m = local_->model();
   const VectorX x = m.model.x0 + m.model.basis * m.state.q;
   for (int i = 0; i < static_cast<int>(m.model.recovered_node.size()); ++i)
     node(out.x, m.model.recovered_node[i]) = node(x, i);
@@ -88,7 +84,7 @@ void HapticLoop::finish(SessionResult& out) {
   step_us_.resize(tick_);
   if (!penetration_.empty()) penetration_.resize(tick_);
   StateHash hash;
-  const double period_us = 1e6 * local_.h();
+  const double period_us = 1e6 * local_->h();
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     const LocalFrame& f = frames_[i];
     hash.add(f.tool);

@@ -28,7 +28,7 @@ class HapticLoop {
  private:
   const SessionOptions& options_;
   std::unique_ptr<HapticDevice> device_;
-  LocalSimulation local_;
+  std::unique_ptr<HapticMethod> local_;
   DeviceLimits limits_;
   Vec3 position_;
   int tick_ = 0;

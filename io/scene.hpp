@@ -125,11 +125,19 @@ struct SceneTool {
   bool operator==(const SceneTool&) const = default;
 };
 
+/// Spring and damper between the tool and its proxy on the surface (law penalty).
+struct ScenePenalty {
+  double stiffness = 500.0;  ///< [N/m]
+  double damping = 0.5;      ///< [N.s/m]
+  bool operator==(const ScenePenalty&) const = default;
+};
+
 struct SceneContact {
-  std::string law = "coulomb";      ///< name in haptics/contact/contact_solver.def
+  std::string law = "coulomb";      ///< name in haptics/contact/contact_solver.def, or penalty
   double mu_static = 0.5;           ///< friction coefficients [-]; "mu" in the file sets both
   double mu_kinetic = 0.5;          ///< at most mu_static
   std::string metric = "implicit";  ///< identity (the paper), mass, implicit
+  ScenePenalty penalty;
   bool operator==(const SceneContact&) const = default;
 };
 
@@ -143,7 +151,8 @@ struct SceneGlobal {
 };
 
 struct SceneLocal {
-  double rate_hz = 1000.0;  ///< at least the global rate
+  std::string method = "multirate";  ///< name in haptics/methods/haptic_method.def: this engine or a baseline
+  double rate_hz = 1000.0;           ///< at least the global rate
   std::string reducer = "wall";
   int rings = 1;            ///< rings of triangles around the contact [-]
   double tolerance = 0.05;  ///< largest certified error of the local model [-]
