@@ -38,8 +38,8 @@ class HapticMethod {
 
 /// Spring and damper between the tool and its proxy on the surface (method `penalty`).
 struct VirtualCoupling {
-  double stiffness = 500;  ///< [N/m], > 0
-  double damping = 0.5;    ///< [N s/m], >= 0
+  double stiffness = 400;  ///< [N/m], > 0
+  double damping = 0;      ///< [N s/m], >= 0
 };
 
 struct HapticMethodOptions {

@@ -59,8 +59,8 @@ LocalReport HapticLoop::tick() noexcept {
   LocalReport report;
   report.tick = tick_++;
   report.tool = next;
-  report.triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
   for (const ContactSample& sample : local_->samples()) report.samples[report.count++] = sample;
+  report.triangle = report.count == 0 ? -1 : frame.triangle;  // where the body is touched, whatever force is shown
   return report;
 }
 

@@ -127,8 +127,8 @@ struct SceneTool {
 
 /// Spring and damper between the tool and its proxy on the surface (law penalty).
 struct ScenePenalty {
-  double stiffness = 500.0;  ///< [N/m]
-  double damping = 0.5;      ///< [N.s/m]
+  double stiffness = 400.0;  ///< [N/m] what a Touch device is good for
+  double damping = 0.0;      ///< [N.s/m] a force that acts a tick late has none to spare
   bool operator==(const ScenePenalty&) const = default;
 };
 

@@ -77,7 +77,7 @@ class Penalty final : public HapticMethod {
 
  private:
   /// Force of the coupling per stretch gained in one tick [N/m], and how much of the old stretch its damper keeps.
-  double resistance() const noexcept { return coupling_.stiffness + coupling_.damping / h_; }
+  double resistance() const noexcept { return coupling_.stiffness / (1 - kOwnShare) + coupling_.damping / h_; }
   double relaxed() const noexcept { return coupling_.damping / h_ / resistance(); }
 
   /// Around the place to which the tool would have carried the proxy.
@@ -123,12 +123,17 @@ class Penalty final : public HapticMethod {
       problem_.velocity.segment<3>(3 * i) = (relative - n.dot(relative) * n - (contact.gap + n.dot(back)) * n) / h_;
       for (int k = 0; k < c; ++k)  // one proxy: all its contacts stretch the same coupling
         problem_.W.block<3, 3>(3 * i, 3 * k) = Mat3::Identity() / (resistance() * h_ * h_);
+      problem_.W.block<3, 3>(3 * i, 3 * i) += kOwnShare / (coupling_.stiffness * h_ * h_) * n * n.transpose();
       for (int k = 0; k < before_.count; ++k)
         if (before_.contacts[k].triangle == contact.triangle)
           solution_.impulse.segment<3>(3 * i) = impulse_before_.segment<3>(3 * k);
     }
   }
 
+  // Part of the compliance along the normal that each contact has for itself: else the one that is solved first carries
+  // the load alone, and neighbours take it from each other tick by tick. One contact alone feels the stiffness as
+  // given.
+  static constexpr double kOwnShare = 0.25;
   static constexpr double kMargin = 1e-3;  // [m] more than proxy and surface move towards each other in a tick
 
   ToolShape tool_;
