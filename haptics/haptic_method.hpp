@@ -38,7 +38,7 @@ class HapticMethod {
 
 /// Spring and damper between the tool and its proxy on the surface (method `penalty`).
 struct VirtualCoupling {
-  double stiffness = 400;  ///< [N/m], > 0
+  double stiffness = 200;  ///< [N/m], > 0
   double damping = 0;      ///< [N s/m], >= 0
 };
 

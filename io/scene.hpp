@@ -127,7 +127,7 @@ struct SceneTool {
 
 /// Spring and damper between the tool and its proxy on the surface (law penalty).
 struct ScenePenalty {
-  double stiffness = 400.0;  ///< [N/m] what a Touch device is good for
+  double stiffness = 200.0;  ///< [N/m] soft tissue shakes from about 300 on
   double damping = 0.0;      ///< [N.s/m] a force that acts a tick late has none to spare
   bool operator==(const ScenePenalty&) const = default;
 };
@@ -151,12 +151,12 @@ struct SceneGlobal {
 };
 
 struct SceneLocal {
-  std::string method = "multirate";  ///< name in haptics/methods/haptic_method.def: this engine or a baseline
-  double rate_hz = 1000.0;           ///< at least the global rate
+  double rate_hz = 1000.0;  ///< at least the global rate
   std::string reducer = "wall";
   int rings = 1;            ///< rings of triangles around the contact [-]
   double tolerance = 0.05;  ///< largest certified error of the local model [-]
   std::string integrator = "implicit_euler";
+  std::string method = "multirate";  ///< name in haptics/methods/haptic_method.def: this engine or a baseline
   bool operator==(const SceneLocal&) const = default;
 };
 

@@ -90,6 +90,8 @@ TEST_P(Method, TakesUpABrokenPositionWithoutForceAndGoesOn) {
     for (int i = 0; i < 50; ++i) tick->step({in, in});
     EXPECT_TRUE(tick->step({in, Vec3(bad, 0, 0)}).force.allFinite());
     EXPECT_TRUE(tick->step({Vec3(bad, 0, 0), over}).force.allFinite());
+    EXPECT_TRUE(tick->step({over, over}).force.allFinite());
+    EXPECT_TRUE(tick->model().state.q.allFinite());
     refresh(in);
     for (int i = 0; i < 50; ++i) EXPECT_TRUE(tick->step({in, in}).force.allFinite());
     EXPECT_TRUE(tick->model().state.q.allFinite());
