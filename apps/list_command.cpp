@@ -7,8 +7,8 @@
 #include "collision/triangle_index.hpp"
 #include "core/integrator.hpp"
 #include "core/reducer.hpp"
-#include "haptics/contact/contact_solver.hpp"
 #include "haptics/device/haptic_device.hpp"
+#include "haptics/haptic_method.hpp"
 #include "haptics/links.hpp"
 #include "io/output_file.hpp"
 #include "io/tetrahedralize.hpp"
@@ -30,7 +30,8 @@ std::vector<Family> all_families() {
           {"global integrators", "global.integrator", integrator_backends()},
           {"reducers", "local.reducer", reducer_backends()},
           {"collision", "collision.backend", triangle_index_backends()},
-          {"contact laws", "contact.law", contact_solver_backends()},
+          {"methods", "local.method", haptic_method_backends()},
+          {"contact laws", "contact.law", contact_laws()},
           {"devices", "tool.path", device_backends()},
           {"links", "link.type", link_backends()}};
 }

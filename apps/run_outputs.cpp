@@ -178,9 +178,13 @@ Json make_summary(const Session& session, const SessionResult& result) {
                    {"projected", result.global_steps.projected},
                    {"not_converged", result.global_steps.not_converged},
                    {"linearization_error", percentiles(result.linearization_error, false)}};
-  out["local"] = {{"reducer", scene.local.reducer}, {"rings", scene.local.rings},
-                  {"dof", result.last_dof},         {"patch_vertices", result.last_patch_vertices},
-                  {"certified_error", nullptr},     {"reason", "chosen by the scene"}};
+  out["local"] = {{"method", haptic_method_name(scene.local.method, scene.contact.law)},
+                  {"reducer", scene.local.reducer},
+                  {"rings", scene.local.rings},
+                  {"dof", result.last_dof},
+                  {"patch_vertices", result.last_patch_vertices},
+                  {"certified_error", nullptr},
+                  {"reason", "chosen by the scene"}};
   out["force"] = {{"mean_n", force.mean_n},
                   {"max_n", force.max_n},
                   {"mean_t", force.mean_t},

@@ -3,8 +3,8 @@
 #include <span>
 
 #include "core/global_simulation.hpp"
-#include "haptics/contact/contact_solver.hpp"
 #include "haptics/force_blend.hpp"
+#include "haptics/haptic_method.hpp"
 #include "haptics/local_motion.hpp"
 
 namespace kt {
@@ -37,14 +37,14 @@ struct LocalFrame {
   unsigned flags = 0;
 };
 
-class LocalSimulation {
+class LocalSimulation final : public HapticMethod {
  public:
   /// @param blend  over which the difference between two local models fades from the force [s]; 0: not at all
   LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver, double blend = 0);
 
   /// Goes over to a new local model: patch motion and contacts are carried over by node and triangle, unless the new
   /// model is caught up already. No allocation; gives the old model back, to be freed elsewhere.
-  std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept;
+  std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override;
 
   /// Puts the model in and takes the present one out, as they are.
   void swap_model(std::unique_ptr<PreparedLocalModel>& model) noexcept { model_.swap(model); }
@@ -54,15 +54,17 @@ class LocalSimulation {
   void set_force(const VectorX& force) noexcept;
 
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
-  LocalFrame step(const ToolSweep& sweep) noexcept;
+  LocalFrame step(const ToolSweep& sweep) noexcept override;
 
   /// What the last tick did to the body, for the global side.
-  std::span<const ContactSample> samples() const { return {samples_.data(), static_cast<std::size_t>(num_samples_)}; }
+  std::span<const ContactSample> samples() const noexcept override {
+    return {samples_.data(), static_cast<std::size_t>(num_samples_)};
+  }
 
-  const PreparedLocalModel& model() const { return *model_; }
+  const PreparedLocalModel& model() const noexcept override { return *model_; }
   bool has_model() const { return model_ != nullptr; }
-  double h() const { return h_; }
-  const ToolShape& tool() const { return tool_; }
+  double h() const noexcept override { return h_; }
+  const ToolShape& tool() const noexcept override { return tool_; }
 
  private:
   void find_free_motion() noexcept;
@@ -90,9 +92,9 @@ class LocalSimulation {
   int num_samples_ = 0;
   LocalMotion motion_;  // room, for the refresh
   ForceBlend blend_;
-  bool was_on_rim_ = false;     // the last tick's contact was at the edge of the patch
-  bool is_off_patch_ = false;   // contact ended there: the tool may have got into the body unseen
-  bool has_new_patch_ = false;  // since the last tick
+  bool was_on_rim_ = false;                    // the last tick's contact was at the edge of the patch
+  bool is_off_patch_ = false;                  // contact ended there: the tool may have got into the body unseen
+  bool has_new_patch_ = false;                 // since the last tick
   double overlap_ = 0, overlap_per_tick_ = 0;  // that the tool still may have with the surface [m]
   unsigned flags_ = 0;
 };

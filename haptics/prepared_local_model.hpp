@@ -30,6 +30,11 @@ struct LocalWorkspace {
   std::vector<unsigned char> ignored;  ///< (triangles)
 };
 
+/// What one haptic method adds to a local model; it alone knows the type.
+struct MethodData {
+  virtual ~MethodData() = default;
+};
+
 struct PreparedLocalModel {
   LocalModel model;
   std::unique_ptr<LocalDynamics> dynamics;
@@ -39,6 +44,8 @@ struct PreparedLocalModel {
   std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move
   std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
   std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1
+  Vec3 tool = Vec3::Zero();                ///< where the tool was when the body was linearized [m]
+  std::unique_ptr<MethodData> data;        ///< by HapticMethod::complete
   LocalState state;
   bool caught_up = false;  ///< the state has been stepped to the present, from the linearization on
   LocalWorkspace work;

@@ -34,12 +34,25 @@ Metric contact_metric(const std::string& name) {
 
 bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
 
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool) {
+  const SceneContact& c = scene.contact;
+  HapticMethodOptions options;
+  options.tool = tool;
+  options.h = 1 / scene.local.rate_hz;
+  if (c.law != "penalty") options.law = c.law;  // a method with friction of its own: Coulomb's
+  options.friction = {c.mu_static, c.mu_kinetic};
+  options.blend = 1e-3 * scene.local.blend_ms;
+  options.coupling = {c.penalty.stiffness, c.penalty.damping};
+  return make_haptic_method(haptic_method_name(scene.local.method, c.law), options);
+}
+
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
                      double max_speed, const State& start)
     : surface_(surface),
       scene_(scene),
       tool_(tool),
       max_speed_(max_speed),
+      method_(make_scene_method(scene, tool)),
       global_(model,
               make_integrator(scene.global.integrator, {.solver = scene.global.solver,
                                                         .tolerance = scene.global.tolerance,
@@ -135,15 +148,18 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
       find_contact_site(surface_, global_.state().x, tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
-  const ReduceOptions options{scene_.local.rings};
+  const ReduceOptions options{.rings = scene_.local.rings, .graded = &graded_};
   LocalModel local = reduce(patch, site, options);
   local.frame = frame_++;
   auto out = prepare(std::move(local), scheme_, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
-  if (motion) carry_motion(*motion, *out);
-  if (!reports.empty())
+  out->tool = tool;
+  method_->complete(*out, 1 / scene_.global.rate_hz);
+  if (motion) {
+    carry_motion(*motion, *out);
     place_contacts(*out, std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)),
                    reports.back().sliding);
+  }
   refresh_ms.push_back(milliseconds_since(start));
   return out;
 }

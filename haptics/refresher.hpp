@@ -2,6 +2,7 @@
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
 #include <span>
 
+#include "core/graded_body.hpp"
 #include "haptics/local_simulation.hpp"
 #include "io/scene.hpp"
 
@@ -50,8 +51,10 @@ class Refresher {
   Scene scene_;
   ToolShape tool_;
   double max_speed_;
+  std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   GlobalSimulation global_;
   ReduceFn reduce_;
+  GradedBody graded_;
   LocalScheme scheme_;
   Metric metric_;
   double last_ = 0;  // time of the last refresh [s]
@@ -62,6 +65,9 @@ class Refresher {
 /// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the
 /// other side of a thin body.
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
+
+/// The method that the scene asks for. Throws InputError.
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool);
 
 LocalScheme local_scheme(const std::string& integrator);
 Metric contact_metric(const std::string& name);

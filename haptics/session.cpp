@@ -87,8 +87,12 @@ void check_methods(const Scene& scene) {
   require_backend("local.reducer", scene.local.reducer, reducer_backends());
   require_backend("global.integrator", scene.global.integrator, integrator_backends());
   require_backend("global.solver", scene.global.solver, step_solver_backends());
-  require_backend("contact.law", scene.contact.law, contact_solver_backends());
+  require_backend("contact.law", scene.contact.law, contact_laws());
   local_scheme(scene.local.integrator);
+  make_scene_method(scene, {});
+  if (scene.local.method == "legacy" && scene.local.reducer != "wall")
+    throw InputError(text("local.method \"legacy\" is a framework with a wall: it needs local.reducer \"wall\", not \"",
+                          scene.local.reducer, "\""));
   if (!is_geometric(scene.contact.law) && contact_metric(scene.contact.metric) == Metric::identity)
     throw InputError(
         text("contact.metric \"identity\" belongs to the paper's laws (its operators are projectors in "

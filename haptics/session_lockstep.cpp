@@ -64,9 +64,10 @@ void run_lockstep(const RunParts& run) {
         !reports.empty() && reports.back().left_patch && on_the_way.empty() && run.scene.global.early_refresh;
     if (schedule.is_due(tick, wanted)) {
       const RefreshEvent event = schedule.take(tick);
-      if (tick > 0) haptic.record_motion(motion);
+      const bool goes_on = tick > 0 && catches_up(run.scene);
+      if (goes_on) haptic.record_motion(motion);
       auto model = run.refresher.refresh(tick / run.scene.local.rate_hz, haptic.tool_position(), reports,
-                                         tick > 0 ? &motion : nullptr);
+                                         goes_on ? &motion : nullptr);
       reports.clear();
       schedule.set_next(tick + run.refresher.next_interval(run.ticks_per_refresh));
       run.result.refreshes.push_back(event);
@@ -74,7 +75,7 @@ void run_lockstep(const RunParts& run) {
     }
     while (!on_the_way.empty() && on_the_way.front().due_tick <= tick) {
       auto& [due_tick, at_tick, model] = on_the_way.front();
-      if (run.scene.local.catch_up) haptic.catch_up(model, at_tick, tick);
+      if (catches_up(run.scene)) haptic.catch_up(model, at_tick, tick);
       haptic.adopt(std::move(model));
       on_the_way.pop_front();
     }

@@ -21,7 +21,12 @@ constexpr double kInside = 1e-7;  // [m]
 
 }  // namespace
 
+bool catches_up(const Scene& scene) {
+  return scene.local.catch_up && haptic_method_name(scene.local.method, scene.contact.law) == "multirate";
+}
+
 std::unique_ptr<ContactSolver> scene_solver(const Scene& scene) {
+  if (!catches_up(scene)) return {};
   return make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic});
 }
 
@@ -29,7 +34,7 @@ HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_pt
                        const SessionOptions& options)
     : options_(options),
       device_(std::move(device)),
-      local_(tool, 1 / scene.local.rate_hz, scene_solver(scene), 1e-3 * scene.local.blend_ms),
+      local_(make_scene_method(scene, tool)),
       catch_up_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
       limits_(device_->limits()),
       start_(device_->position(0)),
@@ -41,34 +46,34 @@ HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_pt
 }
 
 LocalReport HapticLoop::tick() noexcept {
-  const double t_end = (tick_ + 1) * local_.h();
+  const double t_end = (tick_ + 1) * local_->h();
   const Vec3 next = device_->position(t_end);
   const long long before = options_.count_allocations ? options_.count_allocations() : 0;
   const double start = thread_time_us();
-  LocalFrame frame = local_.step({position_, next});
+  LocalFrame frame = local_->step({position_, next});
   step_us_[tick_] = thread_time_us() - start;
   if (options_.count_allocations) allocations_ += options_.count_allocations() - before;
 
   bool limited = false;
-  device_->write(safe_force(frame.force, limits_, limited), local_.h());
+  device_->write(safe_force(frame.force, limits_, limited), local_->h());
   limited_ += limited;
   position_ = next;
   frame.t = t_end;
   frames_[tick_] = frame;
   if (!penetration_.empty()) {
-    const PreparedLocalModel& m = local_.model();
+    const PreparedLocalModel& m = local_->model();
     const VectorX x = m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q;
-    penetration_[tick_] = penetration_depth(m.model.patch, x, local_.tool(), next);
+    penetration_[tick_] = penetration_depth(m.model.patch, x, local_->tool(), next);
     missed_ += frame.mode == ContactMode::free && penetration_[tick_] > kInside;
   }
 
   LocalReport report;
   report.tick = tick_++;
   report.tool = next;
-  report.triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
+  for (const ContactSample& sample : local_->samples()) report.samples[report.count++] = sample;
+  report.triangle = report.count == 0 ? -1 : frame.triangle;  // where the body is touched, whatever force is shown
   report.sliding = frame.mode == ContactMode::frictional_slide;
   report.left_patch = (frame.flags & kLeftPatch) != 0;
-  for (const ContactSample& sample : local_.samples()) report.samples[report.count++] = sample;
   return report;
 }
 
@@ -82,12 +87,12 @@ bool HapticLoop::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, i
 std::unique_ptr<PreparedLocalModel> HapticLoop::adopt(std::unique_ptr<PreparedLocalModel> model) noexcept {
   last_dof_ = model->model.dof();
   last_vertices_ = model->model.patch.num_vertices();
-  return local_.adopt(std::move(model));
+  return local_->adopt(std::move(model));
 }
 
 Snapshot HapticLoop::snapshot(const VectorX& global_x) const {
-  Snapshot out{tick_ * local_.h(), position_, global_x};
-  const PreparedLocalModel& m = local_.model();
+  Snapshot out{tick_ * local_->h(), position_, global_x};
+  const PreparedLocalModel& m = local_->model();
   const VectorX x = m.model.x0 + m.model.basis * m.state.q;
   for (int i = 0; i < static_cast<int>(m.model.recovered_node.size()); ++i)
     node(out.x, m.model.recovered_node[i]) = node(x, i);
@@ -99,7 +104,7 @@ void HapticLoop::finish(SessionResult& out) {
   step_us_.resize(tick_);
   if (!penetration_.empty()) penetration_.resize(tick_);
   StateHash hash;
-  const double period_us = 1e6 * local_.h();
+  const double period_us = 1e6 * local_->h();
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     const LocalFrame& f = frames_[i];
     hash.add(f.tool);

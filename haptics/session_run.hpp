@@ -20,7 +20,7 @@ class HapticLoop {
   bool catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept;
 
   /// The motion of the model in use, for the next one. No allocation.
-  void record_motion(LocalMotion& out) const noexcept { kt::record_motion(local_.model(), tick_, out); }
+  void record_motion(LocalMotion& out) const noexcept { kt::record_motion(local_->model(), tick_, out); }
 
   /// Gives the model that was in use back.
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> model) noexcept;
@@ -30,14 +30,14 @@ class HapticLoop {
 
   int next_tick() const { return tick_; }
   int num_ticks() const { return static_cast<int>(frames_.size()); }
-  const ToolShape& tool() const { return local_.tool(); }
+  const ToolShape& tool() const { return local_->tool(); }
   const Vec3& tool_position() const { return position_; }
   void finish(SessionResult& out);
 
  private:
   const SessionOptions& options_;
   std::unique_ptr<HapticDevice> device_;
-  LocalSimulation local_;
+  std::unique_ptr<HapticMethod> local_;
   CatchUp catch_up_;
   DeviceLimits limits_;
   Vec3 start_, position_;
@@ -58,6 +58,9 @@ struct RunParts {
   int ticks_per_refresh;
 };
 
+/// New local models are brought to the present before they are adopted; baselines know nothing of that.
+bool catches_up(const Scene& scene);
+/// For CatchUp; none when nothing catches up.
 std::unique_ptr<ContactSolver> scene_solver(const Scene& scene);
 
 void run_lockstep(const RunParts& run);

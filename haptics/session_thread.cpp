@@ -45,6 +45,7 @@ class ThreadedRun {
   explicit ThreadedRun(const RunParts& run)
       : run_(run),
         up_(4096),
+        catches_up_(catches_up(run.scene)),
         catch_up_(run.haptic.tool(), 1 / run.scene.local.rate_hz, scene_solver(run.scene)),
         motion_every_(std::max(1, run.ticks_per_refresh / 4)),
         interval_(run.ticks_per_refresh) {}
@@ -85,7 +86,7 @@ class ThreadedRun {
       run_.result.lateness_us[tick] = difference_us(now, due);
       // A model is taken only when the used one can be handed back: freeing is not for this thread.
       if (!arrived_ && used_.is_empty()) arrived_ = down_.take();
-      if (arrived_ && (!run_.scene.local.catch_up || run_.haptic.catch_up(arrived_->model, arrived_->at_tick, kMost))) {
+      if (arrived_ && (!catches_up_ || run_.haptic.catch_up(arrived_->model, arrived_->at_tick, kMost))) {
         adopted_.push_back({arrived_->linearized_tick, tick});
         arrived_->model = run_.haptic.adopt(std::move(arrived_->model));
         used_.put(std::move(arrived_));
@@ -136,10 +137,11 @@ class ThreadedRun {
       auto parcel = std::make_unique<Parcel>();
       parcel->linearized_tick = parcel->at_tick = tick;
       const Vec3 place = reports.back().tool;
-      parcel->model = run_.refresher.refresh(tick / run_.scene.local.rate_hz, place, reports, motion.get());
+      parcel->model =
+          run_.refresher.refresh(tick / run_.scene.local.rate_hz, place, reports, catches_up_ ? motion.get() : nullptr);
       interval_ = run_.refresher.next_interval(run_.ticks_per_refresh);
       pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
-      if (run_.scene.local.catch_up) bring_near(*parcel, place, pending);
+      if (catches_up_) bring_near(*parcel, place, pending);
       down_.put(std::move(parcel));
       linearized_.push_back(tick);
       last = tick;
@@ -187,6 +189,7 @@ class ThreadedRun {
   const RunParts& run_;
   Mailbox<Parcel> down_, used_;
   Ring<LocalReport> up_;
+  bool catches_up_;
   CatchUp catch_up_;                                         // of the refresher's thread
   int motion_every_;                                         // ticks
   int interval_;                                             // ticks to the next refresh

@@ -125,11 +125,19 @@ struct SceneTool {
   bool operator==(const SceneTool&) const = default;
 };
 
+/// Spring and damper between the tool and its proxy on the surface (law penalty).
+struct ScenePenalty {
+  double stiffness = 200.0;  ///< [N/m] soft tissue shakes from about 300 on
+  double damping = 0.0;      ///< [N.s/m] a force that acts a tick late has none to spare
+  bool operator==(const ScenePenalty&) const = default;
+};
+
 struct SceneContact {
-  std::string law = "coulomb";      ///< name in haptics/contact/contact_solver.def
+  std::string law = "coulomb";      ///< name in haptics/contact/contact_solver.def, or penalty
   double mu_static = 0.5;           ///< friction coefficients [-]; "mu" in the file sets both
   double mu_kinetic = 0.5;          ///< at most mu_static
   std::string metric = "implicit";  ///< identity (the paper), mass, implicit
+  ScenePenalty penalty;
   bool operator==(const SceneContact&) const = default;
 };
 
@@ -153,6 +161,7 @@ struct SceneLocal {
                             ///< one's state is taken over
   double blend_ms = 12;     ///< the difference between two local models fades from the force over this time
   std::string integrator = "implicit_euler";
+  std::string method = "multirate";  ///< name in haptics/methods/haptic_method.def: this engine or a baseline
   bool operator==(const SceneLocal&) const = default;
 };
 

@@ -92,11 +92,17 @@ void fields(A& a, SceneTool& s) {
   a("path", s.path);
 }
 template <class A>
+void fields(A& a, ScenePenalty& s) {
+  a("stiffness", s.stiffness);
+  a("damping", s.damping);
+}
+template <class A>
 void fields(A& a, SceneContact& s) {
   a("law", s.law);
   a("mu_static", s.mu_static);
   a("mu_kinetic", s.mu_kinetic);
   a("metric", s.metric);
+  a("penalty", s.penalty);
 }
 template <class A>
 void fields(A& a, SceneGlobal& s) {
@@ -109,6 +115,7 @@ void fields(A& a, SceneGlobal& s) {
 }
 template <class A>
 void fields(A& a, SceneLocal& s) {
+  a("method", s.method);
   a("rate_hz", s.rate_hz);
   a("reducer", s.reducer);
   a("rings", s.rings);

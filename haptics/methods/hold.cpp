@@ -1,0 +1,61 @@
+// The practice of the 1990s: the force is computed once per global step, with the tool's pose then, and held until the
+// next one arrives. The kindest form: the body is followed by the engine's own local simulation underneath, so the held
+// force is right for the moment it was computed for; only the holding is wrong.
+#include <cmath>
+#include <vector>
+
+#include "haptics/local_simulation.hpp"
+
+namespace kt {
+namespace {
+
+class Hold final : public HapticMethod {
+ public:
+  explicit Hold(const HapticMethodOptions& options)
+      : body_(options.tool, options.h, make_contact_solver(options.law, options.friction)), past_(kRemembered) {}
+
+  std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override {
+    held_ = at_time(next->model.t);
+    return body_.adopt(std::move(next));
+  }
+
+  LocalFrame step(const ToolSweep& sweep) noexcept override {
+    LocalFrame frame = body_.step(sweep);
+    past_[++ticks_ % kRemembered] = frame;
+    frame.force = held_.force;
+    frame.f_n = held_.f_n;
+    frame.f_t = held_.f_t;
+    frame.normal = held_.normal;
+    frame.cone_ratio = held_.cone_ratio;
+    frame.mode = held_.mode;
+    return frame;
+  }
+
+  std::span<const ContactSample> samples() const noexcept override { return body_.samples(); }
+  const PreparedLocalModel& model() const noexcept override { return body_.model(); }
+  double h() const noexcept override { return body_.h(); }
+  const ToolShape& tool() const noexcept override { return body_.tool(); }
+
+ private:
+  static constexpr long long kRemembered = 1024;  // ticks: a model that was on its way for longer gets the oldest
+
+  /// The frame that ended at time t: a model linearized then was linearized at that pose of the tool.
+  LocalFrame at_time(double t) const noexcept {
+    const long long wanted = std::llround(t / body_.h());
+    const long long tick = std::clamp(wanted, std::max(0LL, ticks_ - kRemembered + 1), ticks_);
+    return past_[tick % kRemembered];
+  }
+
+  LocalSimulation body_;
+  std::vector<LocalFrame> past_;  // ring; [0] is the free frame before the first tick
+  long long ticks_ = 0;
+  LocalFrame held_;
+};
+
+}  // namespace
+
+std::unique_ptr<HapticMethod> make_hold_method(const HapticMethodOptions& options) {
+  return std::make_unique<Hold>(options);
+}
+
+}  // namespace kt

@@ -1,0 +1,11 @@
+// The engine's own method under its name in the table.
+#include "haptics/local_simulation.hpp"
+
+namespace kt {
+
+std::unique_ptr<HapticMethod> make_multirate_method(const HapticMethodOptions& options) {
+  return std::make_unique<LocalSimulation>(options.tool, options.h, make_contact_solver(options.law, options.friction),
+                                           options.blend);
+}
+
+}  // namespace kt
