@@ -15,6 +15,8 @@ struct SurfacePatch {
   std::vector<int> global_node;      ///< of each local vertex, (p)
   std::vector<char> on_rim;          ///< per triangle: it touches the edge of the patch, not of the body
   SurfaceTopology topology;
+  /// Vertices that a tool within reach touches: not those of rim triangles alone, which are there for the normals. (p)
+  std::vector<char> in_reach;
   int num_vertices() const { return static_cast<int>(global_node.size()); }
 };
 
@@ -27,7 +29,7 @@ struct LocalModel {
   VectorX x0, v0;                         ///< their positions [m] and velocities [m/s] at the linearization
   SparseMatrix basis;                     ///< (3 recovered x r); zero rows: the node is immovable
   /// The coordinates of given displacements and velocities of the recovered nodes, (r x 3 recovered): basis lift = 1 on
-  /// the rows that can move. The rest of the body follows statically, or as its inertia lets it.
+  /// the rows that can move and are in reach; the columns of the others are zero where they only follow. The rest of the body follows statically, or as its inertia lets it.
   SparseMatrix lift, lift_rate;
   SparseMatrix mass, damping, stiffness;  ///< (r x r), symmetric; mass > 0
   VectorX f0;                             ///< force at q = 0, q' = 0 [N], (r)

@@ -82,6 +82,10 @@ SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactS
     patch.on_rim.push_back(rim);
   }
   patch.topology = make_topology(patch.triangles, patch.num_vertices());
+  const bool all = std::ranges::count(patch.on_rim, 0) == 0;
+  patch.in_reach.assign(patch.global_node.size(), all);
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
+    for (int v : patch.triangles[t]) patch.in_reach[static_cast<std::size_t>(v)] |= !patch.on_rim[t];
   return patch;
 }
 

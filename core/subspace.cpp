@@ -30,11 +30,11 @@ SparseMatrix sparse_of(const MatrixX& m) {
   return out;
 }
 
-/// B^T-weighted by a diagonal W > 0: W^-1 B^T (B W^-1 B^T)^-1 on the rows of B that are not zero.
-SparseMatrix right_inverse(const MatrixX& B, const VectorX& weight) {
+/// B^T-weighted by a diagonal W > 0: W^-1 B^T (B W^-1 B^T)^-1 on the rows of B that are in reach and not zero.
+SparseMatrix right_inverse(const MatrixX& B, const VectorX& weight, const std::vector<char>& in_reach) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < B.rows(); ++i)
-    if (!B.row(i).isZero(0)) rows.push_back(i);
+    if (in_reach[static_cast<std::size_t>(i / 3)] && !B.row(i).isZero(0)) rows.push_back(i);
   const MatrixX moving = B(rows, Eigen::all);
   const MatrixX eased = weight.cwiseInverse().asDiagonal() * moving.transpose();
   const Eigen::LDLT<MatrixX> response(moving * eased);
@@ -55,9 +55,9 @@ FreeBody::FreeBody(const TangentModel& tangent)
 
 MatrixX FreeBody::inputs(const SurfacePatch& patch) const {
   std::vector<int> entries;
-  for (int i : patch.global_node)
-    for (int c = 0; c < 3; ++c)
-      if (const int k = dofs.to_free[3 * i + c]; k >= 0) entries.push_back(k);
+  for (int i = 0; i < patch.num_vertices(); ++i)
+    for (int c = 0; patch.in_reach[i] && c < 3; ++c)
+      if (const int k = dofs.to_free[3 * patch.global_node[i] + c]; k >= 0) entries.push_back(k);
   MatrixX out = MatrixX::Zero(force.size(), static_cast<Eigen::Index>(entries.size()));
   for (std::size_t j = 0; j < entries.size(); ++j) out(entries[j], static_cast<Eigen::Index>(j)) = 1;
   return out;
@@ -192,8 +192,8 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   out.basis = basis.sparseView(1, 0);
   // A millionth of the stiffest: a body that is free to move follows too.
   const VectorX springs = eigen.eigenvalues().cwiseMax(1e-12 * eigen.eigenvalues().maxCoeff());
-  out.lift = right_inverse(basis, springs);
-  out.lift_rate = right_inverse(basis, VectorX::Ones(r));
+  out.lift = right_inverse(basis, springs, patch.in_reach);
+  out.lift_rate = right_inverse(basis, VectorX::Ones(r), patch.in_reach);
   out.q_rate0 = Q.transpose() * (V.transpose() * (body.mass * body.velocity));
   out.recovered_node = patch.global_node;
   out.patch = std::move(patch);

@@ -18,8 +18,15 @@ MatrixX body_response(const LinearizedBlock& b, const SurfacePatch& patch, doubl
   const MatrixX B = body.inputs(patch);
   return B.transpose() * MatrixX(s * s * body.mass + s * body.damping + body.stiffness).ldlt().solve(B);
 }
+/// Rows of the vertices in reach: those that the inputs push at.
+MatrixX touchable_rows(const LocalModel& m) {
+  std::vector<int> rows;
+  for (int i = 0; i < 3 * m.patch.num_vertices(); ++i)
+    if (m.patch.in_reach[static_cast<std::size_t>(i / 3)]) rows.push_back(i);
+  return MatrixX(m.basis)(rows, Eigen::all);
+}
 MatrixX model_response(const LocalModel& m, double s) {
-  const MatrixX B = m.basis.topRows(3 * m.patch.num_vertices());
+  const MatrixX B = touchable_rows(m);
   return B * MatrixX(s * s * m.mass + s * m.damping + m.stiffness).ldlt().solve(B.transpose());
 }
 
