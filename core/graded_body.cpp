@@ -6,7 +6,7 @@
 namespace kt {
 namespace {
 
-constexpr int kFirstSteps = 8, kSteps = 2;  // of improving the far motions: after the choice of nodes, at a refresh
+constexpr int kFirstSteps = 6, kSteps = 1;  // of improving the far motions: after the choice of nodes, at a refresh
 constexpr double kDependent = 1e-6;         // a far motion that is the others' to within this part of its length
 
 double square(double x) { return x * x; }
