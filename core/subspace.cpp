@@ -63,7 +63,6 @@ MatrixX FreeBody::inputs(const SurfacePatch& patch) const {
   return out;
 }
 
-/// s^2 M + s D + K. Bodies that keep all three in one pattern are summed number by number.
 SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
   const SparseMatrix &m = body.mass, &d = body.damping, &k = body.stiffness;
   const auto same_pattern = [&](const SparseMatrix& o) {
@@ -156,7 +155,8 @@ MatrixX confined(const SparseMatrix& matrix, const RowMatrix& V) {
 
 }  // namespace
 
-LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& motions) {
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& motions,
+                   MatrixX* combination) {
   const RowMatrix V = motions;
   const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(confined(body.stiffness, V));
   const MatrixX& Q = eigen.eigenvectors();  // vibrations, in the coordinates of V
@@ -164,6 +164,7 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   if (r > 0 && eigen.eigenvalues()[0] < -kRoundoff * eigen.eigenvalues()[r - 1])
     throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
 
+  if (combination) *combination = Q;
   LocalModel out;
   out.t = tangent.state.t;
   out.mass = SparseMatrix(VectorX::Ones(r).asDiagonal());
