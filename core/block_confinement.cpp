@@ -2,13 +2,30 @@
 
 #include <algorithm>
 
+#include "core/wide.hpp"
+
 namespace kt {
 namespace {
 
-/// Adds the `Size` numbers times `factor`.
+/// to[at[i]] += weight[i] from, for whole groups of `Size` numbers.
 template <int Size>
-void add_scaled(double factor, const double* from, double* to) {
-  for (int k = 0; k < Size; ++k) to[k] += factor * from[k];
+inline __attribute__((always_inline)) void spread_to(const double* from, const double* weight, const unsigned short* at,
+                                                     int count, double* to) {
+  for (int i = 0; i < count; ++i)
+    for (int k = 0; k < Size; ++k) to[Size * at[i] + k] += weight[i] * from[k];
+}
+template <int Size>
+inline __attribute__((always_inline)) void add_to(const double* from, double weight, const int* at, std::ptrdiff_t count,
+                                                  double* to) {
+  for (std::ptrdiff_t i = 0; i < count; ++i)
+    for (int k = 0; k < Size; ++k) to[static_cast<std::ptrdiff_t>(Size) * at[i] + k] += weight * from[Size * i + k];
+}
+
+KT_WIDE void spread_18(const double* from, const double* weight, const unsigned short* at, int count, double* to) {
+  spread_to<18>(from, weight, at, count, to);
+}
+KT_WIDE void add_18(const double* from, double weight, const int* at, std::ptrdiff_t count, double* to) {
+  add_to<18>(from, weight, at, count, to);
 }
 
 template <int Size>
@@ -103,13 +120,18 @@ void BlockConfinement::product(const NodeBlocks& blocks, const std::vector<doubl
         transpose_blocks<Size>(block, transposed.data());
         block = transposed.data();
       }
-      for (int e = p_.begin[i]; e < p_.begin[i + 1]; ++e)
-        add_scaled<Size>(p_.weight[e], block, half.data() + Size * *place++);
+      const int entries = p_.begin[i + 1] - p_.begin[i];
+      const double* weight = p_.weight.data() + p_.begin[i];
+      Size == 18 ? spread_18(block, weight, place, entries, half.data())
+                 : spread_to<Size>(block, weight, place, entries, half.data());
+      place += entries;
     }
     for (int e = p_.begin[j]; e < p_.begin[j + 1]; ++e) {
       const int* near = near_.data() + begin;
-      for (auto a = std::lower_bound(near, near + count, p_.column[e]) - near; a < count; ++a)
-        add_scaled<Size>(p_.weight[e], half.data() + Size * a, out.data() + static_cast<std::ptrdiff_t>(Size) * *slot++);
+      const auto a = std::lower_bound(near, near + count, p_.column[e]) - near;
+      Size == 18 ? add_18(half.data() + Size * a, p_.weight[e], slot, count - a, out.data())
+                 : add_to<Size>(half.data() + Size * a, p_.weight[e], slot, count - a, out.data());
+      slot += count - a;
     }
   }
 }

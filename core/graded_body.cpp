@@ -3,10 +3,12 @@
 #include <Eigen/LU>
 #include <numbers>
 
+#include "core/error.hpp"
+
 namespace kt {
 namespace {
 
-constexpr int kFirstSteps = 8, kSteps = 2;  // of improving the far motions: after the choice of nodes, at a refresh
+constexpr int kFirstSteps = 6, kSteps = 1;  // of improving the far motions: after the choice of nodes, at a refresh
 constexpr double kDependent = 1e-6;         // a far motion that is the others' to within this part of its length
 
 double square(double x) { return x * x; }
@@ -182,13 +184,35 @@ GradedBody::FarRows GradedBody::precondition(const FarRows& residual) const {
   return out;
 }
 
+/// Of the diagonal blocks of K + w D + w^2 M.
+std::vector<Mat3> GradedBody::follower_inverses(double w) const {
+  std::vector<Mat3> out(followers_.size());
+  for (std::size_t k = 0; k < followers_.size(); ++k) {
+    const auto at = static_cast<std::ptrdiff_t>(blocks_.diagonal(followers_[k]));
+    const double* pair = blocks_.values().data() + NodeBlocks::kSize * at;
+    const Mat3 block = Eigen::Map<const Mat3>(pair) + w * Eigen::Map<const Mat3>(pair + 9) +
+                       w * w * Eigen::Map<const Mat3>(blocks_.mass_values().data() + 9 * at);
+    out[k] = block.determinant() > 0 ? Mat3(block.inverse()) : Mat3(Mat3::Zero());
+  }
+  return out;
+}
+
+GradedBody::Preconditioner::Preconditioner(const GradedBody& body, double w)
+    : body_(body), node_inverse_(body.follower_inverses(w)) {
+  if (!body.solver_->factor(dynamic_stiffness(body.body_, w)))
+    throw IndefiniteTangent(text("certificate: the body is not positive definite at ", w, " 1/s"));
+}
+
+NodeRows<6> GradedBody::Preconditioner::apply(const NodeRows<6>& forces) const {
+  NodeRows<6> out = body_.expand<6>(body_.solver_->solve(body_.contract<6>(forces)));
+  for (std::size_t k = 0; k < node_inverse_.size(); ++k)
+    out.middleRows<3>(3 * body_.followers_[k]) += node_inverse_[k] * forces.middleRows<3>(3 * body_.followers_[k]);
+  return out;
+}
+
 /// Conjugate gradients, from where the last refresh stopped, for all loads at once.
 void GradedBody::improve_far_motions(const FarRows& loads, int steps) {
-  node_inverse_.resize(followers_.size());
-  for (std::size_t k = 0; k < followers_.size(); ++k) {
-    const Eigen::Map<const Mat3> block(blocks_.values().data() + NodeBlocks::kSize * static_cast<std::ptrdiff_t>(blocks_.diagonal(followers_[k])));
-    node_inverse_[k] = block.determinant() > 0 ? Mat3(block.inverse()) : Mat3(Mat3::Zero());
-  }
+  node_inverse_ = follower_inverses(0);
   const auto apply = [&](const FarRows& u, FarRows& out) {
     blocks_.stiffness<kFar>(u, out);
     if (added_mass_ == 0) return;
@@ -237,6 +261,9 @@ void GradedBody::fill_matrices() {
 
 const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
   whole_ = true;
+  followers_.clear();
+  dofs_ = make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes);
+  blocks_.update(tangent, dofs_);
   body_ = FreeBody(tangent);
   return body_;
 }

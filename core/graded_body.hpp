@@ -35,6 +35,27 @@ class GradedBody {
   /// The transpose: generalized forces from nodal ones.
   template <int M>
   NodeRows<M> contract(const NodeRows<M>& forces) const;
+  /// Of the last local model made from this body: its coordinates q move the body's by V combination q.
+  struct Motions {
+    MatrixX V, combination;
+    bool of_dof(int dof) const { return combination.cols() == dof; }
+  };
+  const Motions& motions() const { return motions_; }
+  void set_motions(Motions motions) { motions_ = std::move(motions); }
+
+  /// A cheap approximate inverse of K + w D + w^2 M on all free nodes: the kept nodes' and far motions' exact one, and
+  /// each follower's own.
+  class Preconditioner {
+   public:
+    /// Throws IndefiniteTangent when the matrix is not positive definite on the kept nodes.
+    Preconditioner(const GradedBody& body, double w);
+    NodeRows<6> apply(const NodeRows<6>& forces) const;
+
+   private:
+    const GradedBody& body_;
+    std::vector<Mat3> node_inverse_;
+  };
+
   const NodeBlocks& blocks() const { return blocks_; }
   const FreeDofs& all_dofs() const { return dofs_; }
   bool is_whole() const { return whole_; }
@@ -46,6 +67,7 @@ class GradedBody {
   void choose_nodes(const TangentModel& tangent, const SurfacePatch& patch);
   void make_matrix_pattern();
   void factor_preconditioner();
+  std::vector<Mat3> follower_inverses(double w) const;
   FarRows patch_loads(const TangentModel& tangent, const SurfacePatch& patch) const;
   FarRows precondition(const FarRows& residual) const;
   void improve_far_motions(const FarRows& loads, int steps);
@@ -84,6 +106,7 @@ class GradedBody {
   bool has_coarse_ = false;
   double added_mass_ = 0;  // [1/s^2], of a body that is free to move
   FreeBody body_;
+  Motions motions_;
 };
 
 template <int M>

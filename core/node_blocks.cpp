@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/wide.hpp"
+
 namespace kt {
 namespace {
 
@@ -97,5 +99,82 @@ void NodeBlocks::update(const TangentModel& tangent, const FreeDofs& dofs) {
       d = (d + d.transpose()).eval();
     }
 }
+
+namespace {
+
+/// The lower blocks of a symmetric matrix (nine numbers at the beginning of every `size`), its columns and rows.
+struct LowerBlocks {
+  const double* values;
+  std::ptrdiff_t size;
+  const int *begin, *rows;
+  int nodes;
+};
+
+template <int M>
+inline __attribute__((always_inline)) void multiply(const LowerBlocks& a, const double* u, double* out) {
+  for (int j = 0; j < a.nodes; ++j) {
+    const double* uj = u + static_cast<std::ptrdiff_t>(3 * M) * j;
+    double sum[3 * M] = {};
+    for (int k = a.begin[j]; k < a.begin[j + 1]; ++k) {
+      const double* b = a.values + a.size * k;
+      const double* ui = u + static_cast<std::ptrdiff_t>(3 * M) * a.rows[k];
+      for (int c = 0; c < 3; ++c)
+        for (int m = 0; m < M; ++m)
+          sum[M * c + m] += b[3 * c] * ui[m] + b[3 * c + 1] * ui[M + m] + b[3 * c + 2] * ui[2 * M + m];
+      if (k == a.begin[j]) continue;
+      double* oi = out + static_cast<std::ptrdiff_t>(3 * M) * a.rows[k];
+      for (int r = 0; r < 3; ++r)
+        for (int m = 0; m < M; ++m)
+          oi[M * r + m] += b[r] * uj[m] + b[3 + r] * uj[M + m] + b[6 + r] * uj[2 * M + m];
+    }
+    double* oj = out + static_cast<std::ptrdiff_t>(3 * M) * j;
+    for (int m = 0; m < 3 * M; ++m) oj[m] += sum[m];
+  }
+}
+
+KT_WIDE void multiply_1(const LowerBlocks& a, const double* u, double* out) { multiply<1>(a, u, out); }
+KT_WIDE void multiply_6(const LowerBlocks& a, const double* u, double* out) { multiply<6>(a, u, out); }
+KT_WIDE void multiply_12(const LowerBlocks& a, const double* u, double* out) { multiply<12>(a, u, out); }
+
+template <int M>
+void multiply_rows(const LowerBlocks& a, const NodeRows<M>& u, NodeRows<M>& out) {
+  out.setZero(u.rows(), M);
+  if constexpr (M == 1) multiply_1(a, u.data(), out.data());
+  if constexpr (M == 6) multiply_6(a, u.data(), out.data());
+  if constexpr (M == 12) multiply_12(a, u.data(), out.data());
+}
+
+}  // namespace
+
+template <int M>
+void NodeBlocks::stiffness(const NodeRows<M>& u, NodeRows<M>& out) const {
+  multiply_rows<M>({values_.data(), kSize, begin_.data(), rows_.data(), num_nodes()}, u, out);
+}
+
+template <int M>
+void NodeBlocks::damping(const NodeRows<M>& u, NodeRows<M>& out) const {
+  multiply_rows<M>({values_.data() + 9, kSize, begin_.data(), rows_.data(), num_nodes()}, u, out);
+}
+
+template <int M>
+void NodeBlocks::mass(const NodeRows<M>& u, NodeRows<M>& out) const {
+  if (!lumped_) {
+    multiply_rows<M>({mass_.data(), 9, begin_.data(), rows_.data(), num_nodes()}, u, out);
+    return;
+  }
+  out.resize(u.rows(), M);
+  for (int j = 0; j < num_nodes(); ++j)
+    for (int c = 0; c < 3; ++c)
+      out.row(3 * j + c) = mass_[9 * static_cast<std::size_t>(begin_[j]) + 4 * static_cast<std::size_t>(c)] * u.row(3 * j + c);
+}
+
+#define KT_NODE_BLOCKS(M)                                                                 \
+  template void NodeBlocks::stiffness<M>(const NodeRows<M>&, NodeRows<M>&) const; \
+  template void NodeBlocks::damping<M>(const NodeRows<M>&, NodeRows<M>&) const;   \
+  template void NodeBlocks::mass<M>(const NodeRows<M>&, NodeRows<M>&) const;
+KT_NODE_BLOCKS(1)
+KT_NODE_BLOCKS(6)
+KT_NODE_BLOCKS(12)
+#undef KT_NODE_BLOCKS
 
 }  // namespace kt

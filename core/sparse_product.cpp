@@ -1,26 +1,26 @@
 #include "core/sparse_product.hpp"
 
+#include "core/wide.hpp"
+
 namespace kt {
 namespace {
 
-/// Three rows of `to` get a 3 x 3 block (column by column, columns `height` apart) times three rows of `from`.
-void add_block(const double* block, int height, const double* from, double* to, Eigen::Index k) {
-  const double *c0 = block, *c1 = block + height, *c2 = c1 + height;
-  const double *f0 = from, *f1 = from + k, *f2 = f1 + k;
-  double *t0 = to, *t1 = to + k, *t2 = t1 + k;
-  if (c0[1] == 0 && c0[2] == 0 && c1[0] == 0 && c1[2] == 0 && c2[0] == 0 && c2[1] == 0) {  // of the mass
-    for (Eigen::Index i = 0; i < k; ++i) {
-      t0[i] += c0[0] * f0[i];
-      t1[i] += c1[1] * f1[i];
-      t2[i] += c2[2] * f2[i];
-    }
-    return;
+/// Three rows of a group of A V: the sum of A's blocks in three columns (`height` numbers each), transposed, times V's
+/// rows.
+KT_WIDE void sum_blocks(const double* blocks, std::ptrdiff_t height, const int* rows, const double* group, double* out) {
+  using Lanes = double __attribute__((vector_size(8 * kGroup)));
+  Lanes s0 = {}, s1 = {}, s2 = {};
+  for (std::ptrdiff_t e = 0; e < height; e += 3) {
+    const double *c0 = blocks + e, *c1 = c0 + height, *c2 = c1 + height;
+    Lanes v[3];
+    __builtin_memcpy(v, group + kGroup * static_cast<std::ptrdiff_t>(rows[e]), sizeof v);
+    s0 += c0[0] * v[0] + c0[1] * v[1] + c0[2] * v[2];
+    s1 += c1[0] * v[0] + c1[1] * v[1] + c1[2] * v[2];
+    s2 += c2[0] * v[0] + c2[1] * v[1] + c2[2] * v[2];
   }
-  for (Eigen::Index i = 0; i < k; ++i) {
-    t0[i] += c0[0] * f0[i] + c1[0] * f1[i] + c2[0] * f2[i];
-    t1[i] += c0[1] * f0[i] + c1[1] * f1[i] + c2[1] * f2[i];
-    t2[i] += c0[2] * f0[i] + c1[2] * f1[i] + c2[2] * f2[i];
-  }
+  __builtin_memcpy(out, &s0, sizeof s0);
+  __builtin_memcpy(out + kGroup, &s1, sizeof s1);
+  __builtin_memcpy(out + 2 * kGroup, &s2, sizeof s2);
 }
 
 }  // namespace
@@ -36,18 +36,26 @@ bool has_node_blocks(const SparseMatrix& A) {
   return A.cols() % 3 == 0;
 }
 
-RowMatrix product(const SparseMatrix& A, const RowMatrix& V) {
-  RowMatrix out = RowMatrix::Zero(A.rows(), V.cols());
+RowMatrix symmetric_times(const SparseMatrix& A, const RowMatrix& V) {
+  const int *outer = A.outerIndexPtr(), *inner = A.innerIndexPtr();
   if (!has_node_blocks(A)) {
+    RowMatrix out = RowMatrix::Zero(A.rows(), V.cols());
     for (int c = 0; c < A.outerSize(); ++c)
       for (SparseMatrix::InnerIterator it(A, c); it; ++it) out.row(it.row()) += it.value() * V.row(c);
     return out;
   }
-  const int *outer = A.outerIndexPtr(), *inner = A.innerIndexPtr();
-  for (int c = 0; c < A.cols(); c += 3)
-    for (int e = outer[c]; e < outer[c + 1]; e += 3)
-      add_block(A.valuePtr() + e, outer[c + 1] - outer[c], V.data() + V.cols() * c, out.data() + V.cols() * inner[e],
-                V.cols());
+  RowMatrix out(A.rows(), V.cols());
+  thread_local std::vector<double> groups;  // as large each time
+  in_groups(V, groups);
+  double rows[3 * kGroup];
+  for (Eigen::Index g = 0; kGroup * g < V.cols(); ++g)
+    for (Eigen::Index c = 0; c < A.cols(); c += 3) {
+      sum_blocks(A.valuePtr() + outer[c], outer[c + 1] - outer[c], inner + outer[c],
+                 groups.data() + kGroup * V.rows() * g, rows);
+      for (int i = 0; i < 3; ++i)
+        std::copy_n(rows + kGroup * i, std::min<Eigen::Index>(kGroup, V.cols() - kGroup * g),
+                    out.data() + V.cols() * (c + i) + kGroup * g);
+    }
   return out;
 }
 

@@ -63,7 +63,6 @@ MatrixX FreeBody::inputs(const SurfacePatch& patch) const {
   return out;
 }
 
-/// s^2 M + s D + K. Bodies that keep all three in one pattern are summed number by number.
 SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
   const SparseMatrix &m = body.mass, &d = body.damping, &k = body.stiffness;
   const auto same_pattern = [&](const SparseMatrix& o) {
@@ -134,17 +133,16 @@ MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double to
   // 2015, with pivots, which reveal the rank).
   RowMatrix V = motions;
   for (int pass = 0; pass < 2; ++pass) {
-    RowMatrix inertia = product(mass, V);
+    RowMatrix inertia = symmetric_times(mass, V);
     const VectorX length = V.cwiseProduct(inertia).colwise().sum().cwiseSqrt();
     const VectorX scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
-    V = V * scale.asDiagonal();
-    inertia = inertia * scale.asDiagonal();
-    MatrixX gram(V.cols(), V.cols());
-    gram.triangularView<Eigen::Lower>() = V.transpose() * inertia;
-    gram = MatrixX(gram.selfadjointView<Eigen::Lower>());
+    const MatrixX gram = scale.asDiagonal() * symmetric_product(V, inertia) * scale.asDiagonal();
     const PivotedCholesky factor = pivoted_cholesky(gram, std::max(1e-14, tolerance * tolerance));
-    V = RowMatrix(V(Eigen::all, factor.taken));
-    factor.lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(V);
+    const auto rank = static_cast<Eigen::Index>(factor.taken.size());
+    const MatrixX inverse = factor.lower.triangularView<Eigen::Lower>().solve(MatrixX::Identity(rank, rank));
+    RowMatrix combine = RowMatrix::Zero(V.cols(), rank);
+    combine(factor.taken, Eigen::all) = inverse.transpose();
+    V = tall_product(V, scale.asDiagonal() * combine);
   }
   return V;
 }
@@ -152,15 +150,13 @@ MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double to
 namespace {
 
 MatrixX confined(const SparseMatrix& matrix, const RowMatrix& V) {
-  const RowMatrix image = product(matrix, V);
-  MatrixX out(V.cols(), V.cols());
-  out.triangularView<Eigen::Lower>() = V.transpose() * image;
-  return out.selfadjointView<Eigen::Lower>();
+  return symmetric_product(V, symmetric_times(matrix, V));
 }
 
 }  // namespace
 
-LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& motions) {
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& motions,
+                   MatrixX* combination) {
   const RowMatrix V = motions;
   const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(confined(body.stiffness, V));
   const MatrixX& Q = eigen.eigenvectors();  // vibrations, in the coordinates of V
@@ -168,6 +164,7 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   if (r > 0 && eigen.eigenvalues()[0] < -kRoundoff * eigen.eigenvalues()[r - 1])
     throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
 
+  if (combination) *combination = Q;
   LocalModel out;
   out.t = tangent.state.t;
   out.mass = SparseMatrix(VectorX::Ones(r).asDiagonal());

@@ -32,7 +32,11 @@ MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double to
 
 /// The body confined to the motions V, orthonormal in the mass: in the coordinates of its own vibrations, so that mass is
 /// the identity, stiffness diagonal, and damping too where it is proportional to within `kProportional`.
-/// Throws IndefiniteTangent where the body gives way to one of the motions.
-LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& V);
+/// Throws IndefiniteTangent where the body gives way to one of the motions. `combination`: the vibrations in terms of V.
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& V,
+                   MatrixX* combination = nullptr);
+
+/// s^2 M + s D + K. Bodies that keep all three in one pattern are summed number by number.
+SparseMatrix dynamic_stiffness(const FreeBody& body, double s);
 
 }  // namespace kt

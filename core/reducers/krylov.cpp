@@ -10,9 +10,11 @@ LocalModel reduce_krylov(const TangentModel& tangent, SurfacePatch patch, const 
   GradedBody& graded = options.graded ? *options.graded : anew;
   const bool whole = !options.graded && options.grading == 0;
   const FreeBody& body = whole ? graded.update_whole(tangent) : graded.update(tangent, patch);
-  const MatrixX V = orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver()),
-                                        options.rank_tolerance);
-  LocalModel out = confine(tangent, body, std::move(patch), V);
+  MatrixX V = orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver()),
+                                  options.rank_tolerance);
+  MatrixX combination;
+  LocalModel out = confine(tangent, body, std::move(patch), V, &combination);
+  graded.set_motions({std::move(V), std::move(combination)});
   out.reducer = "krylov";
   return out;
 }

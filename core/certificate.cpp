@@ -1,0 +1,233 @@
+#include "core/certificate.hpp"
+
+#include <Eigen/LU>
+#include <limits>
+#include <numbers>
+
+#include "core/error.hpp"
+
+namespace kt {
+namespace {
+
+using Complex = std::complex<double>;
+
+bool is_movable(const LocalModel& model, int vertex) {
+  return SparseMatrix(model.basis.middleRows(3 * vertex, 3)).norm() > 0;
+}
+
+bool is_inside(const SurfacePatch& patch, int vertex) {
+  const auto around = patch.topology.triangles_of(vertex);
+  return std::none_of(around.begin(), around.end(), [&](int t) { return patch.on_rim[t]; });
+}
+
+double worst_of(const std::vector<double>& errors) {
+  double worst = 0;
+  for (double e : errors)
+    if (!std::isnan(e)) worst = std::max(worst, e);
+  return worst;
+}
+
+}  // namespace
+
+std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& site, int count) {
+  std::vector<int> candidates;
+  for (const bool only_inside : {true, false}) {
+    for (int v = 0; v < model.patch.num_vertices(); ++v)
+      if (is_movable(model, v) && (!only_inside || is_inside(model.patch, v))) candidates.push_back(v);
+    if (!candidates.empty()) break;
+  }
+  std::vector<int> chosen;
+  while (static_cast<int>(chosen.size()) < count && chosen.size() < candidates.size()) {
+    int best = -1;
+    double best_value = -1;
+    for (int v : candidates) {
+      const Vec3 p = node(model.x0, v);
+      double apart = std::numeric_limits<double>::infinity();
+      for (int c : chosen) apart = std::min(apart, (p - node(model.x0, c)).norm());
+      const double value = chosen.empty() ? 1 / (1e-12 + (p - site.centre).norm()) : apart;
+      if (value > best_value && apart > 0) {
+        best_value = value;
+        best = v;
+      }
+    }
+    if (best < 0) break;
+    chosen.push_back(best);
+  }
+  return chosen;
+}
+
+Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
+                    std::span<const double> hz) {
+  Certificate out;
+  for (double f : hz) {
+    const BodyCompliance whole(body, f);
+    double worst = 0;
+    for (int v : vertices)
+      worst = std::max(worst, impedance_error(compliance(model, v, f), whole.at(model.patch.global_node[v])));
+    out.hz.push_back(f);
+    out.error.push_back(worst);
+  }
+  out.worst = worst_of(out.error);
+  return out;
+}
+
+namespace {
+
+using ComplexMatrix = Eigen::MatrixXcd;
+using Rows = NodeRows<6>;  // real parts of three motions, then their imaginary parts
+
+/// K - w^2 M + i w D of real motions: its real and imaginary parts.
+struct Image {
+  Image(const NodeBlocks& blocks, double w, const Rows& u) {
+    blocks.stiffness<6>(u, real);
+    if (w == 0) {
+      imaginary = Rows::Zero(u.rows(), 6);
+      return;
+    }
+    blocks.mass<6>(u, imaginary);
+    real -= w * w * imaginary;
+    blocks.damping<6>(u, imaginary);
+    imaginary *= w;
+  }
+  Rows real, imaginary;
+};
+
+/// The image of three complex motions.
+Rows complex_image(const Image& parts) {
+  Rows out(parts.real.rows(), 6);
+  out.leftCols<3>() = parts.real.leftCols<3>() - parts.imaginary.rightCols<3>();
+  out.rightCols<3>() = parts.real.rightCols<3>() + parts.imaginary.leftCols<3>();
+  return out;
+}
+
+ComplexMatrix as_complex(const MatrixX& real, const MatrixX& imaginary) {
+  ComplexMatrix out(real.rows(), real.cols());
+  out.real() = real;
+  out.imag() = imaginary;
+  return out;
+}
+
+ComplexMatrix as_complex(const MatrixX& parts) { return as_complex(parts.leftCols(3), parts.rightCols(3)); }
+
+/// How the coordinates of a local model move the free nodes of the whole body, and the transpose.
+class WholeMotion {
+ public:
+  WholeMotion(const GradedBody& graded, const LocalModel& model)
+      : graded_(graded), model_(model), made_there_(model.reducer == "krylov") {
+    const bool known = made_there_ ? graded.motions().of_dof(model.dof()) : model.reducer == "wall" || model.reducer == "full";
+    if (!known) throw RunError("certificate: the motions of this local model are not known");
+  }
+  Rows expand(const Rows& q) const {
+    const auto& m = graded_.motions();
+    if (made_there_) return graded_.expand<6>(m.V * (m.combination * q));
+    const MatrixX recovered = model_.basis * q;
+    Rows out = Rows::Zero(graded_.all_dofs().size(), 6);
+    for_each_free([&](Eigen::Index i, int k) { out.middleRows<3>(k) = recovered.middleRows<3>(3 * i); });
+    return out;
+  }
+  MatrixX contract(const Rows& forces) const {
+    const auto& m = graded_.motions();
+    if (made_there_) return m.combination.transpose() * (m.V.transpose() * graded_.contract<6>(forces));
+    MatrixX recovered = MatrixX::Zero(model_.basis.rows(), 6);
+    for_each_free([&](Eigen::Index i, int k) { recovered.middleRows<3>(3 * i) = forces.middleRows<3>(k); });
+    return model_.basis.transpose() * recovered;
+  }
+
+ private:
+  template <class Visit>
+  void for_each_free(const Visit& visit) const {
+    for (std::size_t i = 0; i < model_.recovered_node.size(); ++i)
+      if (const int k = graded_.all_dofs().to_free[3 * model_.recovered_node[i]]; k >= 0)
+        visit(static_cast<Eigen::Index>(i), k);
+  }
+  const GradedBody& graded_;
+  const LocalModel& model_;
+  bool made_there_;
+};
+
+/// (Z^T r)^T (Z^T A Z - (V^T A Z)^T (V^T A V)^-1 V^T A Z)^-1 (Z^T r): r^T A^-1 r where A is confined to the motions Z and
+/// the model's own, V, to which r is orthogonal.
+class Enrichment {
+ public:
+  /// Six real motions more.
+  void add(const Rows& z, const Image& image, const MatrixX& own_real, const MatrixX& own_imaginary, const Rows& residual) {
+    const Eigen::Index n = Z_.cols(), m = n + 6;
+    Z_.conservativeResize(z.rows(), m);
+    Z_.rightCols(6) = z;
+    A_.conservativeResize(m, m);
+    A_.rightCols(6) = as_complex(Z_.transpose() * image.real, Z_.transpose() * image.imaginary);
+    A_.bottomLeftCorner(6, n) = A_.topRightCorner(n, 6).transpose();
+    own_.conservativeResize(own_real.rows(), m);
+    own_.rightCols(6) = as_complex(own_real, own_imaginary);
+    load_.conservativeResize(m, 3);
+    load_.bottomRows(6) = as_complex(MatrixX(z.transpose() * residual));
+  }
+  template <class Factor>
+  ComplexMat3 compliance(const Factor& own_dynamic) const {
+    const ComplexMatrix rest = A_ - own_.transpose() * own_dynamic.solve(own_);
+    // Motions of one direction and its imaginary part may coincide: least squares of full rank.
+    return load_.transpose() * rest.completeOrthogonalDecomposition().solve(load_);
+  }
+  /// Coefficients of the motions without the model's own.
+  ComplexMatrix coefficients() const { return A_.completeOrthogonalDecomposition().solve(load_); }
+
+ private:
+  MatrixX Z_;
+  ComplexMatrix A_, own_, load_;
+};
+
+}  // namespace
+
+double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
+  const double w = 2 * std::numbers::pi * hz;
+  const WholeMotion motion(graded, model);
+  const MatrixX inputs = MatrixX(model.basis.middleRows(3 * vertex, 3)).transpose();
+  const Eigen::PartialPivLU<ComplexMatrix> own_dynamic(
+      as_complex(MatrixX(model.stiffness) - w * w * MatrixX(model.mass), w * MatrixX(model.damping)));
+  const ComplexMatrix q = own_dynamic.solve(inputs.cast<Complex>());
+  Rows coordinates(q.rows(), 6);
+  coordinates << q.real(), q.imag();
+
+  Rows residual = -complex_image(Image(graded.blocks(), w, motion.expand(coordinates)));
+  const int row = graded.all_dofs().to_free[3 * model.patch.global_node[vertex]];
+  for (int c = 0; c < 3; ++c) residual(row + c, c) += 1;
+  const Rows first = residual;
+  const GradedBody::Preconditioner precondition(graded, w);
+  Enrichment enrichment;
+  std::vector<Image> images;
+  for (int step = 0; step < steps; ++step) {
+    if (step > 0) {
+      residual = first;
+      const ComplexMatrix y = enrichment.coefficients();
+      for (std::size_t k = 0; k < images.size(); ++k) {
+        const MatrixX re = y.middleRows(6 * static_cast<Eigen::Index>(k), 6).real();
+        const MatrixX im = y.middleRows(6 * static_cast<Eigen::Index>(k), 6).imag();
+        residual.leftCols<3>() -= images[k].real * re - images[k].imaginary * im;
+        residual.rightCols<3>() -= images[k].real * im + images[k].imaginary * re;
+      }
+    }
+    const Rows z = precondition.apply(residual);
+    images.emplace_back(graded.blocks(), w, z);
+    enrichment.add(z, images.back(), motion.contract(images.back().real), motion.contract(images.back().imaginary), first);
+  }
+  const ComplexMat3 of_model = inputs.transpose() * q;
+  return impedance_error(of_model, of_model + enrichment.compliance(own_dynamic));
+}
+
+RunningCertificate::RunningCertificate(std::vector<double> hz) {
+  latest_.error.assign(hz.size(), std::numeric_limits<double>::quiet_NaN());
+  latest_.hz = std::move(hz);
+}
+
+const Certificate& RunningCertificate::sample(const GradedBody& graded, const LocalModel& model,
+                                              const ContactSite& site) {
+  const std::vector<int> vertices = certified_vertices(model, site);
+  if (vertices.empty() || latest_.hz.empty()) return latest_;
+  const std::size_t f = calls_ % latest_.hz.size(), v = calls_ / latest_.hz.size() % vertices.size();
+  latest_.error[f] = estimate_error(graded, model, vertices[v], latest_.hz[f]);
+  latest_.worst = worst_of(latest_.error);
+  ++calls_;
+  return latest_;
+}
+
+}  // namespace kt

@@ -1,0 +1,49 @@
+#pragma once
+// How far off a local model is: relative error of the contact impedance, the 3 x 3 force per displacement that a tool
+// feels at a patch vertex, against the whole linearized body, frequency by frequency. A person notices 7 to 10 % of
+// force.                                                                                          method.md section 3.
+#include <span>
+
+#include "core/graded_body.hpp"
+#include "core/impedance.hpp"
+
+namespace kt {
+
+/// Where people feel: at rest, slow pressing, tremor, vibration. [Hz]
+inline constexpr std::array<double, 7> kCertifiedHz{0, 10, 30, 50, 100, 200, 500};
+
+struct Certificate {
+  std::vector<double> hz;
+  std::vector<double> error;  ///< relative, the worst of the vertices; NaN: not yet known
+  double worst = 0;           ///< over all frequencies that are known
+};
+
+/// Patch vertices that can move and be touched (not on the rim, unless there are no others), spread over the patch, the
+/// nearest to the site first: at most `count` local vertex numbers.
+std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& site, int count = 4);
+
+/// In full, for set-up and tests: one factorization of the whole body for each frequency.
+/// @param body  whole, of the tangent that the model was made from
+Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
+                    std::span<const double> hz = kCertifiedHz);
+
+/// At run time, one vertex and one frequency: the local model's own motion u of the whole body leaves a residual r of the
+/// dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough solution gives a
+/// good estimate of the error: A confined to the model's motions and a few more, to which the kept nodes, and each other
+/// node on its own, answer the residual.
+/// @param graded  just updated with the model's tangent and patch; for krylov, it made the model
+/// @returns relative error of the impedance; the model's reducer must be krylov, wall or full
+double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps = 2);
+
+/// Takes one sample a call, the next frequency each time and the next vertex each round, and keeps the latest of each.
+class RunningCertificate {
+ public:
+  explicit RunningCertificate(std::vector<double> hz = {kCertifiedHz.begin(), kCertifiedHz.end()});
+  const Certificate& sample(const GradedBody& graded, const LocalModel& model, const ContactSite& site);
+
+ private:
+  Certificate latest_;
+  std::size_t calls_ = 0;
+};
+
+}  // namespace kt

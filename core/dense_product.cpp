@@ -1,0 +1,77 @@
+#include "core/dense_product.hpp"
+
+#include "core/wide.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kHigh = 4, kBroad = kGroup;  // entries of the product that are summed at a time
+
+/// sum_k A(i, k) B(k, j) for kHigh x kBroad entries; B's rows lie side by side, `broad` apart.
+KT_WIDE void sum_tile(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
+                      std::ptrdiff_t count, double* out) {
+  using Lanes = double __attribute__((vector_size(8 * kBroad / 2)));
+  Lanes s[kHigh][2] = {};
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    Lanes b0, b1;
+    __builtin_memcpy(&b0, b + k * b_step, sizeof b0);
+    __builtin_memcpy(&b1, b + k * b_step + kBroad / 2, sizeof b1);
+    for (int i = 0; i < kHigh; ++i) {
+      const double x = a[i * a_row + k * a_step];
+      s[i][0] += x * b0;
+      s[i][1] += x * b1;
+    }
+  }
+  __builtin_memcpy(out, s, sizeof s);
+}
+
+}  // namespace
+
+void in_groups(const RowMatrix& V, std::vector<double>& out) {
+  const Eigen::Index groups = (V.cols() + kGroup - 1) / kGroup;
+  out.resize(static_cast<std::size_t>(groups * V.rows() * kGroup));
+  for (Eigen::Index g = 0; g < groups; ++g)
+    for (Eigen::Index k = 0; k < V.rows(); ++k) {
+      const Eigen::Index count = std::min<Eigen::Index>(kGroup, V.cols() - kGroup * g);
+      double* row = out.data() + kGroup * (V.rows() * g + k);
+      std::fill(std::copy_n(V.data() + V.cols() * k + kGroup * g, count, row), row + kGroup, 0.0);
+    }
+}
+
+MatrixX symmetric_product(const RowMatrix& A, const RowMatrix& B) {
+  const Eigen::Index n = A.rows(), k = A.cols();
+  thread_local std::vector<double> left, right;  // as large each time
+  in_groups(A, left);
+  in_groups(B, right);
+  MatrixX out(k, k);
+  double tile[kHigh * kBroad];
+  for (Eigen::Index i = 0; i < k; i += kHigh)
+    for (Eigen::Index g = 0; kBroad * g <= i + kHigh - 1; ++g) {
+      if (kBroad * g >= k) break;
+      sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + kBroad * n * g, kBroad, n, tile);
+      for (Eigen::Index r = i; r < std::min(i + kHigh, k); ++r)
+        for (Eigen::Index c = kBroad * g; c < std::min(kBroad * (g + 1), r + 1); ++c)
+          out(r, c) = out(c, r) = tile[kBroad * (r - i) + c - kBroad * g];
+    }
+  return out;
+}
+
+RowMatrix tall_product(const RowMatrix& A, const RowMatrix& B) {
+  thread_local std::vector<double> right;
+  in_groups(B, right);
+  RowMatrix out(A.rows(), B.cols());
+  double tile[kHigh * kBroad];
+  for (Eigen::Index i = 0; i < A.rows(); i += kHigh)
+    for (Eigen::Index g = 0; kBroad * g < B.cols(); ++g) {
+      const Eigen::Index rows = std::min<Eigen::Index>(kHigh, A.rows() - i);
+      const Eigen::Index from = rows == kHigh ? i : std::max<Eigen::Index>(0, A.rows() - kHigh);
+      if (A.rows() < kHigh) return A.lazyProduct(B);
+      sum_tile(A.data() + A.cols() * from, A.cols(), 1, right.data() + kBroad * B.rows() * g, kBroad, A.cols(), tile);
+      for (Eigen::Index r = 0; r < kHigh; ++r)
+        std::copy_n(tile + kBroad * r, std::min<Eigen::Index>(kBroad, B.cols() - kBroad * g),
+                    out.data() + B.cols() * (from + r) + kBroad * g);
+    }
+  return out;
+}
+
+}  // namespace kt
