@@ -4,10 +4,13 @@
 #include <chrono>
 
 #include "collision/closest_point.hpp"
+#include "core/damping.hpp"
 #include "core/sparse_solver.hpp"
 
 namespace kt {
 namespace {
+
+constexpr double kUncoupled = 0.02;  // of the damping power: far below what a hand can tell
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -19,10 +22,12 @@ bool is_positive_definite(const SparseMatrix& matrix) {
 
 }  // namespace
 
-LocalScheme local_scheme(const std::string& integrator) {
+std::optional<LocalScheme> local_scheme(const std::string& integrator) {
+  if (integrator == "auto") return {};
+  if (integrator == "exact") return LocalScheme::exact;
   if (integrator == "symplectic_euler") return LocalScheme::symplectic_euler;
   if (integrator == "implicit_euler") return LocalScheme::implicit_euler;
-  throw_unknown("local.integrator", integrator, {"symplectic_euler", "implicit_euler"});
+  throw_unknown("local.integrator", integrator, {"auto", "exact", "implicit_euler", "symplectic_euler"});
 }
 
 Metric contact_metric(const std::string& name) {
@@ -112,6 +117,15 @@ LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site,
   return local;
 }
 
+/// Vibrations that hardly know of one another are stepped exactly, each by itself; else all by one implicit step.
+LocalScheme Refresher::choose_scheme(LocalModel& local) {
+  coupling = damping_coupling(local);
+  const bool wants_exact = !scheme_ || *scheme_ == LocalScheme::exact;
+  if (wants_exact && coupling > 0 && coupling <= kUncoupled) drop_coupling(local);
+  used_scheme = scheme_ ? *scheme_ : coupling <= kUncoupled ? LocalScheme::exact : LocalScheme::implicit_euler;
+  return used_scheme;
+}
+
 /// The body bent away from what the local model made of it: ask for the next one sooner, up to four times.
 void Refresher::judge_linearization() {
   const double error = std::abs(global_.contact_error());
@@ -151,7 +165,8 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   const ReduceOptions options{.rings = scene_.local.rings, .graded = &graded_};
   LocalModel local = reduce(patch, site, options);
   local.frame = frame_++;
-  auto out = prepare(std::move(local), scheme_, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
+  const LocalScheme scheme = choose_scheme(local);
+  auto out = prepare(std::move(local), scheme, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
   out->tool = tool;
   method_->complete(*out, 1 / scene_.global.rate_hz);
