@@ -15,9 +15,13 @@ bool is_movable(const LocalModel& model, int vertex) {
   return SparseMatrix(model.basis.middleRows(3 * vertex, 3)).norm() > 0;
 }
 
+/// No edge of the patch's border ends there.
 bool is_inside(const SurfacePatch& patch, int vertex) {
-  const auto around = patch.topology.triangles_of(vertex);
-  return std::none_of(around.begin(), around.end(), [&](int t) { return patch.on_rim[t]; });
+  for (int t : patch.topology.triangles_of(vertex))
+    for (std::size_t e = 0; e < 3; ++e)
+      if (patch.topology.across[t][e] == -1 && (patch.triangles[t][e] == vertex || patch.triangles[t][(e + 1) % 3] == vertex))
+        return false;
+  return true;
 }
 
 double worst_of(const std::vector<double>& errors) {
