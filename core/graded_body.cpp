@@ -96,8 +96,9 @@ void GradedBody::make_matrix_pattern() {
       outer.push_back(static_cast<int>(inner.size()));
     }
   const std::vector<double> zeros(inner.size(), 0.0);
-  pattern_ = Eigen::Map<const SparseMatrix>(3 * (nodes + far), 3 * (nodes + far), static_cast<Eigen::Index>(inner.size()),
-                                            outer.data(), inner.data(), zeros.data());
+  pattern_ =
+      Eigen::Map<const SparseMatrix>(3 * (nodes + far), 3 * (nodes + far), static_cast<Eigen::Index>(inner.size()),
+                                     outer.data(), inner.data(), zeros.data());
   begins_.clear();
   const auto begin_of = [&](int row, int column) {
     const auto at = std::lower_bound(rows[column].begin(), rows[column].end(), row) - rows[column].begin();
@@ -108,7 +109,8 @@ void GradedBody::make_matrix_pattern() {
       begins_.push_back({begin_of(confinement_.row(k), b), begin_of(b, confinement_.row(k))});
 }
 
-/// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far motions.
+/// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far
+/// motions.
 void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const FarRows& times_far) const {
   if (out.nonZeros() != pattern_.nonZeros() || out.rows() != pattern_.rows()) out = pattern_;
   double* values = out.valuePtr();

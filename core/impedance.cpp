@@ -17,11 +17,17 @@ using ComplexSparse = Eigen::SparseMatrix<Complex>;
 class RealFactor {
  public:
   template <class Matrix>
-  RealFactor& analyzePattern(const Matrix&) { return *this; }
+  RealFactor& analyzePattern(const Matrix&) {
+    return *this;
+  }
   template <class Matrix>
-  RealFactor& factorize(const Matrix&) { return *this; }
+  RealFactor& factorize(const Matrix&) {
+    return *this;
+  }
   template <class Matrix>
-  RealFactor& compute(const Matrix&) { return *this; }
+  RealFactor& compute(const Matrix&) {
+    return *this;
+  }
   Eigen::ComputationInfo info() const { return Eigen::Success; }
   template <class Vector>
   ComplexVector solve(const Vector& b) const {
@@ -38,12 +44,18 @@ class RealFactor {
 
 }  // namespace
 
-ComplexMat3 compliance(const LocalModel& model, int vertex, double hz) {
+std::vector<ComplexMat3> compliances(const LocalModel& model, std::span<const int> vertices, double hz) {
   const double w = 2 * std::numbers::pi * hz;
   const Eigen::MatrixXcd dynamic = (MatrixX(model.stiffness) - w * w * MatrixX(model.mass)).cast<Complex>() +
                                    Complex(0, w) * MatrixX(model.damping).cast<Complex>();
-  const Eigen::MatrixXcd rows = MatrixX(model.basis.middleRows(3 * vertex, 3)).cast<Complex>();
-  return rows * dynamic.partialPivLu().solve(rows.transpose());
+  Eigen::MatrixXcd rows(3 * static_cast<Eigen::Index>(vertices.size()), model.dof());
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    rows.middleRows(3 * static_cast<Eigen::Index>(i), 3) =
+        MatrixX(model.basis.middleRows(3 * vertices[i], 3)).cast<Complex>();
+  const Eigen::MatrixXcd motions = dynamic.partialPivLu().solve(rows.transpose());
+  std::vector<ComplexMat3> out;
+  for (Eigen::Index i = 0; i < rows.rows(); i += 3) out.emplace_back(rows.middleRows(i, 3) * motions.middleCols(i, 3));
+  return out;
 }
 
 struct BodyCompliance::System {
@@ -55,7 +67,8 @@ struct BodyCompliance::System {
 BodyCompliance::BodyCompliance(const FreeBody& body, double hz) : body_(body), system_(std::make_unique<System>()) {
   const double w = 2 * std::numbers::pi * hz;
   const SparseMatrix real = w * w * body.mass + w * body.damping + body.stiffness;
-  if (!system_->factor->factor(real)) throw RunError(text("impedance: the body is not positive definite at ", hz, " Hz"));
+  if (!system_->factor->factor(real))
+    throw RunError(text("impedance: the body is not positive definite at ", hz, " Hz"));
   system_->dynamic = (body.stiffness - w * w * body.mass).cast<Complex>();
   system_->dynamic += Complex(0, w) * body.damping.cast<Complex>();
   system_->iteration.preconditioner().solver = system_->factor.get();

@@ -1,5 +1,5 @@
-// What the body does under forces on the patch that grow as e^(s t), for a few rates s: exact there, and close between and
-// on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005, chapter 11).
+// What the body does under forces on the patch that grow as e^(s t), for a few rates s: exact there, and close between
+// and on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005, chapter 11).
 #include "core/graded_body.hpp"
 
 namespace kt {
