@@ -51,6 +51,12 @@ std::string percent(double x) {
 
 }  // namespace
 
+std::vector<BackendInfo> reducer_names() {
+  std::vector<BackendInfo> out = reducer_backends();
+  out.push_back({"auto", "the cheapest of these whose certified error stays under local.tolerance", true, ""});
+  return out;
+}
+
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs) {
   const auto better = [&](const ReducerCandidate& a, const ReducerCandidate& b) {
     const bool a_fits = a.tick_us <= needs.budget_us, b_fits = b.tick_us <= needs.budget_us;

@@ -23,6 +23,9 @@ struct ReducerNeeds {
   double budget_us = 200;   ///< of a haptic tick
 };
 
+/// What local.reducer takes: core/reducers.def, and "auto".
+std::vector<BackendInfo> reducer_names();
+
 /// Index of the cheapest that needs no more than both; else, of those within the budget, the one with the least error
 /// (the budget wins); else the cheapest of all. Candidates are not empty.
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs);

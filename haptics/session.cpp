@@ -84,9 +84,7 @@ void check_methods(const Scene& scene) {
     require_backend("object.tetrahedralize.backend", tetrahedra->backend, tetrahedralizers());
   require_backend("link.type", scene.link.type, link_backends());
   require_backend("collision.backend", scene.collision.backend, triangle_index_backends());
-  auto reducers = reducer_backends();
-  reducers.push_back({"auto", "the cheapest whose certified error stays under local.tolerance", true, ""});
-  require_backend("local.reducer", scene.local.reducer, reducers);
+  require_backend("local.reducer", scene.local.reducer, reducer_names());
   require_backend("global.integrator", scene.global.integrator, integrator_backends());
   require_backend("global.solver", scene.global.solver, step_solver_backends());
   require_backend("contact.law", scene.contact.law, contact_laws());
@@ -151,7 +149,9 @@ std::vector<BackendInfo> link_backends() {
 }
 
 Session::Session(const Scene& scene) : scene_(scene), tool_(scene_tool(scene.tool)) {
-  check_methods(scene);
+  if (scene.local.method == "legacy" && scene.local.reducer == "auto")
+    scene_.local.reducer = "wall";  // it knows no other
+  check_methods(scene_);
   Mesh mesh = load_scene_mesh(scene, warnings_);
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");

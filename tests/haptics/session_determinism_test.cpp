@@ -105,7 +105,8 @@ Scene golden_scene(const std::string& shape, const std::string& law) {
   scene.contact.law = law;
   scene.global.integrator = "symplectic_euler";
   scene.local.integrator = "symplectic_euler";
-  scene.local.blend_ms = 0;  // younger than the hashes
+  scene.local.reducer = "wall";
+  scene.local.blend_ms = 0;
   scene.contact.metric = law == "coulomb" ? "mass" : "identity";
   return scene;
 }
