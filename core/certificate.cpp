@@ -19,7 +19,8 @@ bool is_movable(const LocalModel& model, int vertex) {
 bool is_inside(const SurfacePatch& patch, int vertex) {
   for (int t : patch.topology.triangles_of(vertex))
     for (std::size_t e = 0; e < 3; ++e)
-      if (patch.topology.across[t][e] == -1 && (patch.triangles[t][e] == vertex || patch.triangles[t][(e + 1) % 3] == vertex))
+      if (patch.topology.across[t][e] == -1 &&
+          (patch.triangles[t][e] == vertex || patch.triangles[t][(e + 1) % 3] == vertex))
         return false;
   return true;
 }
@@ -63,11 +64,13 @@ std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& 
 Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
                     std::span<const double> hz) {
   Certificate out;
+  std::vector<int> nodes;
+  for (int v : vertices) nodes.push_back(model.patch.global_node[v]);
   for (double f : hz) {
-    const BodyCompliance whole(body, f);
+    const std::vector<ComplexMat3> whole = BodyCompliance(body, f).at(nodes);
     double worst = 0;
-    for (int v : vertices)
-      worst = std::max(worst, impedance_error(compliance(model, v, f), whole.at(model.patch.global_node[v])));
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      worst = std::max(worst, impedance_error(compliance(model, vertices[i], f), whole[i]));
     out.hz.push_back(f);
     out.error.push_back(worst);
   }
@@ -118,7 +121,8 @@ class WholeMotion {
  public:
   WholeMotion(const GradedBody& graded, const LocalModel& model)
       : graded_(graded), model_(model), made_there_(model.reducer == "krylov") {
-    const bool known = made_there_ ? graded.motions().of_dof(model.dof()) : model.reducer == "wall" || model.reducer == "full";
+    const bool known =
+        made_there_ ? graded.motions().of_dof(model.dof()) : model.reducer == "wall" || model.reducer == "full";
     if (!known) throw RunError("certificate: the motions of this local model are not known");
   }
   Rows expand(const Rows& q) const {
@@ -149,12 +153,13 @@ class WholeMotion {
   bool made_there_;
 };
 
-/// (Z^T r)^T (Z^T A Z - (V^T A Z)^T (V^T A V)^-1 V^T A Z)^-1 (Z^T r): r^T A^-1 r where A is confined to the motions Z and
-/// the model's own, V, to which r is orthogonal.
+/// (Z^T r)^T (Z^T A Z - (V^T A Z)^T (V^T A V)^-1 V^T A Z)^-1 (Z^T r): r^T A^-1 r where A is confined to the motions Z
+/// and the model's own, V, to which r is orthogonal.
 class Enrichment {
  public:
   /// Six real motions more.
-  void add(const Rows& z, const Image& image, const MatrixX& own_real, const MatrixX& own_imaginary, const Rows& residual) {
+  void add(const Rows& z, const Image& image, const MatrixX& own_real, const MatrixX& own_imaginary,
+           const Rows& residual) {
     const Eigen::Index n = Z_.cols(), m = n + 6;
     Z_.conservativeResize(z.rows(), m);
     Z_.rightCols(6) = z;
@@ -212,7 +217,8 @@ double estimate_error(const GradedBody& graded, const LocalModel& model, int ver
     }
     const Rows z = precondition.apply(residual);
     images.emplace_back(graded.blocks(), w, z);
-    enrichment.add(z, images.back(), motion.contract(images.back().real), motion.contract(images.back().imaginary), first);
+    enrichment.add(z, images.back(), motion.contract(images.back().real), motion.contract(images.back().imaginary),
+                   first);
   }
   const ComplexMat3 of_model = inputs.transpose() * q;
   return impedance_error(of_model, of_model + enrichment.compliance(own_dynamic));

@@ -27,10 +27,10 @@ std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& 
 Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
                     std::span<const double> hz = kCertifiedHz);
 
-/// At run time, one vertex and one frequency: the local model's own motion u of the whole body leaves a residual r of the
-/// dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough solution gives a
-/// good estimate of the error: A confined to the model's motions and a few more, to which the kept nodes, and each other
-/// node on its own, answer the residual.
+/// At run time, one vertex and one frequency: the local model's own motion u of the whole body leaves a residual r of
+/// the dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough solution
+/// gives a good estimate of the error: A confined to the model's motions and a few more, to which the kept nodes, and
+/// each other node on its own, answer the residual.
 /// @param graded  just updated with the model's tangent and patch; for krylov, it made the model
 /// @returns relative error of the impedance; the model's reducer must be krylov, wall or full
 double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps = 2);

@@ -1,7 +1,9 @@
 #pragma once
-// How a body answers a force that swings at one patch vertex: u = C(w) f, (3 x 3 complex) [m/N]. Its inverse, the contact
-// impedance, is what a tool feels; how far a local model's is off certifies the model.            method.md section 3.
+// How a body answers a force that swings at one patch vertex: u = C(w) f, (3 x 3 complex) [m/N]. Its inverse, the
+// contact impedance, is what a tool feels; how far a local model's is off certifies the model.            method.md
+// section 3.
 #include <complex>
+#include <span>
 
 #include "core/subspace.hpp"
 
@@ -19,7 +21,9 @@ class BodyCompliance {
   /// Throws RunError when M (2 pi hz)^2 + D 2 pi hz + K is not positive definite.
   BodyCompliance(const FreeBody& body, double hz);
   ~BodyCompliance();
-  ComplexMat3 at(int node) const;
+  /// Throws RunError when it is not found to nine digits.
+  std::vector<ComplexMat3> at(std::span<const int> nodes) const;
+  ComplexMat3 at(int node) const { return at(std::span(&node, 1)).front(); }
 
  private:
   struct System;

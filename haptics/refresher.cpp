@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "collision/closest_point.hpp"
+#include "core/error.hpp"
 #include "core/sparse_solver.hpp"
 
 namespace kt {
@@ -106,12 +108,24 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   const ContactSite site = find_site(tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
-  const ReduceOptions options{scene_.local.rings};
-  LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
+  const ReduceOptions options{.rings = scene_.local.rings, .graded = &graded_};
+  const auto reduce = [&](TangentKind kind) {
+    linearize(global_.model(), global_.state(), kind, tangent_);
+    return reduce_(tangent_, patch, site, options);
+  };
   // A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer
   // one.
-  if (!is_positive_definite(local.stiffness)) {
-    local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
+  const auto if_definite = [&]() -> std::optional<LocalModel> {
+    try {
+      LocalModel exact = reduce(TangentKind::exact);
+      if (is_positive_definite(exact.stiffness)) return exact;
+    } catch (const IndefiniteTangent&) {
+    }
+    return std::nullopt;
+  };
+  std::optional<LocalModel> exact = if_definite();
+  LocalModel local = exact ? std::move(*exact) : reduce(TangentKind::definite);
+  if (!exact) {
     local.definite_tangent = true;
     ++definite_tangents;
   }

@@ -2,6 +2,7 @@
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
 #include <span>
 
+#include "core/graded_body.hpp"
 #include "haptics/local_simulation.hpp"
 #include "io/scene.hpp"
 
@@ -42,6 +43,8 @@ class Refresher {
   double max_speed_;
   GlobalSimulation global_;
   ReduceFn reduce_;
+  TangentModel tangent_;  // its storage is used again
+  GradedBody graded_;
   LocalScheme scheme_;
   Metric metric_;
   double last_ = 0;  // time of the last refresh [s]
