@@ -65,9 +65,9 @@ BodyCertificate::BodyCertificate(const FreeBody& body, const SurfacePatch& patch
                                  std::span<const double> hz)
     : vertices_(std::move(vertices)), hz_(hz.begin(), hz.end()) {
   for (double f : hz_) {
-    const BodyCompliance whole(body, f);
-    compliance_.emplace_back();
-    for (int v : vertices_) compliance_.back().push_back(whole.at(patch.global_node[static_cast<std::size_t>(v)]));
+    std::vector<int> nodes;
+    for (int v : vertices_) nodes.push_back(patch.global_node[static_cast<std::size_t>(v)]);
+    compliance_.push_back(BodyCompliance(body, f).at(nodes));
   }
 }
 

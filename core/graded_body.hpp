@@ -1,9 +1,10 @@
 #pragma once
 // The whole linearized body seen from a contact, in a few hundred nodes: what makes a reduction of a large body fit
 // into a refresh. Near the patch every node keeps its motion; the others follow fewer and fewer nodes (grading.hpp). A
-// dozen motions of the whole body are added: how it yields at rest to the loads that are felt furthest away, the
-// resultant force on the patch and its first moments. All of it is a confinement of the same body (Galerkin): stiffness
-// and damping stay positive, and what is left out only makes it a little stiffer.
+// few motions of the whole body are added: how it yields at rest to the loads that are felt furthest away, the
+// resultant force on the patch and its first moments, and the inertia that answers the first (twice): the slowest
+// vibrations, which the spacing of far nodes would make too fast. All of it is a confinement of the same body
+// (Galerkin): stiffness and damping stay positive, and what is left out only makes it a little stiffer.
 #include "core/block_confinement.hpp"
 #include "core/subspace.hpp"
 
@@ -27,7 +28,7 @@ class GradedBody {
   int num_kept() const { return static_cast<int>(interpolation_.kept.size()); }
   int gradings() const { return gradings_; }  ///< how often the kept nodes were chosen anew
 
-  static constexpr int kFar = 12;  ///< far motions
+  static constexpr int kFar = 18;  ///< far motions
 
   /// Displacement of all free nodes from the coordinates, (3 free x M) from (coordinates x M).
   template <int M>
@@ -68,7 +69,7 @@ class GradedBody {
   void make_matrix_pattern();
   void factor_preconditioner();
   std::vector<Mat3> follower_inverses(double w) const;
-  FarRows patch_loads(const TangentModel& tangent, const SurfacePatch& patch) const;
+  FarRows far_loads(const TangentModel& tangent, const SurfacePatch& patch) const;
   FarRows precondition(const FarRows& residual) const;
   void improve_far_motions(const FarRows& loads, int steps);
   void set_far_apart();

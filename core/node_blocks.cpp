@@ -133,14 +133,14 @@ inline __attribute__((always_inline)) void multiply(const LowerBlocks& a, const 
 
 KT_WIDE void multiply_1(const LowerBlocks& a, const double* u, double* out) { multiply<1>(a, u, out); }
 KT_WIDE void multiply_6(const LowerBlocks& a, const double* u, double* out) { multiply<6>(a, u, out); }
-KT_WIDE void multiply_12(const LowerBlocks& a, const double* u, double* out) { multiply<12>(a, u, out); }
+KT_WIDE void multiply_18(const LowerBlocks& a, const double* u, double* out) { multiply<18>(a, u, out); }
 
 template <int M>
 void multiply_rows(const LowerBlocks& a, const NodeRows<M>& u, NodeRows<M>& out) {
   out.setZero(u.rows(), M);
   if constexpr (M == 1) multiply_1(a, u.data(), out.data());
   if constexpr (M == 6) multiply_6(a, u.data(), out.data());
-  if constexpr (M == 12) multiply_12(a, u.data(), out.data());
+  if constexpr (M == 18) multiply_18(a, u.data(), out.data());
 }
 
 }  // namespace
@@ -174,7 +174,7 @@ void NodeBlocks::mass(const NodeRows<M>& u, NodeRows<M>& out) const {
   template void NodeBlocks::mass<M>(const NodeRows<M>&, NodeRows<M>&) const;
 KT_NODE_BLOCKS(1)
 KT_NODE_BLOCKS(6)
-KT_NODE_BLOCKS(12)
+KT_NODE_BLOCKS(18)
 #undef KT_NODE_BLOCKS
 
 }  // namespace kt

@@ -29,7 +29,7 @@ class NodeBlocks {
   const std::vector<double>& values() const { return values_; }
   const std::vector<double>& mass_values() const { return mass_; }  ///< nine a block
 
-  /// out = K u, D u, M u for 1, 6 or 12 motions u.
+  /// out = K u, D u, M u for 1, 6 or 18 motions u.
   template <int M>
   void stiffness(const NodeRows<M>& u, NodeRows<M>& out) const;
   template <int M>

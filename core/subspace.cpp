@@ -77,12 +77,13 @@ SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
 }
 
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
-                  SparseSolver& solver) {
+                  SparseSolver& solver, int echoes) {
   MatrixX loads = body.inputs(patch);
   const Eigen::Index columns = loads.cols() + 1;
   loads.conservativeResize(Eigen::NoChange, columns);
   loads.col(columns - 1) = body.force;
-  MatrixX out(loads.rows(), columns * static_cast<Eigen::Index>(shifts.size()) + 1);
+  const Eigen::Index answered = columns * static_cast<Eigen::Index>(shifts.size());
+  MatrixX out(loads.rows(), answered + 3 * echoes + 1);
   out.rightCols(1) = body.velocity;
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     const double s = 2 * std::numbers::pi * shifts[i], s_free = 2 * std::numbers::pi;
@@ -93,6 +94,13 @@ MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::ve
       if (!good && hz > shifts[i]) good = solver.factor(dynamic_stiffness(body, 2 * std::numbers::pi * hz));
     if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
     out.middleCols(static_cast<Eigen::Index>(i) * columns, columns) = solver.solve(loads);
+    if (i > 0) continue;
+    MatrixX echo = MatrixX::Zero(loads.rows(), 3);
+    for (Eigen::Index c = 0; c + 1 < columns; ++c) echo.col(c % 3) += out.col(c);
+    for (int k = 0; k < echoes; ++k) {
+      echo = solver.solve(body.mass * echo);
+      out.middleCols(answered + 3 * k, 3) = echo;
+    }
   }
   return out;
 }

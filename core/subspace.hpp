@@ -20,10 +20,12 @@ struct FreeBody {
 
 /// (s^2 M + s D + K)^-1 [patch inputs, force at rest] for s = 2 pi f of each `shift` f [Hz], >= 0: how the body moves
 /// under forces that grow as e^(s t); last, how it moves now. A body that is free to move has no response at 0: there
-/// the mass at 1 Hz is added. Throws IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its
-/// symbolic analysis for the next body.
+/// the mass at 1 Hz is added. `echoes`: how often the response to the patch's resultant force is answered again, (A^-1
+/// M)^k A^-1 f at the first shift, which brings in the slowest vibrations that the patch can excite: three columns
+/// each. Throws IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its symbolic analysis for the
+/// next body.
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
-                  SparseSolver& solver);
+                  SparseSolver& solver, int echoes = 0);
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);
 
 /// Columns spanning what `motions` span, orthonormal in the mass, (free x r): directions that are the others' to within

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "collision/closest_point.hpp"
 #include "core/damping.hpp"
@@ -109,12 +110,12 @@ void Refresher::count_inverted() {
 LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site) {
   for (const TangentKind kind : {TangentKind::exact, TangentKind::definite}) {
     auto start = std::chrono::steady_clock::now();
-    const TangentModel tangent = linearize(global_.model(), global_.state(), kind);
+    linearize(global_.model(), global_.state(), kind, tangent_);
     linearize_ms.push_back(milliseconds_since(start));
     start = std::chrono::steady_clock::now();
     try {
-      if (frame_ == 0) choice_.set_up(tangent, patch, site);
-      LocalModel local = choice_.reduce(tangent, patch, site);
+      if (frame_ == 0) choice_.set_up(tangent_, patch, site);
+      LocalModel local = choice_.reduce(tangent_, patch, site);
       if (!is_positive_semidefinite(local.stiffness)) continue;
       reduce_ms.push_back(milliseconds_since(start));
       start = std::chrono::steady_clock::now();

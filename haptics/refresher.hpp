@@ -60,6 +60,7 @@ class Refresher {
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   GlobalSimulation global_;
   ReducerChoice choice_;
+  TangentModel tangent_;               // of the last refresh: its storage
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
   double last_ = 0;  // time of the last refresh [s]

@@ -28,7 +28,8 @@ double dense_error(const FreeBody& body, const LocalModel& m, int vertex, double
 }
 
 struct Certified {
-  explicit Certified(const std::string& reducer, const std::string& type = "fem") : block(6, type), body(block.tangent) {
+  explicit Certified(const std::string& reducer, const std::string& type = "fem")
+      : block(6, type), body(block.tangent) {
     model = find_reducer(reducer)(block.tangent, block.patch(), block.site, {.rings = 2, .graded = &graded});
     if (reducer != "krylov") graded.update(block.tangent, block.patch());
     vertices = certified_vertices(model, block.site);
@@ -103,7 +104,8 @@ TEST(Certificate, TakesTheFrequenciesInTurnAndKeepsTheLatest) {
   EXPECT_EQ(second.error[0], estimate_error(c.graded, c.model, c.vertices[0], 0));
   EXPECT_EQ(second.error[1], estimate_error(c.graded, c.model, c.vertices[0], 100));
   EXPECT_EQ(second.worst, std::max(second.error[0], second.error[1]));
-  EXPECT_EQ(running.sample(c.graded, c.model, c.block.site).error[0], estimate_error(c.graded, c.model, c.vertices[1], 0));
+  EXPECT_EQ(running.sample(c.graded, c.model, c.block.site).error[0],
+            estimate_error(c.graded, c.model, c.vertices[1], 0));
 }
 
 }  // namespace

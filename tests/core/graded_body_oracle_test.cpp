@@ -94,8 +94,7 @@ TEST(GradedBody, KeepsItsNodesWhileThePatchStaysNear) {
   for (int& i : far.global_node) i = b.mesh.num_nodes() - 1 - i;  // across the block
   const FreeBody& body = graded.update(b.tangent, far);
   EXPECT_EQ(graded.gradings(), 2);
-  for (int i : far.global_node)
-    EXPECT_TRUE(graded.all_dofs().to_free[3 * i] < 0 || body.dofs.to_free[3 * i] >= 0);
+  for (int i : far.global_node) EXPECT_TRUE(graded.all_dofs().to_free[3 * i] < 0 || body.dofs.to_free[3 * i] >= 0);
 }
 
 TEST(GradedBody, GivesTheSameBitsTwice) {
@@ -147,8 +146,8 @@ TEST(NodeRanks, SeparateNodesAndLeaveNoneAlone) {
 
 TEST(NodeBlocks, MultiplyAsTheSymmetricPartsOfTheMatricesDo) {
   Mesh mesh = kuhn_block(3, 2, 2, 0.01);
-  const auto model = make_model("fem", mesh, {.damping_mass = 1, .damping_stiffness = 1e-3, .fixed_nodes = {0, 5, 6},
-                                              .consistent_mass = true});
+  const auto model = make_model(
+      "fem", mesh, {.damping_mass = 1, .damping_stiffness = 1e-3, .fixed_nodes = {0, 5, 6}, .consistent_mass = true});
   State state = rest_state(*model);
   state.x += 1e-3 * random_vector(state.x.size(), 1);
   state.v = 0.1 * random_vector(state.x.size(), 2);
