@@ -129,34 +129,40 @@ def impedance(data, out):
     families = {"wall": (ORANGE, VERMILION, OCHRE), "condensed": (SKY,), "modal": (PURPLE,), "krylov": (BLUE, BLACK, GREEN, GREY)}
     hidden = ("wall, 1 ring in depth", "wall, 2 rings in depth", "wall, 4 rings in depth")
     bodies = data["bodies"]
-    figure, panels = plt.subplots(1, len(bodies), figsize=(5.0 * len(bodies), 4.2), sharey=True, squeeze=False)
+    figure, panels = plt.subplots(1, len(bodies), figsize=(4.8 * len(bodies), 6.6), sharey=True, squeeze=False)
     floor = 0.01
     for body, panel in zip(bodies, panels[0]):
         fragments.append(f"**{body['body']}**\n\n" + table(
             ["local model", "dof"] + [f"{f:g} Hz" for f in hz],
             [[row["reducer"], row["dof"]] + [percent(e) if e >= 5e-6 else "0" for e in row["error"]] for row in body["rows"]]))
-        used = {}
+        members = {}  # family -> its rows; a row that begins with no family's name belongs to the one before it
+        family = ""
         for row in body["rows"]:
             rows.append({"body": body["body"], "reducer": row["reducer"], "dof": row["dof"],
                          **{f"error_{f:g}_hz": e for f, e in zip(hz, row["error"])}})
-            if row["reducer"] in hidden:
-                continue
-            family = row["reducer"].split()[0].rstrip(",")
-            colours = families.get(family, (GREEN,))
-            count = used[family] = used.get(family, -1) + 1
-            panel.plot(range(len(hz)), [max(floor, 100 * e) for e in row["error"]], color=colours[count % len(colours)],
-                       marker="osD^vP"[count % 6], markersize=4.5, linestyle=("-", "--", "-.", ":")[count % 4],
-                       label=f"{row['reducer']} ({row['dof']} dof)")
+            first = row["reducer"].split()[0].rstrip(",")
+            family = first if first in families or not family else family
+            if row["reducer"] not in hidden:
+                members.setdefault(family, []).append(row)
+        for family, group in members.items():
+            for count, row in enumerate(group if len(group) <= 4 else [group[0], *group[-3:]]):  # more cannot be told apart
+                panel.plot(range(len(hz)), [max(floor, 100 * e) for e in row["error"]], color=families.get(family, (GREEN,))[count % 4 % len(families.get(family, (GREEN,)))],
+                           marker="osD^"[count], markersize=4.5, linestyle=("-", "--", "-.", ":")[count], label=f"{row['reducer']} ({row['dof']} dof)")
         panel.set(xticks=range(len(hz)), xticklabels=[f"{f:g}" for f in hz], xlabel="frequency [Hz]",
                   title=body["body"].split(" (")[0])
-        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=9)
-    panels[0][0].set(ylabel="error of the impedance [%]", ylim=(0.8 * floor, None))
+        panel.legend(loc="upper center", bbox_to_anchor=(0.45, -0.14), fontsize=10)
+    panels[0][0].set(ylabel="error of the impedance [%]", ylim=(0.75 * floor, 300))
     for panel in panels[0]:
         percent_axis(panel)
         limit_lines(panel, (5,))
+        panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}" if value > 1.5 * floor else f"≤ {floor:g}")
     figure.tight_layout()
     out.picture(figure, "impedance")
     out.csv("impedance", rows)
+    limit = 0.05
+    good = [f"{body['body'].split(' (')[0]}: " + (", ".join(f"{r['reducer']} ({r['dof']} dof)" for r in body["rows"] if max(r["error"]) < limit) or "none")
+            for body in bodies]
+    fragments.append(f"Below {100 * limit:g} % in the whole band: " + "; ".join(good) + ".")
     out.section("impedance", "\n\n".join(fragments) + "\n\n![Impedance error](pictures/multirate_impedance.png)")
 
 
