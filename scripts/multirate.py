@@ -44,6 +44,11 @@ def load(folder, name):
         return json.load(file)
 
 
+def headline(model):
+    name = MODELS.get(model, model)
+    return name[0].upper() + name[1:]
+
+
 def unique(values):
     return list(dict.fromkeys(values))
 
@@ -186,15 +191,15 @@ def force_figure(rows, methods, name, out):
                 found = [r for r in pick(rows, model=model, method=method, latency_frames=late) if r["force_error"] is not None]
                 panel.plot([rates.index(r["rate_hz"]) for r in found], [100 * r["force_error"] for r in found], style,
                            color=colour, marker=marker, markersize=6, markerfacecolor=colour if late == 0 else "white")
-        panel.set(xticks=range(len(rates)), xticklabels=[f"{r:g}" for r in rates], xlabel="global rate [Hz]", title=MODELS.get(model, model),
+        panel.set(xticks=range(len(rates)), xticklabels=[f"{r:g}" for r in rates], xlabel="global rate [Hz]", title=headline(model),
                   xlim=(-0.25, len(rates) - 0.75))
     panels[0][0].set_ylabel("force error [%]")
     for panel in panels[0]:
         percent_axis(panel)
         limit_lines(panel)
     handles = [Line2D([], [], color=METHODS[m][1], marker=METHODS[m][2], label=METHODS[m][0]) for m in methods]
-    handles += [Line2D([], [], color=BLACK, linestyle="-", label="model used at once"),
-                Line2D([], [], color=BLACK, linestyle="--", label="model one frame late")]
+    handles += [Line2D([], [], color=BLACK, linestyle="-", marker="o", label="model used at once"),
+                Line2D([], [], color=BLACK, linestyle="--", marker="o", markerfacecolor="white", label="model one frame late")]
     figure.tight_layout()
     figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=4, columnspacing=1.5)
     out.picture(figure, name)
@@ -229,13 +234,13 @@ def force(rows, deep, out):
             dofs = unique(r["dof"] for r in pick(rows, model=model, method=method) if "dof" in r)
             span = "-" if not dofs else f"{min(dofs)}" if len(dofs) == 1 else f"{min(dofs)}-{max(dofs)}"
             lines.append([METHODS[method][0], span] + force_row(rows, model, method, cells))
-        fragments.append(f"**{MODELS.get(model, model)}** ({size})\n\n" + table(head, lines))
+        fragments.append(f"**{headline(model)}** ({size})\n\n" + table(head, lines))
     lost = losses(rows, "krylov")
     fragments.append("Nearer to the reference than krylov: " + ("; ".join(lost) + "." if lost else "nothing, in no cell."))
     early = [r for r in pick(rows, method="krylov_early") if r.get("refreshes_per_s")]
     if early:
-        fragments.append("Early refreshes (`global.early_refresh`, on by default, off in all other rows) came at " + ", ".join(
-            f"{r['refreshes_per_s']:.0f} Hz for {r['rate_hz']:g} Hz ({r['model']}, {LATE[r['latency_frames']]})" for r in early) + ".")
+        counts = "; ".join(f"{MODELS.get(m, m)} " + ", ".join(f"{r['refreshes_per_s']:.0f} for {r['rate_hz']:g} Hz" for r in pick(early, model=m, latency_frames=0)) for m in models)
+        fragments.append(f"Early refreshes (`global.early_refresh`, on by default, off in all other rows) refreshed so often a second: {counts}.")
     if deep:
         fragments.append("At 4 mm, a full radius of the tool, 30 Hz, at once: " + "; ".join(
             f"{MODELS.get(model, model)}, {', '.join(METHODS[r['method']][0] + ' ' + percent(r['force_error']) for r in pick(deep, model=model))}"
@@ -283,7 +288,7 @@ def refresh(rows, folder, out):
                 ok = found and found[0]["force_error"] is not None
                 line.append(f"{percent(found[0]['refresh_jump'])} ({percent(found[0]['force_error'])})" if ok else "failed" if found else "-")
             lines.append(line)
-        fragments.append(f"**{MODELS.get(model, model)}**\n\n" + table(
+        fragments.append(f"**{headline(model)}**\n\n" + table(
             ["catch-up", "blend"] + [f"{rate:g} Hz, {LATE[late]}" for rate, late in cells], lines))
     model, rate, late, window = models[-1], 30, 1, (0.5, 0.8)
     figure, panels = plt.subplots(2, 1, figsize=(9.5, 5.6), sharex=True, sharey=True)
@@ -301,7 +306,7 @@ def refresh(rows, folder, out):
     panels[-1].set_xlabel("time [s]")
     figure.tight_layout()
     out.picture(figure, "refresh")
-    fragments.append(f"![Force over refreshes](pictures/multirate_refresh.png)\n\n{MODELS.get(model, model).capitalize()}, {rate} Hz, local models {LATE[late]}.")
+    fragments.append(f"![Force over refreshes](pictures/multirate_refresh.png)\n\nOf {MODELS.get(model, model)}, {rate} Hz, local models {LATE[late]}.")
     out.csv("refresh", [flat(r) for r in rows])
     out.section("refresh", "\n\n".join(fragments))
 
@@ -347,8 +352,11 @@ def cost_figure(rows, out):
             panel.plot([us["p50"], us["p99"]], [error, error], color=colour, linewidth=1, alpha=0.6)
             panel.plot(us["p50"], error, marker, color=colour, markersize=8, linestyle="none")
             shown.append((label, colour, marker))
-        panel.set(xscale="log", xlabel="tick: median, and line to p99 [µs]", title=f"{MODELS.get(model, model)}, 30 Hz")
+        panel.set(xscale="log", xlabel="tick: median, and line to p99 [µs]", title=f"{headline(model)}, 30 Hz")
         panel.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        low, high = panel.get_xlim()
+        panel.set_xticks([x for x in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if low <= x <= high])
+        panel.minorticks_off()
     panels[0][0].set_ylabel("force error [%]")
     for panel in panels[0]:
         percent_axis(panel)
