@@ -3,7 +3,7 @@
 //   ./build/release/bench/local_step_bench --benchmark_counters_tabular=true
 //   ./build/release/bench/local_step_bench --benchmark_filter='Tick/coarse' --benchmark_format=json
 // TickBlock rows: the same over a block of 3703 nodes, each reducer.
-// Tick rows: CPU time of the tick's thread; p50_us, p999_us and max_us over 6000 or 3000 ticks of a drag with its refreshes.
+// Tick rows: CPU time of the tick's thread; p50_us, p999_us and max_us over a drag with its refreshes.
 #include <benchmark/benchmark.h>
 #include <time.h>
 

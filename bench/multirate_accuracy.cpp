@@ -174,16 +174,16 @@ class Table {
     std::fflush(stdout);
     keep(scene, model, method, rate, latency,
          text("\"force_error\": ", error.force_error, ", \"jnd_fraction\": ", error.jnd_fraction,
-                  ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential, ", \"refresh_jump\": ", m.refresh_jump,
-                  ", \"crossing_jump\": ", m.crossing_jump, ", \"penetration_max_m\": ", inside,
-                  ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.definite_tangents,
-                  ", \"dof\": ", result.last_dof, ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5),
-                  ", \"p99\": ", percentile(result.step_us, 0.99),
-                  ", \"p999\": ", percentile(result.step_us, 0.999),
-                  "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5),
-                  ", \"global_ms\": ", percentile(result.global_ms, 0.5),
-                  ", \"refreshes_per_s\": ", static_cast<double>(result.refreshes.size()) / settings.duration,
-                  ", \"inside_out\": ", inside_out(result.warnings), ", \"nodes\": ", nodes, ", \"mean_force\": ", mean_force(reference.force)));
+              ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential, ", \"refresh_jump\": ", m.refresh_jump,
+              ", \"crossing_jump\": ", m.crossing_jump, ", \"penetration_max_m\": ", inside,
+              ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.definite_tangents,
+              ", \"dof\": ", result.last_dof, ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5),
+              ", \"p99\": ", percentile(result.step_us, 0.99), ", \"p999\": ", percentile(result.step_us, 0.999),
+              "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5),
+              ", \"global_ms\": ", percentile(result.global_ms, 0.5),
+              ", \"refreshes_per_s\": ", static_cast<double>(result.refreshes.size()) / settings.duration,
+              ", \"inside_out\": ", inside_out(result.warnings), ", \"nodes\": ", nodes,
+              ", \"mean_force\": ", mean_force(reference.force)));
     write_trace(text(model, "_", method, "_", rate, "_", latency), forces, reference.h, &result.refreshes);
   }
 

@@ -1,7 +1,7 @@
 // Cost of the slow side: linearize, reduce, prepare, and the global step; scenes/slab_drag.json.
 //   ./build/release/bench/refresh_bench --benchmark_counters_tabular=true
-// Refresh rows: refreshes of a drag as they follow each other at 30 Hz, for each reducer, on blocks of 1280, 3703 and 10240
-// nodes; medians [ms] of the whole and of its parts, wall clock.
+// Refresh rows: refreshes of a drag as they follow each other at 30 Hz, for each reducer, on blocks of 1280, 3703 and
+// 10240 nodes; medians [ms] of the whole and of its parts, wall clock.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -89,8 +89,8 @@ void refreshes(benchmark::State& state, const BlockCells& block, const NamedRedu
     }
     // The parts that all reducers share are made once more; the rest of the refresh is the reducer's.
     const LocalModel& local = drag.local.model().model;
-    linearized.push_back(milliseconds_of(
-        [&] { benchmark::DoNotOptimize(linearize(drag.session.model(), drag.refresher.state())); }));
+    linearized.push_back(
+        milliseconds_of([&] { benchmark::DoNotOptimize(linearize(drag.session.model(), drag.refresher.state())); }));
     LocalModel copy = local;
     prepared.push_back(milliseconds_of([&] {
       benchmark::DoNotOptimize(prepare(std::move(copy), LocalScheme::implicit_euler, Metric::implicit, drag.local.h(),

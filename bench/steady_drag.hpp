@@ -61,9 +61,9 @@ struct NamedReducer {
 };
 inline std::vector<NamedReducer> tick_reducers() {
   std::vector<NamedReducer> out;
-  for (const NamedReducer& r : {NamedReducer{"wall1", "wall", 1}, NamedReducer{"wall3", "wall", 3},
-                                NamedReducer{"condensed", "condensed", 1}, NamedReducer{"krylov", "krylov", 1},
-                                NamedReducer{"modal", "modal", 1}, NamedReducer{"auto", "auto", 1}})
+  for (const NamedReducer& r :
+       {NamedReducer{"wall1", "wall", 1}, NamedReducer{"wall3", "wall", 3}, NamedReducer{"condensed", "condensed", 1},
+        NamedReducer{"krylov", "krylov", 1}, NamedReducer{"modal", "modal", 1}, NamedReducer{"auto", "auto", 1}})
     for (const BackendInfo& known : reducer_backends())
       if (known.name == std::string(r.reducer)) out.push_back(r);
   return out;
