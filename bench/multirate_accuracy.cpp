@@ -35,6 +35,10 @@ const std::vector<Method> kMethods = {
     {"legacy", {"local.method=legacy", "local.reducer=wall"}},
     {"frozen", {"local.method=frozen", "local.reducer=wall"}},
     {"penalty", {"local.method=penalty", "local.reducer=wall"}},
+    // The same with a better local model below than their originals have.
+    {"hold_condensed", {"local.method=hold", "local.reducer=condensed"}},
+    {"frozen_condensed", {"local.method=frozen", "local.reducer=condensed"}},
+    {"penalty_condensed", {"local.method=penalty", "local.reducer=condensed"}},
     // Parts of the way over to a new local model, and refreshes that come early where the body bends.
     {"krylov_bare", {"local.reducer=krylov", "local.catch_up=false", "local.blend_ms=0"}},
     {"krylov_catch_up", {"local.reducer=krylov", "local.catch_up=true", "local.blend_ms=0"}},
