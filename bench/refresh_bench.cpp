@@ -86,13 +86,13 @@ void refreshes(benchmark::State& state, const BlockCells& block, const NamedRedu
   std::vector<double> linearized, prepared, cpu;
   for (auto _ : state) {
     const std::size_t done = drag.refresher.refresh_ms.size();
+    std::clock_t start = 0;
     while (drag.refresher.refresh_ms.size() == done) {
       drag.step();
-      const std::clock_t start = std::clock();
+      start = std::clock();
       drag.refresh_when_due();
-      cpu.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     }
-    cpu.erase(cpu.begin() + static_cast<std::ptrdiff_t>(linearized.size()), cpu.end() - 1);  // ticks without a refresh
+    cpu.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     // The parts that all reducers share are made once more; the rest of the refresh is the reducer's.
     const LocalModel& local = drag.local.model().model;
     linearized.push_back(
