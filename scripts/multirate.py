@@ -32,7 +32,8 @@ METHODS = {  # name -> (label, colour, marker)
 MODELS = {"msd": "springs", "fem": "neo-Hookean elements"}
 LATE = {0: "at once", 1: "one frame late"}
 SWITCHES = {"krylov_bare": ("off", "off"), "krylov_catch_up": ("on", "off"), "krylov_blend": ("off", "on"),
-            "krylov_both": ("on", "on")}
+            "krylov": ("on", "on")}
+AT_ONCE = {"krylov_catch_up": "krylov_bare", "krylov_blend": "krylov"}  # the same run: nothing to catch up with
 
 
 def load(folder, name):
@@ -292,7 +293,7 @@ def refresh(rows, folder, out):
         for method, (catch_up, blend) in SWITCHES.items():
             line = [catch_up, blend]
             for rate, late in cells:
-                found = pick(rows, model=model, method=method, rate_hz=rate, latency_frames=late)
+                found = pick(rows, model=model, method=method if late else AT_ONCE.get(method, method), rate_hz=rate, latency_frames=late)
                 ok = found and found[0]["force_error"] is not None
                 line.append(f"{percent(found[0]['refresh_jump'])} ({percent(found[0]['force_error'])})" if ok else "failed" if found else "-")
             lines.append(line)
@@ -300,7 +301,7 @@ def refresh(rows, folder, out):
             ["catch-up", "blend"] + [f"{rate:g} Hz, {LATE[late]}" for rate, late in cells], lines))
     rate, late = 30, 1
     drawn = [m for m in models if all(os.path.exists(os.path.join(folder, "traces", f"{m}_{method}_{rate}_{late}.csv"))
-                                      for method in ("krylov_bare", "krylov_both"))]
+                                      for method in ("krylov_bare", "krylov"))]
     if drawn:
         refresh_figure(folder, "fem" if "fem" in drawn else drawn[-1], rate, late, out)
         fragments.append(f"![Force over refreshes](pictures/multirate_refresh.png)\n\nOf {MODELS.get('fem' if 'fem' in drawn else drawn[-1])}, "
@@ -313,14 +314,14 @@ def refresh_figure(folder, model, rate, late, out):
     window = (0.5, 0.8)
     figure, panels = plt.subplots(2, 1, figsize=(9.5, 5.6), sharex=True, sharey=True)
     t_ref, f_ref, _ = read_trace(folder, f"{model}_reference")
-    for panel, (method, title) in zip(panels, (("krylov_bare", "Catch-up and blend off"), ("krylov_both", "Catch-up and blend on"))):
+    for panel, (method, title) in zip(panels, (("krylov_bare", "Catch-up and blend off"), ("krylov", "Catch-up and blend on"))):
         t, f, at = read_trace(folder, f"{model}_{method}_{rate}_{late}")
         keep = [i for i, time in enumerate(t) if window[0] <= time <= window[1]]
         refs = [i for i, time in enumerate(t_ref) if window[0] <= time <= window[1]]
         for k, time in enumerate(x for x in at if window[0] <= x <= window[1]):
             panel.axvline(time, color="0.85", linewidth=1, zorder=0, label="new local model" if k == 0 else None)
         panel.plot([t_ref[i] for i in refs], [f_ref[i] for i in refs], color=BLACK, linestyle="--", label="reference")
-        panel.plot([t[i] for i in keep], [f[i] for i in keep], color=BLUE if method == "krylov_both" else VERMILION, label="force on the tool")
+        panel.plot([t[i] for i in keep], [f[i] for i in keep], color=BLUE if method == "krylov" else VERMILION, label="force on the tool")
         panel.set(title=title, ylabel="force [N]", xlim=window)
         panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     panels[-1].set_xlabel("time [s]")
@@ -391,14 +392,15 @@ def main():
         sys.exit(__doc__)
     folder, document, pictures, results = sys.argv[1:]
     out = Output(document, pictures, results)
-    table_of_impedance, rows, switches = (load(folder, name) for name in ("impedance.json", "force.json", "refresh.json"))
+    table_of_impedance, rows, bare, late = (load(folder, name) for name in (
+        "impedance.json", "force.json", "refresh_bare.json", "refresh_late.json"))
     ticks, refreshes = load(folder, "tick.json"), load(folder, "refresh_cost.json")
     if table_of_impedance:
         impedance(table_of_impedance, out)
     if rows:
         force(rows, load(folder, "deep.json"), out)
-    if switches:
-        refresh(switches, folder, out)
+    if rows and bare and late:
+        refresh(bare + late + pick(rows, method="krylov"), folder, out)
     if ticks or refreshes:
         cost(ticks, refreshes, rows, out)
     out.finish()
