@@ -187,11 +187,13 @@ def force_figure(rows, methods, name, out):
     figure, panels = plt.subplots(1, len(models), figsize=(5.6 * len(models), 4.6), sharey=True, squeeze=False)
     for model, panel in zip(models, panels[0]):
         for method in methods:
-            label, colour, marker = METHODS[method]
+            _, colour, marker = METHODS[method]
+            wide = 2 if method == "condensed" else 1  # it is hidden by krylov where they agree
             for late, style in ((0, "-"), (1, "--")):
                 found = [r for r in pick(rows, model=model, method=method, latency_frames=late) if r["force_error"] is not None]
                 panel.plot([rates.index(r["rate_hz"]) for r in found], [100 * r["force_error"] for r in found], style,
-                           color=colour, marker=marker, markersize=6, markerfacecolor=colour if late == 0 else "white")
+                           color=colour, marker=marker, markersize=2 + 4 * wide,
+                           linewidth=1.5 * wide, zorder=3 - wide, markerfacecolor=colour if late == 0 else "white")
         panel.set(xticks=range(len(rates)), xticklabels=[f"{r:g}" for r in rates], xlabel="global rate [Hz]", title=headline(model),
                   xlim=(-0.25, len(rates) - 0.75))
     panels[0][0].set_ylabel("force error [%]")
