@@ -191,6 +191,12 @@ Json make_summary(const Session& session, const SessionResult& result) {
       {"revisions", result.reducer_revisions},
       {"damping_coupling", std::isfinite(result.damping_coupling) ? Json(result.damping_coupling) : Json(nullptr)},
       {"exact_steps", text(result.exact_steps, " of ", result.refreshes.size(), " local models")}};
+  for (const ReducerCandidate& c : result.reducer_candidates)
+    out["local"]["candidates"].push_back(
+        {{"name", c.name},
+         {"dof", c.dof},
+         {"error", std::isfinite(c.error) ? Json(c.error) : Json(nullptr)},
+         {"predicted_us", std::isfinite(c.tick_us) ? Json(c.tick_us) : Json(nullptr)}});
   out["force"] = {{"mean_n", force.mean_n},
                   {"max_n", force.max_n},
                   {"mean_t", force.mean_t},

@@ -198,6 +198,7 @@ SessionResult Session::run(const SessionOptions& options) {
   result.reducer = refresher.choice().chosen().reducer;
   result.reducer_name = refresher.choice().chosen().name;
   result.reducer_reason = refresher.choice().reason();
+  result.reducer_candidates = refresher.choice().candidates();
   result.reducer_revisions = refresher.choice().revisions();
   result.certified_error = refresher.choice().certified_error();
   result.damping_coupling = refresher.coupling;

@@ -6,6 +6,7 @@
 
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/local_simulation.hpp"
+#include "haptics/reducer_choice.hpp"
 #include "io/scene.hpp"
 
 namespace kt {
@@ -32,6 +33,7 @@ struct SessionResult {
   std::vector<double> global_ms, refresh_ms;
   std::vector<std::pair<std::string, std::vector<double>>> refresh_parts_ms;
   std::string reducer, reducer_name, reducer_reason;  ///< in use at the end
+  std::vector<ReducerCandidate> reducer_candidates;
   int reducer_revisions = 0;
   double certified_error = std::numeric_limits<double>::quiet_NaN();
   double damping_coupling = 0;              ///< of the last local model
