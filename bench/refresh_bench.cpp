@@ -7,11 +7,12 @@
 #include <time.h>
 
 #include "bench/steady_drag.hpp"
+#include "bench/two_rings.hpp"
 #include "core/certificate.hpp"
 #include "core/global_simulation.hpp"
 #include "core/parallel.hpp"
-#include "models/model.hpp"
 #include "core/tangent_model.hpp"
+#include "models/model.hpp"
 
 namespace kt {
 namespace {
@@ -83,8 +84,7 @@ struct Block {
     surface = make_surface(mesh);
     const int middle = (height * (cells + 1) + cells / 2) * (cells + 1) + cells / 2;
     site = {node(state.x, middle), surface.topology.triangles_of(middle)[0], 1e-9};
-    // Reach 0 gives one ring around every triangle whose bounding box touches the vertex.
-    patch = make_patch(surface, state.x, site);
+    patch = two_rings(surface, middle);
     linearize(*model, state, TangentKind::exact, tangent);
   }
   std::unique_ptr<DeformableModel> model;
