@@ -7,6 +7,7 @@
 
 #include <map>
 
+#include "bench/two_rings.hpp"
 #include "core/certificate.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -29,8 +30,7 @@ struct Block {
     surface = make_surface(mesh);
     const int middle = (height * (cells + 1) + cells / 2) * (cells + 1) + cells / 2;
     site = {node(state.x, middle), surface.topology.triangles_of(middle)[0], 1e-9};
-    // Reach 0 gives one ring around every triangle whose bounding box touches the vertex.
-    patch = make_patch(surface, state.x, site);
+    patch = two_rings(surface, middle);
     linearize(*model, state, TangentKind::exact, tangent);
   }
   std::unique_ptr<DeformableModel> model;

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <numbers>
 
+#include "core/error.hpp"
 #include "core/impedance.hpp"
 #include "core/local_dynamics.hpp"
 #include "tests/support/linearized_block.hpp"
@@ -69,7 +70,17 @@ TEST(Subspace, DropsMotionsThatRepeatOthers) {
   ASSERT_EQ(V.cols(), 4);
   EXPECT_LE((V.transpose() * (body.mass * V) - MatrixX::Identity(4, 4)).norm(), 1e-12);
   for (int c = 0; c < 4; ++c)
-    EXPECT_LE((V * (V.transpose() * (body.mass * motions.col(c))) - motions.col(c)).norm(), 1e-8 * motions.col(c).norm());
+    EXPECT_LE((V * (V.transpose() * (body.mass * motions.col(c))) - motions.col(c)).norm(),
+              1e-8 * motions.col(c).norm());
+}
+
+TEST(Subspace, RefusesABodyThatGivesWay) {
+  const LinearizedBlock b(2);
+  FreeBody body(b.tangent);
+  const MatrixX V = orthonormal_motions(body.mass, body.inputs(b.patch()), 1e-6);
+  EXPECT_GT(MatrixX(confine(b.tangent, body, b.patch(), V).stiffness).diagonal().minCoeff(), 0);
+  body.stiffness -= 2 * body.stiffness;
+  EXPECT_THROW(confine(b.tangent, body, b.patch(), V), IndefiniteTangent);
 }
 
 TEST(Impedance, OfTheBodyAndOfItsModelsAgreesWithDenseMatrices) {
