@@ -26,6 +26,7 @@ inline SurfacePatch two_rings(const Surface& surface, int vertex) {
     patch.global_triangle.push_back(t);
     patch.on_rim.push_back(0);
   }
+  patch.in_reach.assign(patch.global_node.size(), 1);
   patch.topology = make_topology(patch.triangles, patch.num_vertices());
   return patch;
 }

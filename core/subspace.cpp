@@ -53,11 +53,12 @@ FreeBody::FreeBody(const TangentModel& tangent)
       force(gather(dofs, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v))),
       velocity(gather(dofs, tangent.state.v)) {}
 
-MatrixX FreeBody::inputs(const SurfacePatch& patch) const {
+MatrixX FreeBody::inputs(const SurfacePatch& patch, bool with_rim) const {
   std::vector<int> entries;
-  for (int i = 0; i < patch.num_vertices(); ++i)
-    for (int c = 0; patch.in_reach[i] && c < 3; ++c)
-      if (const int k = dofs.to_free[3 * patch.global_node[i] + c]; k >= 0) entries.push_back(k);
+  for (const bool in_reach : {true, false})
+    for (int i = 0; i < patch.num_vertices(); ++i)
+      for (int c = 0; (in_reach || with_rim) && static_cast<bool>(patch.in_reach[i]) == in_reach && c < 3; ++c)
+        if (const int k = dofs.to_free[3 * patch.global_node[i] + c]; k >= 0) entries.push_back(k);
   MatrixX out = MatrixX::Zero(force.size(), static_cast<Eigen::Index>(entries.size()));
   for (std::size_t j = 0; j < entries.size(); ++j) out(entries[j], static_cast<Eigen::Index>(j)) = 1;
   return out;
@@ -78,11 +79,16 @@ SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
 
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
                   SparseSolver& solver, int echoes) {
-  MatrixX loads = body.inputs(patch);
-  const Eigen::Index columns = loads.cols() + 1;
-  loads.conservativeResize(Eigen::NoChange, columns);
-  loads.col(columns - 1) = body.force;
-  const Eigen::Index answered = columns * static_cast<Eigen::Index>(shifts.size());
+  // The rim answers at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
+  const auto with_force = [&](MatrixX loads) {
+    loads.conservativeResize(Eigen::NoChange, loads.cols() + 1);
+    loads.rightCols(1) = body.force;
+    return loads;
+  };
+  MatrixX loads = with_force(body.inputs(patch, true));
+  const MatrixX later_loads = with_force(body.inputs(patch));
+  const Eigen::Index first = loads.cols(), later = later_loads.cols();
+  const Eigen::Index answered = first + later * (static_cast<Eigen::Index>(shifts.size()) - 1);
   MatrixX out(loads.rows(), answered + 3 * echoes + 1);
   out.rightCols(1) = body.velocity;
   for (std::size_t i = 0; i < shifts.size(); ++i) {
@@ -93,10 +99,13 @@ MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::ve
     for (double hz : {5.0, 15.0, 45.0})
       if (!good && hz > shifts[i]) good = solver.factor(dynamic_stiffness(body, 2 * std::numbers::pi * hz));
     if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
-    out.middleCols(static_cast<Eigen::Index>(i) * columns, columns) = solver.solve(loads);
-    if (i > 0) continue;
+    if (i > 0) {
+      out.middleCols(first + (static_cast<Eigen::Index>(i) - 1) * later, later) = solver.solve(later_loads);
+      continue;
+    }
+    out.leftCols(first) = solver.solve(loads);
     MatrixX echo = MatrixX::Zero(loads.rows(), 3);
-    for (Eigen::Index c = 0; c + 1 < columns; ++c) echo.col(c % 3) += out.col(c);
+    for (Eigen::Index c = 0; c + 1 < first; ++c) echo.col(c % 3) += out.col(c);
     for (int k = 0; k < echoes; ++k) {
       echo = solver.solve(body.mass * echo);
       out.middleCols(answered + 3 * k, 3) = echo;

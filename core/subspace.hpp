@@ -14,8 +14,8 @@ struct FreeBody {
   FreeDofs dofs;
   SparseMatrix mass, damping, stiffness;
   VectorX force, velocity;  ///< f0 without the damping of v0 [N]; v0 [m/s]
-  /// Unit forces on the patch's free nodes, (free x inputs).
-  MatrixX inputs(const SurfacePatch& patch) const;
+  /// Unit forces on the patch's free nodes that are in reach, then on those of its rim if asked for, (free x inputs).
+  MatrixX inputs(const SurfacePatch& patch, bool with_rim = false) const;
 };
 
 /// (s^2 M + s D + K)^-1 [patch inputs, force at rest] for s = 2 pi f of each `shift` f [Hz], >= 0: how the body moves

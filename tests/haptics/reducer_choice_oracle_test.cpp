@@ -38,13 +38,14 @@ struct BlockOptions {
 struct TouchedBlock {
   explicit TouchedBlock(const BlockOptions& o) {
     const Mesh mesh = kuhn_block(o.x, o.y, o.z, o.edge);
-    model = make_model("fem", mesh,
-                       {.young = o.young,
-                        .poisson = 0.4,
-                        .damping_mass = 0,
-                        .damping_stiffness = 2e-3,
-                        .material = "neo_hookean",
-                        .fixed_nodes = nodes_below(mesh, 1e-6)});
+    ModelOptions physics;
+    physics.young = o.young;
+    physics.poisson = 0.4;
+    physics.damping_mass = 0;
+    physics.damping_stiffness = 2e-3;
+    physics.material = "neo_hookean";
+    physics.fixed_nodes = nodes_below(mesh, 1e-6);
+    model = make_model("fem", mesh, physics);
     tangent = linearize(*model, rest_state(*model));
     const Surface surface = make_surface(mesh);
     const Vec3 top = o.edge * Vec3(0.5 * o.x + 0.1, 0.5 * o.y + 0.2, o.z);
