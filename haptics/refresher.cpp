@@ -74,7 +74,12 @@ double Refresher::reach(double t) const {
   const double latency = 1e-3 * scene_.link.latency_ms;
   double in_use = 1 / scene_.global.rate_hz + latency;
   // In two threads a model arrives after one interval and serves for the next; a slow body makes both longer.
-  if (scene_.link.type == "thread") in_use = 2 * std::max(1 / scene_.global.rate_hz, t - last_) + latency;
+  // No further than three intervals: a larger patch makes the next refresh slower still, and a tool that runs off is
+  // found again.
+  if (scene_.link.type == "thread") {
+    const double interval = 1 / scene_.global.rate_hz;
+    in_use = 2 * std::clamp(t - last_, interval, 1.5 * interval) + latency;
+  }
   return 1.5 * tool_.radius + max_speed_ * in_use;
 }
 
