@@ -71,7 +71,7 @@ std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, cons
     if (!a_fits) return a.tick_us < b.tick_us;
     const bool a_holds = a.error <= needs.tolerance, b_holds = b.error <= needs.tolerance;
     if (a_holds != b_holds) return a_holds;
-    return a_holds ? a.tick_us < b.tick_us : a.error < b.error;
+    return a_holds ? a.cost_us < b.cost_us : a.error < b.error;
   };
   return static_cast<std::size_t>(std::min_element(candidates.begin(), candidates.end(), better) - candidates.begin());
 }
@@ -89,6 +89,17 @@ double predict_tick_us(const LocalModel& model) {
   else  // two sparse triangular solves, of a full matrix where the damping of vibrations fills it
     numbers += vibrations ? 5 * r * r : 40 * static_cast<double>(model.stiffness.nonZeros());
   return kRest + kPerNumber * numbers;
+}
+
+double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
+  constexpr double kRest = 5000, kPerColumnSq = 0.9, kPerDofCubed = 2e-4;  // orthonormalization; dense factors
+  if (model.reducer != "krylov" && model.reducer != "condensed") return kRest + kPerDofCubed * std::pow(model.dof(), 3);
+  const SurfacePatch& patch = model.patch;
+  const bool at_rest = model.reducer == "condensed";
+  const auto reach = static_cast<double>(std::ranges::count(patch.in_reach, 1));
+  const double later = at_rest ? 0 : static_cast<double>(options.shifts_hz.size()) - 1;
+  const double columns = 3 * patch.num_vertices() + later * 3 * reach + (at_rest ? 0 : 3 * options.echoes);
+  return kRest + kPerColumnSq * columns * columns;
 }
 
 ReducerChoice::ReducerChoice(const std::string& reducer, int rings, const ReducerNeeds& needs)
@@ -111,6 +122,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
       const LocalModel model = find_reducer(c.reducer)(tangent, patch, site, options);
       c.dof = model.dof();
       c.tick_us = predict_tick_us(model);
+      c.cost_us = c.tick_us + needs_.refresh_per_tick * predict_refresh_us(model, c.options);
       const std::vector<int> vertices = certified_vertices(model, site);
       if (vertices.empty() || c.reducer == "full") {
         c.error = 0;  // the whole body, or a place where all is clamped: nothing can be wrong
@@ -124,11 +136,11 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
           c.error = std::max(c.error, estimate_error(graded_, model, vertices.front(), hz));
       }
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
-      c.tick_us = c.dof ? c.tick_us : std::numeric_limits<double>::infinity();
+      if (c.dof == 0) c.tick_us = c.cost_us = std::numeric_limits<double>::infinity();
     }
   }
   std::stable_sort(candidates_.begin(), candidates_.end(),
-                   [](const auto& a, const auto& b) { return a.tick_us < b.tick_us; });
+                   [](const auto& a, const auto& b) { return a.cost_us < b.cost_us; });
   chosen_ = choose_reducer(candidates_, needs_);
   if (std::isfinite(chosen().error)) certified_ = chosen().error;
 }

@@ -16,11 +16,13 @@ struct ReducerCandidate {
   int dof = 0;
   double error = 0;    ///< certified, 0-500 Hz, relative; infinity: it could not be made
   double tick_us = 0;  ///< predicted
+  double cost_us = 0;  ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
 };
 
 struct ReducerNeeds {
-  double tolerance = 0.05;  ///< largest certified error
-  double budget_us = 200;   ///< of a haptic tick
+  double tolerance = 0.05;         ///< largest certified error
+  double budget_us = 200;          ///< of a haptic tick
+  double refresh_per_tick = 0.03;  ///< global rate over haptic rate
 };
 
 /// What local.reducer takes: core/reducers.def, and "auto".
@@ -33,6 +35,8 @@ std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, cons
 /// CPU time of a haptic tick in contact [us], from the sizes alone, so that the same scene chooses the same everywhere:
 /// fitted to measured ticks (docs/accuracy_and_speed.md), right to within a factor of two.
 double predict_tick_us(const LocalModel& model);
+/// The same of a refresh [us].
+double predict_refresh_us(const LocalModel& model, const ReduceOptions& options);
 
 class ReducerChoice {
  public:

@@ -65,7 +65,8 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                                                         .tolerance = scene.global.tolerance,
                                                         .definite = scene.global.definite}),
               1 / scene.global.rate_hz, start),
-      choice_(scene.local.reducer, scene.local.rings, {scene.local.tolerance, scene.local.budget_us}),
+      choice_(scene.local.reducer, scene.local.rings,
+              {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz}),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
