@@ -246,7 +246,8 @@ class Table {
  private:
   void keep(const std::string& scene, const std::string& model, const std::string& method, double rate, double latency,
             const std::string& rest) {
-    rows_ += text(rows_.empty() ? "" : ",\n", "{\"scene\": \"", scene, "\", \"model\": \"", model, "\", \"method\": \"",
+    const std::string file = std::filesystem::path(scene).lexically_proximate(KT_SOURCE_DIR).string();
+    rows_ += text(rows_.empty() ? "" : ",\n", "{\"scene\": \"", file, "\", \"model\": \"", model, "\", \"method\": \"",
                   method, "\", \"rate_hz\": ", rate, ", \"latency_frames\": ", latency, ", ", rest, "}");
     if (!arguments_.json.empty()) write_file_whole(arguments_.json, "[" + rows_ + "]\n");
   }
