@@ -63,7 +63,8 @@ void add_flag_warnings(const SessionResult& result, Json& warnings) {
              steps.not_converged, " of ", result.global_ms.size(), " steps did not converge"));
   if (result.definite_tangents > 0)
     warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
-                            result.refreshes.size(), " refreshes; the clamped one was used there"));
+                            result.refreshes.size(),
+                            " refreshes; clamped there, the local model is stiffer than the body"));
   if (result.stopped) warnings.push_back(text("stopped early, after ", result.frames.size(), " ticks"));
 }
 

@@ -3,16 +3,12 @@
 #include <cmath>
 
 namespace kt {
-namespace {
-
 bool is_diagonal(const SparseMatrix& m) {
   for (int c = 0; c < m.outerSize(); ++c)
     for (SparseMatrix::InnerIterator it(m, c); it; ++it)
       if (it.row() != c && it.value() != 0) return false;
   return true;
 }
-
-}  // namespace
 
 double damping_coupling(const LocalModel& model) {
   constexpr int kIterations = 15;
