@@ -49,15 +49,15 @@ std::vector<Recipe> recipes() {
           {"wall, 4 rings in depth", "wall", {.rings = 4}},
           {"condensed", "condensed", {}},
           {"modal 60", "modal", {.modes = 60}},
-          {"krylov {0, 60}, whole", "krylov", {.shifts_hz = {0, 60}, .echoes = 0, .grading = 0}},
-          {"krylov {0, 60, 200}, whole", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 0, .grading = 0}},
-          {"krylov {0, 60, 200}, graded", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 0}},
-          {"the same, 2 echoes, whole", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 2, .grading = 0}},
-          {"the same, 4 echoes, whole", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 4, .grading = 0}},
-          {"the same, 4 echoes, graded", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 4}},
-          {"the same, after 10 refreshes", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 4}, 10},
-
-          {"krylov {0, 45, 220} 4 echoes", "krylov", {.shifts_hz = {0, 45, 220}, .echoes = 4}}};
+          {"krylov {0, 60}, whole body", "krylov", {.shifts_hz = {0, 60}, .echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
+          {"krylov {0, 30, 80, 250}, whole", "krylov", {.echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
+          {"the same, 4 echoes", "krylov", {.rank_tolerance = 1e-6, .grading = 0}},
+          {"the same, graded", "krylov", {.rank_tolerance = 1e-6}},
+          {"the same, near repeats dropped", "krylov", {}},
+          {"the same, after 10 refreshes", "krylov", {}, 10},
+          {"more of them dropped", "krylov", {.rank_tolerance = 0.03}},
+          {"krylov {0, 200}", "krylov", {.shifts_hz = {0, 200}}},
+          {"krylov {0, 20, 40, 80, 160, 400}", "krylov", {.shifts_hz = {0, 20, 40, 80, 160, 400}}}};
 }
 
 std::vector<Row> measure(const Body& body) {

@@ -97,14 +97,10 @@ using Rows = NodeRows<6>;  // real parts of three motions, then their imaginary 
 /// K - w^2 M + i w D of real motions: its real and imaginary parts.
 struct Image {
   Image(const NodeBlocks& blocks, double w, const Rows& u) {
-    blocks.stiffness<6>(u, real);
-    if (w == 0) {
-      imaginary = Rows::Zero(u.rows(), 6);
-      return;
-    }
-    blocks.mass<6>(u, imaginary);
-    real -= w * w * imaginary;
-    blocks.damping<6>(u, imaginary);
+    Rows inertia;
+    blocks.mass<6>(u, inertia);
+    blocks.stiffness_and_damping<6>(u, real, imaginary);
+    real -= w * w * inertia;
     imaginary *= w;
   }
   Rows real, imaginary;

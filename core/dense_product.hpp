@@ -6,8 +6,6 @@
 
 namespace kt {
 
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 /// The lower triangle of A^T B, mirrored: for products known to be symmetric. A, B: (n x k).
 MatrixX symmetric_product(const RowMatrix& A, const RowMatrix& B);
 

@@ -8,8 +8,8 @@
 namespace kt {
 namespace {
 
-constexpr int kFirstPasses = 3, kFirstSteps = 3;  // of improving the far motions after the choice of nodes
-constexpr int kSteps = 1;                         // at every other refresh
+constexpr int kSetUpTurns = 24, kFirstTurns = 6;  // of improving far motions: of a new body, of new kept nodes
+constexpr int kFirstSteps = 3, kSteps = 1;        // of conjugate gradients in each, and at every other refresh
 constexpr double kDependent = 1e-6;               // a far motion that is the others' to within this part of its length
 
 double square(double x) { return x * x; }
@@ -53,7 +53,8 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
   dofs_ = make_free_dofs(n, tangent.fixed_nodes);
   if (static_cast<int>(ranks_.size()) != n) {
     ranks_ = node_ranks(graded_x_);
-    far_ = FarRows::Zero(dofs_.size(), kFar);
+    yielding_ = FarRows::Zero(dofs_.size(), kFarEach);
+    vibrations_ = even_motions(dofs_, graded_x_);
   }
   interpolation_ = interpolate_far_nodes(graded_x_, ranks_, fixed_, graded_patch_, options_);
   whole_ = 3 * num_kept() + kFar > 3 * dofs_.size() / 4;
@@ -112,7 +113,7 @@ void GradedBody::make_matrix_pattern() {
 
 /// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far
 /// motions.
-void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const FarRows& times_far) const {
+void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const NodeRows<kFar>& times_far) const {
   if (out.nonZeros() != pattern_.nonZeros() || out.rows() != pattern_.rows()) out = pattern_;
   double* values = out.valuePtr();
   const int* outer = out.outerIndexPtr();
@@ -131,7 +132,7 @@ void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const F
         }
     }
   }
-  const FarRows border = restrict_forces<kFar>(times_far) * far_basis_;
+  const NodeRows<kFar> border = restrict_forces<kFar>(times_far) * far_basis_;
   const FarBlock corner = far_basis_.transpose() * (far_apart_.transpose() * times_far) * far_basis_;
   for (int c = 0; c < 3 * nodes; ++c)
     for (int f = 0; f < kFar; ++f) {
@@ -149,7 +150,7 @@ void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const F
 /// The stiffness of the kept nodes alone, once for a choice of nodes: it need not be the present one.
 void GradedBody::factor_preconditioner() {
   far_basis_.setZero();
-  far_apart_ = FarRows::Zero(dofs_.size(), kFar);
+  far_apart_ = NodeRows<kFar>::Zero(dofs_.size(), kFar);
   fill(body_.stiffness, sums_.data(), 18, far_apart_);
   added_mass_ = 0;
   has_coarse_ = coarse_->factor(body_.stiffness);
@@ -160,33 +161,11 @@ void GradedBody::factor_preconditioner() {
   has_coarse_ = coarse_->factor(body_.stiffness);
 }
 
-/// Unit forces on all nodes of the patch; the same times their distance from its middle along each axis; the inertia of
-/// the first three far motions, and that of its answer.
-GradedBody::FarRows GradedBody::far_loads(const TangentModel& tangent, const SurfacePatch& patch) const {
-  Vec3 middle = Vec3::Zero();
-  for (int i : patch.global_node) middle += node(tangent.state.x, i) / patch.num_vertices();
-  FarRows out;
-  blocks_.mass<kFar>(far_, out);
-  out.rightCols<3>() = out.middleCols<3>(12).eval();
-  out.middleCols<3>(12) = out.leftCols<3>().eval();
-  out.leftCols<12>().setZero();
-  for (int i : patch.global_node) {
-    const int k = dofs_.to_free[3 * i];
-    if (k < 0) continue;
-    const Vec3 arm = (node(tangent.state.x, i) - middle) / edge_;
-    for (int c = 0; c < 3; ++c) {
-      out(k + c, c) = 1;
-      for (int axis = 0; axis < 3; ++axis) out(k + c, 3 + 3 * axis + c) = arm[axis];
-    }
-  }
-  return out;
-}
-
 /// The kept nodes' own response, and each follower's to the force on it alone.
-GradedBody::FarRows GradedBody::precondition(const FarRows& residual) const {
-  MatrixX coarse = MatrixX::Zero(pattern_.rows(), kFar);
-  coarse.topRows(3 * num_kept()) = restrict_forces<kFar>(residual);
-  FarRows out = prolong<kFar>(coarse_->solve(coarse).topRows(3 * num_kept()));
+FarRows GradedBody::precondition(const FarRows& residual) const {
+  MatrixX coarse = MatrixX::Zero(pattern_.rows(), kFarEach);
+  coarse.topRows(3 * num_kept()) = restrict_forces<kFarEach>(residual);
+  FarRows out = prolong<kFarEach>(coarse_->solve(coarse).topRows(3 * num_kept()));
   for (std::size_t k = 0; k < followers_.size(); ++k)
     out.middleRows<3>(3 * followers_[k]) += node_inverse_[k] * residual.middleRows<3>(3 * followers_[k]);
   return out;
@@ -207,6 +186,7 @@ std::vector<Mat3> GradedBody::follower_inverses(double w) const {
 
 GradedBody::Preconditioner::Preconditioner(const GradedBody& body, double w)
     : body_(body), node_inverse_(body.follower_inverses(w)) {
+  if (body.is_factored_) return;
   if (!body.solver_->factor(dynamic_stiffness(body.body_, w)))
     throw IndefiniteTangent(text("certificate: the body is not positive definite at ", w, " 1/s"));
 }
@@ -218,57 +198,50 @@ NodeRows<6> GradedBody::Preconditioner::apply(const NodeRows<6>& forces) const {
   return out;
 }
 
-/// Conjugate gradients, from where the last refresh stopped, for all loads at once.
-void GradedBody::improve_far_motions(const FarRows& loads, int steps) {
+/// @param turns  one turn improves one kind of motions, the next the other
+void GradedBody::improve_far_motions(const TangentModel& tangent, const SurfacePatch& patch, int turns, int steps) {
+  if (!has_coarse_) return;
   node_inverse_ = follower_inverses(0);
-  const auto apply = [&](const FarRows& u, FarRows& out) {
-    blocks_.stiffness<kFar>(u, out);
-    if (added_mass_ == 0) return;
-    FarRows inertia;
-    blocks_.mass<kFar>(u, inertia);
-    out += added_mass_ * inertia;
-  };
-  FarRows product;
-  apply(far_, product);
-  FarRows residual = loads - product, direction = precondition(residual);
-  Eigen::Array<double, 1, kFar> rz = (residual.array() * direction.array()).colwise().sum();
-  for (int step = 0;; ++step) {
-    apply(direction, product);
-    const Eigen::Array<double, 1, kFar> curvature = (direction.array() * product.array()).colwise().sum();
-    // A load that is answered already, or a tangent that is not definite: that motion stays as it is.
-    const Eigen::Array<double, 1, kFar> length = (curvature > 0 && rz > 0).select(rz / curvature, 0.0);
-    far_.array() += direction.array().rowwise() * length;
-    if (step + 1 == steps) return;
-    residual.array() -= product.array().rowwise() * length;
-    const FarRows z = precondition(residual);
-    const Eigen::Array<double, 1, kFar> rz_new = (residual.array() * z.array()).colwise().sum();
-    const Eigen::Array<double, 1, kFar> keep = (rz > 0).select(rz_new / rz, 0.0);
-    direction = (z.array() + direction.array().rowwise() * keep).matrix();
-    rz = rz_new;
-  }
+  const FarOperators body{
+      [&](const FarRows& u, FarRows& out) {
+        blocks_.stiffness<kFarEach>(u, out);
+        if (added_mass_ == 0) return;
+        FarRows inertia;
+        blocks_.mass<kFarEach>(u, inertia);
+        out += added_mass_ * inertia;
+      },
+      [&](const FarRows& u, FarRows& out) { blocks_.mass<kFarEach>(u, out); },
+      [&](const FarRows& forces) { return precondition(forces); }};
+  for (int turn = 0; turn < turns; ++turn)
+    if (++turns_ % 2 == 1)
+      improve_yielding(yielding_, smooth_loads(dofs_, tangent.state.x, patch), body, steps);
+    else
+      improve_vibrations(vibrations_, body, steps);
 }
 
 /// Takes out what the kept nodes can do themselves, so that these alone say how they move.
 void GradedBody::set_far_apart() {
-  FarRows kept(3 * num_kept(), kFar);
-  for (int i = 0; i < num_kept(); ++i) kept.middleRows<3>(3 * i) = far_.middleRows<3>(3 * kept_row_[i]);
-  far_apart_ = far_ - prolong<kFar>(kept);
+  far_apart_.resize(dofs_.size(), kFar);
+  far_apart_ << yielding_, vibrations_;
+  NodeRows<kFar> kept(3 * num_kept(), kFar);
+  for (int i = 0; i < num_kept(); ++i) kept.middleRows<3>(3 * i) = far_apart_.middleRows<3>(3 * kept_row_[i]);
+  far_apart_ -= prolong<kFar>(kept);
   for (int row : kept_row_) far_apart_.middleRows<3>(3 * row).setZero();
 }
 
 void GradedBody::fill_matrices() {
-  FarRows product;
+  NodeRows<kFar> product, damped;
   blocks_.mass<kFar>(far_apart_, product);
   far_basis_ = orthonormalizer<kFar>(far_apart_.transpose() * product);
   fill(body_.mass, mass_sums_.data(), 9, product);
-  blocks_.stiffness<kFar>(far_apart_, product);
+  blocks_.stiffness_and_damping<kFar>(far_apart_, product, damped);
   fill(body_.stiffness, sums_.data(), 18, product);
-  blocks_.damping<kFar>(far_apart_, product);
-  fill(body_.damping, sums_.data() + 9, 18, product);
+  fill(body_.damping, sums_.data() + 9, 18, damped);
 }
 
 const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
   whole_ = true;
+  is_factored_ = false;
   followers_.clear();
   dofs_ = make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes);
   blocks_.update(tangent, dofs_);
@@ -277,7 +250,8 @@ const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
 }
 
 const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePatch& patch) {
-  const bool stays = covers(tangent, patch);
+  const bool stays = covers(tangent, patch), anew = ranks_.empty();
+  is_factored_ = false;
   if (!stays) {
     blocks_.update(tangent, make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes));
     choose_nodes(tangent, patch);
@@ -287,13 +261,13 @@ const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePat
   if (whole_) return update_whole(tangent);
   confinement_.product<18>(blocks_, blocks_.values(), sums_);
   if (!stays) factor_preconditioner();
-  for (int pass = 0; has_coarse_ && pass < (stays ? 1 : kFirstPasses); ++pass)
-    improve_far_motions(far_loads(tangent, patch), stays ? kSteps : kFirstSteps);
+  improve_far_motions(tangent, patch, stays ? 1 : anew ? kSetUpTurns : kFirstTurns, stays ? kSteps : kFirstSteps);
   set_far_apart();
   fill_matrices();
 
   NodeRows<1> force = gather(dofs_, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v));
   body_.force = contract<1>(force);
+  body_.x = tangent.state.x;
   body_.velocity = VectorX::Zero(body_.force.size());
   for (int k = 0; k < 3 * num_kept(); ++k) body_.velocity[k] = tangent.state.v[body_.dofs.to_all[k]];
   return body_;

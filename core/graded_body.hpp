@@ -2,10 +2,11 @@
 // The whole linearized body seen from a contact, in a few hundred nodes: what makes a reduction of a large body fit
 // into a refresh. Near the patch every node keeps its motion; the others follow fewer and fewer nodes (grading.hpp). A
 // few motions of the whole body are added: how it yields at rest to the loads that are felt furthest away, the
-// resultant force on the patch and its first moments, and the inertia that answers the first (twice): the slowest
-// vibrations, which the spacing of far nodes would make too fast. All of it is a confinement of the same body
+// resultant force on the patch and its first moments, and the slowest vibrations, which the spacing of far nodes would
+// make too fast. All of it is a confinement of the same body
 // (Galerkin): stiffness and damping stay positive, and what is left out only makes it a little stiffer.
 #include "core/block_confinement.hpp"
+#include "core/far_motions.hpp"
 #include "core/subspace.hpp"
 
 namespace kt {
@@ -28,7 +29,7 @@ class GradedBody {
   int num_kept() const { return static_cast<int>(interpolation_.kept.size()); }
   int gradings() const { return gradings_; }  ///< how often the kept nodes were chosen anew
 
-  static constexpr int kFar = 18;  ///< far motions
+  static constexpr int kLoads = 12, kSlow = 12, kFar = kLoads + kSlow;  ///< far motions
 
   /// Displacement of all free nodes from the coordinates, (3 free x M) from (coordinates x M).
   template <int M>
@@ -38,14 +39,19 @@ class GradedBody {
   NodeRows<M> contract(const NodeRows<M>& forces) const;
   /// Of the last local model made from this body: its coordinates q move the body's by V combination q.
   struct Motions {
-    MatrixX V, combination;
+    RowMatrix V;
+    MatrixX combination;
     bool of_dof(int dof) const { return combination.cols() == dof; }
   };
   const Motions& motions() const { return motions_; }
-  void set_motions(Motions motions) { motions_ = std::move(motions); }
+  /// The solver has to hold a factor of this body's K + s D + s^2 M, for some s.
+  void set_motions(Motions motions) {
+    motions_ = std::move(motions);
+    is_factored_ = true;
+  }
 
-  /// A cheap approximate inverse of K + w D + w^2 M on all free nodes: the kept nodes' and far motions' exact one, and
-  /// each follower's own.
+  /// A cheap approximate inverse of K + w D + w^2 M on all free nodes: the kept nodes' and far motions' exact one, or
+  /// the one at hand where motions were set, and each follower's own.
   class Preconditioner {
    public:
     /// Throws IndefiniteTangent when the matrix is not positive definite on the kept nodes.
@@ -62,19 +68,17 @@ class GradedBody {
   bool is_whole() const { return whole_; }
 
  private:
-  using FarRows = NodeRows<kFar>;
   using FarBlock = Eigen::Matrix<double, kFar, kFar>;
   bool covers(const TangentModel& tangent, const SurfacePatch& patch) const;
   void choose_nodes(const TangentModel& tangent, const SurfacePatch& patch);
   void make_matrix_pattern();
   void factor_preconditioner();
   std::vector<Mat3> follower_inverses(double w) const;
-  FarRows far_loads(const TangentModel& tangent, const SurfacePatch& patch) const;
   FarRows precondition(const FarRows& residual) const;
-  void improve_far_motions(const FarRows& loads, int steps);
+  void improve_far_motions(const TangentModel& tangent, const SurfacePatch& patch, int turns, int steps);
   void set_far_apart();
   void fill_matrices();
-  void fill(SparseMatrix& out, const double* blocks, int size, const FarRows& times_far) const;
+  void fill(SparseMatrix& out, const double* blocks, int size, const NodeRows<kFar>& times_far) const;
   template <int M>
   NodeRows<M> prolong(const NodeRows<M>& kept) const;
   template <int M>
@@ -99,13 +103,15 @@ class GradedBody {
   std::vector<std::array<int, 2>> begins_;  // of each of its blocks and of its transpose: first number in the matrices
   SparseMatrix pattern_;                    // kept nodes, then far motions as if they were nodes, in whole blocks
 
-  FarRows far_;                            // (3 free), improved from refresh to refresh
-  FarRows far_apart_;                      // the same less what the kept nodes do: zero at those
+  FarRows yielding_, vibrations_;          // improved from refresh to refresh
+  int turns_ = 0;                          // of improving them
+  NodeRows<kFar> far_apart_;               // both less what the kept nodes do: zero at those
   FarBlock far_basis_ = FarBlock::Zero();  // of far_apart_, columns orthonormal in the mass; zero columns: dropped
   std::vector<Mat3> node_inverse_;         // of the diagonal blocks of nodes that follow
   std::unique_ptr<SparseSolver> coarse_ = make_sparse_solver(), solver_ = make_sparse_solver();
   bool has_coarse_ = false;
-  double added_mass_ = 0;  // [1/s^2], of a body that is free to move
+  double added_mass_ = 0;     // [1/s^2], of a body that is free to move
+  bool is_factored_ = false;  // solver_, since the last update
   FreeBody body_;
   Motions motions_;
 };

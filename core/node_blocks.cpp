@@ -110,37 +110,45 @@ struct LowerBlocks {
   int nodes;
 };
 
-template <int M>
-inline __attribute__((always_inline)) void multiply(const LowerBlocks& a, const double* u, double* out) {
+/// For `Count` matrices side by side, nine numbers after one another.
+template <int M, int Count>
+inline __attribute__((always_inline)) void multiply(const LowerBlocks& a, const double* u, double* const* out) {
   for (int j = 0; j < a.nodes; ++j) {
     const double* uj = u + static_cast<std::ptrdiff_t>(3 * M) * j;
-    double sum[3 * M] = {};
+    double sum[Count][3 * M] = {};
     for (int k = a.begin[j]; k < a.begin[j + 1]; ++k) {
-      const double* b = a.values + a.size * k;
       const double* ui = u + static_cast<std::ptrdiff_t>(3 * M) * a.rows[k];
-      for (int c = 0; c < 3; ++c)
-        for (int m = 0; m < M; ++m)
-          sum[M * c + m] += b[3 * c] * ui[m] + b[3 * c + 1] * ui[M + m] + b[3 * c + 2] * ui[2 * M + m];
-      if (k == a.begin[j]) continue;
-      double* oi = out + static_cast<std::ptrdiff_t>(3 * M) * a.rows[k];
-      for (int r = 0; r < 3; ++r)
-        for (int m = 0; m < M; ++m) oi[M * r + m] += b[r] * uj[m] + b[3 + r] * uj[M + m] + b[6 + r] * uj[2 * M + m];
+      for (int n = 0; n < Count; ++n) {
+        const double* b = a.values + a.size * k + 9 * n;
+        for (int c = 0; c < 3; ++c)
+          for (int m = 0; m < M; ++m)
+            sum[n][M * c + m] += b[3 * c] * ui[m] + b[3 * c + 1] * ui[M + m] + b[3 * c + 2] * ui[2 * M + m];
+        if (k == a.begin[j]) continue;
+        double* oi = out[n] + static_cast<std::ptrdiff_t>(3 * M) * a.rows[k];
+        for (int r = 0; r < 3; ++r)
+          for (int m = 0; m < M; ++m) oi[M * r + m] += b[r] * uj[m] + b[3 + r] * uj[M + m] + b[6 + r] * uj[2 * M + m];
+      }
     }
-    double* oj = out + static_cast<std::ptrdiff_t>(3 * M) * j;
-    for (int m = 0; m < 3 * M; ++m) oj[m] += sum[m];
+    for (int n = 0; n < Count; ++n) {
+      double* oj = out[n] + static_cast<std::ptrdiff_t>(3 * M) * j;
+      for (int m = 0; m < 3 * M; ++m) oj[m] += sum[n][m];
+    }
   }
 }
 
-KT_WIDE void multiply_1(const LowerBlocks& a, const double* u, double* out) { multiply<1>(a, u, out); }
-KT_WIDE void multiply_6(const LowerBlocks& a, const double* u, double* out) { multiply<6>(a, u, out); }
-KT_WIDE void multiply_18(const LowerBlocks& a, const double* u, double* out) { multiply<18>(a, u, out); }
+KT_WIDE void multiply_6(const LowerBlocks& a, const double* u, double* const* out) { multiply<6, 1>(a, u, out); }
+KT_WIDE void multiply_12(const LowerBlocks& a, const double* u, double* const* out) { multiply<12, 1>(a, u, out); }
+KT_WIDE void multiply_24(const LowerBlocks& a, const double* u, double* const* out) { multiply<24, 1>(a, u, out); }
+KT_WIDE void multiply_both_6(const LowerBlocks& a, const double* u, double* const* out) { multiply<6, 2>(a, u, out); }
+KT_WIDE void multiply_both_24(const LowerBlocks& a, const double* u, double* const* out) { multiply<24, 2>(a, u, out); }
 
 template <int M>
 void multiply_rows(const LowerBlocks& a, const NodeRows<M>& u, NodeRows<M>& out) {
   out.setZero(u.rows(), M);
-  if constexpr (M == 1) multiply_1(a, u.data(), out.data());
-  if constexpr (M == 6) multiply_6(a, u.data(), out.data());
-  if constexpr (M == 18) multiply_18(a, u.data(), out.data());
+  double* const outs[]{out.data()};
+  if constexpr (M == 6) multiply_6(a, u.data(), outs);
+  if constexpr (M == 12) multiply_12(a, u.data(), outs);
+  if constexpr (M == 24) multiply_24(a, u.data(), outs);
 }
 
 }  // namespace
@@ -151,8 +159,12 @@ void NodeBlocks::stiffness(const NodeRows<M>& u, NodeRows<M>& out) const {
 }
 
 template <int M>
-void NodeBlocks::damping(const NodeRows<M>& u, NodeRows<M>& out) const {
-  multiply_rows<M>({values_.data() + 9, kSize, begin_.data(), rows_.data(), num_nodes()}, u, out);
+void NodeBlocks::stiffness_and_damping(const NodeRows<M>& u, NodeRows<M>& forces, NodeRows<M>& damped) const {
+  forces.setZero(u.rows(), M);
+  damped.setZero(u.rows(), M);
+  const LowerBlocks both{values_.data(), kSize, begin_.data(), rows_.data(), num_nodes()};
+  double* const outs[]{forces.data(), damped.data()};
+  M == 6 ? multiply_both_6(both, u.data(), outs) : multiply_both_24(both, u.data(), outs);
 }
 
 template <int M>
@@ -168,13 +180,11 @@ void NodeBlocks::mass(const NodeRows<M>& u, NodeRows<M>& out) const {
           mass_[9 * static_cast<std::size_t>(begin_[j]) + 4 * static_cast<std::size_t>(c)] * u.row(3 * j + c);
 }
 
-#define KT_NODE_BLOCKS(M)                                                         \
-  template void NodeBlocks::stiffness<M>(const NodeRows<M>&, NodeRows<M>&) const; \
-  template void NodeBlocks::damping<M>(const NodeRows<M>&, NodeRows<M>&) const;   \
-  template void NodeBlocks::mass<M>(const NodeRows<M>&, NodeRows<M>&) const;
-KT_NODE_BLOCKS(1)
-KT_NODE_BLOCKS(6)
-KT_NODE_BLOCKS(18)
-#undef KT_NODE_BLOCKS
+template void NodeBlocks::stiffness<12>(const NodeRows<12>&, NodeRows<12>&) const;
+template void NodeBlocks::stiffness_and_damping<6>(const NodeRows<6>&, NodeRows<6>&, NodeRows<6>&) const;
+template void NodeBlocks::stiffness_and_damping<24>(const NodeRows<24>&, NodeRows<24>&, NodeRows<24>&) const;
+template void NodeBlocks::mass<6>(const NodeRows<6>&, NodeRows<6>&) const;
+template void NodeBlocks::mass<12>(const NodeRows<12>&, NodeRows<12>&) const;
+template void NodeBlocks::mass<24>(const NodeRows<24>&, NodeRows<24>&) const;
 
 }  // namespace kt

@@ -29,11 +29,11 @@ class NodeBlocks {
   const std::vector<double>& values() const { return values_; }
   const std::vector<double>& mass_values() const { return mass_; }  ///< nine a block
 
-  /// out = K u, D u, M u for 1, 6 or 18 motions u.
+  /// K u for 12 motions u; K u and D u, going through both once, for 6 or 24; M u for any of these.
   template <int M>
   void stiffness(const NodeRows<M>& u, NodeRows<M>& out) const;
   template <int M>
-  void damping(const NodeRows<M>& u, NodeRows<M>& out) const;
+  void stiffness_and_damping(const NodeRows<M>& u, NodeRows<M>& forces, NodeRows<M>& damped) const;
   template <int M>
   void mass(const NodeRows<M>& u, NodeRows<M>& out) const;
 

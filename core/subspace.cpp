@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/far_motions.hpp"
 #include "core/sparse_product.hpp"
 
 namespace kt {
@@ -12,6 +13,8 @@ namespace {
 
 constexpr double kRoundoff = 1e-10;     // of the largest spring: less is no instability
 constexpr double kProportional = 1e-9;  // off the diagonal, of the damping between two vibrations
+constexpr double kOnePass = 1e-4;       // [-] rank tolerance that one orthonormalization is good for
+constexpr double kFirmness = 100;       // how much longer than the others firm motions count
 
 SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
 
@@ -51,7 +54,8 @@ FreeBody::FreeBody(const TangentModel& tangent)
       damping(-symmetric_part(gather(dofs, tangent.dfdv))),
       stiffness(-symmetric_part(gather(dofs, tangent.dfdx))),
       force(gather(dofs, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v))),
-      velocity(gather(dofs, tangent.state.v)) {}
+      velocity(gather(dofs, tangent.state.v)),
+      x(tangent.state.x) {}
 
 MatrixX FreeBody::inputs(const SurfacePatch& patch, bool with_rim) const {
   std::vector<int> entries;
@@ -77,39 +81,58 @@ SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
   return out;
 }
 
+namespace {
+
+/// What the body answers at the i-th of so many shifts, and the force at rest.
+MatrixX loads_at(const FreeBody& body, const SurfacePatch& patch, std::size_t i, std::size_t shifts) {
+  MatrixX out;
+  if (i > 0 && i + 1 < shifts) {
+    out = MatrixX::Zero(body.force.size(), kFarEach);
+    out.topRows(body.dofs.size()) = smooth_loads(body.dofs, body.x, patch);
+  } else {
+    // The rim at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
+    out = body.inputs(patch, i == 0);
+  }
+  out.conservativeResize(Eigen::NoChange, out.cols() + 1);
+  out.rightCols(1) = body.force;
+  return out;
+}
+
+void factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
+  const double s = 2 * std::numbers::pi * hz, s_free = 2 * std::numbers::pi;
+  bool good = solver.factor(dynamic_stiffness(body, s));
+  if (!good && s == 0) good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
+  // A body that gives way to some motion does not at a higher rate; the basis need not be exact at this one.
+  for (double higher : {5.0, 15.0, 45.0})
+    if (!good && higher > hz) good = solver.factor(dynamic_stiffness(body, 2 * std::numbers::pi * higher));
+  if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
+}
+
+}  // namespace
+
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
                   SparseSolver& solver, int echoes) {
-  // The rim answers at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
-  const auto with_force = [&](MatrixX loads) {
-    loads.conservativeResize(Eigen::NoChange, loads.cols() + 1);
-    loads.rightCols(1) = body.force;
-    return loads;
-  };
-  MatrixX loads = with_force(body.inputs(patch, true));
-  const MatrixX later_loads = with_force(body.inputs(patch));
-  const Eigen::Index first = loads.cols(), later = later_loads.cols();
-  const Eigen::Index answered = first + later * (static_cast<Eigen::Index>(shifts.size()) - 1);
-  MatrixX out(loads.rows(), answered + 3 * echoes + 1);
-  out.rightCols(1) = body.velocity;
-  for (std::size_t i = 0; i < shifts.size(); ++i) {
-    const double s = 2 * std::numbers::pi * shifts[i], s_free = 2 * std::numbers::pi;
-    bool good = solver.factor(dynamic_stiffness(body, s));
-    if (!good && s == 0) good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
-    // A body that gives way to some motion does not at a higher rate; the basis need not be exact at this one.
-    for (double hz : {5.0, 15.0, 45.0})
-      if (!good && hz > shifts[i]) good = solver.factor(dynamic_stiffness(body, 2 * std::numbers::pi * hz));
-    if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
-    if (i > 0) {
-      out.middleCols(first + (static_cast<Eigen::Index>(i) - 1) * later, later) = solver.solve(later_loads);
-      continue;
-    }
-    out.leftCols(first) = solver.solve(loads);
-    MatrixX echo = MatrixX::Zero(loads.rows(), 3);
-    for (Eigen::Index c = 0; c + 1 < first; ++c) echo.col(c % 3) += out.col(c);
-    for (int k = 0; k < echoes; ++k) {
-      echo = solver.solve(body.mass * echo);
-      out.middleCols(answered + 3 * k, 3) = echo;
-    }
+  std::vector<MatrixX> parts(shifts.size());
+  MatrixX echo = MatrixX::Zero(body.force.size(), 3);
+  std::vector<MatrixX> all_echoes;
+  // After the first the highest: the factor that is left behind serves for the certificate, best at the second.
+  for (std::size_t k = 0; k < shifts.size(); ++k) {
+    const std::size_t i = k == 0 ? 0 : shifts.size() - k;
+    factor_at(body, shifts[i], solver);
+    parts[i] = solver.solve(loads_at(body, patch, i, shifts.size()));
+    if (i > 0) continue;
+    for (Eigen::Index c = 0; c + 1 < parts[0].cols(); ++c) echo.col(c % 3) += parts[0].col(c);
+    for (int e = 0; e < echoes; ++e) all_echoes.push_back(echo = solver.solve(body.mass * echo));
+  }
+  parts.push_back(body.velocity);
+  parts.insert(parts.end(), all_echoes.begin(), all_echoes.end());
+  Eigen::Index columns = 0;
+  for (const MatrixX& part : parts) columns += part.cols();
+  MatrixX out(body.force.size(), columns);
+  columns = 0;
+  for (const MatrixX& part : parts) {
+    out.middleCols(columns, part.cols()) = part;
+    columns += part.cols();
   }
   return out;
 }
@@ -149,14 +172,16 @@ PivotedCholesky pivoted_cholesky(const MatrixX& gram, double least) {
 
 }  // namespace
 
-MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double tolerance) {
-  // Twice: the first pass loses half of the digits of directions that nearly coincide (Cholesky QR 2, Yamamoto et al.
-  // 2015, with pivots, which reveal the rank).
+RowMatrix orthonormal_motions(const SparseMatrix& mass, const MatrixX& motions, double tolerance, int firm) {
+  // A pass loses as many digits as directions that nearly coincide are kept apart by, twice over; a second one mends it
+  // (Cholesky QR 2, Yamamoto et al. 2015, with pivots, which reveal the rank).
   RowMatrix V = motions;
-  for (int pass = 0; pass < 2; ++pass) {
+  const int passes = tolerance < kOnePass ? 2 : 1;
+  for (int pass = 0; pass < passes; ++pass) {
     RowMatrix inertia = symmetric_times(mass, V);
     const VectorX length = V.cwiseProduct(inertia).colwise().sum().cwiseSqrt();
-    const VectorX scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+    VectorX scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+    if (pass == 0) scale.tail(firm) *= kFirmness;
     const MatrixX gram = scale.asDiagonal() * symmetric_product(V, inertia) * scale.asDiagonal();
     const PivotedCholesky factor = pivoted_cholesky(gram, std::max(1e-14, tolerance * tolerance));
     const auto rank = static_cast<Eigen::Index>(factor.taken.size());
@@ -176,11 +201,10 @@ MatrixX confined(const SparseMatrix& matrix, const RowMatrix& V) {
 
 }  // namespace
 
-LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& motions,
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const RowMatrix& V,
                    MatrixX* combination) {
-  const RowMatrix V = motions;
   const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(confined(body.stiffness, V));
-  const MatrixX& Q = eigen.eigenvectors();  // vibrations, in the coordinates of V
+  const RowMatrix Q = eigen.eigenvectors();  // vibrations, in the coordinates of V
   const int r = static_cast<int>(V.cols()), p = patch.num_vertices();
   if (combination) *combination = Q;
   LocalModel out;
@@ -189,10 +213,10 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   out.mass = SparseMatrix(VectorX::Ones(r).asDiagonal());
   // Motions that the body gives way to, a few of a compressed one, are left without a spring: that much stays passive.
   out.stiffness = SparseMatrix(VectorX(eigen.eigenvalues().cwiseMax(0)).asDiagonal());
-  out.damping = sparse_of(Q.transpose() * (confined(body.damping, V) * Q));
+  out.damping = sparse_of(symmetric_product(Q, tall_product(confined(body.damping, V), Q)));
   out.f0 = Q.transpose() * (V.transpose() * body.force);
 
-  MatrixX basis = MatrixX::Zero(3 * p, r);
+  RowMatrix rows = RowMatrix::Zero(3 * p, r);
   out.x0.resize(3 * p);
   out.v0.resize(3 * p);
   for (int i = 0; i < p; ++i) {
@@ -201,10 +225,10 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
     for (int c = 0; c < 3; ++c) {
       const int k = body.dofs.to_free[3 * g + c];
       out.v0[3 * i + c] = k < 0 ? 0 : tangent.state.v[3 * g + c];
-      if (k >= 0) basis.row(3 * i + c) = V.row(k);
+      if (k >= 0) rows.row(3 * i + c) = V.row(k);
     }
   }
-  basis = (basis * Q).eval();
+  const MatrixX basis = tall_product(rows, Q);
   out.basis = basis.sparseView(1, 0);
   // A millionth of the stiffest: a body that is free to move follows too.
   const VectorX springs = eigen.eigenvalues().cwiseMax(1e-12 * eigen.eigenvalues().maxCoeff());

@@ -14,28 +14,30 @@ struct FreeBody {
   FreeDofs dofs;
   SparseMatrix mass, damping, stiffness;
   VectorX force, velocity;  ///< f0 without the damping of v0 [N]; v0 [m/s]
+  VectorX x;                ///< of all nodes [m]
   /// Unit forces on the patch's free nodes that are in reach, then on those of its rim if asked for, (free x inputs).
   MatrixX inputs(const SurfacePatch& patch, bool with_rim = false) const;
 };
 
-/// (s^2 M + s D + K)^-1 [patch inputs, force at rest] for s = 2 pi f of each `shift` f [Hz], >= 0: how the body moves
-/// under forces that grow as e^(s t); last, how it moves now. A body that is free to move has no response at 0: there
-/// the mass at 1 Hz is added. `echoes`: how often the response to the patch's resultant force is answered again, (A^-1
-/// M)^k A^-1 f at the first shift, which brings in the slowest vibrations that the patch can excite: three columns
-/// each. Throws IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its symbolic analysis for the
-/// next body.
+/// (s^2 M + s D + K)^-1 [loads, force at rest] for s = 2 pi f of each `shift` f [Hz], ascending, >= 0: how the body
+/// moves under forces that grow as e^(s t); then, how it moves now. The loads are unit forces on every patch node at
+/// the first and the last shift, where what is felt is near the tool, and smooth_loads between, where the whole body
+/// resounds. A body that is free to move has no response at 0: there the mass at 1 Hz is added. `echoes`: how often the
+/// response to the patch's resultant force is answered again, (A^-1 M)^k A^-1 f at the first shift, which brings in the
+/// slowest vibrations that the patch can excite: three columns each, the last. Throws IndefiniteTangent when a matrix
+/// is not positive definite. `solver`: keeps its symbolic analysis for the next body.
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
                   SparseSolver& solver, int echoes = 0);
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);
 
 /// Columns spanning what `motions` span, orthonormal in the mass, (free x r): directions that are the others' to within
-/// `tolerance` of their length (in the mass) are dropped.
-MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double tolerance);
+/// `tolerance` of their length (in the mass) are dropped; the last `firm` ones only within a hundredth of it.
+RowMatrix orthonormal_motions(const SparseMatrix& mass, const MatrixX& motions, double tolerance, int firm = 0);
 
 /// The body confined to the motions V, orthonormal in the mass: in the coordinates of its own vibrations, so that mass
 /// is the identity, stiffness diagonal, and damping too where it is proportional to within `kProportional`. Motions
 /// that the body gives way to lose their spring (`definite_tangent`). `combination`: the vibrations in terms of V.
-LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& V,
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const RowMatrix& V,
                    MatrixX* combination = nullptr);
 
 /// s^2 M + s D + K. Bodies that keep all three in one pattern are summed number by number.

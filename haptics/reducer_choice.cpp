@@ -20,7 +20,7 @@ std::string krylov_name(const std::vector<double>& shifts_hz) {
 }
 
 ReducerCandidate make_candidate(const std::string& reducer, int rings, const std::vector<double>& shifts_hz = {},
-                                double rank_tolerance = 1e-6) {
+                                double rank_tolerance = ReduceOptions().rank_tolerance) {
   ReducerCandidate out;
   out.reducer = reducer;
   out.options.rings = rings;
@@ -38,12 +38,10 @@ ReducerCandidate make_candidate(const std::string& reducer, int rings, const std
 std::vector<ReducerCandidate> auto_candidates(int num_nodes) {
   std::vector<ReducerCandidate> out{make_candidate("condensed", 1)};
   for (int rings : {1, 2, 3}) out.push_back(make_candidate("wall", rings));
-  for (const std::vector<double>& shifts :
-       {std::vector<double>{0, 200}, {0, 60, 200}, {0, 30, 100, 300}, {0, 20, 60, 150, 400}})
+  for (const std::vector<double>& shifts : {std::vector<double>{0, 200}, {0, 30, 80, 250}, {0, 20, 40, 80, 160, 400}})
     out.push_back(make_candidate("krylov", 1, shifts));
   // Fine meshes: many vertices in reach move nearly alike.
-  for (const std::vector<double>& shifts : {std::vector<double>{0, 60, 200}, {0, 30, 100, 300}})
-    out.push_back(make_candidate("krylov", 1, shifts, kCoarseRank));
+  out.push_back(make_candidate("krylov", 1, ReduceOptions().shifts_hz, kCoarseRank));
   if (num_nodes <= kFewNodes) out.push_back(make_candidate("full", 1));
   return out;
 }
@@ -98,7 +96,7 @@ double predict_refresh_us(const LocalModel& model, const ReduceOptions& options)
   const bool at_rest = model.reducer == "condensed";
   const auto reach = static_cast<double>(std::ranges::count(patch.in_reach, 1));
   const double later = at_rest ? 0 : static_cast<double>(options.shifts_hz.size()) - 1;
-  const double columns = 3 * patch.num_vertices() + later * 3 * reach + (at_rest ? 0 : 3 * options.echoes);
+  const double columns = 3 * patch.num_vertices() + (at_rest ? 0 : 3 * reach + 12 * (later - 1) + 3 * options.echoes);
   return kRest + kPerColumnSq * columns * columns;
 }
 

@@ -146,7 +146,7 @@ TEST_P(EveryReducer, IsStiffWhereEveryPatchNodeIsFixed) {
       b.site = {node(b.mesh.x, g[0]), t, 0};
   }
   for (int rings : {0, 1}) {
-    const LocalModel m = b.reduce(GetParam(), rings);
+    const LocalModel m = b.reduce(GetParam(), {.rings = rings});
     const LocalDynamics dynamics(m, LocalScheme::implicit_euler, Metric::implicit, 1e-3);
     for (int i = 0; i < m.patch.num_vertices(); ++i) {
       const bool fixed = node(b.mesh.x, m.patch.global_node[i]).z() == 0;

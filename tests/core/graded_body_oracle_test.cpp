@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "core/error.hpp"
 #include "core/graded_body.hpp"
@@ -59,6 +60,22 @@ TEST(GradedBody, FollowsAffineMotionsAboutTheFixedBase) {
     expected[k] = b.mesh.x[all / 3 * 3 + 2] * direction[all % 3];
   }
   EXPECT_LE(relative_error(graded.expand<1>(coordinates), expected), kRoundoff);
+}
+
+TEST(GradedBody, VibratesAsSlowlyAsTheWholeOne) {
+  const LinearizedBlock b(6, "fem");
+  GradedBody graded;
+  const FreeBody& body = graded.update(b.tangent, b.patch());
+  ASSERT_FALSE(graded.is_whole());
+  const FreeBody whole(b.tangent);
+  const auto squared_rates = [](const FreeBody& f) {
+    return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(MatrixX(f.stiffness), MatrixX(f.mass)).eigenvalues().eval();
+  };
+  const VectorX found = squared_rates(body), exact = squared_rates(whole);
+  for (int k = 0; k < 8; ++k) {
+    EXPECT_GE(found[k], exact[k] * (1 - 1e-9)) << "a confined body is stiffer, " << k;
+    EXPECT_LE(found[k], exact[k] * 1.002) << k;
+  }
 }
 
 /// Static response of the patch, of the body against the whole one.
@@ -168,13 +185,16 @@ TEST(NodeBlocks, MultiplyAsTheSymmetricPartsOfTheMatricesDo) {
   NodeBlocks blocks;
   blocks.update(tangent, whole.dofs);
   const NodeRows<6> u = random_vector(6 * whole.dofs.size(), 3).reshaped(whole.dofs.size(), 6);
-  NodeRows<6> out;
-  blocks.stiffness<6>(u, out);
+  NodeRows<6> out, damped;
+  blocks.stiffness_and_damping<6>(u, out, damped);
   EXPECT_LE(relative_error(out, whole.stiffness * MatrixX(u)), kRoundoff);
-  blocks.damping<6>(u, out);
-  EXPECT_LE(relative_error(out, whole.damping * MatrixX(u)), kRoundoff);
+  EXPECT_LE(relative_error(damped, whole.damping * MatrixX(u)), kRoundoff);
   blocks.mass<6>(u, out);
   EXPECT_LE(relative_error(out, whole.mass * MatrixX(u)), kRoundoff);
+  NodeRows<12> twice(u.rows(), 12), forces;
+  twice << u, 2 * u;
+  blocks.stiffness<12>(twice, forces);
+  EXPECT_LE(relative_error(forces, whole.stiffness * MatrixX(twice)), kRoundoff);
 }
 
 TEST(TallProducts, AgreeWithEigensForEverySize) {

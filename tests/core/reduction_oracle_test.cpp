@@ -116,7 +116,7 @@ TEST(Wall, IsTheRestrictionOfTheFullMatricesToPatchAndRings) {
     std::set<int> expected = reached;
     expected.insert(patch_nodes.begin(), patch_nodes.end());
     for (int i : fixed) expected.erase(i);
-    const LocalModel m = b.reduce("wall", rings);
+    const LocalModel m = b.reduce("wall", {.rings = rings});
     std::set<int> found;
     for (int d : kept_dofs(m)) found.insert(d / 3);
     EXPECT_EQ(found, expected) << rings;

@@ -38,8 +38,8 @@ struct LinearizedBlock {
     }
   }
   SurfacePatch patch() const { return make_patch(surface, tangent.state.x, site); }
-  LocalModel reduce(const std::string& name, int rings = 1) const {
-    return find_reducer(name)(tangent, make_patch(surface, tangent.state.x, site), site, {.rings = rings});
+  LocalModel reduce(const std::string& name, const ReduceOptions& options = {}) const {
+    return find_reducer(name)(tangent, make_patch(surface, tangent.state.x, site), site, options);
   }
   Mesh mesh;
   std::unique_ptr<DeformableModel> model;
