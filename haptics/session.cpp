@@ -148,7 +148,16 @@ std::vector<BackendInfo> link_backends() {
 
 Session::Session(const Scene& scene) : scene_(scene), tool_(scene_tool(scene.tool)) {
   check_methods(scene);
-  Mesh mesh = load_scene_mesh(scene, warnings_);
+  build(load_scene_mesh(scene, warnings_));
+}
+
+Session::Session(const Scene& scene, Mesh body) : scene_(scene), tool_(scene_tool(scene.tool)) {
+  check_methods(scene);
+  build(std::move(body));
+}
+
+void Session::build(Mesh mesh) {
+  const Scene& scene = scene_;
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
   model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));
