@@ -42,13 +42,13 @@ Choice choose(std::span<const Candidate> candidates, double tolerance);
 
 /// A model on a mesh.
 struct AdviceBody {
-  std::string model;                 ///< msd, tet4, tet10
-  std::optional<double> max_volume;  ///< [m^3]; absent: the scene's own mesh
+  std::string model;                      ///< msd, tet4, tet10
+  std::optional<double> max_volume = {};  ///< [m^3]; absent: the scene's own mesh
   int nodes = 0, tetrahedra = 0;
   double force = kUnknown;      ///< of the pressed tool [N]
   double error = kUnknown;      ///< of that force
   double global_ms = kUnknown;  ///< a step of the body on one core
-  std::string note;             ///< why it was not measured, what went wrong
+  std::string note = {};        ///< why it was not measured, what went wrong
   bool measured = false;
 };
 
@@ -63,7 +63,7 @@ struct AdviceRow {
   double refreshes_per_second = 0;  ///< that there were: early ones come on top of the rate
   double core_share = kUnknown;     ///< CPU of both sides together, of one core
   int dof = 0;
-  std::string note;
+  std::string note = {};
   bool measured = false;
 };
 

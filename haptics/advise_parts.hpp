@@ -34,10 +34,10 @@ struct PressSite {
 /// The scene with its tool path written out, so that it is the same for every mesh and method.
 struct AdviceScene {
   Scene scene;
-  Mesh mesh;  ///< its own, in metres
-  PressSite site;
-  bool has_ladder = false;  ///< other meshes can be made of its surface
-  std::string only_own;     ///< why other models and meshes cannot be judged; empty: they can
+  Mesh mesh = {};  ///< its own, in metres
+  PressSite site = {};
+  bool has_ladder = false;    ///< other meshes can be made of its surface
+  std::string only_own = {};  ///< why other models and meshes cannot be judged; empty: they can
 };
 
 /// The scene with another model: msd, tet4, tet10.

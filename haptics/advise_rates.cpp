@@ -120,7 +120,10 @@ void measure_rates(const AdviceScene& scene, const Mesh& mesh, const AdviceClock
     const Session session(row_scene(scene.scene, 30, "condensed"), mesh);
     std::vector<Vec3> path{session.path().front().x};
     const auto ticks = std::llround(scene.scene.duration * scene.scene.local.rate_hz);
-    const auto device = make_device("scripted", {.h = 1 / scene.scene.local.rate_hz, .path = session.path()});
+    DeviceOptions scripted;
+    scripted.h = 1 / scene.scene.local.rate_hz;
+    scripted.path = session.path();
+    const auto device = make_device("scripted", scripted);
     path[0] = device->position(0);
     for (int i = 1; i <= ticks; ++i) path.push_back(device->position(i / scene.scene.local.rate_hz));
     reference = find_reference(session, path, clock, out.reference);
