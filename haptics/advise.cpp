@@ -208,9 +208,9 @@ Advice advise(const Scene& scene, const AdviseOptions& options) {
   out.truth = bodies.truth;
   out.bodies = bodies.bodies;
   out.body = choose_of(out.bodies, options.tolerance, [](const AdviceBody& b) { return candidate_of(b); });
-  if (!judged.only_own.empty()) out.body = {0, Limit::none, 0};
+  if (!bodies.unjudged.empty()) out.body = {0, Limit::none, 0};
   if (out.body.index >= 0) {
-    if (judged.only_own.empty()) judged.scene = with_model(judged.scene, out.bodies[out.body.index].model);
+    if (bodies.unjudged.empty()) judged.scene = with_model(judged.scene, out.bodies[out.body.index].model);
     measure_rates(judged, bodies.meshes[out.body.index], clock, out);
   }
   const double local_rate = scene.local.rate_hz;

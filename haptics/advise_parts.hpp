@@ -48,9 +48,10 @@ std::string model_name(const SceneModel& model);
 double measure_global_step(const Session& session, const State& state);
 
 struct AdviceBodies {
-  AdviceTruth truth;
-  std::vector<AdviceBody> bodies;
-  std::vector<Mesh> meshes;  ///< of each body; empty where it was not measured
+  AdviceTruth truth = {};
+  std::string unjudged = {};  ///< why only the scene's own is there; empty: all were judged
+  std::vector<AdviceBody> bodies = {};
+  std::vector<Mesh> meshes = {};  ///< of each body; empty where it was not measured
 };
 /// @param share  of the budget at which it ends
 AdviceBodies measure_bodies(const AdviceScene& scene, const AdviceClock& clock, double share,

@@ -1,6 +1,7 @@
 #include "haptics/press.hpp"
 
 #include "collision/closest_point.hpp"
+#include "core/error.hpp"
 #include "core/integrator.hpp"
 
 namespace kt {
@@ -9,8 +10,8 @@ namespace {
 /// The model with a sphere in its way.
 class PressedModel final : public DeformableModel {
  public:
-  PressedModel(const DeformableModel& model, double radius, double stiffness)
-      : model_(model), radius_(radius), stiffness_(stiffness) {}
+  PressedModel(const DeformableModel& model, double radius, const PressOptions& options)
+      : model_(model), radius_(radius), stiffness_(options.stiffness), options_(options) {}
   const Mesh& mesh() const override { return model_.mesh(); }
   const SparseMatrix& mass() const override { return model_.mass(); }
   const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
@@ -24,6 +25,7 @@ class PressedModel final : public DeformableModel {
   }
 
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
+    if (options_.stop && options_.stop()) throw RunError("the press was ended before it found its equilibrium");
     model_.update_tangent(state, kind, out);
     // The normal's turning is left out: it is small while the overlap is, and would make the matrix indefinite.
     visit(state.x, [&](const Triangle& t, const ClosestPoint& at, const Vec3& normal, double) {
@@ -66,19 +68,20 @@ class PressedModel final : public DeformableModel {
 
   const DeformableModel& model_;
   double radius_, stiffness_;
+  const PressOptions& options_;
 };
 
 }  // namespace
 
 PressResult press(const DeformableModel& model, const State& start, double radius, const Vec3& from, const Vec3& to,
                   const PressOptions& options) {
-  constexpr double kConvergence = 1e-6;  // of the body's size: a ten-thousandth of a depth worth pressing
-  PressedModel pressed(model, radius, options.stiffness);
+  constexpr double kConvergence = 1e-5;  // of the body's size: a thousandth of a depth worth pressing, by a method that
+                                         // gains two digits a step
+  PressedModel pressed(model, radius, options);
   const auto equilibrium = make_integrator("quasistatic", {.solver = options.solver, .convergence = kConvergence});
   PressResult out{.state = start};
   const VectorX none = VectorX::Zero(start.x.size());
   for (int i = 1; i <= options.steps; ++i) {
-    if (options.stop && options.stop->load()) return out;
     pressed.centre = from + i / static_cast<double>(options.steps) * (to - from);
     equilibrium->step(pressed, none, 0, out.state);
   }
