@@ -178,7 +178,7 @@ class BodyBench {
       const Session session(with_model(scene_.scene, "tet10"), mesh);
       PressResult pressed;
       try {
-        pressed = press_scene(scene_, session, clock_, first ? 0.4 : share_);
+        pressed = press_scene(scene_, session, clock_, first ? 0.35 : share_);
       } catch (const RunError&) {
         if (first) throw;
         notes_.push_back("the truth's own error was not measured: beyond the time budget");

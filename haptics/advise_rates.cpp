@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRates[] = {30, 10, 60};  // [Hz]; the most telling first
 const char* const kReducers[] = {"auto", "krylov", "condensed", "wall"};
-constexpr double kReferenceShare = 0.75;  // of the budget at which the reference ends
+constexpr double kReferenceShare = 0.85;  // of the budget at which the reference ends
 
 double process_seconds() {
   timespec now{};
@@ -27,7 +27,7 @@ bool knows_reducer(const std::string& name) {
 }
 
 /// By size and not by the clock, so that equal scenes get equal references: what ten seconds or so of drag take.
-int steps_per_tick(int nodes) { return nodes <= 1500 ? 10 : nodes <= 4000 ? 4 : 2; }
+int steps_per_tick(int nodes) { return nodes <= 1000 ? 10 : nodes <= 2500 ? 4 : 2; }
 
 Scene row_scene(const Scene& scene, double rate_hz, const std::string& reducer) {
   Scene out = scene;

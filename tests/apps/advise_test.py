@@ -8,15 +8,38 @@ import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
-# An octahedron of 6 cm: the tetrahedralizer has little to fill.
-BODY = "OFF\n6 8 0\n3 0 0\n-3 0 0\n0 3 0\n0 -3 0\n0 0 3\n0 0 -3\n" + "".join(
-    f"3 {a} {b} {c}\n" for a, b, c in [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
+
+
+def box(nx, ny, nz):
+    """OFF of the surface of a box of unit cubes."""
+    nodes, faces = {}, []
+
+    def quad(a, b, c, d):
+        i = [nodes.setdefault(p, len(nodes)) for p in (a, b, c, d)]
+        faces.extend([(i[0], i[1], i[2]), (i[0], i[2], i[3])])
+
+    for x in range(nx):
+        for y in range(ny):
+            quad((x, y, nz), (x + 1, y, nz), (x + 1, y + 1, nz), (x, y + 1, nz))
+            quad((x, y, 0), (x, y + 1, 0), (x + 1, y + 1, 0), (x + 1, y, 0))
+    for z in range(nz):
+        for x in range(nx):
+            quad((x, 0, z), (x + 1, 0, z), (x + 1, 0, z + 1), (x, 0, z + 1))
+            quad((x, ny, z), (x, ny, z + 1), (x + 1, ny, z + 1), (x + 1, ny, z))
+        for y in range(ny):
+            quad((0, y, z), (0, y, z + 1), (0, y + 1, z + 1), (0, y + 1, z))
+            quad((nx, y, z), (nx, y + 1, z), (nx, y + 1, z + 1), (nx, y, z + 1))
+    lines = [f"OFF\n{len(nodes)} {len(faces)} 0"]
+    return "\n".join(lines + [f"{x} {y} {z}" for x, y, z in nodes] + [f"3 {a} {b} {c}" for a, b, c in faces]) + "\n"
+
+
+BODY = box(5, 5, 2)
 SCENE = {
-    "object": {"mesh": "body.off", "scale": 0.01, "fixed": {"below": {"axis": "z", "fraction": 0.3}},
-               "tetrahedralize": {"max_volume": 4e-7}, "model": {"type": "fem", "young": 1e4}},
+    "object": {"mesh": "body.off", "scale": 0.01, "fixed": {"below": {"axis": "z", "fraction": 0.05}},
+               "model": {"type": "fem", "young": 1e4}},
     "duration": 0.25,
     "tool": {"shape": "sphere", "radius": 0.008,
-             "path": {"press_drag": {"at": [0.004, 0.004], "depth": 0.002, "press_time": 0.1, "speed": 0.02}}},
+             "path": {"press_drag": {"at": [0.022, 0.026], "depth": 0.002, "press_time": 0.1, "speed": 0.02}}},
 }
 
 
