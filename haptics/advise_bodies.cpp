@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMostNodes = 40000;                  // of a body that is pressed for an advice
 constexpr double kRungs[] = {1, 8, 0.25, 0.0625};  // of the scene's own largest tetrahedron; the most telling first
-constexpr double kStiffness = 1000;  // of the press's contact, over young * radius: some hundred times the body's
+constexpr double kStiffness = 100;  // of the press's contact, over young * radius: some hundred times the body's
 
 double process_ms() {
   timespec now{};
@@ -157,7 +157,7 @@ class BodyBench {
     const double contact = std::sqrt(scene_.scene.tool.radius * scene_.site.depth);  // Hertz
     const Vec3 centre = scene_.site.to;
     PressResult finer;
-    for (const double parts : scene_.has_ladder ? std::vector<double>{2, 3} : std::vector<double>{1}) {
+    for (const double parts : scene_.has_ladder ? std::vector<double>{2} : std::vector<double>{1}) {
       const double started = clock_.seconds();
       Mesh mesh = scene_.mesh;
       if (scene_.has_ladder) {
