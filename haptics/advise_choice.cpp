@@ -1,4 +1,5 @@
 // The choosing alone: numbers in, one answer out.
+#include <algorithm>
 #include <cmath>
 
 #include "haptics/advise.hpp"
@@ -35,7 +36,9 @@ Candidate candidate_of(const AdviceBody& body) {
 }
 
 Candidate candidate_of(const AdviceRow& row, double local_rate_hz) {
-  return {row.error, row.core_share, 1e-3 * (row.global_ms + row.refresh_ms) * row.rate_hz,
+  // Early refreshes come on top of the rate: the slow side must have time for them too.
+  const double refreshes = std::max(row.rate_hz, row.refreshes_per_second);
+  return {row.error, row.core_share, 1e-3 * (row.global_ms + row.refresh_ms) * refreshes,
           1e-6 * row.step_us_p99 * local_rate_hz, row.measured};
 }
 

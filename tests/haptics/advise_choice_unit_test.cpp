@@ -63,16 +63,26 @@ TEST(AdviseChoice, WhatWasNotMeasuredIsNotChosen) {
 }
 
 TEST(AdviseChoice, ATenthOfASecondIsTheLongestThatABodyMayTake) {
-  AdviceBody body{.error = 0.01, .global_ms = 150, .measured = true};
+  AdviceBody body;
+  body.error = 0.01;
+  body.global_ms = 150;
+  body.measured = true;
   const Choice c = choose(std::vector{candidate_of(body)}, kTolerance);
   EXPECT_EQ(c.missed, Limit::slow_load);
   EXPECT_DOUBLE_EQ(c.by, 1.5);
 }
 
 TEST(AdviseChoice, BothPartsOfARefreshMustFitIntoItsInterval) {
-  const AdviceRow slow{
-      .rate_hz = 30, .error = 0.01, .global_ms = 20, .refresh_ms = 20, .core_share = 1, .measured = true};
+  AdviceRow slow;
+  slow.rate_hz = 30;
+  slow.error = 0.01;
+  slow.global_ms = slow.refresh_ms = 20;
+  slow.core_share = 1;
+  slow.measured = true;
   EXPECT_NEAR(candidate_of(slow, 1000).slow_load, 1.2, 1e-12);
+  AdviceRow early = slow;
+  early.refreshes_per_second = 50;
+  EXPECT_NEAR(candidate_of(early, 1000).slow_load, 2, 1e-12);
   AdviceRow tick = slow;
   tick.step_us_p99 = 500;
   EXPECT_NEAR(candidate_of(tick, 4000).tick_load, 2, 1e-12);
