@@ -6,10 +6,10 @@
 #include "apps/commands.hpp"
 #include "collision/triangle_index.hpp"
 #include "core/integrator.hpp"
-#include "core/reducer.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/haptic_method.hpp"
 #include "haptics/links.hpp"
+#include "haptics/reducer_choice.hpp"
 #include "io/output_file.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"
@@ -28,7 +28,7 @@ std::vector<Family> all_families() {
           {"materials", "object.model.material", material_backends()},
           {"tetrahedralizers", "object.tetrahedralize.backend", tetrahedralizers()},
           {"global integrators", "global.integrator", integrator_backends()},
-          {"reducers", "local.reducer", reducer_backends()},
+          {"reducers", "local.reducer", reducer_names()},
           {"collision", "collision.backend", triangle_index_backends()},
           {"methods", "local.method", haptic_method_backends()},
           {"contact laws", "contact.law", contact_laws()},

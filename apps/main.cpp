@@ -1,4 +1,6 @@
 // kilotouch: the command. One file a subcommand; see commands.hpp.
+#include <malloc.h>
+
 #include <algorithm>
 #include <csignal>
 #include <iostream>
@@ -55,6 +57,10 @@ std::string explain(const CLI::App& root, const CLI::ParseError& error, const st
 const std::atomic<bool>& kt::stop_requested() { return stop; }
 
 int main(int argc, char** argv) {
+  // Freed memory is used again: else every refresh fetches its matrices from the system page by page, and gives them
+  // back, which takes as long as the reduction itself.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
   CLI::App app{"kilotouch: haptic-rate contact with deformable objects", "kilotouch"};

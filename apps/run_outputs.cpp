@@ -1,6 +1,7 @@
 #include "apps/run_outputs.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 
@@ -62,7 +63,8 @@ void add_flag_warnings(const SessionResult& result, Json& warnings) {
              steps.not_converged, " of ", result.global_ms.size(), " steps did not converge"));
   if (result.definite_tangents > 0)
     warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
-                            result.refreshes.size(), " refreshes; the clamped one was used there"));
+                            result.refreshes.size(),
+                            " refreshes; clamped there, the local model is stiffer than the body"));
   if (result.stopped) warnings.push_back(text("stopped early, after ", result.frames.size(), " ticks"));
 }
 
@@ -178,13 +180,24 @@ Json make_summary(const Session& session, const SessionResult& result) {
                    {"projected", result.global_steps.projected},
                    {"not_converged", result.global_steps.not_converged},
                    {"linearization_error", percentiles(result.linearization_error, false)}};
-  out["local"] = {{"method", haptic_method_name(scene.local.method, scene.contact.law)},
-                  {"reducer", scene.local.reducer},
-                  {"rings", scene.local.rings},
-                  {"dof", result.last_dof},
-                  {"patch_vertices", result.last_patch_vertices},
-                  {"certified_error", nullptr},
-                  {"reason", "chosen by the scene"}};
+  out["local"] = {
+      {"method", haptic_method_name(scene.local.method, scene.contact.law)},
+      {"reducer", result.reducer},
+      {"name", result.reducer_name},
+      {"rings", scene.local.rings},
+      {"dof", result.last_dof},
+      {"patch_vertices", result.last_patch_vertices},
+      {"certified_error", std::isnan(result.certified_error) ? Json(nullptr) : Json(result.certified_error)},
+      {"reason", result.reducer_reason},
+      {"revisions", result.reducer_revisions},
+      {"damping_coupling", std::isfinite(result.damping_coupling) ? Json(result.damping_coupling) : Json(nullptr)},
+      {"exact_steps", text(result.exact_steps, " of ", result.refreshes.size(), " local models")}};
+  for (const ReducerCandidate& c : result.reducer_candidates)
+    out["local"]["candidates"].push_back(
+        {{"name", c.name},
+         {"dof", c.dof},
+         {"error", std::isfinite(c.error) ? Json(c.error) : Json(nullptr)},
+         {"predicted_us", std::isfinite(c.tick_us) ? Json(c.tick_us) : Json(nullptr)}});
   out["force"] = {{"mean_n", force.mean_n},
                   {"max_n", force.max_n},
                   {"mean_t", force.mean_t},
@@ -214,6 +227,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   }
   out["global_ms"] = percentiles(result.global_ms, false);
   out["refresh_ms"] = percentiles(result.refresh_ms, false);
+  for (const auto& [part, ms] : result.refresh_parts_ms) out["refresh_parts_ms"][part] = percentile(ms, 0.5);
   out["refreshes"] = result.refreshes.size();
   out["deadline_misses"] = result.deadline_misses;
   out["allocations_per_tick"] =
@@ -267,8 +281,12 @@ void print_summary(const Json& s) {
   std::cout << s["scene"].get<std::string>() << '\n';
   line("body", text(s["model"]["type"].get<std::string>(), ", ", s["model"]["nodes"], " nodes, ", s["model"]["tets"],
                     " tetrahedra, ", s["model"]["triangles"], " surface triangles"));
-  line("local model", text(s["local"]["reducer"].get<std::string>(), ", ", s["local"]["dof"], " dof, ",
-                           s["local"]["patch_vertices"], " patch vertices"));
+  line("local model", text(s["local"]["name"].get<std::string>(), ", ", s["local"]["dof"], " dof, ",
+                           s["local"]["patch_vertices"], " patch vertices",
+                           s["local"]["certified_error"].is_null()
+                               ? std::string()
+                               : ", certified " + number(100 * value("local", "certified_error"), "%.2g") + " %"));
+  if (s["settings"]["local"]["reducer"] == "auto") line("", s["local"]["reason"].get<std::string>());
   line("force",
        text("normal mean ", number(value("force", "mean_n"), "%.4g"), " N, max ",
             number(value("force", "max_n"), "%.4g"), " N; tangential mean ", number(value("force", "mean_t"), "%.4g"),

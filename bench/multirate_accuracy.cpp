@@ -2,7 +2,7 @@
 // methods x global rates x latencies. A reference is computed once and kept in a folder.
 //   build/release/bench/multirate_accuracy [SCENE.json...] [--methods wall1,krylov] [--models msd,fem]
 //     [--rates 10,30,60] [--latencies 0,1] [--reference-rate 10000] [--cache DIR] [--json FILE] [--set KEY=VALUE]...
-//     [--diagnose]      latencies in frames of the global rate; --set is for every run
+//     [--traces DIR] [--diagnose]      latencies in frames of the global rate; --set is for every run
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -28,7 +28,23 @@ const std::vector<Method> kMethods = {
     {"condensed", {"local.reducer=condensed"}},
     {"krylov", {"local.reducer=krylov"}},
     {"modal", {"local.reducer=modal"}},
+    {"auto", {"local.reducer=auto"}},
     {"full", {"local.reducer=full"}},
+    // What others do; docs/methods.md.
+    {"hold", {"local.method=hold", "local.reducer=wall"}},
+    {"legacy", {"local.method=legacy", "local.reducer=wall"}},
+    {"frozen", {"local.method=frozen", "local.reducer=wall"}},
+    {"penalty", {"local.method=penalty", "local.reducer=wall"}},
+    // The same with a better local model below than their originals have.
+    {"hold_condensed", {"local.method=hold", "local.reducer=condensed"}},
+    {"frozen_condensed", {"local.method=frozen", "local.reducer=condensed"}},
+    {"penalty_condensed", {"local.method=penalty", "local.reducer=condensed"}},
+    // Parts of the way over to a new local model, and refreshes that come early where the body bends.
+    {"krylov_bare", {"local.reducer=krylov", "local.catch_up=false", "local.blend_ms=0"}},
+    {"krylov_catch_up", {"local.reducer=krylov", "local.catch_up=true", "local.blend_ms=0"}},
+    {"krylov_blend", {"local.reducer=krylov", "local.catch_up=false", "local.blend_ms=12"}},
+    {"krylov_both", {"local.reducer=krylov", "local.catch_up=true", "local.blend_ms=12"}},
+    {"krylov_early", {"local.reducer=krylov", "global.early_refresh=true"}},
     // Where the error of the best comes from:
     {"full_10khz", {"local.reducer=full", "local.rate_hz=10000"}},
     {"krylov_10khz", {"local.reducer=krylov", "local.rate_hz=10000"}},
@@ -57,7 +73,7 @@ struct Arguments {
   std::vector<std::string> scenes, methods{"wall1", "condensed", "krylov", "full"}, models{"msd", "fem"}, set;
   std::vector<double> rates{10, 30, 60}, latencies{0, 1};
   double reference_rate = 10000;
-  std::string cache = "reference_cache", json;
+  std::string cache = "reference_cache", json, traces;
   bool diagnose = false;
 };
 
@@ -120,12 +136,14 @@ Arguments parse(int argc, char** argv) {
       out.cache = value();
     else if (option == "--json")
       out.json = value();
+    else if (option == "--traces")
+      out.traces = value();
     else if (option == "--set")
       out.set.push_back(value());
     else
       throw_unknown("option", option,
                     {"--methods", "--models", "--rates", "--latencies", "--reference-rate", "--cache", "--json",
-                     "--set", "--diagnose"});
+                     "--traces", "--set", "--diagnose"});
   }
   for (const std::string& m : out.methods) find(kMethods, "method", m);
   for (const std::string& m : out.models) find(kModels, "model", m);
@@ -142,7 +160,7 @@ class Table {
   }
 
   void add(const std::string& scene, const std::string& model, const std::string& method, double rate, double latency,
-           const Scene& settings, const SessionResult& result, const Reference& reference) {
+           const Scene& settings, int nodes, const SessionResult& result, const Reference& reference) {
     const int n = static_cast<int>(std::lround(settings.local.rate_hz * reference.h));
     const std::vector<Vec3> forces = resample_forces(tick_forces(result.frames), n);
     const ForceError error = compare_forces(forces, reference);
@@ -158,16 +176,57 @@ class Table {
         result.definite_tangents, result.last_dof, percentile(result.step_us, 0.5), percentile(result.step_us, 0.99),
         percentile(result.refresh_ms, 0.5));
     std::fflush(stdout);
-    rows_ += text(rows_.empty() ? "" : ",\n", "{\"scene\": \"", scene, "\", \"model\": \"", model, "\", \"method\": \"",
-                  method, "\", \"rate_hz\": ", rate, ", \"latency_frames\": ", latency,
-                  ", \"force_error\": ", error.force_error, ", \"jnd_fraction\": ", error.jnd_fraction,
-                  ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential, ", \"refresh_jump\": ", m.refresh_jump,
-                  ", \"crossing_jump\": ", m.crossing_jump, ", \"penetration_max_m\": ", inside,
-                  ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.definite_tangents,
-                  ", \"dof\": ", result.last_dof, ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5),
-                  ", \"p99\": ", percentile(result.step_us, 0.99),
-                  "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5), "}");
-    if (!arguments_.json.empty()) write_file_whole(arguments_.json, "[" + rows_ + "]\n");
+    keep(scene, model, method, rate, latency,
+         text("\"force_error\": ", error.force_error, ", \"jnd_fraction\": ", error.jnd_fraction,
+              ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential, ", \"refresh_jump\": ", m.refresh_jump,
+              ", \"crossing_jump\": ", m.crossing_jump, ", \"penetration_max_m\": ", inside,
+              ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.definite_tangents,
+              ", \"dof\": ", result.last_dof, ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5),
+              ", \"p99\": ", percentile(result.step_us, 0.99), ", \"p999\": ", percentile(result.step_us, 0.999),
+              "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5),
+              ", \"global_ms\": ", percentile(result.global_ms, 0.5),
+              ", \"refreshes_per_s\": ", static_cast<double>(result.refreshes.size()) / settings.duration,
+              ", \"inside_out\": ", inside_out(result.warnings), ", \"nodes\": ", nodes,
+              ", \"mean_force\": ", mean_force(reference.force)));
+    write_trace(text(model, "_", method, "_", rate, "_", latency), forces, reference.h, &result.refreshes);
+  }
+
+  /// A run that ended before its time.
+  void add_failure(const std::string& scene, const std::string& model, const std::string& method, double rate,
+                   double latency, const std::string& why) {
+    std::printf("%-6s %-14s %4g %3g | failed: %s\n", model.c_str(), method.c_str(), rate, latency, why.c_str());
+    std::fflush(stdout);
+    keep(scene, model, method, rate, latency, "\"force_error\": null");
+  }
+
+  /// DIR/NAME.csv: the force on the tool at the end of each tick, and whether a new local model came in before it.
+  void write_trace(const std::string& name, const std::vector<Vec3>& forces, double h,
+                   const std::vector<RefreshEvent>* refreshes) const {
+    if (arguments_.traces.empty()) return;
+    std::vector<char> adopted(forces.size(), 0);
+    if (refreshes)
+      for (const RefreshEvent& event : *refreshes)
+        if (event.adopted_tick >= 0 && event.adopted_tick < static_cast<int>(adopted.size()))
+          adopted[static_cast<std::size_t>(event.adopted_tick)] = 1;
+    std::string out = "t,force_x,force_y,force_z,refresh\n";
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      out += text(static_cast<double>(i + 1) * h, ",", forces[i].x(), ",", forces[i].y(), ",", forces[i].z(), ",",
+                  adopted[i] ? 1 : 0, "\n");
+    make_folder(arguments_.traces);
+    write_file_whole(arguments_.traces + "/" + name + ".csv", out);
+  }
+
+  /// Tetrahedra turned inside out: the number at the head of the warning that says so.
+  static int inside_out(const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings)
+      if (warning.find("inside out") != std::string::npos) return std::atoi(warning.c_str());
+    return 0;
+  }
+
+  static double mean_force(const std::vector<Vec3>& forces) {
+    double sum = 0;
+    for (const Vec3& f : forces) sum += f.norm();
+    return sum / static_cast<double>(forces.size());
   }
 
   /// Force along the reference's over the reference's, upwards and sideways, in the drag: above 1 is too stiff.
@@ -185,6 +244,14 @@ class Table {
   }
 
  private:
+  void keep(const std::string& scene, const std::string& model, const std::string& method, double rate, double latency,
+            const std::string& rest) {
+    const std::string file = std::filesystem::path(scene).lexically_proximate(KT_SOURCE_DIR).string();
+    rows_ += text(rows_.empty() ? "" : ",\n", "{\"scene\": \"", file, "\", \"model\": \"", model, "\", \"method\": \"",
+                  method, "\", \"rate_hz\": ", rate, ", \"latency_frames\": ", latency, ", ", rest, "}");
+    if (!arguments_.json.empty()) write_file_whole(arguments_.json, "[" + rows_ + "]\n");
+  }
+
   const Arguments& arguments_;
   std::string rows_;
 };
@@ -253,12 +320,11 @@ void go(const Arguments& arguments) {
       Session session(settings({"local.reducer=wall"}));
       const std::vector<Vec3> path = tool_path(session.run());
       const Reference reference = cached_reference(session, path, arguments, {.rate_hz = arguments.reference_rate});
-      double mean = 0;
-      for (const Vec3& f : reference.force) mean += f.norm() / static_cast<double>(reference.force.size());
       std::printf("%-6s %s: %d nodes, reference %g Hz, %.1f s CPU, mean force %.4g N\n", model.c_str(),
                   std::filesystem::path(scene_file).stem().c_str(), session.model().mesh().num_nodes(),
-                  reference.rate_hz, reference.seconds, mean);
+                  reference.rate_hz, reference.seconds, Table::mean_force(reference.force));
       for (const std::string& warning : reference.warnings) std::printf("       %s\n", warning.c_str());
+      table.write_trace(model + "_reference", reference.force, reference.h, nullptr);
       if (arguments.diagnose) diagnose(session, path, arguments, reference);
       for (const std::string& method : arguments.methods)
         for (double rate : arguments.rates)
@@ -266,7 +332,12 @@ void go(const Arguments& arguments) {
             const Scene scene =
                 settings(joined({find(kMethods, "method", method).settings,
                                  {text("global.rate_hz=", rate), text("link.latency_ms=", 1e3 * latency / rate)}}));
-            table.add(scene_file, model, method, rate, latency, scene, Session(scene).run(), reference);
+            try {
+              table.add(scene_file, model, method, rate, latency, scene, session.model().mesh().num_nodes(),
+                        Session(scene).run(), reference);
+            } catch (const RunError& e) {  // the body left the finite numbers
+              table.add_failure(scene_file, model, method, rate, latency, e.what());
+            }
           }
     }
 }

@@ -1,10 +1,13 @@
 #pragma once
 // A session brought into steady sliding contact, tick by tick: what the benchmarks of the haptic side measure on.
+#include <filesystem>
 #include <map>
 #include <vector>
 
 #include "haptics/refresher.hpp"
 #include "haptics/session.hpp"
+#include "io/mesh_formats.hpp"
+#include "io/output_file.hpp"
 
 namespace kt {
 
@@ -27,6 +30,43 @@ inline Scene slab_drag(const std::string& mesh, const std::string& shape, int ri
   scene.local.reducer = "wall";
   if (!KT_WITH_EMBREE) scene.collision.backend = "brute_force";
   return scene;
+}
+
+/// Blocks of finite elements as large as the slab, to see what a body's size costs: 1280, 3703 and 10240 nodes.
+struct BlockCells {
+  int across, up;
+};
+constexpr BlockCells kBlocks[] = {{15, 4}, {22, 6}, {31, 9}};
+
+/// The same drag, a sphere 2 mm deep, over a neo-Hookean block. Its mesh is written to the temporary folder: a scene
+/// names a file.
+inline Scene block_drag(const BlockCells& cells, const std::string& reducer, int rings) {
+  Mesh mesh = kuhn_block(cells.across, cells.across, cells.up, 0.1 / cells.across);
+  for (Eigen::Index i = 2; i < mesh.x.size(); i += 3) mesh.x[i] *= 0.03 / (0.1 / cells.across * cells.up);
+  const auto file = std::filesystem::temp_directory_path() / text("kilotouch_block_", mesh.num_nodes(), ".msh");
+  write_file_whole(file.string(), write_msh(mesh));
+  Scene scene = slab_drag("", "sphere", rings);
+  scene.object.mesh = file.string();
+  scene.object.model.type = "fem";
+  scene.local.reducer = reducer;
+  for (Waypoint& w : *scene.tool.path.waypoints)
+    if (w.t >= kPressed) w.position.z() += 0.002;
+  return scene;
+}
+
+/// The reducers whose local models are small enough to step, those that this build has.
+struct NamedReducer {
+  const char *name, *reducer;
+  int rings;
+};
+inline std::vector<NamedReducer> tick_reducers() {
+  std::vector<NamedReducer> out;
+  for (const NamedReducer& r :
+       {NamedReducer{"wall1", "wall", 1}, NamedReducer{"wall3", "wall", 3}, NamedReducer{"condensed", "condensed", 1},
+        NamedReducer{"krylov", "krylov", 1}, NamedReducer{"modal", "modal", 1}, NamedReducer{"auto", "auto", 1}})
+    for (const BackendInfo& known : reducer_backends())
+      if (known.name == std::string(r.reducer)) out.push_back(r);
+  return out;
 }
 
 /// A session a scene, kept: the mesh and its calibration take seconds.

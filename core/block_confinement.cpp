@@ -15,8 +15,8 @@ inline __attribute__((always_inline)) void spread_to(const double* from, const d
     for (int k = 0; k < Size; ++k) to[Size * at[i] + k] += weight[i] * from[k];
 }
 template <int Size>
-inline __attribute__((always_inline)) void add_to(const double* from, double weight, const int* at, std::ptrdiff_t count,
-                                                  double* to) {
+inline __attribute__((always_inline)) void add_to(const double* from, double weight, const int* at,
+                                                  std::ptrdiff_t count, double* to) {
   for (std::ptrdiff_t i = 0; i < count; ++i)
     for (int k = 0; k < Size; ++k) to[static_cast<std::ptrdiff_t>(Size) * at[i] + k] += weight * from[Size * i + k];
 }

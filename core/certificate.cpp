@@ -15,9 +15,14 @@ bool is_movable(const LocalModel& model, int vertex) {
   return SparseMatrix(model.basis.middleRows(3 * vertex, 3)).norm() > 0;
 }
 
+/// No edge of the patch's border ends there.
 bool is_inside(const SurfacePatch& patch, int vertex) {
-  const auto around = patch.topology.triangles_of(vertex);
-  return std::none_of(around.begin(), around.end(), [&](int t) { return patch.on_rim[t]; });
+  for (int t : patch.topology.triangles_of(vertex))
+    for (std::size_t e = 0; e < 3; ++e)
+      if (patch.topology.across[t][e] == -1 &&
+          (patch.triangles[t][e] == vertex || patch.triangles[t][(e + 1) % 3] == vertex))
+        return false;
+  return true;
 }
 
 double worst_of(const std::vector<double>& errors) {
@@ -56,19 +61,32 @@ std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& 
   return chosen;
 }
 
-Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
-                    std::span<const double> hz) {
-  Certificate out;
-  for (double f : hz) {
-    const BodyCompliance whole(body, f);
+BodyCertificate::BodyCertificate(const FreeBody& body, const SurfacePatch& patch, std::vector<int> vertices,
+                                 std::span<const double> hz)
+    : vertices_(std::move(vertices)), hz_(hz.begin(), hz.end()) {
+  for (double f : hz_) {
+    std::vector<int> nodes;
+    for (int v : vertices_) nodes.push_back(patch.global_node[static_cast<std::size_t>(v)]);
+    compliance_.push_back(BodyCompliance(body, f).at(nodes));
+  }
+}
+
+Certificate BodyCertificate::certify(const LocalModel& model) const {
+  Certificate out{hz_, {}, 0};
+  for (std::size_t f = 0; f < hz_.size(); ++f) {
+    const std::vector<ComplexMat3> of_model = compliances(model, vertices_, hz_[f]);
     double worst = 0;
-    for (int v : vertices)
-      worst = std::max(worst, impedance_error(compliance(model, v, f), whole.at(model.patch.global_node[v])));
-    out.hz.push_back(f);
+    for (std::size_t v = 0; v < vertices_.size(); ++v)
+      worst = std::max(worst, impedance_error(of_model[v], compliance_[f][v]));
     out.error.push_back(worst);
   }
   out.worst = worst_of(out.error);
   return out;
+}
+
+Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
+                    std::span<const double> hz) {
+  return BodyCertificate(body, model.patch, {vertices.begin(), vertices.end()}, hz).certify(model);
 }
 
 namespace {
@@ -113,8 +131,9 @@ ComplexMatrix as_complex(const MatrixX& parts) { return as_complex(parts.leftCol
 class WholeMotion {
  public:
   WholeMotion(const GradedBody& graded, const LocalModel& model)
-      : graded_(graded), model_(model), made_there_(model.reducer == "krylov") {
-    const bool known = made_there_ ? graded.motions().of_dof(model.dof()) : model.reducer == "wall" || model.reducer == "full";
+      : graded_(graded), model_(model), made_there_(model.reducer == "krylov" || model.reducer == "condensed") {
+    const bool known =
+        made_there_ ? graded.motions().of_dof(model.dof()) : model.reducer == "wall" || model.reducer == "full";
     if (!known) throw RunError("certificate: the motions of this local model are not known");
   }
   Rows expand(const Rows& q) const {
@@ -145,12 +164,13 @@ class WholeMotion {
   bool made_there_;
 };
 
-/// (Z^T r)^T (Z^T A Z - (V^T A Z)^T (V^T A V)^-1 V^T A Z)^-1 (Z^T r): r^T A^-1 r where A is confined to the motions Z and
-/// the model's own, V, to which r is orthogonal.
+/// (Z^T r)^T (Z^T A Z - (V^T A Z)^T (V^T A V)^-1 V^T A Z)^-1 (Z^T r): r^T A^-1 r where A is confined to the motions Z
+/// and the model's own, V, to which r is orthogonal.
 class Enrichment {
  public:
   /// Six real motions more.
-  void add(const Rows& z, const Image& image, const MatrixX& own_real, const MatrixX& own_imaginary, const Rows& residual) {
+  void add(const Rows& z, const Image& image, const MatrixX& own_real, const MatrixX& own_imaginary,
+           const Rows& residual) {
     const Eigen::Index n = Z_.cols(), m = n + 6;
     Z_.conservativeResize(z.rows(), m);
     Z_.rightCols(6) = z;
@@ -208,7 +228,8 @@ double estimate_error(const GradedBody& graded, const LocalModel& model, int ver
     }
     const Rows z = precondition.apply(residual);
     images.emplace_back(graded.blocks(), w, z);
-    enrichment.add(z, images.back(), motion.contract(images.back().real), motion.contract(images.back().imaginary), first);
+    enrichment.add(z, images.back(), motion.contract(images.back().real), motion.contract(images.back().imaginary),
+                   first);
   }
   const ComplexMat3 of_model = inputs.transpose() * q;
   return impedance_error(of_model, of_model + enrichment.compliance(own_dynamic));

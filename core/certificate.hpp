@@ -27,10 +27,25 @@ std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& 
 Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
                     std::span<const double> hz = kCertifiedHz);
 
-/// At run time, one vertex and one frequency: the local model's own motion u of the whole body leaves a residual r of the
-/// dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough solution gives a
-/// good estimate of the error: A confined to the model's motions and a few more, to which the kept nodes, and each other
-/// node on its own, answer the residual.
+/// The body's side of a certificate, once for many local models of one patch.
+class BodyCertificate {
+ public:
+  /// @param body      whole, of the tangent that the models are made from
+  /// @param vertices  of the patch
+  BodyCertificate(const FreeBody& body, const SurfacePatch& patch, std::vector<int> vertices,
+                  std::span<const double> hz = kCertifiedHz);
+  Certificate certify(const LocalModel& model) const;
+
+ private:
+  std::vector<int> vertices_;
+  std::vector<double> hz_;
+  std::vector<std::vector<ComplexMat3>> compliance_;  ///< per frequency and vertex
+};
+
+/// At run time, one vertex and one frequency: the local model's own motion u of the whole body leaves a residual r of
+/// the dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough solution
+/// gives a good estimate of the error: A confined to the model's motions and a few more, to which the kept nodes, and
+/// each other node on its own, answer the residual.
 /// @param graded  just updated with the model's tangent and patch; for krylov, it made the model
 /// @returns relative error of the impedance; the model's reducer must be krylov, wall or full
 double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps = 2);

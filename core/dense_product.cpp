@@ -8,8 +8,8 @@ namespace {
 constexpr int kHigh = 4, kBroad = kGroup;  // entries of the product that are summed at a time
 
 /// sum_k A(i, k) B(k, j) for kHigh x kBroad entries; B's rows lie side by side, `broad` apart.
-KT_WIDE void sum_tile(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
-                      std::ptrdiff_t count, double* out) {
+KT_WIDE void sum_tile(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b,
+                      std::ptrdiff_t b_step, std::ptrdiff_t count, double* out) {
   using Lanes = double __attribute__((vector_size(8 * kBroad / 2)));
   Lanes s[kHigh][2] = {};
   for (std::ptrdiff_t k = 0; k < count; ++k) {
@@ -48,7 +48,8 @@ MatrixX symmetric_product(const RowMatrix& A, const RowMatrix& B) {
   for (Eigen::Index i = 0; i < k; i += kHigh)
     for (Eigen::Index g = 0; kBroad * g <= i + kHigh - 1; ++g) {
       if (kBroad * g >= k) break;
-      sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + kBroad * n * g, kBroad, n, tile);
+      sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + kBroad * n * g, kBroad,
+               n, tile);
       for (Eigen::Index r = i; r < std::min(i + kHigh, k); ++r)
         for (Eigen::Index c = kBroad * g; c < std::min(kBroad * (g + 1), r + 1); ++c)
           out(r, c) = out(c, r) = tile[kBroad * (r - i) + c - kBroad * g];

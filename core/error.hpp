@@ -19,8 +19,8 @@ class RunError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A linearized body that gives way to some motion, as a compressed one can: not fit to step at a fixed rate. Its definite
-/// tangent is (TangentKind).
+/// A linearized body that gives way to some motion, as a compressed one can: not fit to step at a fixed rate. Its
+/// definite tangent is (TangentKind).
 class IndefiniteTangent : public RunError {
  public:
   using RunError::RunError;

@@ -8,8 +8,9 @@
 namespace kt {
 namespace {
 
-constexpr int kFirstSteps = 6, kSteps = 1;  // of improving the far motions: after the choice of nodes, at a refresh
-constexpr double kDependent = 1e-6;         // a far motion that is the others' to within this part of its length
+constexpr int kFirstPasses = 3, kFirstSteps = 3;  // of improving the far motions after the choice of nodes
+constexpr int kSteps = 1;                         // at every other refresh
+constexpr double kDependent = 1e-6;               // a far motion that is the others' to within this part of its length
 
 double square(double x) { return x * x; }
 
@@ -96,8 +97,9 @@ void GradedBody::make_matrix_pattern() {
       outer.push_back(static_cast<int>(inner.size()));
     }
   const std::vector<double> zeros(inner.size(), 0.0);
-  pattern_ = Eigen::Map<const SparseMatrix>(3 * (nodes + far), 3 * (nodes + far), static_cast<Eigen::Index>(inner.size()),
-                                            outer.data(), inner.data(), zeros.data());
+  pattern_ =
+      Eigen::Map<const SparseMatrix>(3 * (nodes + far), 3 * (nodes + far), static_cast<Eigen::Index>(inner.size()),
+                                     outer.data(), inner.data(), zeros.data());
   begins_.clear();
   const auto begin_of = [&](int row, int column) {
     const auto at = std::lower_bound(rows[column].begin(), rows[column].end(), row) - rows[column].begin();
@@ -108,7 +110,8 @@ void GradedBody::make_matrix_pattern() {
       begins_.push_back({begin_of(confinement_.row(k), b), begin_of(b, confinement_.row(k))});
 }
 
-/// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far motions.
+/// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far
+/// motions.
 void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const FarRows& times_far) const {
   if (out.nonZeros() != pattern_.nonZeros() || out.rows() != pattern_.rows()) out = pattern_;
   double* values = out.valuePtr();
@@ -157,11 +160,16 @@ void GradedBody::factor_preconditioner() {
   has_coarse_ = coarse_->factor(body_.stiffness);
 }
 
-/// Unit forces on all nodes of the patch, and the same times their distance from its middle along each axis.
-GradedBody::FarRows GradedBody::patch_loads(const TangentModel& tangent, const SurfacePatch& patch) const {
+/// Unit forces on all nodes of the patch; the same times their distance from its middle along each axis; the inertia of
+/// the first three far motions, and that of its answer.
+GradedBody::FarRows GradedBody::far_loads(const TangentModel& tangent, const SurfacePatch& patch) const {
   Vec3 middle = Vec3::Zero();
   for (int i : patch.global_node) middle += node(tangent.state.x, i) / patch.num_vertices();
-  FarRows out = FarRows::Zero(dofs_.size(), kFar);
+  FarRows out;
+  blocks_.mass<kFar>(far_, out);
+  out.rightCols<3>() = out.middleCols<3>(12).eval();
+  out.middleCols<3>(12) = out.leftCols<3>().eval();
+  out.leftCols<12>().setZero();
   for (int i : patch.global_node) {
     const int k = dofs_.to_free[3 * i];
     if (k < 0) continue;
@@ -279,7 +287,8 @@ const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePat
   if (whole_) return update_whole(tangent);
   confinement_.product<18>(blocks_, blocks_.values(), sums_);
   if (!stays) factor_preconditioner();
-  if (has_coarse_) improve_far_motions(patch_loads(tangent, patch), stays ? kSteps : kFirstSteps);
+  for (int pass = 0; has_coarse_ && pass < (stays ? 1 : kFirstPasses); ++pass)
+    improve_far_motions(far_loads(tangent, patch), stays ? kSteps : kFirstSteps);
   set_far_apart();
   fill_matrices();
 

@@ -1,9 +1,10 @@
 #pragma once
 // The whole linearized body seen from a contact, in a few hundred nodes: what makes a reduction of a large body fit
 // into a refresh. Near the patch every node keeps its motion; the others follow fewer and fewer nodes (grading.hpp). A
-// dozen motions of the whole body are added: how it yields at rest to the loads that are felt furthest away, the
-// resultant force on the patch and its first moments. All of it is a confinement of the same body (Galerkin): stiffness
-// and damping stay positive, and what is left out only makes it a little stiffer.
+// few motions of the whole body are added: how it yields at rest to the loads that are felt furthest away, the
+// resultant force on the patch and its first moments, and the inertia that answers the first (twice): the slowest
+// vibrations, which the spacing of far nodes would make too fast. All of it is a confinement of the same body
+// (Galerkin): stiffness and damping stay positive, and what is left out only makes it a little stiffer.
 #include "core/block_confinement.hpp"
 #include "core/subspace.hpp"
 
@@ -27,7 +28,7 @@ class GradedBody {
   int num_kept() const { return static_cast<int>(interpolation_.kept.size()); }
   int gradings() const { return gradings_; }  ///< how often the kept nodes were chosen anew
 
-  static constexpr int kFar = 12;  ///< far motions
+  static constexpr int kFar = 18;  ///< far motions
 
   /// Displacement of all free nodes from the coordinates, (3 free x M) from (coordinates x M).
   template <int M>
@@ -68,7 +69,7 @@ class GradedBody {
   void make_matrix_pattern();
   void factor_preconditioner();
   std::vector<Mat3> follower_inverses(double w) const;
-  FarRows patch_loads(const TangentModel& tangent, const SurfacePatch& patch) const;
+  FarRows far_loads(const TangentModel& tangent, const SurfacePatch& patch) const;
   FarRows precondition(const FarRows& residual) const;
   void improve_far_motions(const FarRows& loads, int steps);
   void set_far_apart();
@@ -80,28 +81,28 @@ class GradedBody {
   NodeRows<M> restrict_forces(const NodeRows<M>& forces) const;
 
   GradingOptions options_;
-  FreeDofs dofs_;                 // of the whole body
+  FreeDofs dofs_;  // of the whole body
   NodeBlocks blocks_;
-  std::vector<double> ranks_;     // of its nodes
-  std::vector<char> fixed_;       // nodes
-  bool whole_ = false;            // too small a body to leave nodes out
+  std::vector<double> ranks_;  // of its nodes
+  std::vector<char> fixed_;    // nodes
+  bool whole_ = false;         // too small a body to leave nodes out
   int gradings_ = 0;
-  VectorX graded_x_;              // node positions and
-  std::vector<int> graded_patch_; // patch that the nodes were chosen for
-  double edge_ = 0;               // of it [m]
+  VectorX graded_x_;               // node positions and
+  std::vector<int> graded_patch_;  // patch that the nodes were chosen for
+  double edge_ = 0;                // of it [m]
   Interpolation interpolation_;
-  std::vector<int> kept_row_;     // free node of each kept one
-  std::vector<int> followers_;    // free nodes that are not kept
+  std::vector<int> kept_row_;   // free node of each kept one
+  std::vector<int> followers_;  // free nodes that are not kept
 
   BlockConfinement confinement_;
-  std::vector<double> sums_, mass_sums_;  // of stiffness and damping; of the mass
-  std::vector<std::array<int, 2>> begins_; // of each of its blocks and of its transpose: first number in the matrices
-  SparseMatrix pattern_;                  // kept nodes, then far motions as if they were nodes, in whole blocks
+  std::vector<double> sums_, mass_sums_;    // of stiffness and damping; of the mass
+  std::vector<std::array<int, 2>> begins_;  // of each of its blocks and of its transpose: first number in the matrices
+  SparseMatrix pattern_;                    // kept nodes, then far motions as if they were nodes, in whole blocks
 
-  FarRows far_;       // (3 free), improved from refresh to refresh
-  FarRows far_apart_; // the same less what the kept nodes do: zero at those
-  FarBlock far_basis_ = FarBlock::Zero(); // of far_apart_, columns orthonormal in the mass; zero columns: dropped
-  std::vector<Mat3> node_inverse_;        // of the diagonal blocks of nodes that follow
+  FarRows far_;                            // (3 free), improved from refresh to refresh
+  FarRows far_apart_;                      // the same less what the kept nodes do: zero at those
+  FarBlock far_basis_ = FarBlock::Zero();  // of far_apart_, columns orthonormal in the mass; zero columns: dropped
+  std::vector<Mat3> node_inverse_;         // of the diagonal blocks of nodes that follow
   std::unique_ptr<SparseSolver> coarse_ = make_sparse_solver(), solver_ = make_sparse_solver();
   bool has_coarse_ = false;
   double added_mass_ = 0;  // [1/s^2], of a body that is free to move

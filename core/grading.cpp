@@ -14,7 +14,8 @@ constexpr double kSupport = 2;   // so many spacings away a kept node is still f
 /// Points in cells of a given size; far apart cells may share a list, so every hit's cell is compared.
 class PointCells {
  public:
-  PointCells(const VectorX& x, double size) : x_(x), size_(size), head_(static_cast<std::size_t>(x.size() / 3) + 1, -1) {
+  PointCells(const VectorX& x, double size)
+      : x_(x), size_(size), head_(static_cast<std::size_t>(x.size() / 3) + 1, -1) {
     next_.resize(head_.size());
   }
   void add(int i) {
@@ -164,7 +165,8 @@ Interpolation interpolate_far_nodes(const VectorX& x, const std::vector<double>&
   Interpolation out;
   for (int i = 0; i < n; ++i) {
     const double distance = distance_to(x, patch, i);
-    const double wanted = std::min(options.coarsest * edge, options.slope * (distance - options.margin * edge) + 0.5 * edge);
+    const double wanted =
+        std::min(options.coarsest * edge, options.slope * (distance - options.margin * edge) + 0.5 * edge);
     spacing[i] = std::max(edge, wanted);
     follows[i] = distance > options.margin * edge * (1 + 1e-6) && ranks[i] < wanted;
     if (follows[i]) continue;

@@ -8,10 +8,10 @@
 namespace kt {
 
 struct GradingOptions {
-  double slope = 0.45;   ///< growth of the spacing of the kept nodes with the distance from the patch [-]
-  double margin = 2;     ///< so far around the patch every node is kept, in edges of the patch
-  double coarsest = 5;   ///< largest spacing, in edges of the patch
-  int neighbours = 8;    ///< how many kept nodes each of the others follows
+  double slope = 0.45;  ///< growth of the spacing of the kept nodes with the distance from the patch [-]
+  double margin = 2;    ///< so far around the patch every node is kept, in edges of the patch
+  double coarsest = 5;  ///< largest spacing, in edges of the patch
+  int neighbours = 8;   ///< how many kept nodes each of the others follows
 };
 
 /// How well a node serves to represent its surroundings: the distance [m] that separates it from all nodes of higher
@@ -25,8 +25,8 @@ struct Interpolation {
   std::vector<double> weight;  ///< of row i: begin[i] .. begin[i + 1]; rows: free nodes in order
 };
 
-/// Nodes kept by distance from `patch`, the others interpolated by moving least squares: affine motions (about the fixed
-/// nodes, which count as nodes that do not move) are kept as they are.
+/// Nodes kept by distance from `patch`, the others interpolated by moving least squares: affine motions (about the
+/// fixed nodes, which count as nodes that do not move) are kept as they are.
 /// @param x  node positions (3n)      @param ranks  by node_ranks      @param fixed  per node
 Interpolation interpolate_far_nodes(const VectorX& x, const std::vector<double>& ranks, const std::vector<char>& fixed,
                                     const std::vector<int>& patch, const GradingOptions& options);

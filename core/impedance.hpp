@@ -1,7 +1,9 @@
 #pragma once
-// How a body answers a force that swings at one patch vertex: u = C(w) f, (3 x 3 complex) [m/N]. Its inverse, the contact
-// impedance, is what a tool feels; how far a local model's is off certifies the model.            method.md section 3.
+// How a body answers a force that swings at one patch vertex: u = C(w) f, (3 x 3 complex) [m/N]. Its inverse, the
+// contact impedance, is what a tool feels; how far a local model's is off certifies the model.            method.md
+// section 3.
 #include <complex>
+#include <span>
 
 #include "core/subspace.hpp"
 
@@ -9,8 +11,11 @@ namespace kt {
 
 using ComplexMat3 = Eigen::Matrix<std::complex<double>, 3, 3>;
 
-/// Of the local model, at a patch vertex that can move. @param hz  >= 0
-ComplexMat3 compliance(const LocalModel& model, int vertex, double hz);
+/// Of the local model, at patch vertices that can move. @param hz  >= 0
+std::vector<ComplexMat3> compliances(const LocalModel& model, std::span<const int> vertices, double hz);
+inline ComplexMat3 compliance(const LocalModel& model, int vertex, double hz) {
+  return compliances(model, std::span(&vertex, 1), hz).front();
+}
 
 /// Of the whole linearized body at a free node: one real factorization for each frequency, for all nodes that are then
 /// asked for. It preconditions the complex system, which no real solver takes.
@@ -19,7 +24,9 @@ class BodyCompliance {
   /// Throws RunError when M (2 pi hz)^2 + D 2 pi hz + K is not positive definite.
   BodyCompliance(const FreeBody& body, double hz);
   ~BodyCompliance();
-  ComplexMat3 at(int node) const;
+  /// Throws RunError when it is not found to nine digits.
+  std::vector<ComplexMat3> at(std::span<const int> nodes) const;
+  ComplexMat3 at(int node) const { return at(std::span(&node, 1)).front(); }
 
  private:
   struct System;

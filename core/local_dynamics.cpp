@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "core/damping.hpp"
 #include "core/error.hpp"
 
 namespace kt {
@@ -10,13 +11,6 @@ namespace {
 
 // Up to here one dense matrix-vector product beats two sparse triangular solves (measured in bench/).
 constexpr int kDenseLimit = 450;
-
-bool is_diagonal(const SparseMatrix& m) {
-  for (int c = 0; c < m.outerSize(); ++c)
-    for (SparseMatrix::InnerIterator it(m, c); it; ++it)
-      if (it.row() != c && it.value() != 0) return false;
-  return true;
-}
 
 using SparseCholesky = Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower>;
 

@@ -25,16 +25,17 @@ struct LocalModel {
   int frame = 0;  ///< counts refreshes
   double t = 0;   ///< of the linearization [s]
   SurfacePatch patch;
-  std::vector<int> recovered_node;        ///< global nodes whose motion `basis` recovers; the first p are the patch's
-  VectorX x0, v0;                         ///< their positions [m] and velocities [m/s] at the linearization
-  SparseMatrix basis;                     ///< (3 recovered x r); zero rows: the node is immovable
+  std::vector<int> recovered_node;  ///< global nodes whose motion `basis` recovers; the first p are the patch's
+  VectorX x0, v0;                   ///< their positions [m] and velocities [m/s] at the linearization
+  SparseMatrix basis;               ///< (3 recovered x r); zero rows: the node is immovable
   /// The coordinates of given displacements and velocities of the recovered nodes, (r x 3 recovered): basis lift = 1 on
-  /// the rows that can move and are in reach; the columns of the others are zero where they only follow. The rest of the body follows statically, or as its inertia lets it.
+  /// the rows that can move and are in reach; the columns of the others are zero where they only follow. The rest of
+  /// the body follows statically, or as its inertia lets it.
   SparseMatrix lift, lift_rate;
   SparseMatrix mass, damping, stiffness;  ///< (r x r), symmetric; mass > 0
   VectorX f0;                             ///< force at q = 0, q' = 0 [N], (r)
   VectorX q_rate0;                        ///< reduced velocity at the linearization, (r)
-  bool definite_tangent = false;          ///< the exact tangent was indefinite here, the clamped one is used
+  bool definite_tangent = false;          ///< the exact tangent was indefinite here and has been clamped
   std::string reducer;
   double certified_error = std::numeric_limits<double>::quiet_NaN();  ///< relative, 0-500 Hz; NaN: not certified
   int dof() const { return static_cast<int>(f0.size()); }

@@ -124,8 +124,7 @@ inline __attribute__((always_inline)) void multiply(const LowerBlocks& a, const 
       if (k == a.begin[j]) continue;
       double* oi = out + static_cast<std::ptrdiff_t>(3 * M) * a.rows[k];
       for (int r = 0; r < 3; ++r)
-        for (int m = 0; m < M; ++m)
-          oi[M * r + m] += b[r] * uj[m] + b[3 + r] * uj[M + m] + b[6 + r] * uj[2 * M + m];
+        for (int m = 0; m < M; ++m) oi[M * r + m] += b[r] * uj[m] + b[3 + r] * uj[M + m] + b[6 + r] * uj[2 * M + m];
     }
     double* oj = out + static_cast<std::ptrdiff_t>(3 * M) * j;
     for (int m = 0; m < 3 * M; ++m) oj[m] += sum[m];
@@ -134,14 +133,14 @@ inline __attribute__((always_inline)) void multiply(const LowerBlocks& a, const 
 
 KT_WIDE void multiply_1(const LowerBlocks& a, const double* u, double* out) { multiply<1>(a, u, out); }
 KT_WIDE void multiply_6(const LowerBlocks& a, const double* u, double* out) { multiply<6>(a, u, out); }
-KT_WIDE void multiply_12(const LowerBlocks& a, const double* u, double* out) { multiply<12>(a, u, out); }
+KT_WIDE void multiply_18(const LowerBlocks& a, const double* u, double* out) { multiply<18>(a, u, out); }
 
 template <int M>
 void multiply_rows(const LowerBlocks& a, const NodeRows<M>& u, NodeRows<M>& out) {
   out.setZero(u.rows(), M);
   if constexpr (M == 1) multiply_1(a, u.data(), out.data());
   if constexpr (M == 6) multiply_6(a, u.data(), out.data());
-  if constexpr (M == 12) multiply_12(a, u.data(), out.data());
+  if constexpr (M == 18) multiply_18(a, u.data(), out.data());
 }
 
 }  // namespace
@@ -165,16 +164,17 @@ void NodeBlocks::mass(const NodeRows<M>& u, NodeRows<M>& out) const {
   out.resize(u.rows(), M);
   for (int j = 0; j < num_nodes(); ++j)
     for (int c = 0; c < 3; ++c)
-      out.row(3 * j + c) = mass_[9 * static_cast<std::size_t>(begin_[j]) + 4 * static_cast<std::size_t>(c)] * u.row(3 * j + c);
+      out.row(3 * j + c) =
+          mass_[9 * static_cast<std::size_t>(begin_[j]) + 4 * static_cast<std::size_t>(c)] * u.row(3 * j + c);
 }
 
-#define KT_NODE_BLOCKS(M)                                                                 \
+#define KT_NODE_BLOCKS(M)                                                         \
   template void NodeBlocks::stiffness<M>(const NodeRows<M>&, NodeRows<M>&) const; \
   template void NodeBlocks::damping<M>(const NodeRows<M>&, NodeRows<M>&) const;   \
   template void NodeBlocks::mass<M>(const NodeRows<M>&, NodeRows<M>&) const;
 KT_NODE_BLOCKS(1)
 KT_NODE_BLOCKS(6)
-KT_NODE_BLOCKS(12)
+KT_NODE_BLOCKS(18)
 #undef KT_NODE_BLOCKS
 
 }  // namespace kt

@@ -1,13 +1,14 @@
 #pragma once
-// Stiffness, damping and mass of the free nodes as symmetric 3 x 3 blocks, one for every two neighbours: half the memory
-// of sparse matrices, and products with several vectors at once go through it at the speed of memory.
+// Stiffness, damping and mass of the free nodes as symmetric 3 x 3 blocks, one for every two neighbours: half the
+// memory of sparse matrices, and products with several vectors at once go through it at the speed of memory.
 #include "core/free_dofs.hpp"
 #include "core/tangent_model.hpp"
 
 namespace kt {
 
 template <int M>
-using NodeRows = Eigen::Matrix<double, Eigen::Dynamic, M, M == 1 ? Eigen::ColMajor : Eigen::RowMajor>;  ///< (3 free x M)
+using NodeRows =
+    Eigen::Matrix<double, Eigen::Dynamic, M, M == 1 ? Eigen::ColMajor : Eigen::RowMajor>;  ///< (3 free x M)
 
 class NodeBlocks {
  public:
@@ -28,7 +29,7 @@ class NodeBlocks {
   const std::vector<double>& values() const { return values_; }
   const std::vector<double>& mass_values() const { return mass_; }  ///< nine a block
 
-  /// out = K u, D u, M u for 1, 6 or 12 motions u.
+  /// out = K u, D u, M u for 1, 6 or 18 motions u.
   template <int M>
   void stiffness(const NodeRows<M>& u, NodeRows<M>& out) const;
   template <int M>

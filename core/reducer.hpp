@@ -22,6 +22,7 @@ class GradedBody;
 struct ReduceOptions {
   int rings = 1;  ///< wall: graph rings of nodes around the node nearest to the site, besides the patch
   std::vector<double> shifts_hz = {0, 60, 200};  ///< krylov: where the model is exact, of real rates
+  int echoes = 4;                                ///< krylov: for the slowest vibrations, three coordinates each
   double rank_tolerance = 1e-6;                  ///< krylov: what nearly repeats other motions is dropped
   int modes = 60;                                ///< modal: lowest vibrations kept
   /// krylov: growth of the spacing of nodes that are followed with their distance from the patch (grading.hpp);

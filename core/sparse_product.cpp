@@ -7,7 +7,8 @@ namespace {
 
 /// Three rows of a group of A V: the sum of A's blocks in three columns (`height` numbers each), transposed, times V's
 /// rows.
-KT_WIDE void sum_blocks(const double* blocks, std::ptrdiff_t height, const int* rows, const double* group, double* out) {
+KT_WIDE void sum_blocks(const double* blocks, std::ptrdiff_t height, const int* rows, const double* group,
+                        double* out) {
   using Lanes = double __attribute__((vector_size(8 * kGroup)));
   Lanes s0 = {}, s1 = {}, s2 = {};
   for (std::ptrdiff_t e = 0; e < height; e += 3) {

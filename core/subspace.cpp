@@ -53,11 +53,12 @@ FreeBody::FreeBody(const TangentModel& tangent)
       force(gather(dofs, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v))),
       velocity(gather(dofs, tangent.state.v)) {}
 
-MatrixX FreeBody::inputs(const SurfacePatch& patch) const {
+MatrixX FreeBody::inputs(const SurfacePatch& patch, bool with_rim) const {
   std::vector<int> entries;
-  for (int i = 0; i < patch.num_vertices(); ++i)
-    for (int c = 0; patch.in_reach[i] && c < 3; ++c)
-      if (const int k = dofs.to_free[3 * patch.global_node[i] + c]; k >= 0) entries.push_back(k);
+  for (const bool in_reach : {true, false})
+    for (int i = 0; i < patch.num_vertices(); ++i)
+      for (int c = 0; (in_reach || with_rim) && static_cast<bool>(patch.in_reach[i]) == in_reach && c < 3; ++c)
+        if (const int k = dofs.to_free[3 * patch.global_node[i] + c]; k >= 0) entries.push_back(k);
   MatrixX out = MatrixX::Zero(force.size(), static_cast<Eigen::Index>(entries.size()));
   for (std::size_t j = 0; j < entries.size(); ++j) out(entries[j], static_cast<Eigen::Index>(j)) = 1;
   return out;
@@ -66,7 +67,8 @@ MatrixX FreeBody::inputs(const SurfacePatch& patch) const {
 SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
   const SparseMatrix &m = body.mass, &d = body.damping, &k = body.stiffness;
   const auto same_pattern = [&](const SparseMatrix& o) {
-    return o.nonZeros() == k.nonZeros() && std::equal(o.innerIndexPtr(), o.innerIndexPtr() + o.nonZeros(), k.innerIndexPtr()) &&
+    return o.nonZeros() == k.nonZeros() &&
+           std::equal(o.innerIndexPtr(), o.innerIndexPtr() + o.nonZeros(), k.innerIndexPtr()) &&
            std::equal(o.outerIndexPtr(), o.outerIndexPtr() + o.cols() + 1, k.outerIndexPtr());
   };
   if (!same_pattern(m) || !same_pattern(d)) return s * s * m + s * d + k;
@@ -76,19 +78,38 @@ SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
 }
 
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
-                  SparseSolver& solver) {
-  MatrixX loads = body.inputs(patch);
-  const Eigen::Index columns = loads.cols() + 1;
-  loads.conservativeResize(Eigen::NoChange, columns);
-  loads.col(columns - 1) = body.force;
-  MatrixX out(loads.rows(), columns * static_cast<Eigen::Index>(shifts.size()) + 1);
+                  SparseSolver& solver, int echoes) {
+  // The rim answers at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
+  const auto with_force = [&](MatrixX loads) {
+    loads.conservativeResize(Eigen::NoChange, loads.cols() + 1);
+    loads.rightCols(1) = body.force;
+    return loads;
+  };
+  MatrixX loads = with_force(body.inputs(patch, true));
+  const MatrixX later_loads = with_force(body.inputs(patch));
+  const Eigen::Index first = loads.cols(), later = later_loads.cols();
+  const Eigen::Index answered = first + later * (static_cast<Eigen::Index>(shifts.size()) - 1);
+  MatrixX out(loads.rows(), answered + 3 * echoes + 1);
   out.rightCols(1) = body.velocity;
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     const double s = 2 * std::numbers::pi * shifts[i], s_free = 2 * std::numbers::pi;
     bool good = solver.factor(dynamic_stiffness(body, s));
     if (!good && s == 0) good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
+    // A body that gives way to some motion does not at a higher rate; the basis need not be exact at this one.
+    for (double hz : {5.0, 15.0, 45.0})
+      if (!good && hz > shifts[i]) good = solver.factor(dynamic_stiffness(body, 2 * std::numbers::pi * hz));
     if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
-    out.middleCols(static_cast<Eigen::Index>(i) * columns, columns) = solver.solve(loads);
+    if (i > 0) {
+      out.middleCols(first + (static_cast<Eigen::Index>(i) - 1) * later, later) = solver.solve(later_loads);
+      continue;
+    }
+    out.leftCols(first) = solver.solve(loads);
+    MatrixX echo = MatrixX::Zero(loads.rows(), 3);
+    for (Eigen::Index c = 0; c + 1 < first; ++c) echo.col(c % 3) += out.col(c);
+    for (int k = 0; k < echoes; ++k) {
+      echo = solver.solve(body.mass * echo);
+      out.middleCols(answered + 3 * k, 3) = echo;
+    }
   }
   return out;
 }
@@ -161,14 +182,12 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(confined(body.stiffness, V));
   const MatrixX& Q = eigen.eigenvectors();  // vibrations, in the coordinates of V
   const int r = static_cast<int>(V.cols()), p = patch.num_vertices();
-  if (r > 0 && eigen.eigenvalues()[0] < -kRoundoff * eigen.eigenvalues()[r - 1])
-    throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
-
   if (combination) *combination = Q;
   LocalModel out;
+  out.definite_tangent = r > 0 && eigen.eigenvalues()[0] < -kRoundoff * eigen.eigenvalues()[r - 1];
   out.t = tangent.state.t;
   out.mass = SparseMatrix(VectorX::Ones(r).asDiagonal());
-  // Rounded below zero only where the body itself is free to move.
+  // Motions that the body gives way to, a few of a compressed one, are left without a spring: that much stays passive.
   out.stiffness = SparseMatrix(VectorX(eigen.eigenvalues().cwiseMax(0)).asDiagonal());
   out.damping = sparse_of(Q.transpose() * (confined(body.damping, V) * Q));
   out.f0 = Q.transpose() * (V.transpose() * body.force);

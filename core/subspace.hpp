@@ -14,25 +14,27 @@ struct FreeBody {
   FreeDofs dofs;
   SparseMatrix mass, damping, stiffness;
   VectorX force, velocity;  ///< f0 without the damping of v0 [N]; v0 [m/s]
-  /// Unit forces on the patch's free nodes, (free x inputs).
-  MatrixX inputs(const SurfacePatch& patch) const;
+  /// Unit forces on the patch's free nodes that are in reach, then on those of its rim if asked for, (free x inputs).
+  MatrixX inputs(const SurfacePatch& patch, bool with_rim = false) const;
 };
 
-/// (s^2 M + s D + K)^-1 [patch inputs, force at rest] for s = 2 pi f of each `shift` f [Hz], >= 0: how the body moves under
-/// forces that grow as e^(s t); last, how it moves now. A body that is free to move has no response at 0: there the mass
-/// at 1 Hz is added.
-/// Throws IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its symbolic analysis for the next body.
+/// (s^2 M + s D + K)^-1 [patch inputs, force at rest] for s = 2 pi f of each `shift` f [Hz], >= 0: how the body moves
+/// under forces that grow as e^(s t); last, how it moves now. A body that is free to move has no response at 0: there
+/// the mass at 1 Hz is added. `echoes`: how often the response to the patch's resultant force is answered again, (A^-1
+/// M)^k A^-1 f at the first shift, which brings in the slowest vibrations that the patch can excite: three columns
+/// each. Throws IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its symbolic analysis for the
+/// next body.
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
-                  SparseSolver& solver);
+                  SparseSolver& solver, int echoes = 0);
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);
 
 /// Columns spanning what `motions` span, orthonormal in the mass, (free x r): directions that are the others' to within
 /// `tolerance` of their length (in the mass) are dropped.
 MatrixX orthonormal_motions(const SparseMatrix& mass, MatrixX motions, double tolerance);
 
-/// The body confined to the motions V, orthonormal in the mass: in the coordinates of its own vibrations, so that mass is
-/// the identity, stiffness diagonal, and damping too where it is proportional to within `kProportional`.
-/// Throws IndefiniteTangent where the body gives way to one of the motions. `combination`: the vibrations in terms of V.
+/// The body confined to the motions V, orthonormal in the mass: in the coordinates of its own vibrations, so that mass
+/// is the identity, stiffness diagonal, and damping too where it is proportional to within `kProportional`. Motions
+/// that the body gives way to lose their spring (`definite_tangent`). `combination`: the vibrations in terms of V.
 LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const MatrixX& V,
                    MatrixX* combination = nullptr);
 

@@ -13,8 +13,8 @@ struct TangentModel {
   std::vector<int> fixed_nodes;
 };
 
-/// `out`: of the same model, its storage is used again: a matrix of some tens of megabytes costs as much to allocate as to
-/// compute.
+/// `out`: of the same model, its storage is used again: a matrix of some tens of megabytes costs as much to allocate as
+/// to compute.
 void linearize(const DeformableModel& model, const State& state, TangentKind kind, TangentModel& out);
 TangentModel linearize(const DeformableModel& model, const State& state, TangentKind kind = TangentKind::exact);
 

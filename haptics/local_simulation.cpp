@@ -7,7 +7,7 @@
 namespace kt {
 namespace {
 
-constexpr double kPushOut = 0.03;  // [s]
+constexpr double kPushOut = 0.06;  // [s] a tool that was found inside is out after it
 
 }  // namespace
 
@@ -130,9 +130,15 @@ int LocalSimulation::find_overlap(const Vec3& tool) noexcept {
   const PreparedLocalModel& m = *model_;
   const Contact nearest = nearest_point_contact(m.model.patch, m.work.x, tool);
   if (nearest.gap >= tool_.radius) return -1;
-  overlap_ = tool_.radius - nearest.gap;
-  overlap_per_tick_ = overlap_ * h_ / kPushOut;
+  overlap_start_ = tool_.radius - nearest.gap;
+  overlap_left_ = kPushOut;
   return nearest.triangle;
+}
+
+/// Starts and ends with no speed, so that the push is felt and its ends are not.
+double LocalSimulation::allowed_overlap() const noexcept {
+  const double left = overlap_left_ / kPushOut;
+  return overlap_start_ * left * left * (3 - 2 * left);
 }
 
 /// Splits the tick's impulses into what is reported and what goes to the global side.

@@ -79,6 +79,7 @@ class LocalSimulation final : public HapticMethod {
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
   int find_overlap(const Vec3& tool) noexcept;
+  double allowed_overlap() const noexcept;
   void shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept;
 
   ToolShape tool_;
@@ -92,10 +93,11 @@ class LocalSimulation final : public HapticMethod {
   int num_samples_ = 0;
   LocalMotion motion_;  // room, for the refresh
   ForceBlend blend_;
-  bool was_on_rim_ = false;                    // the last tick's contact was at the edge of the patch
-  bool is_off_patch_ = false;                  // contact ended there: the tool may have got into the body unseen
-  bool has_new_patch_ = false;                 // since the last tick
-  double overlap_ = 0, overlap_per_tick_ = 0;  // that the tool still may have with the surface [m]
+  bool was_on_rim_ = false;     // the last tick's contact was at the edge of the patch
+  bool is_off_patch_ = false;   // contact ended there: the tool may have got into the body unseen
+  bool has_new_patch_ = false;  // since the last tick
+  double overlap_start_ = 0,
+         overlap_left_ = 0;  // that the tool was found to have [m], and the time that is left to end it [s]
   unsigned flags_ = 0;
 };
 

@@ -47,7 +47,7 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
     is_off_patch_ = false;
   }
   has_new_patch_ = false;
-  overlap_ = std::max(0.0, overlap_ - overlap_per_tick_);
+  overlap_left_ = std::max(0.0, overlap_left_ - h_);
   const Vec3 tool_velocity = (sweep.x_t1 - sweep.x_t0) / h_;
 
   const auto rewind_to = [&](const Contact& impact) {
@@ -190,7 +190,7 @@ bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noe
     const Vec3& n = contact.normal;
     problem_.normal[i] = n;
     // The gap there would be without contact impulses, to first order.
-    const double gap_free = contact.gap + overlap_ + h_left * n.dot(interpolate(w.du, t, contact.bary));
+    const double gap_free = contact.gap + allowed_overlap() + h_left * n.dot(interpolate(w.du, t, contact.bary));
     const Vec3 relative = interpolate(w.u_free, t, contact.bary) - tool_velocity;
     problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
     for (int k = 0; k <= i; ++k) {

@@ -2,27 +2,34 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "collision/closest_point.hpp"
+#include "core/damping.hpp"
 #include "core/sparse_solver.hpp"
 
 namespace kt {
 namespace {
 
+constexpr double kUncoupled = 0.02;  // of the damping power: far below what a hand can tell
+
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-bool is_positive_definite(const SparseMatrix& matrix) {
-  return matrix.rows() == 0 || make_sparse_solver()->factor(matrix);
+/// Diagonal ones are so by construction.
+bool is_positive_semidefinite(const SparseMatrix& matrix) {
+  return matrix.nonZeros() <= matrix.rows() || make_sparse_solver()->factor(matrix);
 }
 
 }  // namespace
 
-LocalScheme local_scheme(const std::string& integrator) {
+std::optional<LocalScheme> local_scheme(const std::string& integrator) {
+  if (integrator == "auto") return {};
+  if (integrator == "exact") return LocalScheme::exact;
   if (integrator == "symplectic_euler") return LocalScheme::symplectic_euler;
   if (integrator == "implicit_euler") return LocalScheme::implicit_euler;
-  throw_unknown("local.integrator", integrator, {"symplectic_euler", "implicit_euler"});
+  throw_unknown("local.integrator", integrator, {"auto", "exact", "implicit_euler", "symplectic_euler"});
 }
 
 Metric contact_metric(const std::string& name) {
@@ -58,7 +65,8 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                                                         .tolerance = scene.global.tolerance,
                                                         .definite = scene.global.definite}),
               1 / scene.global.rate_hz, start),
-      reduce_(find_reducer(scene.local.reducer)),
+      choice_(scene.local.reducer, scene.local.rings,
+              {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz}),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
@@ -67,7 +75,12 @@ double Refresher::reach(double t) const {
   const double latency = 1e-3 * scene_.link.latency_ms;
   double in_use = 1 / scene_.global.rate_hz + latency;
   // In two threads a model arrives after one interval and serves for the next; a slow body makes both longer.
-  if (scene_.link.type == "thread") in_use = 2 * std::max(1 / scene_.global.rate_hz, t - last_) + latency;
+  // No further than three intervals: a larger patch makes the next refresh slower still, and a tool that runs off is
+  // found again.
+  if (scene_.link.type == "thread") {
+    const double interval = 1 / scene_.global.rate_hz;
+    in_use = 2 * std::clamp(t - last_, interval, 1.5 * interval) + latency;
+  }
   return 1.5 * tool_.radius + max_speed_ * in_use;
 }
 
@@ -100,16 +113,39 @@ void Refresher::count_inverted() {
 }
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one.
-LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site, const ReduceOptions& options) {
-  try {
-    LocalModel local = reduce_(linearize(global_.model(), global_.state()), patch, site, options);
-    if (is_positive_definite(local.stiffness)) return local;
-  } catch (const IndefiniteTangent&) {
+LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site) {
+  for (const TangentKind kind : {TangentKind::exact, TangentKind::definite}) {
+    auto start = std::chrono::steady_clock::now();
+    linearize(global_.model(), global_.state(), kind, tangent_);
+    linearize_ms.push_back(milliseconds_since(start));
+    start = std::chrono::steady_clock::now();
+    try {
+      if (frame_ == 0) choice_.set_up(tangent_, patch, site);
+      LocalModel local = choice_.reduce(tangent_, patch, site);
+      if (!is_positive_semidefinite(local.stiffness)) continue;
+      reduce_ms.push_back(milliseconds_since(start));
+      start = std::chrono::steady_clock::now();
+      choice_.revise(local, site);
+      certify_ms.push_back(milliseconds_since(start));
+      local.certified_error = choice_.certified_error();
+      local.definite_tangent |= kind == TangentKind::definite;
+      definite_tangents += local.definite_tangent;
+      return local;
+    } catch (const IndefiniteTangent&) {
+      if (kind == TangentKind::definite) throw;
+    }
   }
-  LocalModel local = reduce_(linearize(global_.model(), global_.state(), TangentKind::definite), patch, site, options);
-  local.definite_tangent = true;
-  ++definite_tangents;
-  return local;
+  throw RunError("the body's definite tangent is not positive definite");
+}
+
+/// Vibrations that hardly know of one another are stepped exactly, each by itself; else all by one implicit step.
+LocalScheme Refresher::choose_scheme(LocalModel& local) {
+  coupling = damping_coupling(local);
+  const bool can_be_exact = coupling <= kUncoupled && !is_geometric(scene_.contact.law);
+  const LocalScheme scheme = scheme_.value_or(can_be_exact ? LocalScheme::exact : LocalScheme::implicit_euler);
+  if (scheme == LocalScheme::exact && coupling > 0 && coupling <= kUncoupled) drop_coupling(local);
+  exact_steps += scheme == LocalScheme::exact;
+  return scheme;
 }
 
 /// The body bent away from what the local model made of it: ask for the next one sooner, up to four times.
@@ -148,10 +184,11 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
       find_contact_site(surface_, global_.state().x, tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
-  const ReduceOptions options{.rings = scene_.local.rings, .graded = &graded_};
-  LocalModel local = reduce(patch, site, options);
+  LocalModel local = reduce(patch, site);
   local.frame = frame_++;
-  auto out = prepare(std::move(local), scheme_, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
+  const auto prepare_start = std::chrono::steady_clock::now();
+  const LocalScheme scheme = choose_scheme(local);
+  auto out = prepare(std::move(local), scheme, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
   out->tool = tool;
   method_->complete(*out, 1 / scene_.global.rate_hz);
@@ -160,6 +197,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
     place_contacts(*out, std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)),
                    reports.back().sliding);
   }
+  prepare_ms.push_back(milliseconds_since(prepare_start));
   refresh_ms.push_back(milliseconds_since(start));
   return out;
 }

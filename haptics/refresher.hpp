@@ -1,9 +1,10 @@
 #pragma once
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
+#include <optional>
 #include <span>
 
-#include "core/graded_body.hpp"
 #include "haptics/local_simulation.hpp"
+#include "haptics/reducer_choice.hpp"
 #include "io/scene.hpp"
 
 namespace kt {
@@ -34,16 +35,21 @@ class Refresher {
   /// tells.
   int next_interval(int usual) const;
 
+  const ReducerChoice& choice() const { return choice_; }
   const State& state() const { return global_.state(); }
   StepStatistics statistics() const { return global_.statistics(); }
-  std::vector<double> global_ms, refresh_ms;  ///< time of each integration; of linearize + reduce + prepare
-  std::vector<double> linearization_error;    ///< of each interval that ended in contact, see GlobalSimulation
+  std::vector<double> global_ms, refresh_ms;  ///< time of each integration; of all that follows it
+  std::vector<double> linearize_ms, reduce_ms, certify_ms, prepare_ms;  ///< parts of refresh_ms
+  std::vector<double> linearization_error;  ///< of each interval that ended in contact, see GlobalSimulation
   int definite_tangents = 0;
+  double coupling = 0;          ///< of the last local model's vibrations, see damping_coupling()
+  int exact_steps = 0;          ///< local models that are stepped exactly
   int inverted_tetrahedra = 0;  ///< most at any refresh
   double inverted_from = -1;    ///< time of the first one [s]
 
  private:
-  LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const ReduceOptions& options);
+  LocalModel reduce(const SurfacePatch& patch, const ContactSite& site);
+  LocalScheme choose_scheme(LocalModel& local);
   void count_inverted();
   void judge_linearization();
   double reach(double t) const;
@@ -53,9 +59,9 @@ class Refresher {
   double max_speed_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   GlobalSimulation global_;
-  ReduceFn reduce_;
-  GradedBody graded_;
-  LocalScheme scheme_;
+  ReducerChoice choice_;
+  TangentModel tangent_;               // of the last refresh: its storage
+  std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
   double last_ = 0;  // time of the last refresh [s]
   int frame_ = 0;
@@ -69,7 +75,8 @@ ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Ve
 /// The method that the scene asks for. Throws InputError.
 std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool);
 
-LocalScheme local_scheme(const std::string& integrator);
+/// None: "auto".
+std::optional<LocalScheme> local_scheme(const std::string& integrator);
 Metric contact_metric(const std::string& name);
 bool is_geometric(const std::string& contact_law);  ///< the paper's laws, which work in positions
 

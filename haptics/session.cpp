@@ -84,11 +84,13 @@ void check_methods(const Scene& scene) {
     require_backend("object.tetrahedralize.backend", tetrahedra->backend, tetrahedralizers());
   require_backend("link.type", scene.link.type, link_backends());
   require_backend("collision.backend", scene.collision.backend, triangle_index_backends());
-  require_backend("local.reducer", scene.local.reducer, reducer_backends());
+  require_backend("local.reducer", scene.local.reducer, reducer_names());
   require_backend("global.integrator", scene.global.integrator, integrator_backends());
   require_backend("global.solver", scene.global.solver, step_solver_backends());
   require_backend("contact.law", scene.contact.law, contact_laws());
-  local_scheme(scene.local.integrator);
+  if (local_scheme(scene.local.integrator) == LocalScheme::exact && is_geometric(scene.contact.law))
+    throw InputError(text("local.integrator \"exact\" is none of the paper's; contact.law \"", scene.contact.law,
+                          "\" needs symplectic_euler or implicit_euler"));
   make_scene_method(scene, {});
   if (scene.local.method == "legacy" && scene.local.reducer != "wall")
     throw InputError(text("local.method \"legacy\" is a framework with a wall: it needs local.reducer \"wall\", not \"",
@@ -147,16 +149,17 @@ std::vector<BackendInfo> link_backends() {
 }
 
 Session::Session(const Scene& scene) : scene_(scene), tool_(scene_tool(scene.tool)) {
-  check_methods(scene);
   build(load_scene_mesh(scene, warnings_));
 }
 
 Session::Session(const Scene& scene, Mesh body) : scene_(scene), tool_(scene_tool(scene.tool)) {
-  check_methods(scene);
   build(std::move(body));
 }
 
 void Session::build(Mesh mesh) {
+  if (scene_.local.method == "legacy" && scene_.local.reducer == "auto")
+    scene_.local.reducer = "wall";  // it knows no other
+  check_methods(scene_);
   const Scene& scene = scene_;
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
@@ -196,6 +199,18 @@ SessionResult Session::run(const SessionOptions& options) {
   haptic.finish(result);
   result.global_ms = std::move(refresher.global_ms);
   result.refresh_ms = std::move(refresher.refresh_ms);
+  result.refresh_parts_ms = {{"linearize", std::move(refresher.linearize_ms)},
+                             {"reduce", std::move(refresher.reduce_ms)},
+                             {"certify", std::move(refresher.certify_ms)},
+                             {"prepare", std::move(refresher.prepare_ms)}};
+  result.reducer = refresher.choice().chosen().reducer;
+  result.reducer_name = refresher.choice().chosen().name;
+  result.reducer_reason = refresher.choice().reason();
+  result.reducer_candidates = refresher.choice().candidates();
+  result.reducer_revisions = refresher.choice().revisions();
+  result.certified_error = refresher.choice().certified_error();
+  result.damping_coupling = refresher.coupling;
+  result.exact_steps = refresher.exact_steps;
   result.linearization_error = std::move(refresher.linearization_error);
   if (threaded) warn_of_lag(scene_, result);
   result.definite_tangents = refresher.definite_tangents;

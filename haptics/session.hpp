@@ -6,6 +6,7 @@
 
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/local_simulation.hpp"
+#include "haptics/reducer_choice.hpp"
 #include "io/scene.hpp"
 
 namespace kt {
@@ -30,6 +31,13 @@ struct SessionResult {
   std::vector<double> lateness_us;  ///< thread link: wall clock after the tick was due [us]
   std::vector<double> penetration;  ///< per tick, by contact_check [m]; empty when not asked for
   std::vector<double> global_ms, refresh_ms;
+  std::vector<std::pair<std::string, std::vector<double>>> refresh_parts_ms;
+  std::string reducer, reducer_name, reducer_reason;  ///< in use at the end
+  std::vector<ReducerCandidate> reducer_candidates;
+  int reducer_revisions = 0;
+  double certified_error = std::numeric_limits<double>::quiet_NaN();
+  double damping_coupling = 0;              ///< of the last local model
+  int exact_steps = 0;                      ///< local models that were stepped exactly
   std::vector<double> linearization_error;  ///< of each refresh interval that ended in contact
   std::vector<RefreshEvent> refreshes;
   std::vector<Snapshot> snapshots;

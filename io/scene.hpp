@@ -153,14 +153,15 @@ struct SceneGlobal {
 };
 
 struct SceneLocal {
-  double rate_hz = 1000.0;  ///< at least the global rate
-  std::string reducer = "wall";
-  int rings = 1;            ///< rings of triangles around the contact [-]
-  double tolerance = 0.05;  ///< largest certified error of the local model [-]
-  bool catch_up = true;     ///< a new local model is replayed from its linearization to the present; else the old
-                            ///< one's state is taken over
-  double blend_ms = 12;     ///< the difference between two local models fades from the force over this time
-  std::string integrator = "implicit_euler";
+  double rate_hz = 1000.0;       ///< at least the global rate
+  std::string reducer = "auto";  ///< or a name in core/reducers.def
+  int rings = 1;                 ///< rings of triangles around the contact [-]
+  double tolerance = 0.05;       ///< largest certified error of the local model [-]
+  double budget_us = 200;        ///< of CPU time for a haptic tick, predicted: reducer auto stays within it
+  bool catch_up = true;          ///< a new local model is replayed from its linearization to the present; else the old
+                                 ///< one's state is taken over
+  double blend_ms = 12;          ///< the difference between two local models fades from the force over this time
+  std::string integrator = "auto";   ///< exact, implicit_euler, symplectic_euler, or whichever fits
   std::string method = "multirate";  ///< name in haptics/methods/haptic_method.def: this engine or a baseline
   bool operator==(const SceneLocal&) const = default;
 };

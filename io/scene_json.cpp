@@ -120,6 +120,7 @@ void fields(A& a, SceneLocal& s) {
   a("reducer", s.reducer);
   a("rings", s.rings);
   a("tolerance", s.tolerance);
+  a("budget_us", s.budget_us);
   a("catch_up", s.catch_up);
   a("blend_ms", s.blend_ms);
   a("integrator", s.integrator);

@@ -1,5 +1,5 @@
-// What the body does under forces on the patch that grow as e^(s t), for a few rates s: exact there, and close between and
-// on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005, chapter 11).
+// What the body does under forces on the patch that grow as e^(s t), for a few rates s: exact there, and close between
+// and on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005, chapter 11).
 #include "core/graded_body.hpp"
 
 namespace kt {
@@ -10,7 +10,7 @@ LocalModel reduce_krylov(const TangentModel& tangent, SurfacePatch patch, const 
   GradedBody& graded = options.graded ? *options.graded : anew;
   const bool whole = !options.graded && options.grading == 0;
   const FreeBody& body = whole ? graded.update_whole(tangent) : graded.update(tangent, patch);
-  MatrixX V = orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver()),
+  MatrixX V = orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver(), options.echoes),
                                   options.rank_tolerance);
   MatrixX combination;
   LocalModel out = confine(tangent, body, std::move(patch), V, &combination);

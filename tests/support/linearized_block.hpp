@@ -11,16 +11,18 @@ namespace kt {
 /// of its top.
 struct LinearizedBlock {
   static constexpr double edge = 0.01;  ///< of a cube [m]
-  explicit LinearizedBlock(int cells = 3) : mesh(kuhn_block(cells, cells, cells, edge)) {
+  /// @param noise  how far it is deformed, in edges
+  explicit LinearizedBlock(int cells = 3, const std::string& type = "msd", double noise = 0.05)
+      : mesh(kuhn_block(cells, cells, cells, edge)) {
     model = make_model(
-        "msd", mesh,
+        type, mesh,
         {.young = 5e3, .damping_mass = 1, .damping_stiffness = 2e-3, .fixed_nodes = nodes_below(mesh, 1e-6)});
     State state = rest_state(*model);
     state.t = 0.25;
     for (int i = 0; i < mesh.num_nodes(); ++i)
       if (mesh.x[3 * i + 2] > 1e-6) {
-        node(state.x, i) += 0.05 * edge * random_vector(3, static_cast<unsigned>(i));
-        node(state.v, i) = 0.02 * random_vector(3, static_cast<unsigned>(1000 + i));
+        node(state.x, i) += noise * edge * random_vector(3, static_cast<unsigned>(i));
+        node(state.v, i) = 0.4 * noise * random_vector(3, static_cast<unsigned>(1000 + i));
       }
     tangent = linearize(*model, state, TangentKind::definite);
     surface = make_surface(mesh);
@@ -35,6 +37,7 @@ struct LinearizedBlock {
       }
     }
   }
+  SurfacePatch patch() const { return make_patch(surface, tangent.state.x, site); }
   LocalModel reduce(const std::string& name, int rings = 1) const {
     return find_reducer(name)(tangent, make_patch(surface, tangent.state.x, site), site, {.rings = rings});
   }

@@ -1,0 +1,143 @@
+// Relative error of the contact impedance for every reducer and frequency, the worst vertex of a patch (two rings
+// around a vertex) against the whole linearized body: the table of design/method.md section 3, on three bodies.
+//   ./build/release/bench/impedance_table [--json FILE]
+#include <cstdio>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+
+#include "bench/two_rings.hpp"
+#include "core/certificate.hpp"
+#include "haptics/session.hpp"
+#include "models/model.hpp"
+
+namespace kt {
+namespace {
+
+struct Body {
+  std::string name;
+  const DeformableModel* model;
+};
+
+int top_vertex(const Mesh& mesh, const Surface& surface) {
+  const Bounds box = bounds(mesh);
+  const Vec3 top(box.centre().x(), box.centre().y(), box.max.z());
+  int best = surface.triangles.front()[0];
+  for (const Triangle& t : surface.triangles)
+    for (int i : t)
+      if ((node(mesh.x, i) - top).norm() < (node(mesh.x, best) - top).norm() - 1e-9) best = i;
+  return best;
+}
+
+struct Row {
+  std::string reducer;
+  int dof;
+  std::vector<double> error;
+};
+
+struct Recipe {
+  std::string label, reducer;
+  ReduceOptions options;
+  int refreshes = 1;
+};
+
+std::vector<Recipe> recipes() {
+  return {{"wall, patch only", "wall", {.rings = 0}},
+          {"wall, 1 ring in depth", "wall", {.rings = 1}},
+          {"wall, 2 rings in depth", "wall", {.rings = 2}},
+          {"wall, 3 rings in depth", "wall", {.rings = 3}},
+          {"wall, 4 rings in depth", "wall", {.rings = 4}},
+          {"condensed", "condensed", {}},
+          {"modal 60", "modal", {.modes = 60}},
+          {"krylov {0, 60}, whole", "krylov", {.shifts_hz = {0, 60}, .echoes = 0, .grading = 0}},
+          {"krylov {0, 60, 200}, whole", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 0, .grading = 0}},
+          {"krylov {0, 60, 200}, graded", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 0}},
+          {"the same, 2 echoes, whole", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 2, .grading = 0}},
+          {"the same, 4 echoes, whole", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 4, .grading = 0}},
+          {"the same, 4 echoes, graded", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 4}},
+          {"the same, after 10 refreshes", "krylov", {.shifts_hz = {0, 60, 200}, .echoes = 4}, 10},
+
+          {"krylov {0, 45, 220} 4 echoes", "krylov", {.shifts_hz = {0, 45, 220}, .echoes = 4}}};
+}
+
+std::vector<Row> measure(const Body& body) {
+  const TangentModel tangent = linearize(*body.model, rest_state(*body.model));
+  const Surface surface = make_surface(body.model->mesh());
+  const int vertex = top_vertex(body.model->mesh(), surface);
+  const SurfacePatch patch = two_rings(surface, vertex);
+  const ContactSite site{node(tangent.state.x, vertex), surface.topology.triangles_of(vertex)[0], 0};
+  const FreeBody whole(tangent);
+  std::vector<std::vector<ComplexMat3>> truth;
+  for (double hz : kCertifiedHz) truth.push_back(BodyCompliance(whole, hz).at(patch.global_node));
+  std::vector<Row> rows;
+  std::printf("\n%s: %d nodes, patch of %d vertices\n%-30s %5s", body.name.c_str(), body.model->mesh().num_nodes(),
+              patch.num_vertices(), "error of the impedance, %", "dof");
+  for (double hz : kCertifiedHz) std::printf(" %5g Hz", hz);
+  for (const Recipe& recipe : recipes()) {
+    GradedBody graded({.slope = recipe.options.grading});
+    ReduceOptions options = recipe.options;
+    if (recipe.refreshes > 1) options.graded = &graded;
+    LocalModel m;
+    for (int k = 0; k < recipe.refreshes; ++k) m = find_reducer(recipe.reducer)(tangent, patch, site, options);
+    Row row{recipe.label, m.dof(), {}};
+    for (std::size_t f = 0; f < kCertifiedHz.size(); ++f) {
+      double worst = 0;
+      for (int v = 0; v < patch.num_vertices(); ++v)
+        worst =
+            std::max(worst, impedance_error(compliance(m, v, kCertifiedHz[f]), truth[f][static_cast<std::size_t>(v)]));
+      row.error.push_back(worst);
+    }
+    std::printf("\n%-30s %5d", row.reducer.c_str(), row.dof);
+    for (double e : row.error) std::printf(" %8.2f", 100 * e);
+    std::fflush(stdout);
+    rows.push_back(row);
+  }
+  std::printf("\n");
+  return rows;
+}
+
+void write_json(std::ostream& out, const std::vector<std::pair<std::string, std::vector<Row>>>& tables) {
+  out << std::setprecision(6) << "{\n  \"hz\": [0, 10, 30, 50, 100, 200, 500],\n  \"bodies\": [";
+  for (std::size_t b = 0; b < tables.size(); ++b) {
+    out << (b ? "," : "") << "\n    { \"body\": \"" << tables[b].first << "\", \"rows\": [";
+    for (std::size_t r = 0; r < tables[b].second.size(); ++r) {
+      const Row& row = tables[b].second[r];
+      out << (r ? "," : "") << "\n      { \"reducer\": \"" << row.reducer << "\", \"dof\": " << row.dof
+          << ", \"error\": [";
+      for (std::size_t f = 0; f < row.error.size(); ++f) out << (f ? ", " : "") << row.error[f];
+      out << "] }";
+    }
+    out << " ] }";
+  }
+  out << "\n  ]\n}\n";
+}
+
+int run(const std::string& json) {
+  Mesh block = kuhn_block(20, 20, 6, 0.005);
+  std::vector<int> base;
+  for (int i = 0; i < 21 * 21; ++i) base.push_back(i);
+  const auto fem =
+      make_model("fem", block, {.young = 1e4, .poisson = 0.4, .damping_stiffness = 2e-3, .fixed_nodes = base});
+  const Session slab(load_scene(KT_SOURCE_DIR "/scenes/slab_drag.json"));
+  const Session organ(load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json"));
+  std::vector<std::pair<std::string, std::vector<Row>>> tables;
+  for (const Body& body :
+       {Body{"FEM block (method.md)", fem.get()}, Body{"MSD slab (scenes/slab_drag.json)", &slab.model()},
+        Body{"MSD organ (scenes/organ_drag.json)", &organ.model()}})
+    tables.emplace_back(body.name, measure(body));
+  if (json.empty()) return 0;
+  std::ofstream out(json);
+  write_json(out, tables);
+  return out ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace kt
+
+int main(int argc, char** argv) {
+  if (argc != 1 && !(argc == 3 && std::string(argv[1]) == "--json")) {
+    std::cerr << "impedance_table [--json FILE]\n";
+    return 2;
+  }
+  return kt::run(argc == 3 ? argv[2] : "");
+}

@@ -1,0 +1,143 @@
+// A refresh of large bodies on one core, part by part: clamped blocks of neo-Hookean elements, a patch of 19 vertices,
+// krylov {0, 60, 200} Hz.
+//   ./build/release/bench/reduction_bench --benchmark_counters_tabular=true
+#include <benchmark/benchmark.h>
+#include <malloc.h>
+#include <time.h>
+
+#include <map>
+
+#include "bench/two_rings.hpp"
+#include "core/certificate.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "core/tangent_model.hpp"
+#include "models/model.hpp"
+
+namespace kt {
+namespace {
+
+/// A block of cells x cells x height cubes over 0.1 x 0.1 m, clamped at its base, pressed a little; the patch is two
+/// rings around the middle of its top.
+struct Block {
+  Block(int cells, int height) {
+    Mesh mesh = kuhn_block(cells, cells, height, 0.1 / cells);
+    std::vector<int> base;
+    for (int i = 0; i < (cells + 1) * (cells + 1); ++i) base.push_back(i);
+    model = make_model("fem", mesh, {.young = 1e4, .poisson = 0.4, .damping_stiffness = 2e-3, .fixed_nodes = base});
+    State state = rest_state(*model);
+    for (int i = 0; i < mesh.num_nodes(); ++i) state.x[3 * i + 2] *= 0.97;
+    surface = make_surface(mesh);
+    const int middle = (height * (cells + 1) + cells / 2) * (cells + 1) + cells / 2;
+    site = {node(state.x, middle), surface.topology.triangles_of(middle)[0], 1e-9};
+    patch = two_rings(surface, middle);
+    linearize(*model, state, TangentKind::exact, tangent);
+  }
+  std::unique_ptr<DeformableModel> model;
+  Surface surface;
+  ContactSite site;
+  SurfacePatch patch;
+  TangentModel tangent;
+};
+
+const Block& block_of(const benchmark::State& state) {
+  static std::map<std::int64_t, Block> made;
+  return made.try_emplace(state.range(0), static_cast<int>(state.range(0)), static_cast<int>(state.range(1)))
+      .first->second;
+}
+
+/// What a refresh is made of; each is timed with the ones before it done.
+enum Part {
+  linearizing,
+  grading_anew,
+  grading,
+  answering,
+  orthonormalizing,
+  confining,
+  krylov,
+  sampling,
+  whole_krylov
+};
+constexpr const char* kParts[] = {"linearize",     "grade anew",       "grade",
+                                  "factor, solve", "orthonormalize",   "confine",
+                                  "krylov in all", "certify a sample", "krylov, whole body"};
+
+/// One core does the slow side; the time is the thread's own.
+void BM_Refresh(benchmark::State& state) {
+  const Block& b = block_of(state);
+  const Part part = static_cast<Part>(state.range(2));
+  GradedBody graded;
+  const ReduceOptions options{.graded = &graded};
+  const ReduceFn reduce = find_reducer("krylov");
+  const LocalModel model = reduce(b.tangent, b.patch, b.site, options);
+  const FreeBody& body = graded.update(b.tangent, b.patch);
+  const auto answer = [&] { return responses(body, b.patch, options.shifts_hz, graded.solver(), options.echoes); };
+  const MatrixX answers = answer(), V = orthonormal_motions(body.mass, answers, options.rank_tolerance);
+  const int vertex = certified_vertices(model, b.site).front();
+  TangentModel tangent = b.tangent;
+  const auto work = [&] {
+    switch (part) {
+      case linearizing:
+        linearize(*b.model, b.tangent.state, TangentKind::exact, tangent);
+        break;
+      case grading_anew:
+        benchmark::DoNotOptimize(GradedBody().update(b.tangent, b.patch).force.data());
+        break;
+      case grading:
+        graded.update(b.tangent, b.patch);
+        break;
+      case answering:
+        benchmark::DoNotOptimize(answer());
+        break;
+      case orthonormalizing:
+        benchmark::DoNotOptimize(orthonormal_motions(body.mass, answers, 1e-6));
+        break;
+      case confining:
+        benchmark::DoNotOptimize(confine(b.tangent, body, b.patch, V));
+        break;
+      case krylov:
+        benchmark::DoNotOptimize(reduce(b.tangent, b.patch, b.site, options));
+        break;
+      case sampling:
+        benchmark::DoNotOptimize(estimate_error(graded, model, vertex, 50, 1));
+        break;
+      case whole_krylov:
+        benchmark::DoNotOptimize(reduce(b.tangent, b.patch, b.site, {.grading = 0}));
+        break;
+    }
+  };
+  const auto cpu = [] {
+    timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  };
+  with_threads(1, [&] {
+    for (auto _ : state) {
+      const double start = cpu();
+      work();
+      state.SetIterationTime(cpu() - start);
+    }
+  });
+  state.SetLabel(kParts[part]);
+  state.counters["nodes"] = b.model->mesh().num_nodes();
+  state.counters["kept"] = graded.num_kept();
+  state.counters["dof"] = model.dof();
+}
+
+/// Freed memory is used again: else every large matrix is fetched from the system, page by page, and given back.
+[[maybe_unused]] const bool keeps_memory = [] {
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  return true;
+}();
+
+BENCHMARK(BM_Refresh)
+    ->ArgNames({"cells", "height", "part"})
+    ->Apply([](benchmark::internal::Benchmark* bench) {
+      for (auto [cells, height] : {std::pair{14, 4}, {20, 7}, {32, 9}})  // 1,125, 3,528 and 10,890 nodes
+        for (int part = linearizing; part <= whole_krylov; ++part) bench->Args({cells, height, part});
+    })
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+}  // namespace
+}  // namespace kt

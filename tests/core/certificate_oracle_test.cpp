@@ -1,0 +1,112 @@
+// The certificate against the inverse of the whole body's dense dynamic stiffness.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <numbers>
+
+#include "core/certificate.hpp"
+#include "tests/support/linearized_block.hpp"
+
+namespace kt {
+namespace {
+
+/// |Z - Z_body| / |Z_body| by dense algebra alone.
+double dense_error(const FreeBody& body, const LocalModel& m, int vertex, double hz) {
+  using C = std::complex<double>;
+  const double w = 2 * std::numbers::pi * hz;
+  const auto dynamic = [&](const SparseMatrix& M, const SparseMatrix& D, const SparseMatrix& K) {
+    return Eigen::MatrixXcd(MatrixX(K - w * w * M).cast<C>() + C(0, w) * MatrixX(D).cast<C>());
+  };
+  const int k = body.dofs.to_free[3 * m.patch.global_node[vertex]];
+  const MatrixX unit = MatrixX::Identity(body.dofs.size(), body.dofs.size()).middleCols(k, 3);
+  const Eigen::MatrixXcd exact =
+      unit.transpose() * dynamic(body.mass, body.damping, body.stiffness).partialPivLu().solve(unit.cast<C>().eval());
+  const MatrixX rows = MatrixX(m.basis).middleRows(3 * vertex, 3);
+  const Eigen::MatrixXcd own =
+      rows * dynamic(m.mass, m.damping, m.stiffness).partialPivLu().solve(rows.transpose().cast<C>().eval());
+  return (own.inverse() - exact.inverse()).norm() / exact.inverse().norm();
+}
+
+struct Certified {
+  explicit Certified(const std::string& reducer, const std::string& type = "fem")
+      : block(6, type), body(block.tangent) {
+    model = find_reducer(reducer)(block.tangent, block.patch(), block.site, {.rings = 2, .graded = &graded});
+    if (reducer != "krylov") graded.update(block.tangent, block.patch());
+    vertices = certified_vertices(model, block.site);
+  }
+  LinearizedBlock block;
+  FreeBody body;
+  GradedBody graded;
+  LocalModel model;
+  std::vector<int> vertices;
+};
+
+TEST(Certificate, InFullIsTheWorstDenseErrorOfEachFrequency) {
+  for (const char* reducer : {"wall", "krylov"}) {
+    const Certified c(reducer);
+    const std::vector<double> hz{0, 30, 200};
+    const Certificate found = certify(c.model, c.body, c.vertices, hz);
+    EXPECT_EQ(found.hz, hz);
+    double worst = 0;
+    for (std::size_t f = 0; f < hz.size(); ++f) {
+      double expected = 0;
+      for (int v : c.vertices) expected = std::max(expected, dense_error(c.body, c.model, v, hz[f]));
+      EXPECT_NEAR(found.error[f], expected, 1e-5) << reducer << hz[f];
+      worst = std::max(worst, found.error[f]);
+    }
+    EXPECT_EQ(found.worst, worst);
+    EXPECT_GT(found.worst, reducer == std::string("wall") ? 0.1 : 1e-4);
+  }
+}
+
+TEST(Certificate, AtRunTimeComesToTheDenseErrorWithEveryStep) {
+  for (const char* reducer : {"wall", "krylov"}) {
+    const Certified c(reducer);
+    ASSERT_FALSE(c.graded.is_whole());
+    for (double hz : kCertifiedHz) {
+      const int v = c.vertices[1];
+      const double exact = dense_error(c.body, c.model, v, hz);
+      EXPECT_NEAR(estimate_error(c.graded, c.model, v, hz, 14), exact, 0.03 * exact) << reducer << hz;
+      // What a refresh can afford: the size of the error, where it is an error that one could feel.
+      EXPECT_NEAR(estimate_error(c.graded, c.model, v, hz), exact, 0.35 * exact + 0.002) << reducer << hz;
+    }
+  }
+}
+
+TEST(Certificate, OfAWholeBodysKrylovModelIsExactAtOnce) {
+  const Certified c("krylov", "msd");
+  GradedBody whole;
+  whole.update_whole(c.block.tangent);
+  const LocalModel m = find_reducer("krylov")(c.block.tangent, c.block.patch(), c.block.site, {.grading = 0});
+  const LocalModel wall = find_reducer("wall")(c.block.tangent, c.block.patch(), c.block.site, {.rings = 2});
+  const double exact = dense_error(c.body, wall, c.vertices[0], 0);
+  EXPECT_NEAR(estimate_error(whole, wall, c.vertices[0], 0, 1), exact, 1e-6 * exact);
+  EXPECT_LT(dense_error(c.body, m, c.vertices[0], 0), 1e-6);
+}
+
+TEST(Certificate, LooksWhereTheToolCanBe) {
+  const Certified c("wall");
+  ASSERT_GE(c.vertices.size(), 3u);
+  double nearest = 1;
+  for (int v = 0; v < c.model.patch.num_vertices(); ++v)
+    nearest = std::min(nearest, (node(c.model.x0, v) - c.block.site.centre).norm());
+  EXPECT_EQ((node(c.model.x0, c.vertices[0]) - c.block.site.centre).norm(), nearest);
+  for (int v : c.vertices)  // every triangle around it is in the patch
+    EXPECT_EQ(c.model.patch.topology.triangles_of(v).size(),
+              c.block.surface.topology.triangles_of(c.model.patch.global_node[v]).size());
+}
+
+TEST(Certificate, TakesTheFrequenciesInTurnAndKeepsTheLatest) {
+  const Certified c("krylov");
+  RunningCertificate running({0, 100});
+  EXPECT_TRUE(std::isnan(running.sample(c.graded, c.model, c.block.site).error[1]));
+  const Certificate second = running.sample(c.graded, c.model, c.block.site);
+  EXPECT_EQ(second.error[0], estimate_error(c.graded, c.model, c.vertices[0], 0));
+  EXPECT_EQ(second.error[1], estimate_error(c.graded, c.model, c.vertices[0], 100));
+  EXPECT_EQ(second.worst, std::max(second.error[0], second.error[1]));
+  EXPECT_EQ(running.sample(c.graded, c.model, c.block.site).error[0],
+            estimate_error(c.graded, c.model, c.vertices[1], 0));
+}
+
+}  // namespace
+}  // namespace kt

@@ -1,0 +1,192 @@
+// The body seen from a contact against dense matrices of the whole one, and the products it is made with.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "core/error.hpp"
+#include "core/graded_body.hpp"
+#include "core/sparse_product.hpp"
+#include "tests/support/linearized_block.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kRoundoff = 1e-12;
+
+MatrixX dense_expansion(const GradedBody& graded, Eigen::Index coordinates) {
+  MatrixX out(graded.all_dofs().size(), coordinates);
+  for (Eigen::Index c = 0; c < coordinates; ++c)
+    out.col(c) = graded.expand<1>(NodeRows<1>(VectorX::Unit(coordinates, c)));
+  return out;
+}
+
+TEST(GradedBody, IsTheWholeOneConfinedToTheMotionsThatItExpandsTo) {
+  for (const char* type : {"msd", "fem"}) {
+    const LinearizedBlock b(6, type);
+    const FreeBody whole(b.tangent);
+    GradedBody graded;
+    const FreeBody& body = graded.update(b.tangent, b.patch());
+    ASSERT_FALSE(graded.is_whole());
+    ASSERT_LT(body.force.size(), whole.force.size() * 3 / 4);
+    const MatrixX E = dense_expansion(graded, body.force.size());
+    EXPECT_LE(relative_error(body.mass, E.transpose() * (whole.mass * E)), kRoundoff);
+    EXPECT_LE(relative_error(body.damping, E.transpose() * (whole.damping * E)), kRoundoff);
+    EXPECT_LE(relative_error(body.stiffness, E.transpose() * (whole.stiffness * E)), kRoundoff);
+    EXPECT_LE(relative_error(body.force, E.transpose() * whole.force), kRoundoff);
+    EXPECT_LE(relative_error(graded.contract<1>(NodeRows<1>(whole.force)), body.force), kRoundoff);
+    for (int i = 0; i < b.mesh.num_nodes(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int k = body.dofs.to_free[3 * i + c]; k >= 0) {
+          EXPECT_EQ(VectorX(E.row(whole.dofs.to_free[3 * i + c])), VectorX(VectorX::Unit(E.cols(), k)));
+          EXPECT_EQ(body.velocity[k], b.tangent.state.v[3 * i + c]);
+        }
+    for (int i : b.patch().global_node)
+      EXPECT_TRUE(whole.dofs.to_free[3 * i] < 0 || body.dofs.to_free[3 * i] >= 0) << "every patch node is kept";
+  }
+}
+
+TEST(GradedBody, FollowsAffineMotionsAboutTheFixedBase) {
+  const LinearizedBlock b(7, "msd", 0);
+  GradedBody graded;
+  const FreeBody& body = graded.update(b.tangent, b.patch());
+  ASSERT_FALSE(graded.is_whole());
+  const Vec3 direction(0.3, -1, 0.7);
+  NodeRows<1> coordinates = VectorX::Zero(body.force.size()), expected(graded.all_dofs().size());
+  for (int k = 0; k < body.dofs.size(); ++k)
+    coordinates[k] = b.mesh.x[body.dofs.to_all[k] / 3 * 3 + 2] * direction[body.dofs.to_all[k] % 3];
+  for (int k = 0; k < expected.size(); ++k) {
+    const int all = graded.all_dofs().to_all[k];
+    expected[k] = b.mesh.x[all / 3 * 3 + 2] * direction[all % 3];
+  }
+  EXPECT_LE(relative_error(graded.expand<1>(coordinates), expected), kRoundoff);
+}
+
+/// Static response of the patch, of the body against the whole one.
+double static_error(const LinearizedBlock& b, const FreeBody& body) {
+  const FreeBody whole(b.tangent);
+  const MatrixX B = whole.inputs(b.patch()), Bc = body.inputs(b.patch());
+  return relative_error(Bc.transpose() * MatrixX(body.stiffness).ldlt().solve(Bc),
+                        B.transpose() * MatrixX(whole.stiffness).ldlt().solve(B));
+}
+
+TEST(GradedBody, YieldsAsTheWholeOneAndBetterAtEveryRefresh) {
+  const LinearizedBlock b(7, "fem");
+  GradedBody graded;
+  const double first = static_error(b, graded.update(b.tangent, b.patch()));
+  EXPECT_LE(first, 0.004);
+  for (int refresh = 0; refresh < 10; ++refresh) graded.update(b.tangent, b.patch());
+  const double later = static_error(b, graded.update(b.tangent, b.patch()));
+  EXPECT_LT(later, first);
+  GradedBody coarse({.slope = 1, .coarsest = 10});
+  EXPECT_GT(static_error(b, coarse.update(b.tangent, b.patch())), later);
+  EXPECT_LE(static_error(b, coarse.update_whole(b.tangent)), kRoundoff * 100);
+}
+
+TEST(GradedBody, KeepsItsNodesWhileThePatchStaysNear) {
+  const LinearizedBlock b(7);
+  SurfacePatch patch = b.patch(), far = patch;
+  GradedBody graded;
+  graded.update(b.tangent, patch);
+  TangentModel moved = b.tangent;
+  moved.state.x += 1e-3 * b.edge * random_vector(moved.state.x.size(), 5);
+  graded.update(moved, patch);
+  EXPECT_EQ(graded.gradings(), 1);
+  for (int& i : far.global_node) i = b.mesh.num_nodes() - 1 - i;  // across the block
+  const FreeBody& body = graded.update(b.tangent, far);
+  EXPECT_EQ(graded.gradings(), 2);
+  for (int i : far.global_node) EXPECT_TRUE(graded.all_dofs().to_free[3 * i] < 0 || body.dofs.to_free[3 * i] >= 0);
+}
+
+TEST(GradedBody, GivesTheSameBitsTwice) {
+  const LinearizedBlock b(6, "fem");
+  GradedBody one, two;
+  for (int refresh = 0; refresh < 3; ++refresh) {
+    const FreeBody &first = one.update(b.tangent, b.patch()), &second = two.update(b.tangent, b.patch());
+    EXPECT_EQ(MatrixX(first.stiffness), MatrixX(second.stiffness));
+    EXPECT_EQ(MatrixX(first.damping), MatrixX(second.damping));
+  }
+}
+
+TEST(Krylov, OfAGradedBodyStartsThePatchWhereItIs) {
+  const LinearizedBlock b(6);
+  GradedBody graded;
+  const LocalModel m = find_reducer("krylov")(b.tangent, b.patch(), b.site, {.graded = &graded});
+  ASSERT_FALSE(graded.is_whole());
+  EXPECT_LE(relative_error(m.basis * m.q_rate0, m.v0), 1e-9);
+  std::vector<int> rows;
+  for (int i = 0; i < 3 * m.patch.num_vertices(); ++i)
+    if (m.patch.in_reach[static_cast<std::size_t>(i / 3)]) rows.push_back(i);
+  const MatrixX lifted = m.basis * m.lift;
+  EXPECT_LE((lifted(rows, rows) - MatrixX::Identity(lifted.rows(), lifted.rows())(rows, rows)).norm(), 1e-9);
+}
+
+/// By a flag, with the springs clamped, or by an exception where no basis could be found.
+TEST(Krylov, SaysWhenTheExactTangentIsIndefinite) {
+  LinearizedBlock b(6);
+  State pressed = b.tangent.state;
+  for (int i = 0; i < b.mesh.num_nodes(); ++i) pressed.x[3 * i + 2] *= 0.5;
+  for (double grading : {0.0, 0.45}) {
+    const auto reduce = [&](TangentKind kind) {
+      return find_reducer("krylov")(linearize(*b.model, pressed, kind), b.patch(), b.site, {.grading = grading});
+    };
+    try {
+      const LocalModel clamped = reduce(TangentKind::exact);
+      EXPECT_TRUE(clamped.definite_tangent);
+      EXPECT_GE(MatrixX(clamped.stiffness).diagonal().minCoeff(), 0);
+    } catch (const IndefiniteTangent&) {
+    }
+    EXPECT_FALSE(reduce(TangentKind::definite).definite_tangent);
+    EXPECT_GT(MatrixX(reduce(TangentKind::definite).stiffness).diagonal().minCoeff(), 0);
+  }
+}
+
+TEST(NodeRanks, SeparateNodesAndLeaveNoneAlone) {
+  const VectorX x = 0.1 * random_vector(900, 4);
+  const std::vector<double> ranks = node_ranks(x);
+  for (double h : {0.01, 0.02, 0.05, 0.1})
+    for (int i = 0; i < 300; ++i) {
+      double nearest = 1;
+      for (int k = 0; k < 300; ++k)
+        if (k != i && ranks[k] >= h) nearest = std::min(nearest, (node(x, i) - node(x, k)).norm());
+      if (ranks[i] >= h)
+        EXPECT_GE(nearest, h * (1 - 1e-9));
+      else
+        EXPECT_LE(nearest, 1.2 * h);
+    }
+}
+
+TEST(NodeBlocks, MultiplyAsTheSymmetricPartsOfTheMatricesDo) {
+  Mesh mesh = kuhn_block(3, 2, 2, 0.01);
+  const auto model = make_model(
+      "fem", mesh, {.damping_mass = 1, .damping_stiffness = 1e-3, .fixed_nodes = {0, 5, 6}, .consistent_mass = true});
+  State state = rest_state(*model);
+  state.x += 1e-3 * random_vector(state.x.size(), 1);
+  state.v = 0.1 * random_vector(state.x.size(), 2);
+  const TangentModel tangent = linearize(*model, state);
+  ASSERT_GT(relative_error(tangent.dfdx, MatrixX(tangent.dfdx.transpose())), 1e-6) << "moving, so not symmetric";
+  const FreeBody whole(tangent);
+  NodeBlocks blocks;
+  blocks.update(tangent, whole.dofs);
+  const NodeRows<6> u = random_vector(6 * whole.dofs.size(), 3).reshaped(whole.dofs.size(), 6);
+  NodeRows<6> out;
+  blocks.stiffness<6>(u, out);
+  EXPECT_LE(relative_error(out, whole.stiffness * MatrixX(u)), kRoundoff);
+  blocks.damping<6>(u, out);
+  EXPECT_LE(relative_error(out, whole.damping * MatrixX(u)), kRoundoff);
+  blocks.mass<6>(u, out);
+  EXPECT_LE(relative_error(out, whole.mass * MatrixX(u)), kRoundoff);
+}
+
+TEST(TallProducts, AgreeWithEigensForEverySize) {
+  for (int n : {1, 3, 40, 133})
+    for (int k : {1, 4, 16, 35}) {
+      const RowMatrix A = random_vector(n * k, 1).reshaped(n, k), B = random_vector(k * 5, 2).reshaped(k, 5);
+      const MatrixX S = random_positive_definite(n, 3);
+      EXPECT_LE(relative_error(symmetric_product(A, RowMatrix(S * A)), A.transpose() * S * A), kRoundoff);
+      EXPECT_LE(relative_error(tall_product(A, B), A * B), kRoundoff);
+      EXPECT_LE(relative_error(symmetric_times(S.sparseView(), A), S * A), kRoundoff) << n << " " << k;
+    }
+}
+
+}  // namespace
+}  // namespace kt

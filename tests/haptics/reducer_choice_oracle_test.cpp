@@ -1,0 +1,121 @@
+// What "auto" takes: by hand on made-up candidates, and for bodies that need different local models.
+#include "haptics/reducer_choice.hpp"
+
+#include <gtest/gtest.h>
+
+#include "models/model.hpp"
+#include "tests/support/meshes.hpp"
+
+namespace kt {
+namespace {
+
+ReducerCandidate made_up(double error, double tick_us) {
+  ReducerCandidate out;
+  out.error = error;
+  out.tick_us = out.cost_us = tick_us;
+  return out;
+}
+
+TEST(ChooseReducer, TakesTheCheapestWithinToleranceAndBudget) {
+  const std::vector<ReducerCandidate> c{made_up(0.5, 10), made_up(0.04, 30), made_up(0.03, 25), made_up(0.001, 90)};
+  EXPECT_EQ(choose_reducer(c, {0.05, 200}), 2u);
+  EXPECT_EQ(choose_reducer(c, {0.01, 200}), 3u);
+  EXPECT_EQ(choose_reducer(c, {0.6, 200}), 0u);
+}
+
+TEST(ChooseReducer, LetsTheBudgetWinOverTheTolerance) {
+  const std::vector<ReducerCandidate> c{made_up(0.5, 10), made_up(0.2, 30), made_up(0.001, 90)};
+  EXPECT_EQ(choose_reducer(c, {0.05, 50}), 1u);
+  EXPECT_EQ(choose_reducer(c, {0.05, 5}), 0u);  // nothing fits: the cheapest
+}
+
+struct BlockOptions {
+  int x = 6, y = 6, z = 4;
+  double edge = 5e-3, young = 1e4;
+};
+
+/// A block at rest with its base clamped, touched in the middle of its top.
+struct TouchedBlock {
+  explicit TouchedBlock(const BlockOptions& o) {
+    const Mesh mesh = kuhn_block(o.x, o.y, o.z, o.edge);
+    ModelOptions physics;
+    physics.young = o.young;
+    physics.poisson = 0.4;
+    physics.damping_mass = 0;
+    physics.damping_stiffness = 2e-3;
+    physics.material = "neo_hookean";
+    physics.fixed_nodes = nodes_below(mesh, 1e-6);
+    model = make_model("fem", mesh, physics);
+    tangent = linearize(*model, rest_state(*model));
+    const Surface surface = make_surface(mesh);
+    const Vec3 top = o.edge * Vec3(0.5 * o.x + 0.1, 0.5 * o.y + 0.2, o.z);
+    double nearest = 1;
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+      Vec3 centroid = Vec3::Zero();
+      for (int i : surface.triangles[t]) centroid += node(mesh.x, i) / 3;
+      if (const double d = (centroid - top).norm(); d < nearest) {
+        nearest = d;
+        site = {centroid, t, 0.3 * o.edge};
+      }
+    }
+    patch = make_patch(surface, tangent.state.x, site);
+  }
+  ReducerChoice choice(double tolerance, double budget_us = 200) const {
+    ReducerChoice out("auto", 1, {tolerance, budget_us});
+    out.set_up(tangent, patch, site);
+    return out;
+  }
+  std::unique_ptr<DeformableModel> model;
+  TangentModel tangent;
+  SurfacePatch patch;
+  ContactSite site;
+};
+
+constexpr double kTolerance = 0.05;
+
+TEST(AutoReducer, TakesDifferentModelsForDifferentBodies) {
+  const BlockOptions soft{.young = 4e3}, stiff{.young = 3e6}, thin{.x = 8, .y = 8, .z = 1},
+      fine{.x = 14, .y = 14, .z = 7, .edge = 2e-3};
+  std::map<std::string, int> names;
+  for (const auto& [what, options] : {std::pair("soft", soft), {"stiff", stiff}, {"thin", thin}, {"fine", fine}}) {
+    const ReducerChoice choice = TouchedBlock(options).choice(kTolerance);
+    std::printf("%s: %s\n", what, choice.reason().c_str());
+    EXPECT_LE(choice.certified_error(), kTolerance) << what;
+    EXPECT_LE(choice.chosen().tick_us, 200) << what;
+    ++names[choice.chosen().name];
+  }
+  EXPECT_GE(names.size(), 3u);
+}
+
+TEST(AutoReducer, NeverGetsWorseWhenTheToleranceIsHalved) {
+  for (const BlockOptions& options : {BlockOptions{}, {.young = 3e6}, {.x = 8, .y = 8, .z = 1}}) {
+    const TouchedBlock block(options);
+    double before = std::numeric_limits<double>::infinity();
+    for (double tolerance = 0.8; tolerance > 1e-3; tolerance /= 2) {
+      const double error = block.choice(tolerance).certified_error();
+      EXPECT_LE(error, before) << "tolerance " << tolerance;
+      before = error;
+    }
+    EXPECT_LT(before, 0.02);
+  }
+}
+
+TEST(AutoReducer, SaysSoWhenTheBudgetWins) {
+  const ReducerChoice choice = TouchedBlock({}).choice(1e-4, 12);
+  EXPECT_LE(choice.chosen().tick_us, 12);
+  EXPECT_NE(choice.reason().find("the budget wins"), std::string::npos) << choice.reason();
+}
+
+TEST(AutoReducer, GoesOverToABetterModelWhenTheBodyChanges) {
+  const TouchedBlock stiff({.young = 3e6}), soft({.young = 2e3});  // of one mesh
+  ReducerChoice choice = stiff.choice(kTolerance);
+  const std::string at_first = choice.chosen().name;
+  for (int refresh = 0; refresh < 60; ++refresh)
+    choice.revise(choice.reduce(soft.tangent, soft.patch, soft.site), soft.site);
+  EXPECT_NE(choice.chosen().name, at_first);
+  EXPECT_GT(choice.revisions(), 0);
+  EXPECT_LE(choice.certified_error(), 1.3 * kTolerance);
+}
+
+}  // namespace
+}  // namespace kt
