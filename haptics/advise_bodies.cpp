@@ -1,254 +1,163 @@
-// First half of an advice: models and meshes, pressed in equilibrium.
-#include <time.h>
-
-#include <algorithm>
+// First part of an advice: models and meshes, pressed at rest.
 #include <cmath>
-#include <map>
 
 #include "core/global_simulation.hpp"
 #include "core/parallel.hpp"
 #include "haptics/advise_parts.hpp"
-#include "haptics/press.hpp"
 #include "io/refine_surface.hpp"
 #include "io/tetrahedralize.hpp"
 
 namespace kt {
 namespace {
 
-constexpr int kMostNodes = 40000;                  // of a body that is pressed for an advice
-constexpr double kRungs[] = {1, 8, 0.25, 0.0625};  // of the scene's own largest tetrahedron; the most telling first
-constexpr double kStiffness = 100;  // of the press's contact, over young * radius: some hundred times the body's
+constexpr int kMostNodes = 40000;    // of a body that is pressed: its linear systems take some seconds
+constexpr double kTruthShare = 0.7;  // of the time for bodies that the truth may take
 
-double process_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-PressResult press_scene(const AdviceScene& scene, const Session& session, const AdviceClock& clock, double share) {
-  PressOptions options;
-  options.stiffness = kStiffness * scene.scene.object.model.young * session.tool().radius;
-  options.steps = std::clamp(static_cast<int>(std::ceil(2 * scene.site.depth / session.tool().radius)), 1, 8);
-  options.solver = scene.scene.global.solver;
-  options.stop = [&] {
-    clock.show();
-    return clock.stopped() || clock.left(share) < 0;
-  };
-  return press(session.model(), session.start(), session.tool().radius, scene.site.from, scene.site.to, options);
-}
-
-Mesh fill(const AdviceScene& scene, const Mesh& surface, double max_volume, const AdviceClock& clock) {
-  const SceneTetrahedralize wanted = scene.scene.object.tetrahedralize.value_or(SceneTetrahedralize{});
-  TetrahedralizeOptions options;
-  options.name = scene.scene.object.mesh;
-  options.backend = wanted.backend;
-  options.quality = wanted.quality;
-  options.max_volume = max_volume;
-  options.stop = clock.stop();
-  return tetrahedralize(surface, options);
-}
-
-/// Of the 10-node elements of a mesh: one on every edge besides the corners.
-int quadratic_nodes(const Mesh& mesh) {
-  const int tets = static_cast<int>(mesh.tetrahedra.size()), faces = static_cast<int>(mesh.triangles.size());
-  // Edges by Euler's formula for a ball: n - e + f - t = 1 with f = (4 t + faces) / 2.
-  return 2 * mesh.num_nodes() + (4 * tets + faces) / 2 - tets - 1;
-}
-
-/// Measures the truth and then every rung, as far as the time reaches.
-class BodyBench {
- public:
-  BodyBench(const AdviceScene& scene, const AdviceClock& clock, double share, std::vector<std::string>& notes)
-      : scene_(scene), clock_(clock), share_(share), notes_(notes) {}
-
-  AdviceBodies run() {
-    const Mesh surface{scene_.mesh.x, scene_.mesh.triangles, {}};
-    find_truth(surface);
-    const std::string own = model_name(scene_.scene.object.model);
-    std::vector<std::string> models{own};
-    for (const char* name : {"tet4", "msd", "tet10"})
-      if (name != own) models.emplace_back(name);
-    const double base = volume_limit(surface);
-    for (double factor : kRungs) {
-      if (factor != 1 && !scene_.has_ladder) break;
-      Mesh mesh = scene_.mesh;
-      if (factor != 1) try {
-          mesh = fill(scene_, surface, factor * base, clock_);
-        } catch (const std::runtime_error& e) {
-          notes_.push_back(text("no mesh with object.tetrahedralize.max_volume ", factor * base, ": ", e.what()));
-          continue;
-        }
-      if (seen(mesh)) continue;
-      for (const std::string& model : models)
-        measure(model, mesh, factor == 1 ? std::nullopt : std::optional<double>(factor * base));
-    }
-    return std::move(out_);
-  }
-
- private:
-  double volume_limit(const Mesh& surface) const {
-    const auto& wanted = scene_.scene.object.tetrahedralize;
-    // Four digits: it is to be pasted.
-    const double exact = wanted && wanted->max_volume ? *wanted->max_volume : automatic_max_volume(surface);
-    const double unit = std::pow(10, std::floor(std::log10(exact)) - 3);
-    return std::round(exact / unit) * unit;
-  }
-
-  bool seen(const Mesh& mesh) const {
-    return std::ranges::any_of(out_.meshes, [&](const Mesh& other) {
-      return other.num_nodes() == mesh.num_nodes() && other.tetrahedra.size() == mesh.tetrahedra.size();
-    });
-  }
-
-  void measure(const std::string& model, const Mesh& mesh, std::optional<double> max_volume) {
-    AdviceBody body{.model = model,
-                    .max_volume = max_volume,
-                    .nodes = mesh.num_nodes(),
-                    .tetrahedra = static_cast<int>(mesh.tetrahedra.size())};
-    if (model == "tet10") body.nodes = quadratic_nodes(mesh);
-    Mesh used;
-    if (body.nodes > kMostNodes)
-      body.note = text("not measured: more than ", kMostNodes, " nodes");
-    else if (clock_.stopped())
-      body.note = "not measured: stopped";
-    else if (expected_seconds(body) > clock_.left(share_))
-      body.note = "not measured: beyond the time budget";
-    else {
-      press_body(mesh, body);
-      used = mesh;
-    }
-    clock_.show();
-    out_.bodies.push_back(std::move(body));
-    out_.meshes.push_back(std::move(used));
-  }
-
-  void press_body(const Mesh& mesh, AdviceBody& body) try {
-    const double started = clock_.seconds();
-    const Session session(with_model(scene_.scene, body.model), mesh);
-    body.nodes = session.model().mesh().num_nodes();
-    const PressResult pressed = press_scene(scene_, session, clock_, share_);
-    if (!pressed.converged) {
-      body.note = "not measured: the press found no equilibrium";
-      return;
-    }
-    body.force = pressed.force.norm();
-    body.error = (pressed.force - truth_).norm() / truth_.norm();
-    body.global_ms = measure_global_step(session, pressed.state);
-    body.measured = true;
-    int inverted = 0;
-    for (const Tetrahedron& t : session.model().mesh().tetrahedra)
-      inverted += tetrahedron_volume(pressed.state.x, t) < 0;
-    if (inverted > 0) body.note = text(inverted, " tetrahedra turned inside out");
-    unit_seconds_[body.model] = (clock_.seconds() - started) / std::pow(body.nodes, 1.5);
-  } catch (const std::runtime_error& e) {
-    body.note = text("not measured: ", e.what());
-  }
-
-  /// From the last body of the same model, else from the truth's; factors of 3D bodies take n^1.5 to n^2.
-  double expected_seconds(const AdviceBody& body) const {
-    const auto last = unit_seconds_.find(body.model);
-    const double unit = last != unit_seconds_.end() ? last->second : unit_seconds_.at("");
-    return unit * std::pow(body.nodes, 1.5);
-  }
-
-  /// 10-node elements of the scene's own material, on a mesh that is fine where the tool touches. Refining inside alone
-  /// does not do: the tetrahedralizer keeps the surface, and with it the triangles under the tool.
-  void find_truth(const Mesh& surface) {
-    const double contact = std::sqrt(scene_.scene.tool.radius * scene_.site.depth);  // Hertz
-    const Vec3 centre = scene_.site.to;
-    PressResult finer;
-    for (const double parts : scene_.has_ladder ? std::vector<double>{2} : std::vector<double>{1}) {
-      const double started = clock_.seconds();
-      Mesh mesh = scene_.mesh;
-      if (scene_.has_ladder) {
-        const SurfaceSize size{centre, 1.5 * contact, contact / parts};
-        mesh =
-            fill(scene_, refine_surface(surface, size, surface.num_nodes() + 5000), 8 * volume_limit(surface), clock_);
-      }
-      const int nodes = quadratic_nodes(mesh);
-      const bool first = out_.truth.what.empty();
-      const double expected = first ? 0 : unit_seconds_.at("") * std::pow(nodes, 1.5);
-      if (nodes > kMostNodes || expected > 0.5 * clock_.left(share_)) {
-        if (first)
-          throw RunError(text("the body is too large to be judged: 10-node elements on its mesh take ", nodes,
-                              " nodes, of ", kMostNodes, " at most"));
-        notes_.push_back("the truth's own error was not measured: beyond the time budget");
-        break;
-      }
-      const Session session(with_model(scene_.scene, "tet10"), mesh);
-      PressResult pressed;
-      try {
-        pressed = press_scene(scene_, session, clock_, first ? 0.35 : share_);
-      } catch (const RunError&) {
-        if (first) throw;
-        notes_.push_back("the truth's own error was not measured: beyond the time budget");
-        break;
-      }
-      if (!pressed.converged || !(pressed.force.norm() > 0)) {
-        if (first) throw RunError("the press on the finest body found no equilibrium: press less deep");
-        break;
-      }
-      if (!first) out_.truth.uncertainty = (pressed.force - truth_).norm() / pressed.force.norm();
-      truth_ = pressed.force;
-      out_.truth.force = truth_.norm();
-      out_.truth.nodes = session.model().mesh().num_nodes();
-      out_.truth.tetrahedra = static_cast<int>(mesh.tetrahedra.size());
-      out_.truth.edge = scene_.has_ladder ? contact / parts : 0;
-      out_.truth.what = text("fem tet10 ", scene_.scene.object.model.material,
-                             scene_.has_ladder ? ", surface split under the tool" : ", on the scene's own mesh");
-      unit_seconds_[""] = (clock_.seconds() - started) / std::pow(out_.truth.nodes, 1.5);
-      clock_.show();
-    }
-  }
-
-  const AdviceScene& scene_;
-  const AdviceClock& clock_;
-  double share_;
-  std::vector<std::string>& notes_;
-  AdviceBodies out_;
-  Vec3 truth_ = Vec3::Zero();  // [N]
-  std::map<std::string, double> unit_seconds_;
-};
-
-}  // namespace
-
-double measure_global_step(const Session& session, const State& state) {
+/// Median CPU time of a step of the body on one core [ms].
+double measure_global_step(const Session& session) {
   const SceneGlobal& g = session.scene().global;
-  // As a session steps it: an explicit integrator in as many steps as its limit asks for.
   GlobalSimulation body(
       session.model(),
       make_integrator(g.integrator, {.solver = g.solver, .tolerance = g.tolerance, .definite = g.definite}),
-      1 / g.rate_hz, state);
+      1 / g.rate_hz, session.start());
   std::vector<double> ms;
   with_threads(1, [&] {
     for (int i = 0; i < 4; ++i) {
-      const double started = process_ms();
+      const double started = cpu_seconds();
       body.advance(body.state().t + 1 / g.rate_hz, {});
-      if (i > 0) ms.push_back(process_ms() - started);  // the first one analyses the pattern
+      if (i > 0) ms.push_back(1e3 * (cpu_seconds() - started));  // the first one analyses the pattern
     }
   });
   std::ranges::sort(ms);
   return ms[ms.size() / 2];
 }
 
-AdviceBodies measure_bodies(const AdviceScene& scene, const AdviceClock& clock, double share,
-                            std::vector<std::string>& notes) {
-  AdviceBodies out;
-  out.unjudged = scene.only_own;
-  if (out.unjudged.empty()) try {
-      return BodyBench(scene, clock, share, notes).run();
-    } catch (const RunError& e) {
-      out.unjudged = text("no truth to judge models and meshes by: ", e.what());
-    }
-  const Session session(scene.scene, scene.mesh);
-  out.bodies.push_back({.model = model_name(scene.scene.object.model),
-                        .nodes = session.model().mesh().num_nodes(),
-                        .tetrahedra = static_cast<int>(scene.mesh.tetrahedra.size()),
-                        .global_ms = measure_global_step(session, session.start()),
-                        .note = "not judged: " + out.unjudged,
-                        .measured = true});
-  out.meshes.push_back(scene.mesh);
+/// Throws RunError when it is too large, too slow or does not come to rest.
+PressResult press_session(const Session& session, const PressSite& site, const AdviceClock& clock, double share) {
+  const int nodes = session.model().mesh().num_nodes();
+  if (nodes > kMostNodes) throw RunError(text(nodes, " nodes, of ", kMostNodes, " at most"));
+  PressResult out =
+      press(session.model(), session.start(), site,
+            {.young = session.scene().object.model.young, .solver = session.scene().global.solver, .stop = [&] {
+               return clock.is_over(share);
+             }});
+  if (!out.settled) throw RunError("the press did not come to rest");
   return out;
+}
+
+std::string why_no_truth(const AdviceScene& scene) {
+  const SceneObject& object = scene.scene.object;
+  if (scene.scene.tool.shape == "point")
+    return "the force on a point depends on the mesh and has no limit (docs/method.md, section 6)";
+  if (object.layers) return "the body has layers of masses instead of tetrahedra";
+  if (object.model.type == "msd" && (object.model.stiffness || !object.model.calibrate))
+    return "springs of a given stiffness stand for no material";
+  if (object.fixed.nodes) return "object.fixed.nodes are numbers of one mesh, no finer one has them";
+  return {};
+}
+
+/// 10-node elements of the scene's own material, on a surface that is split under the tool. (The tetrahedralizer keeps
+/// the surface's triangles: a finer inside alone does not do.) Twice, to see what half the size changes; the second is
+/// left out when the time or the nodes run out.
+/// @returns the force on the tool [N]
+Vec3 find_truth(const AdviceScene& scene, const AdviceClock& clock, double share, AdviceTruth& out) {
+  Vec3 force = Vec3::Zero();
+  const double contact = scene.site.contact_radius();
+  const AdviceBody quadratic{.model = "tet10"};
+  for (const double parts : {1.5, 3.0}) try {
+      const SurfaceSize size{.centre = scene.site.to, .radius = 1.5 * contact, .edge = contact / parts, .growth = 0.8};
+      const Mesh surface = refine_surface({scene.mesh.x, scene.mesh.triangles, {}}, size, kMostNodes);
+      const Session session(with_body(scene.scene, quadratic),
+                            tetrahedralize(surface, {.max_volume = 8 * automatic_max_volume(scene.mesh)}));
+      const PressResult pressed = press_session(session, scene.site, clock, share);
+      for (const Tetrahedron& t : session.model().mesh().tetrahedra)
+        if (tetrahedron_volume(pressed.state.x, t) < 0) throw RunError("tetrahedra turned inside out");
+      if (parts > 1.5) out.uncertainty = (pressed.force - force).norm() / pressed.force.norm();
+      force = pressed.force;
+      out.force = force.norm();
+      out.nodes = session.model().mesh().num_nodes();
+    } catch (const RunError& e) {
+      if (parts == 1.5) throw RunError(text("the finest body gave no force: ", e.what()));
+    }
+  return force;
+}
+
+/// The scene's own mesh and, where it is made from a surface, one that is coarser inside and one with half the edges.
+std::vector<AdviceBody> meshes_of(const AdviceScene& scene) {
+  const auto two_digits = [](double value) {  // it is to be pasted
+    const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+    return std::round(value / unit) * unit;
+  };
+  const SceneTetrahedralize own = scene.scene.object.tetrahedralize.value_or(SceneTetrahedralize{});
+  std::vector<AdviceBody> out{{.mesh_name = "own", .filled = own, .mesh = scene.mesh}};
+  if (!scene.from_surface) return out;
+  const double volume = automatic_max_volume(scene.mesh);  // 1.5 regular tetrahedra on the mean edge
+  const double edge = std::cbrt(volume * 6 * std::sqrt(2.0) / 1.5);
+  AdviceBody coarser{.mesh_name = "coarse inside", .filled = own}, finer{.mesh_name = "half edges", .filled = own};
+  coarser.filled.max_volume = two_digits(8 * own.max_volume.value_or(volume));
+  finer.filled.max_edge = two_digits(0.7 * edge);  // halves the edges of equal triangles, and no more
+  if (own.max_volume) finer.filled.max_volume = two_digits(*own.max_volume / 8);
+  for (AdviceBody* body : {&coarser, &finer}) {
+    std::vector<std::string> notes;
+    body->mesh = load_scene_mesh(with_body(scene.scene, *body), notes);
+    out.push_back(std::move(*body));
+  }
+  return out;
+}
+
+/// Every model on every mesh, the scene's own first, then those that take the least time.
+std::vector<AdviceBody> bodies_of(const AdviceScene& scene) {
+  const SceneModel& own = scene.scene.object.model;
+  const auto work = [&](const AdviceBody& b) {
+    if (b.mesh_name == "own" && b.model == (own.type == "fem" ? own.element : own.type)) return std::size_t{0};
+    return b.mesh.tetrahedra.size() * (b.model == "tet10" ? 8 : 1);
+  };
+  std::vector<AdviceBody> out;
+  for (AdviceBody body : meshes_of(scene))
+    for (const char* model : {"msd", "tet4", "tet10"}) {
+      body.model = model;
+      out.push_back(body);
+    }
+  std::ranges::stable_sort(out, {}, work);
+  return out;
+}
+
+}  // namespace
+
+Scene with_body(Scene scene, const AdviceBody& body) {
+  SceneModel& m = scene.object.model;
+  m.type = body.model == "msd" ? "msd" : "fem";
+  if (m.type == "fem") m.element = body.model;
+  scene.object.tetrahedralize = body.filled;
+  return scene;
+}
+
+void press_bodies(const AdviceScene& scene, const AdviceClock& clock, double share, Advice& out) {
+  out.truth.depth = scene.site.depth();
+  out.truth.why_none = why_no_truth(scene);
+  Vec3 truth = Vec3::Zero();
+  if (out.truth.why_none.empty()) try {
+      truth = find_truth(scene, clock, kTruthShare * share, out.truth);
+    } catch (const RunError& e) {
+      out.truth.why_none = e.what();
+    }
+  const bool is_judged = out.truth.why_none.empty();
+  out.bodies = bodies_of(scene);
+  if (!is_judged) out.bodies.resize(1);
+  for (AdviceBody& body : out.bodies) try {
+      if (clock.is_over(share) && is_judged) throw RunError("");
+      const Session session(with_body(scene.scene, body), body.mesh);
+      body.nodes = session.model().mesh().num_nodes();
+      body.step_ms = measure_global_step(session);
+      body.note = out.truth.why_none;
+      // What cannot keep up at the lowest rate is no answer: no time for its press.
+      if (!is_judged || !is_real_time(candidate_of(body))) continue;
+      const PressResult pressed = press_session(session, scene.site, clock, share);
+      body.force = pressed.force.norm();
+      body.error = (pressed.force - truth).norm() / truth.norm();
+    } catch (const RunError& e) {
+      body.note = clock.is_over(share) ? "beyond the time budget" : e.what();
+    }
 }
 
 }  // namespace kt

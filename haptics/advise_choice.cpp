@@ -7,39 +7,36 @@
 namespace kt {
 
 std::pair<Limit, double> worst_limit(const Candidate& c, double tolerance) {
-  std::pair<Limit, double> worst{Limit::error, c.error / tolerance};
-  if (c.slow_load > worst.second) worst = {Limit::slow_load, c.slow_load};
+  std::pair<Limit, double> worst{Limit::slow_load, c.slow_load};
   if (c.tick_load > worst.second) worst = {Limit::tick_load, c.tick_load};
+  if (c.error / tolerance > worst.second) worst = {Limit::error, c.error / tolerance};
   return worst;
 }
 
 Choice choose(std::span<const Candidate> candidates, double tolerance) {
-  Choice best, nearest;
+  int best = -1, nearest = -1;
+  const auto cost = [&](int i) { return std::pair(candidates[i].cost, candidates[i].error); };
+  const auto by = [&](int i) { return worst_limit(candidates[i], tolerance).second; };
+  const auto miss = [&](int i) { return std::pair(!is_real_time(candidates[i]), by(i)); };
   for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
-    const Candidate& c = candidates[i];
-    if (!c.measured || !std::isfinite(c.error) || !std::isfinite(c.cost)) continue;
-    const auto [limit, by] = worst_limit(c, tolerance);
-    if (by > 1) {
-      if (nearest.index < 0 || by < nearest.by) nearest = {i, limit, by};
-      continue;
-    }
-    const bool better = best.index < 0 || c.cost < candidates[best.index].cost ||
-                        (c.cost == candidates[best.index].cost && c.error < candidates[best.index].error);
-    if (better) best.index = i;
+    if (!std::isfinite(candidates[i].error) || !std::isfinite(candidates[i].cost)) continue;
+    if (by(i) <= 1 && (best < 0 || cost(i) < cost(best))) best = i;
+    if (nearest < 0 || miss(i) < miss(nearest)) nearest = i;
   }
-  return best.index >= 0 ? best : nearest;
+  if (best >= 0 || nearest < 0) return {best, Limit::none};
+  return {nearest, worst_limit(candidates[nearest], tolerance).first};
 }
 
 Candidate candidate_of(const AdviceBody& body) {
   constexpr double kSlowest = 100;  // [ms] between global steps at 10 Hz, the lowest rate that is tried
-  return {body.error, body.global_ms, body.global_ms / kSlowest, 0, body.measured};
+  return {body.error, body.step_ms, body.step_ms / kSlowest, 0};
 }
 
 Candidate candidate_of(const AdviceRow& row, double local_rate_hz) {
   // Early refreshes come on top of the rate: the slow side must have time for them too.
   const double refreshes = std::max(row.rate_hz, row.refreshes_per_second);
   return {row.error, row.core_share, 1e-3 * (row.global_ms + row.refresh_ms) * refreshes,
-          1e-6 * row.step_us_p99 * local_rate_hz, row.measured};
+          1e-6 * row.tick_us * local_rate_hz};
 }
 
 }  // namespace kt

@@ -1,63 +1,65 @@
 #pragma once
-// What both halves of an advice share: the scene made comparable, and the clock.
+// What the parts of an advice share: the clock, and the scene made the same for every body and method.
+#include <time.h>
+
+#include <algorithm>
 #include <chrono>
 
-#include "core/mesh.hpp"
 #include "haptics/advise.hpp"
+#include "haptics/press.hpp"
 #include "haptics/session.hpp"
 
 namespace kt {
 
-/// The budget's clock; asks for the end when it is spent, or when the user does.
+/// The budget's clock.
 class AdviceClock {
  public:
   explicit AdviceClock(const AdviseOptions& options) : options_(options) {}
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  /// Of a share of the budget [s]; negative: overdrawn.
   double left(double share = 1) const { return share * options_.budget_seconds - seconds(); }
-  bool stopped() const { return options_.stop && options_.stop->load(); }
-  void show() const {
-    if (options_.progress) options_.progress(std::min(0.99, seconds() / options_.budget_seconds));
+  /// The user wants the end, or that share is spent. Shows the progress: ask often.
+  bool is_over(double share = 1) const {
+    if (options_.progress) options_.progress(std::clamp(seconds() / options_.budget_seconds, 0.0, 0.99));
+    return stopped() || left(share) < 0;
   }
-  const std::atomic<bool>* stop() const { return options_.stop; }
+  bool stopped() const { return options_.stop && options_.stop->load(); }
 
  private:
   const AdviseOptions& options_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Where the tool is pressed in, for a body in equilibrium.
-struct PressSite {
-  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  ///< of its reference point [m]
-  double depth = 0;                             ///< [m]
-};
+/// A callback for long runs that sets `over` when that share of the budget is spent.
+inline std::function<void(double)> watch(const AdviceClock& clock, double share, std::atomic<bool>& over) {
+  return [&clock, share, &over](double) {
+    if (clock.is_over(share)) over = true;
+  };
+}
 
-/// The scene with its tool path written out, so that it is the same for every mesh and method.
+/// That this process has used so far, on all its threads.
+inline double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// The scene with its tool path written out, from the first touch on.
 struct AdviceScene {
   Scene scene;
-  Mesh mesh = {};  ///< its own, in metres
-  PressSite site = {};
-  bool has_ladder = false;    ///< other meshes can be made of its surface
-  std::string only_own = {};  ///< why other models and meshes cannot be judged; empty: they can
+  Mesh mesh = {};               ///< its own, in metres
+  std::vector<Vec3> tool = {};  ///< at the ends of the ticks, before them the start [m]
+  PressSite site = {};          ///< where the tool presses hardest
+  bool from_surface = false;    ///< other meshes can be made for it
 };
 
-/// The scene with another model: msd, tet4, tet10.
-Scene with_model(Scene scene, const std::string& model);
-std::string model_name(const SceneModel& model);
+/// The scene with another model (msd, tet4, tet10) and mesh.
+Scene with_body(Scene scene, const AdviceBody& body);
 
-/// Median CPU time of a step of the body on one core [ms].
-double measure_global_step(const Session& session, const State& state);
+/// Fills truth and bodies. Ends at `share` of the budget.
+void press_bodies(const AdviceScene& scene, const AdviceClock& clock, double share, Advice& out);
 
-struct AdviceBodies {
-  AdviceTruth truth = {};
-  std::string unjudged = {};  ///< why only the scene's own is there; empty: all were judged
-  std::vector<AdviceBody> bodies = {};
-  std::vector<Mesh> meshes = {};  ///< of each body; empty where it was not measured
-};
-/// @param share  of the budget at which it ends
-AdviceBodies measure_bodies(const AdviceScene& scene, const AdviceClock& clock, double share,
-                            std::vector<std::string>& notes);
-
-/// Fills reference and rows for the scene, which has the chosen model, on `mesh`.
-void measure_rates(const AdviceScene& scene, const Mesh& mesh, const AdviceClock& clock, Advice& out);
+/// Appends the rows of one body.
+void measure_rates(const AdviceScene& scene, int body, const AdviceClock& clock, Advice& out);
 
 }  // namespace kt

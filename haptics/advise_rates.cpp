@@ -1,6 +1,4 @@
-// Second half of an advice: global rates and reducers on one body, against the full model along the same path.
-#include <time.h>
-
+// Second part of an advice: global rates and reducers on one body, against its full model along the same path.
 #include <algorithm>
 #include <cmath>
 
@@ -12,19 +10,10 @@
 namespace kt {
 namespace {
 
-constexpr double kRates[] = {30, 10, 60};  // [Hz]; the most telling first
+constexpr double kRates[] = {10, 30, 60};  // [Hz], ascending
 const char* const kReducers[] = {"auto", "krylov", "condensed", "wall"};
-constexpr double kReferenceShare = 0.85;  // of the budget at which the reference ends
-
-double process_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-bool knows_reducer(const std::string& name) {
-  return std::ranges::any_of(reducer_backends(), [&](const BackendInfo& b) { return b.name == name && b.available; });
-}
+constexpr double kReferenceShare = 0.6;  // of the time that is left for the rates
+constexpr double kShortest = 0.1;        // [s] of the path that say something
 
 /// By size and not by the clock, so that equal scenes get equal references: what ten seconds or so of drag take.
 int steps_per_tick(int nodes) { return nodes <= 1000 ? 10 : nodes <= 2500 ? 4 : 2; }
@@ -40,105 +29,71 @@ Scene row_scene(const Scene& scene, double rate_hz, const std::string& reducer) 
   return out;
 }
 
-Reference find_reference(const Session& session, const std::vector<Vec3>& path, const AdviceClock& clock,
-                         AdviceReference& out) {
-  std::atomic<bool> enough{false};
+Reference find_reference(const AdviceScene& scene, const Session& session, const AdviceClock& clock) {
+  const double end = 1 - (1 - kReferenceShare) * clock.left() / (clock.left() + clock.seconds());
+  std::atomic<bool> over{false};
   ReferenceOptions options;
   options.rate_hz = steps_per_tick(session.model().mesh().num_nodes()) * session.scene().local.rate_hz;
-  options.stop = &enough;
-  options.progress = [&](double) {
-    clock.show();
-    if (clock.stopped() || clock.left(kReferenceShare) < 0) enough = true;
-  };
-  const Reference reference = run_reference(session, path, options);
-  out.rate_hz = reference.rate_hz;
-  out.cpu_seconds = reference.seconds;
-  out.seconds = static_cast<double>(reference.force.size()) * reference.h;
-  const double whole = static_cast<double>(path.size() - 1) * reference.h;
-  if (out.seconds < whole)
-    out.note = text("covers the first ", out.seconds, " s of ", whole, " s: beyond the time budget");
-  return reference;
+  options.stop = &over;
+  options.progress = watch(clock, end, over);
+  return run_reference(session, scene.tool, options);
 }
 
-/// Forces after the tool has come down, of which there must be some.
-bool is_telling(const Reference& reference) {
-  double most = 0;
-  std::size_t touching = 0;
-  for (const Vec3& f : reference.force) most = std::max(most, f.norm());
-  for (const Vec3& f : reference.force) touching += f.norm() > 0.2 * most;
-  return most > 0 && static_cast<double>(touching) * reference.h > 0.05;
-}
-
-void measure_row(const Scene& scene, const Mesh& mesh, const Reference& reference, const AdviceClock& clock,
-                 AdviceRow& row) try {
-  Session session(scene, mesh);
+void measure_row(Session& session, const Reference& reference, const AdviceClock& clock, AdviceRow& row) {
+  std::atomic<bool> over{false};
   SessionOptions options;
   options.check_contacts = false;
-  options.stop = clock.stop();
-  options.progress = [&](double) { clock.show(); };
+  options.stop = &over;
+  options.progress = watch(clock, 1, over);
   SessionResult result;
-  const double cpu = process_seconds(), wall = clock.seconds();
+  const double cpu = cpu_seconds(), started = clock.seconds();
   with_threads(1, [&] { result = session.run(options); });
-  if (result.stopped) {
-    row.note = "not measured: stopped";
-    return;
-  }
+  if (result.stopped) throw RunError("beyond the time budget");
   // The machine may be shared: wall clock times the share of a core that the run had.
-  const double had = std::min(1.0, (process_seconds() - cpu) / (clock.seconds() - wall));
+  const double had = std::min(1.0, (cpu_seconds() - cpu) / (clock.seconds() - started));
+  const double rate_hz = session.scene().local.rate_hz;
   row.global_ms = had * percentile(result.global_ms, 0.5);
   row.refresh_ms = had * percentile(result.refresh_ms, 0.5);
-  row.step_us_p50 = percentile(result.step_us, 0.5);
-  row.step_us_p99 = percentile(result.step_us, 0.99);
-  const double seconds = static_cast<double>(result.frames.size()) / scene.local.rate_hz;
-  row.refreshes_per_second = static_cast<double>(result.refreshes.size()) / seconds;
-  row.core_share =
-      1e-6 * row.step_us_p50 * scene.local.rate_hz + 1e-3 * (row.global_ms + row.refresh_ms) * row.refreshes_per_second;
-  row.dof = result.last_dof;
-  const ForceError error = compare_forces(tick_forces(result.frames), reference);
-  row.error = error.force_error;
-  row.jnd_fraction = error.jnd_fraction;
-  row.measured = true;
-  for (const std::string& warning : result.warnings)
-    if (warning.find("inside out") != std::string::npos) row.note = warning.substr(0, warning.find(':'));
-} catch (const RunError& e) {
-  row.note = text("not measured: ", e.what());
+  row.tick_us = percentile(result.step_us, 0.99);
+  row.refreshes_per_second =
+      static_cast<double>(result.refreshes.size()) * rate_hz / static_cast<double>(result.frames.size());
+  row.core_share = 1e-6 * percentile(result.step_us, 0.5) * rate_hz +
+                   1e-3 * (row.global_ms + row.refresh_ms) * row.refreshes_per_second;
+  row.rates_error = compare_forces(tick_forces(result.frames), reference).force_error;
 }
 
 }  // namespace
 
-void measure_rates(const AdviceScene& scene, const Mesh& mesh, const AdviceClock& clock, Advice& out) {
-  for (double rate : kRates)
-    for (const char* reducer : kReducers)
-      if (knows_reducer(reducer) && rate <= scene.scene.local.rate_hz)
-        out.rows.push_back({.rate_hz = rate, .reducer = reducer});
-  const auto leave_out = [&](std::size_t from, const std::string& why) {
-    for (std::size_t i = from; i < out.rows.size(); ++i) out.rows[i].note = "not measured: " + why;
-  };
-  if (clock.stopped()) return leave_out(0, "stopped");
+void measure_rates(const AdviceScene& scene, int body, const AdviceClock& clock, Advice& out) {
+  AdviceBody& judged = out.bodies[body];
+  const Scene with = with_body(scene.scene, judged);
   Reference reference;
-  {
-    const Session session(row_scene(scene.scene, 30, "condensed"), mesh);
-    std::vector<Vec3> path{session.path().front().x};
-    const auto ticks = std::llround(scene.scene.duration * scene.scene.local.rate_hz);
-    DeviceOptions scripted;
-    scripted.h = 1 / scene.scene.local.rate_hz;
-    scripted.path = session.path();
-    const auto device = make_device("scripted", scripted);
-    path[0] = device->position(0);
-    for (int i = 1; i <= ticks; ++i) path.push_back(device->position(i / scene.scene.local.rate_hz));
-    reference = find_reference(session, path, clock, out.reference);
+  std::string why_none;
+  try {
+    reference = find_reference(scene, Session(row_scene(with, kRates[0], "condensed"), judged.mesh), clock);
+  } catch (const RunError& e) {
+    why_none = text("no reference: ", e.what());
   }
-  if (clock.stopped()) return leave_out(0, "stopped");
-  if (!is_telling(reference))
-    return leave_out(0, "the reference did not get to the contact within the time budget; raise --budget-seconds");
-  double last = 0;
-  for (std::size_t i = 0; i < out.rows.size(); ++i) {
-    if (clock.stopped()) return leave_out(i, "stopped");
-    if (i > 0 && last > clock.left()) return leave_out(i, "beyond the time budget");
-    const double started = clock.seconds();
-    AdviceRow& row = out.rows[i];
-    measure_row(row_scene(scene.scene, row.rate_hz, row.reducer), mesh, reference, clock, row);
-    last = clock.seconds() - started;
+  judged.reference_rate_hz = reference.rate_hz;
+  judged.reference_seconds = static_cast<double>(reference.force.size()) * reference.h;
+  if (why_none.empty() && judged.reference_seconds < kShortest) why_none = "its reference is beyond the time budget";
+  const double own_error = out.truth.why_none.empty() ? judged.error : 0;
+  for (const char* reducer : kReducers) {
+    std::string why_not = why_none;
+    for (double rate : kRates) {
+      if (rate > with.local.rate_hz) continue;
+      AdviceRow row{.body = body, .rate_hz = rate, .reducer = reducer, .note = why_not};
+      if (why_not.empty()) try {
+          if (clock.is_over()) throw RunError("beyond the time budget");
+          Session session(row_scene(with, rate, reducer), judged.mesh);
+          measure_row(session, reference, clock, row);
+          row.error = own_error + row.rates_error;
+          if (!is_real_time(candidate_of(row, with.local.rate_hz))) why_not = text("too slow at ", rate, " Hz already");
+        } catch (const RunError& e) {
+          row.note = e.what();
+        }
+      out.rows.push_back(row);
+    }
   }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "core/error.hpp"
+
 namespace kt {
 namespace {
 
@@ -49,7 +51,8 @@ Mesh refine_surface(Mesh surface, const SurfaceSize& size, int max_nodes) {
     for (const Edge& e : edges) {
       const std::vector<int>& beside = sides.at({e.a, e.b});
       if (std::ranges::any_of(beside, [&](int t) { return split[t] != 0; })) continue;  // in the next pass
-      if (before + static_cast<int>(added.size()) >= max_nodes) break;
+      if (before + static_cast<int>(added.size()) >= max_nodes)
+        throw RunError(text("the surface would have more than ", max_nodes, " nodes"));
       const int middle = before + static_cast<int>(added.size());
       added.push_back(0.5 * (node(surface.x, e.a) + node(surface.x, e.b)));
       for (int t : beside) {

@@ -1,5 +1,5 @@
 #pragma once
-// Splits the triangles of a surface near a place: the same shape, finer where it is touched.
+// Splits the triangles of a surface, everywhere or near a place: the same shape, finer.
 #include "core/mesh.hpp"
 
 namespace kt {
@@ -12,9 +12,9 @@ struct SurfaceSize {
   double growth = 0.4;  ///< of the edge, per metre beyond the radius [-]
 };
 
-/// Halves edges, the longest first, until none is longer than wanted where its middle lies or `max_nodes` are reached.
-/// New nodes come after the old ones; flat triangles stay flat, so the body does not change. `surface` has no
-/// tetrahedra.
+/// Halves edges, the longest first, until none is longer than wanted where its middle lies. New nodes come after the
+/// old ones; flat triangles stay flat, so the body does not change. `surface` has no tetrahedra.
+/// @throws RunError when that takes more than `max_nodes`
 Mesh refine_surface(Mesh surface, const SurfaceSize& size, int max_nodes);
 
 }  // namespace kt
