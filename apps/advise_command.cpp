@@ -46,13 +46,13 @@ void print_bodies(const Advice& a) {
     std::cout << ", pressed " << form("%.3g mm", 1e3 * truth.depth)
               << " at rest; truth: " << form("%.4g N", truth.force) << " +- " << percent(truth.uncertainty)
               << " (tet10, " << truth.nodes << " nodes)";
-  std::printf("\n    %-6s %-14s %6s %9s %8s %8s  %s\n", "model", "mesh", "nodes", "force N", "error", "ms/step",
+  std::printf("\n    %-6s %-14s %6s %9s %8s %8s  %s\n", "model", "mesh", "nodes", "force N", "error", "ms/refr.",
               "verdict");
   for (const AdviceBody& b : a.bodies)
     std::printf("  %s %-6s %-14s %6s %9s %8s %8s  %s\n",
                 a.row.index >= 0 && &b == &a.bodies[a.rows[a.row.index].body] ? "*" : " ", b.model.c_str(),
                 b.mesh_name.c_str(), b.nodes > 0 ? std::to_string(b.nodes).c_str() : "-", form("%.4g", b.force).c_str(),
-                percent(b.error).c_str(), form("%.3g", b.step_ms).c_str(),
+                percent(b.error).c_str(), form("%.3g", b.refresh_ms).c_str(),
                 verdict(candidate_of(b), a.tolerance, b.note).c_str());
 }
 
@@ -136,7 +136,7 @@ Json advice_json(const Advice& a, const Scene& scene) {
                              {"nodes", b.nodes},
                              {"force", number(b.force)},
                              {"error", number(b.error)},
-                             {"global_ms", number(b.step_ms)},
+                             {"refresh_ms", number(b.refresh_ms)},
                              {"reference_seconds", b.reference_seconds},
                              {"verdict", verdict(candidate_of(b), a.tolerance, b.note)}});
   for (const AdviceRow& r : a.rows)

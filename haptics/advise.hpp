@@ -48,10 +48,10 @@ struct AdviceBody {
   SceneTetrahedralize filled = {};  ///< what makes that mesh
   Mesh mesh = {};
   int nodes = 0;
-  double force = kUnknown;                              ///< on the pressed tool [N]
-  double error = kUnknown;                              ///< of that force
-  double step_ms = kUnknown;                            ///< CPU time of a global step
-  std::string note = {};                                ///< why it was not judged
+  double force = kUnknown;       ///< on the pressed tool [N]
+  double error = kUnknown;       ///< of that force
+  double refresh_ms = kUnknown;  ///< CPU time of a global step and the cheapest local model from it
+  std::string note = {};         ///< why it was not judged
   double reference_rate_hz = 0, reference_seconds = 0;  ///< of its full model: steps, how much of the path; 0: not run
 };
 

@@ -28,8 +28,8 @@ Choice choose(std::span<const Candidate> candidates, double tolerance) {
 }
 
 Candidate candidate_of(const AdviceBody& body) {
-  constexpr double kSlowest = 100;  // [ms] between global steps at 10 Hz, the lowest rate that is tried
-  return {body.error, body.step_ms, body.step_ms / kSlowest, 0};
+  constexpr double kSlowest = 100;  // [ms] between refreshes at 10 Hz, the lowest rate that is tried
+  return {body.error, body.refresh_ms, body.refresh_ms / kSlowest, 0};
 }
 
 Candidate candidate_of(const AdviceRow& row, double local_rate_hz) {

@@ -1,7 +1,5 @@
 #pragma once
 // What the parts of an advice share: the clock, and the scene made the same for every body and method.
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
 
@@ -37,12 +35,10 @@ inline std::function<void(double)> watch(const AdviceClock& clock, double share,
   };
 }
 
-/// That this process has used so far, on all its threads.
-inline double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+/// Of one core, that this process had while it worked: the machine may be shared.
+double share_of_core(const std::function<void()>& work);
+
+constexpr double kRates[] = {10, 30, 60};  ///< that are tried [Hz], ascending
 
 /// The scene with its tool path written out, from the first touch on.
 struct AdviceScene {
@@ -55,6 +51,9 @@ struct AdviceScene {
 
 /// The scene with another model (msd, tet4, tet10) and mesh.
 Scene with_body(Scene scene, const AdviceBody& body);
+
+/// The scene at that rate, with that reducer, repeatable.
+Scene row_scene(const Scene& scene, double rate_hz, const std::string& reducer);
 
 /// Fills truth and bodies. Ends at `share` of the budget.
 void press_bodies(const AdviceScene& scene, const AdviceClock& clock, double share, Advice& out);

@@ -15,9 +15,9 @@ constexpr double kStiffness = 200;  // of the points' pressure, over young / con
                                     // 2 young / (pi radius) times the latter, so the overlap is 1/300 of the depth
 constexpr double kSteps[] = {0.5, 0.125};  // of the radius that the tool goes at once: what is first tried, and then.
                                            // With one or more, points before the tool would be behind its centre
-constexpr double kMoved = 1e-3;      // of the depth: the last displacement of Newton's method
-constexpr double kSettled = 0.005;   // imbalance of an equilibrium; Newton's method leaves a tenth of it or less
-constexpr int kMostSubdivided = 32;  // parts of a triangle's edge
+constexpr double kMoved = 1e-3;            // of the depth: the last displacement of Newton's method
+constexpr double kSettled = 0.005;         // imbalance of an equilibrium; Newton's method leaves a tenth of it or less
+constexpr int kMostSubdivided = 32;        // parts of a triangle's edge
 
 /// A point of the surface, and the part of the surface that it stands for.
 struct SurfacePoint {

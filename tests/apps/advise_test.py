@@ -60,26 +60,28 @@ class Advise(unittest.TestCase):
             return result.returncode, result.stdout, json.load(file)
 
     def assert_shape(self, answer):
-        for key in ("tolerance", "found", "reason", "settings", "body", "row", "truth", "bodies", "reference", "rows",
-                    "notes", "seconds", "stopped"):
+        for key in ("tolerance", "found", "reason", "settings", "row", "truth", "bodies", "rows", "seconds", "stopped"):
             self.assertIn(key, answer)
         for body in answer["bodies"]:
-            for key in ("model", "max_volume", "nodes", "tets", "measured", "force", "error", "global_ms", "verdict"):
+            for key in ("model", "mesh", "nodes", "force", "error", "refresh_ms"):
                 self.assertIn(key, body)
+            self.assertTrue(body["verdict"])
         for row in answer["rows"]:
+            for key in ("body", "rate_hz", "reducer", "rates_error", "error", "global_ms", "refresh_ms", "core_share"):
+                self.assertIn(key, row)
             self.assertTrue(row["verdict"])
-            if row["measured"]:
-                for key in ("error", "jnd_fraction", "global_ms", "refresh_ms", "step_us", "core_share", "dof"):
-                    self.assertIn(key, row)
 
-    def test_a_wide_tolerance_finds_a_row_that_runs(self):
+    def test_a_wide_tolerance_finds_the_cheapest_row_and_it_runs(self):
         code, text, answer = self.advise("--tolerance", "5", "--budget-seconds", "60")
         self.assert_shape(answer)
         self.assertEqual(code, 0, text)
         self.assertTrue(answer["found"])
-        self.assertIn("advice:", text)
+        self.assertIn("recommended:", text)
+        self.assertLess(answer["truth"]["uncertainty"], 0.1)
+        self.assertLessEqual({"auto", "krylov", "condensed", "wall"}, {row["reducer"] for row in answer["rows"]})
         row = answer["rows"][answer["row"]]
         self.assertEqual(row["verdict"], "fits")
+        self.assertAlmostEqual(row["error"], row["rates_error"] + answer["bodies"][row["body"]]["error"])
         for other in answer["rows"]:
             if other["verdict"] == "fits":
                 self.assertGreaterEqual(other["core_share"], row["core_share"])
@@ -93,21 +95,20 @@ class Advise(unittest.TestCase):
         self.assert_shape(answer)
         self.assertEqual(code, 1)
         self.assertFalse(answer["found"])
-        self.assertIn("nearest", answer["reason"])
-        self.assertIn("nearest", text)
+        self.assertIn("nearest: --set", text)
 
-    def test_a_point_keeps_its_model_and_says_why(self):
+    def test_a_point_keeps_its_body_and_says_why(self):
         code, text, answer = self.advise("--set", "tool.shape=point", "--tolerance", "5", "--budget-seconds", "60")
+        self.assertEqual(code, 0, text)
         self.assertEqual(len(answer["bodies"]), 1)
-        self.assertIn("point", answer["bodies"][0]["verdict"])
-        self.assertIn("kept unjudged", answer["reason"])
+        self.assertIn("not judged: the force on a point", answer["bodies"][0]["verdict"])
+        self.assertIn("not judged", answer["reason"])
 
-    def test_a_spent_budget_names_what_was_not_measured(self):
-        _, _, answer = self.advise("--budget-seconds", "1")
+    def test_a_spent_budget_names_what_was_not_judged(self):
+        _, text, answer = self.advise("--budget-seconds", "1")
         self.assert_shape(answer)
-        left_out = [r for r in answer["bodies"] + answer["rows"] if not r["measured"]]
-        for row in left_out:
-            self.assertIn("not measured", row["verdict"])
+        self.assertIn("rows not judged", text)
+        self.assertTrue(any("beyond the time budget" in row["verdict"] for row in answer["bodies"] + answer["rows"]))
 
 
 if __name__ == "__main__":

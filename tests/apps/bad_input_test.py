@@ -135,6 +135,8 @@ CASES = [
         ("a file in a folder that is not there", ["run", "ball.json", "--json", "nowhere/s.json"], ["nowhere/s.json"]),
         ("mesh written where no folder is", ["mesh", "info", "ball.off", "-o", "nowhere/a.off"], ["nowhere/a.off", "folder"]),
         ("mesh written in an unknown format", ["mesh", "repair", "ball.off", "-o", "a.xyz"], ["a.xyz", ".off"]),
+        ("a surface that is split too finely", ["run", "ball.json", "--set", "object.tetrahedralize.max_edge=1e-6"],
+         ["max_edge", "1e-06", "200000 nodes"]),
         ("advice within no error at all", ["advise", "ball.json", "--tolerance", "0"], ["--tolerance", "0", "above 0"]),
         ("advice in no time", ["advise", "ball.json", "--budget-seconds", "0"], ["--budget-seconds", "0", "1 .."]),
         ("advice on a method of another kind", ["advise", "ball.json", "--set", "contact.law=penalty"],
