@@ -91,10 +91,14 @@ std::vector<AdviceBody> meshes_of(const AdviceScene& scene) {
   coarser.filled.max_volume = two_digits(8 * own.max_volume.value_or(volume));
   finer.filled.max_edge = two_digits(0.7 * edge);  // halves the edges of equal triangles, and no more
   if (own.max_volume) finer.filled.max_volume = two_digits(*own.max_volume / 8);
-  for (AdviceBody* body : {&coarser, &finer}) {
+  for (AdviceBody body : {coarser, finer}) {
     std::vector<std::string> notes;
-    body->mesh = load_scene_mesh(with_body(scene.scene, *body), notes);
-    out.push_back(std::move(*body));
+    try {
+      body.mesh = load_scene_mesh(with_body(scene.scene, body), notes);
+    } catch (const std::runtime_error& e) {
+      body.note = text("no such mesh: ", e.what());
+    }
+    out.push_back(std::move(body));
   }
   return out;
 }
@@ -139,6 +143,7 @@ void press_bodies(const AdviceScene& scene, const AdviceClock& clock, double sha
   out.bodies = bodies_of(scene);
   if (!is_judged) out.bodies.resize(1);
   for (AdviceBody& body : out.bodies) try {
+      if (!body.note.empty()) continue;
       if (clock.is_over(share) && is_judged) throw RunError("");
       const Scene changed = with_body(scene.scene, body);
       const Session session(changed, body.mesh);
