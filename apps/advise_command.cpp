@@ -34,7 +34,7 @@ std::string verdict(const Candidate& c, double tolerance, const std::string& not
   const char* what = limit == Limit::error       ? "off: %.2g x the tolerance"
                      : limit == Limit::slow_load ? "too slow: %.2g x its interval"
                                                  : "too slow: tick %.2g x its period";
-  return form(what, by);
+  return form(what, by) + (limit == Limit::error && !is_real_time(c) ? ", too slow" : "");
 }
 
 std::string body_name(const AdviceBody& b) { return b.model + ", mesh " + b.mesh_name; }
