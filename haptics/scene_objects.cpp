@@ -1,10 +1,12 @@
 // From a scene's words to a mesh and its clamped nodes.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "haptics/session.hpp"
 #include "io/mesh_io.hpp"
 #include "io/mesh_repair.hpp"
+#include "io/refine_surface.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/msd/springs.hpp"
 
@@ -17,6 +19,16 @@ void rescale(Mesh& mesh, const SceneObject& object) {
   const double longest = bounds(mesh).size().maxCoeff();
   if (!(longest > 0)) throw InputError(text(object.mesh, ": all nodes lie on one point"));
   mesh.x *= *object.size / longest;
+}
+
+Mesh split_long_edges(Mesh surface, double max_edge) {
+  constexpr int kMostNodes = 200000;
+  try {
+    return refine_surface(std::move(surface), {.radius = std::numeric_limits<double>::infinity(), .edge = max_edge},
+                          kMostNodes);
+  } catch (const RunError& e) {
+    throw InputError(text("object.tetrahedralize.max_edge: ", max_edge, " m: ", e.what()));
+  }
 }
 
 }  // namespace
@@ -36,6 +48,7 @@ Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
     return add_inner_layers(mesh, object.layers->count, object.layers->count * object.layers->thickness);
   if (!mesh.tetrahedra.empty()) return mesh;
   const SceneTetrahedralize wanted = object.tetrahedralize.value_or(SceneTetrahedralize{});
+  if (wanted.max_edge) mesh = split_long_edges(std::move(mesh), *wanted.max_edge);
   TetrahedralizeOptions options;
   options.name = object.mesh;
   options.backend = wanted.backend;

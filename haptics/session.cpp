@@ -102,6 +102,13 @@ void check_methods(const Scene& scene) {
              scene.contact.law, "\" needs \"mass\" or \"implicit\""));
 }
 
+Scene checked(Scene scene) {
+  if (scene.local.method == "legacy" && scene.local.reducer == "auto")
+    scene.local.reducer = "wall";  // it knows no other
+  check_methods(scene);
+  return scene;
+}
+
 /// Explicit steps beyond their limit are allowed (to show what happens), not silent.
 void warn_of_instability(const Scene& scene, const DeformableModel& model, std::vector<std::string>& warnings) {
   if (local_scheme(scene.local.integrator) != LocalScheme::symplectic_euler) return;
@@ -148,11 +155,16 @@ std::vector<BackendInfo> link_backends() {
   };
 }
 
-Session::Session(const Scene& scene) : scene_(scene), tool_(scene_tool(scene.tool)) {
-  if (scene.local.method == "legacy" && scene.local.reducer == "auto")
-    scene_.local.reducer = "wall";  // it knows no other
-  check_methods(scene_);
-  Mesh mesh = load_scene_mesh(scene, warnings_);
+Session::Session(const Scene& scene) : scene_(checked(scene)), tool_(scene_tool(scene.tool)) {
+  build(load_scene_mesh(scene, warnings_));
+}
+
+Session::Session(const Scene& scene, Mesh body) : scene_(checked(scene)), tool_(scene_tool(scene.tool)) {
+  build(std::move(body));
+}
+
+void Session::build(Mesh mesh) {
+  const Scene& scene = scene_;
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
   model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));

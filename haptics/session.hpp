@@ -69,6 +69,7 @@ struct SessionOptions {
 class Session {
  public:
   explicit Session(const Scene& scene);
+  Session(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
   ~Session();
   SessionResult run(const SessionOptions& options = {});
 
@@ -80,6 +81,7 @@ class Session {
   const std::vector<TimedPoint>& path() const { return path_; }  ///< of a scripted tool
 
  private:
+  void build(Mesh mesh);
   Scene scene_;
   std::unique_ptr<DeformableModel> model_;
   Surface surface_;

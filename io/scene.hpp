@@ -33,8 +33,9 @@ struct SceneFixed {
 struct SceneTetrahedralize {
   std::string backend;  ///< empty: the session takes the first that is available
   std::optional<double>
-      max_volume;        ///< largest tetrahedron [m^3]; absent: the session chooses from the surface's edges
-  double quality = 1.4;  ///< radius-edge ratio bound [-]
+      max_volume;                  ///< largest tetrahedron [m^3]; absent: the session chooses from the surface's edges
+  double quality = 1.4;            ///< radius-edge ratio bound [-]
+  std::optional<double> max_edge;  ///< of the surface [m]: longer edges are halved first; absent: as the file has them
   bool operator==(const SceneTetrahedralize&) const = default;
 };
 

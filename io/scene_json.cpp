@@ -25,6 +25,7 @@ void fields(A& a, SceneTetrahedralize& s) {
   a("backend", s.backend);
   a("max_volume", s.max_volume);
   a("quality", s.quality);
+  a("max_edge", s.max_edge);
 }
 template <class A>
 void fields(A& a, SceneLayers& s) {

@@ -67,7 +67,7 @@ TEST(Scene, EveryKeyIsRead) {
   const Scene s = parse_scene(R"({
     "title": "all", "duration": 2, "seed": 7,
     "object": {"mesh": "m.off", "size": 0.1, "fixed": {"box": [[0, 0, 0], [1, 2, 3]]},
-      "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5}, "layers": {"count": 3, "thickness": 0.002},
+      "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5, "max_edge": 0.004}, "layers": {"count": 3, "thickness": 0.002},
       "gravity": [0, 1, -9.81],
       "model": {"type": "fem", "material": "linear", "element": "tet10", "consistent_mass": true, "young": 2e4, "poisson": 0.45, "density": 900,
                 "damping": {"mass": 1, "stiffness": 0.1, "law": "rayleigh"}, "stiffness": 300, "damper": 0.5}},
@@ -82,7 +82,7 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_EQ(s.object.size, 0.1);
   EXPECT_EQ((*s.object.fixed.box)[1], Vec3(1, 2, 3));
   EXPECT_FALSE(s.object.fixed.below.has_value());
-  EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5}));
+  EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5, 0.004}));
   EXPECT_EQ(s.object.layers, (SceneLayers{3, 0.002}));
   EXPECT_EQ(
       s.object.model,

@@ -1,0 +1,115 @@
+#!/usr/bin/python3
+"""kilotouch advise: the shape of its answer on a small body. KILOTOUCH names the program."""
+import json
+import os
+import subprocess
+import tempfile
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
+
+
+def box(nx, ny, nz):
+    """OFF of the surface of a box of unit cubes."""
+    nodes, faces = {}, []
+
+    def quad(a, b, c, d):
+        i = [nodes.setdefault(p, len(nodes)) for p in (a, b, c, d)]
+        faces.extend([(i[0], i[1], i[2]), (i[0], i[2], i[3])])
+
+    for x in range(nx):
+        for y in range(ny):
+            quad((x, y, nz), (x + 1, y, nz), (x + 1, y + 1, nz), (x, y + 1, nz))
+            quad((x, y, 0), (x, y + 1, 0), (x + 1, y + 1, 0), (x + 1, y, 0))
+    for z in range(nz):
+        for x in range(nx):
+            quad((x, 0, z), (x + 1, 0, z), (x + 1, 0, z + 1), (x, 0, z + 1))
+            quad((x, ny, z), (x, ny, z + 1), (x + 1, ny, z + 1), (x + 1, ny, z))
+        for y in range(ny):
+            quad((0, y, z), (0, y, z + 1), (0, y + 1, z + 1), (0, y + 1, z))
+            quad((nx, y, z), (nx, y + 1, z), (nx, y + 1, z + 1), (nx, y, z + 1))
+    lines = [f"OFF\n{len(nodes)} {len(faces)} 0"]
+    return "\n".join(lines + [f"{x} {y} {z}" for x, y, z in nodes] + [f"3 {a} {b} {c}" for a, b, c in faces]) + "\n"
+
+
+BODY = box(5, 5, 2)
+SCENE = {
+    "object": {"mesh": "body.off", "scale": 0.01, "fixed": {"below": {"axis": "z", "fraction": 0.05}},
+               "model": {"type": "fem", "young": 1e4}},
+    "duration": 0.25,
+    "tool": {"shape": "sphere", "radius": 0.008,
+             "path": {"press_drag": {"at": [0.022, 0.026], "depth": 0.002, "press_time": 0.1, "speed": 0.02}}},
+}
+
+
+class Advise(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        for name, content in (("body.off", BODY), ("scene.json", json.dumps(SCENE))):
+            with open(os.path.join(self.temporary.name, name), "w", encoding="utf-8") as file:
+                file.write(content)
+
+    def advise(self, *arguments):
+        """Exit code, standard output and the JSON."""
+        result = subprocess.run([PROGRAM, "advise", "scene.json", "--json", "a.json", *arguments],
+                                cwd=self.temporary.name, capture_output=True, text=True, timeout=250)
+        self.assertEqual(result.stderr, "")
+        with open(os.path.join(self.temporary.name, "a.json"), encoding="utf-8") as file:
+            return result.returncode, result.stdout, json.load(file)
+
+    def assert_shape(self, answer):
+        for key in ("tolerance", "found", "reason", "settings", "row", "truth", "bodies", "rows", "seconds", "stopped"):
+            self.assertIn(key, answer)
+        for body in answer["bodies"]:
+            for key in ("model", "mesh", "nodes", "force", "error", "refresh_ms"):
+                self.assertIn(key, body)
+            self.assertTrue(body["verdict"])
+        for row in answer["rows"]:
+            for key in ("body", "rate_hz", "reducer", "rates_error", "error", "global_ms", "refresh_ms", "core_share"):
+                self.assertIn(key, row)
+            self.assertTrue(row["verdict"])
+
+    def test_a_wide_tolerance_finds_the_cheapest_row_and_it_runs(self):
+        code, text, answer = self.advise("--tolerance", "5", "--budget-seconds", "60")
+        self.assert_shape(answer)
+        self.assertEqual(code, 0, text)
+        self.assertTrue(answer["found"])
+        self.assertIn("recommended:", text)
+        self.assertLess(answer["truth"]["uncertainty"], 0.1)
+        self.assertLessEqual({"auto", "krylov", "condensed", "wall"}, {row["reducer"] for row in answer["rows"]})
+        row = answer["rows"][answer["row"]]
+        self.assertEqual(row["verdict"], "fits")
+        self.assertAlmostEqual(row["error"], row["rates_error"] + answer["bodies"][row["body"]]["error"])
+        for other in answer["rows"]:
+            if other["verdict"] == "fits":
+                self.assertGreaterEqual(other["core_share"], row["core_share"])
+        settings = [word for s in answer["settings"] for word in ("--set", s)]
+        run = subprocess.run([PROGRAM, "run", "scene.json", *settings, "--no-report", "--out", "out"],
+                             cwd=self.temporary.name, capture_output=True, text=True, timeout=100)
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+    def test_no_row_within_a_tiny_tolerance_names_the_nearest(self):
+        code, text, answer = self.advise("--tolerance", "1e-6", "--budget-seconds", "60")
+        self.assert_shape(answer)
+        self.assertEqual(code, 1)
+        self.assertFalse(answer["found"])
+        self.assertIn("nearest: --set", text)
+
+    def test_a_point_keeps_its_body_and_says_why(self):
+        code, text, answer = self.advise("--set", "tool.shape=point", "--tolerance", "5", "--budget-seconds", "60")
+        self.assertEqual(code, 0, text)
+        self.assertEqual(len(answer["bodies"]), 1)
+        self.assertIn("not judged: the force on a point", answer["bodies"][0]["verdict"])
+        self.assertIn("not judged", answer["reason"])
+
+    def test_a_spent_budget_names_what_was_not_judged(self):
+        _, text, answer = self.advise("--budget-seconds", "1")
+        self.assert_shape(answer)
+        self.assertIn("rows not judged", text)
+        self.assertTrue(any("beyond the time budget" in row["verdict"] for row in answer["bodies"] + answer["rows"]))
+
+
+if __name__ == "__main__":
+    unittest.main()
