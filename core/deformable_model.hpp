@@ -10,9 +10,10 @@
 namespace kt {
 
 /// exact: the derivative of force(), may be indefinite under compression.
+/// symmetric: the same where only the symmetric part of dfdx is wanted; a model may leave the rest out, to be faster.
 /// definite: -dfdx and -dfdv positive semidefinite (geometric stiffness clamped), for implicit solvers and as the
 /// passive fallback of a local model.
-enum class TangentKind { exact, definite };
+enum class TangentKind { exact, symmetric, definite };
 
 struct Tangent {
   SparseMatrix dfdx, dfdv;  ///< [N/m], [N s/m], (3n x 3n), symmetric pattern

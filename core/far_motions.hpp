@@ -8,12 +8,12 @@
 
 namespace kt {
 
-inline constexpr int kFarEach = 12;   ///< motions of either kind
+inline constexpr int kFarEach = 12;  ///< motions of either kind
 using FarRows = NodeRows<kFarEach>;  // (3 free x 12)
 
 /// What is known of the body: K u, M u, and roughly K^-1 f.
 struct FarOperators {
-  std::function<void(const FarRows& u, FarRows& out)> stiffness, mass;
+  std::function<void(const FarRows&u, FarRows&out)> stiffness, mass;
   std::function<FarRows(const FarRows& forces)> precondition;
 };
 

@@ -202,16 +202,15 @@ NodeRows<6> GradedBody::Preconditioner::apply(const NodeRows<6>& forces) const {
 void GradedBody::improve_far_motions(const TangentModel& tangent, const SurfacePatch& patch, int turns, int steps) {
   if (!has_coarse_) return;
   node_inverse_ = follower_inverses(0);
-  const FarOperators body{
-      [&](const FarRows& u, FarRows& out) {
-        blocks_.stiffness<kFarEach>(u, out);
-        if (added_mass_ == 0) return;
-        FarRows inertia;
-        blocks_.mass<kFarEach>(u, inertia);
-        out += added_mass_ * inertia;
-      },
-      [&](const FarRows& u, FarRows& out) { blocks_.mass<kFarEach>(u, out); },
-      [&](const FarRows& forces) { return precondition(forces); }};
+  const FarOperators body{[&](const FarRows& u, FarRows& out) {
+                            blocks_.stiffness<kFarEach>(u, out);
+                            if (added_mass_ == 0) return;
+                            FarRows inertia;
+                            blocks_.mass<kFarEach>(u, inertia);
+                            out += added_mass_ * inertia;
+                          },
+                          [&](const FarRows& u, FarRows& out) { blocks_.mass<kFarEach>(u, out); },
+                          [&](const FarRows& forces) { return precondition(forces); }};
   for (int turn = 0; turn < turns; ++turn)
     if (++turns_ % 2 == 1)
       improve_yielding(yielding_, smooth_loads(dofs_, tangent.state.x, patch), body, steps);

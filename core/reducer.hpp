@@ -22,9 +22,9 @@ class GradedBody;
 struct ReduceOptions {
   int rings = 1;  ///< wall: graph rings of nodes around the node nearest to the site, besides the patch
   std::vector<double> shifts_hz = {0, 30, 80, 250};  ///< krylov: where the model is exact, of real rates
-  int echoes = 4;                                ///< krylov: for the slowest vibrations, three coordinates each
-  double rank_tolerance = 3e-3;                  ///< krylov: what nearly repeats other motions is dropped
-  int modes = 60;                                ///< modal: lowest vibrations kept
+  int echoes = 4;                                    ///< krylov: for the slowest vibrations, three coordinates each
+  double rank_tolerance = 3e-3;                      ///< krylov: what nearly repeats other motions is dropped
+  int modes = 60;                                    ///< modal: lowest vibrations kept
   /// krylov: growth of the spacing of nodes that are followed with their distance from the patch (grading.hpp);
   /// 0: the whole body, exact and as costly.
   double grading = 0.45;

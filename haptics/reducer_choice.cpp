@@ -62,11 +62,20 @@ std::vector<BackendInfo> reducer_names() {
   return out;
 }
 
+namespace {
+
+/// Share of its budgets that a candidate takes, the larger one.
+double share(const ReducerCandidate& c, const ReducerNeeds& needs) {
+  return std::max(c.tick_us / needs.budget_us, c.refresh_us / needs.refresh_budget_us);
+}
+
+}  // namespace
+
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs) {
   const auto better = [&](const ReducerCandidate& a, const ReducerCandidate& b) {
-    const bool a_fits = a.tick_us <= needs.budget_us, b_fits = b.tick_us <= needs.budget_us;
+    const bool a_fits = share(a, needs) <= 1, b_fits = share(b, needs) <= 1;
     if (a_fits != b_fits) return a_fits;
-    if (!a_fits) return a.tick_us < b.tick_us;
+    if (!a_fits) return share(a, needs) < share(b, needs);
     const bool a_holds = a.error <= needs.tolerance, b_holds = b.error <= needs.tolerance;
     if (a_holds != b_holds) return a_holds;
     return a_holds ? a.cost_us < b.cost_us : a.error < b.error;
@@ -90,7 +99,7 @@ double predict_tick_us(const LocalModel& model) {
 }
 
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
-  constexpr double kRest = 5000, kPerColumnSq = 0.9, kPerDofCubed = 2e-4;  // orthonormalization; dense factors
+  constexpr double kRest = 10000, kPerColumnSq = 1.5, kPerDofCubed = 2e-4;  // solutions, orthonormalization; factors
   if (model.reducer != "krylov" && model.reducer != "condensed") return kRest + kPerDofCubed * std::pow(model.dof(), 3);
   const SurfacePatch& patch = model.patch;
   const bool at_rest = model.reducer == "condensed";
@@ -120,7 +129,8 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
       const LocalModel model = find_reducer(c.reducer)(tangent, patch, site, options);
       c.dof = model.dof();
       c.tick_us = predict_tick_us(model);
-      c.cost_us = c.tick_us + needs_.refresh_per_tick * predict_refresh_us(model, c.options);
+      c.refresh_us = predict_refresh_us(model, c.options);
+      c.cost_us = c.tick_us + needs_.refresh_per_tick * c.refresh_us;
       const std::vector<int> vertices = certified_vertices(model, site);
       if (vertices.empty() || c.reducer == "full") {
         c.error = 0;  // the whole body, or a place where all is clamped: nothing can be wrong
@@ -134,7 +144,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
           c.error = std::max(c.error, estimate_error(graded_, model, vertices.front(), hz));
       }
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
-      if (c.dof == 0) c.tick_us = c.cost_us = std::numeric_limits<double>::infinity();
+      if (c.dof == 0) c.tick_us = c.refresh_us = c.cost_us = std::numeric_limits<double>::infinity();
     }
   }
   std::stable_sort(candidates_.begin(), candidates_.end(),
@@ -160,7 +170,7 @@ void ReducerChoice::go_to(std::size_t candidate) {
 /// The cheapest above the present one, within the budget, that was less wrong at set-up.
 std::optional<std::size_t> ReducerChoice::better_than_present() const {
   for (std::size_t i = chosen_ + 1; i < candidates_.size(); ++i)
-    if (candidates_[i].tick_us <= needs_.budget_us && candidates_[i].error < chosen().error) return i;
+    if (share(candidates_[i], needs_) <= 1 && candidates_[i].error < chosen().error) return i;
   return {};
 }
 
@@ -187,10 +197,13 @@ std::string ReducerChoice::reason() const {
   if (!is_auto_) return "chosen by the scene";
   const ReducerCandidate& c = chosen();
   std::string out = c.name;
-  if (c.tick_us > needs_.budget_us)
-    out += text(": no local model fits ", needs_.budget_us, " us a tick; this is the cheapest");
+  std::string budgets = text(needs_.budget_us, " us a tick");
+  if (std::isfinite(needs_.refresh_budget_us))
+    budgets += text(" and ", std::round(1e-3 * needs_.refresh_budget_us), " ms a refresh");
+  if (share(c, needs_) > 1)
+    out += text(": no local model fits ", budgets, "; this is the nearest");
   else if (c.error > needs_.tolerance)
-    out += text(": the most accurate within ", needs_.budget_us, " us a tick, but off by ", percent(c.error), " where ",
+    out += text(": the most accurate within ", budgets, ", but off by ", percent(c.error), " where ",
                 percent(needs_.tolerance), " are tolerated: the budget wins");
   else
     out += text(": the cheapest within ", percent(needs_.tolerance), " (certified ", percent(c.error), " at set-up)");

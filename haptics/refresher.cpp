@@ -66,7 +66,9 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                                                         .definite = scene.global.definite}),
               1 / scene.global.rate_hz, start),
       choice_(scene.local.reducer, scene.local.rings,
-              {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz}),
+              {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz,
+               // In lockstep a refresh takes no time.
+               scene.link.type == "thread" ? 1e6 / scene.global.rate_hz : std::numeric_limits<double>::infinity()}),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
@@ -114,7 +116,7 @@ void Refresher::count_inverted() {
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one.
 LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site) {
-  for (const TangentKind kind : {TangentKind::exact, TangentKind::definite}) {
+  for (const TangentKind kind : {TangentKind::symmetric, TangentKind::definite}) {
     auto start = std::chrono::steady_clock::now();
     linearize(global_.model(), global_.state(), kind, tangent_);
     linearize_ms.push_back(milliseconds_since(start));

@@ -11,8 +11,9 @@ LocalModel reduce_krylov(const TangentModel& tangent, SurfacePatch patch, const 
   const bool whole = !options.graded && options.grading == 0;
   const FreeBody& body = whole ? graded.update_whole(tangent) : graded.update(tangent, patch);
   // Slow vibrations are felt far beyond their length: none of them is dropped.
-  RowMatrix V = orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver(), options.echoes),
-                                    options.rank_tolerance, 3 * options.echoes);
+  RowMatrix V =
+      orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver(), options.echoes),
+                          options.rank_tolerance, 3 * options.echoes);
   MatrixX combination;
   LocalModel out = confine(tangent, body, std::move(patch), V, &combination);
   graded.set_motions({std::move(V), std::move(combination)});

@@ -52,8 +52,8 @@ class FemModel final : public DeformableModel {
 
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
     const bool definite = kind == TangentKind::definite;
-    // Blocks that are not symmetric are left out when definite.
-    const bool symmetric = definite || viscosity_.is_symmetric();
+    // The turning of the viscous stress, which is not symmetric, is left out when definite.
+    const bool turns = !definite && !viscosity_.is_symmetric(), symmetric = !turns || kind == TangentKind::symmetric;
     pattern_.start(out.dfdx, symmetric);
     if (viscosity_.is_active())
       pattern_.start(out.dfdv, true);
@@ -67,7 +67,7 @@ class FemModel final : public DeformableModel {
       for (const Point& point : points)
         material_->add_lane_stiffness(gradient(x, point), definite, point.g, -point.volume, k);
       Blocks transposed;
-      if (!symmetric) transposed = k;
+      if (turns) transposed = k;
       if (viscosity_.is_active()) {
         Blocks d;
         d.fill(LaneMat3::Zero());
@@ -75,10 +75,12 @@ class FemModel final : public DeformableModel {
         for (const Point& point : points) {
           const LaneMat3 F = gradient(x, point);
           viscosity_.add_rate_blocks(F, point.g, -point.volume, d);
-          if (!symmetric) viscosity_.add_shape_blocks(F, gradient(v, point), point.g, -point.volume, k, transposed);
+          if (turns) viscosity_.add_shape_blocks(F, gradient(v, point), point.g, -point.volume, k, transposed);
         }
         add_above(out.dfdv, batch, d);
       }
+      if (turns && symmetric)
+        for (std::size_t pair = 0; pair < k.size(); ++pair) k[pair] = (k[pair] + transposed[pair]) * Lanes(0.5);
       add_above(out.dfdx, batch, k);
       if (!symmetric) add_below(out.dfdx, batch, transposed);
     });

@@ -48,7 +48,7 @@ class MsdModel final : public DeformableModel {
       double tension = s.stiffness * (1 - s.rest_length / now.length);  // per length: the geometric stiffness
       if (kind == TangentKind::definite) tension = std::max(0.0, tension);
       Mat3 k = s.stiffness * along + tension * across;
-      if (kind == TangentKind::exact)  // the damper turns with the spring; not symmetric, left out of the definite one
+      if (kind != TangentKind::definite)  // the damper turns with the spring; not symmetric, left out of the definite one
         k += s.damper / now.length * (now.direction * (across * now.velocity).transpose() + now.rate * across);
       add_blocks(dfdx, i, k);
       add_blocks(dfdv, i, s.damper * along);

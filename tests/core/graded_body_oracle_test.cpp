@@ -69,7 +69,9 @@ TEST(GradedBody, VibratesAsSlowlyAsTheWholeOne) {
   ASSERT_FALSE(graded.is_whole());
   const FreeBody whole(b.tangent);
   const auto squared_rates = [](const FreeBody& f) {
-    return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(MatrixX(f.stiffness), MatrixX(f.mass)).eigenvalues().eval();
+    return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(MatrixX(f.stiffness), MatrixX(f.mass))
+        .eigenvalues()
+        .eval();
   };
   const VectorX found = squared_rates(body), exact = squared_rates(whole);
   for (int k = 0; k < 8; ++k) {

@@ -85,9 +85,17 @@ TEST_P(EveryModel, GivesADefiniteTangentThatIsSymmetricPositiveSemidefinite) {
   }
 }
 
+TEST_P(EveryModel, GivesTheSymmetricPartOfItsTangentAlone) {
+  const State s = shaken(0.3);
+  const Tangent exact = model_->tangent(s, TangentKind::exact), symmetric = model_->tangent(s, TangentKind::symmetric);
+  const auto part = [](const SparseMatrix& m) { return MatrixX(0.5 * (MatrixX(m) + MatrixX(m).transpose())); };
+  EXPECT_LE(relative_error(part(symmetric.dfdx), part(exact.dfdx)), 1e-13);
+  EXPECT_LE(relative_error(symmetric.dfdv, exact.dfdv), 1e-13);
+}
+
 TEST_P(EveryModel, KeepsThePatternOfItsTangent) {
   const Tangent rest = model_->tangent(rest_state(*model_), TangentKind::exact);
-  for (TangentKind kind : {TangentKind::exact, TangentKind::definite}) {
+  for (TangentKind kind : {TangentKind::exact, TangentKind::symmetric, TangentKind::definite}) {
     const Tangent t = model_->tangent(shaken(0.3), kind);
     for (const auto& [a, b] : {std::pair(&rest.dfdx, &t.dfdx), std::pair(&rest.dfdv, &t.dfdv)}) {
       ASSERT_TRUE(b->isCompressed());
