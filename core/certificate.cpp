@@ -241,7 +241,11 @@ const Certificate& RunningCertificate::sample(const GradedBody& graded, const Lo
   const std::vector<int> vertices = certified_vertices(model, site);
   if (vertices.empty() || latest_.hz.empty()) return latest_;
   const std::size_t f = calls_ % latest_.hz.size(), v = calls_ / latest_.hz.size() % vertices.size();
-  latest_.error[f] = estimate_error(graded, model, vertices[v], latest_.hz[f]);
+  try {
+    latest_.error[f] = estimate_error(graded, model, vertices[v], latest_.hz[f]);
+  } catch (const IndefiniteTangent&) {  // of a body that is giving way: no reason to stop a hand
+    latest_.error[f] = std::numeric_limits<double>::quiet_NaN();
+  }
   latest_.worst = worst_of(latest_.error);
   ++calls_;
   return latest_;

@@ -7,6 +7,10 @@ namespace {
 
 using FarArray = Eigen::Array<double, 1, kFarEach>;
 
+constexpr double kLongest = 10;       // step, of what a perfect preconditioner would ask for: a body about to give way
+                                      // would have none
+constexpr double kDependent = 1e-10;  // squared length, of what is left of a motion without the others
+
 FarArray dot(const FarRows& a, const FarRows& b) { return (a.array() * b.array()).colwise().sum(); }
 
 /// @param image  K motions
@@ -17,7 +21,7 @@ void descend(FarRows& motions, const FarRows& loads, const FarRows& image, const
     body.stiffness(direction, product);
     const FarArray curvature = dot(direction, product);
     // A load that is answered already, or a tangent that is not definite: that motion stays as it is.
-    const FarArray length = (curvature > 0 && rz > 0).select(rz / curvature, 0.0);
+    const FarArray length = (curvature > 0 && rz > 0).select((rz / curvature).min(kLongest), 0.0);
     motions.array() += direction.array().rowwise() * length;
     if (step + 1 == steps) return;
     residual.array() -= product.array().rowwise() * length;
@@ -59,23 +63,33 @@ FarRows even_motions(const FreeDofs& dofs, const VectorX& x) {
   return out;
 }
 
-void improve_yielding(FarRows& motions, const FarRows& loads, const FarOperators& body, int steps) {
+bool improve_yielding(FarRows& motions, const FarRows& loads, const FarOperators& body, int steps) {
   FarRows image;
   body.stiffness(motions, image);
   descend(motions, loads, image, body, steps);
+  return motions.allFinite();
 }
 
-void improve_vibrations(FarRows& motions, const FarOperators& body, int steps) {
+bool improve_vibrations(FarRows& motions, const FarOperators& body, int steps) {
   using Square = Eigen::Matrix<double, kFarEach, kFarEach>;
+  using Column = Eigen::Vector<double, kFarEach>;
   FarRows image, inertia;
   body.stiffness(motions, image);
   body.mass(motions, inertia);
-  const Square stiffness = motions.transpose() * image, mass = motions.transpose() * inertia;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Square> ritz(0.5 * (stiffness + stiffness.transpose()),
-                                                              0.5 * (mass + mass.transpose()));
-  motions = (motions * ritz.eigenvectors()).eval();
-  image = (image * ritz.eigenvectors()).eval();
-  descend(motions, inertia * (ritz.eigenvectors() * ritz.eigenvalues().asDiagonal()), image, body, steps);
+  const Square mass = motions.transpose() * inertia;
+  const Column length = mass.diagonal().cwiseSqrt(), scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+  const Eigen::SelfAdjointEigenSolver<Square> apart(scale.asDiagonal() * mass * scale.asDiagonal());
+  const Column rest =
+      (apart.eigenvalues().array() > kDependent).select(apart.eigenvalues().cwiseSqrt().cwiseInverse(), 0.0);
+  const Square orthonormal = scale.asDiagonal() * apart.eigenvectors() * rest.asDiagonal();
+  const Square stiffness = orthonormal.transpose() * (motions.transpose() * image) * orthonormal;
+  const Eigen::SelfAdjointEigenSolver<Square> ritz(0.5 * (stiffness + stiffness.transpose()));
+  const Square turned = orthonormal * ritz.eigenvectors();
+  if (!turned.allFinite()) return false;
+  motions = (motions * turned).eval();
+  image = (image * turned).eval();
+  descend(motions, inertia * (turned * ritz.eigenvalues().asDiagonal()), image, body, steps);
+  return motions.allFinite();
 }
 
 }  // namespace kt

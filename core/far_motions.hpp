@@ -23,11 +23,11 @@ FarRows smooth_loads(const FreeDofs& dofs, const VectorX& x, const SurfacePatch&
 /// Displacements that stretch, turn and carry the body evenly: what vibrations are sought from.
 FarRows even_motions(const FreeDofs& dofs, const VectorX& x);
 
-/// Towards K motions = loads, by so many steps of conjugate gradients.
-void improve_yielding(FarRows& motions, const FarRows& loads, const FarOperators& body, int steps);
+/// Towards K motions = loads, by so many steps of conjugate gradients. False when the motions are lost: not finite.
+bool improve_yielding(FarRows& motions, const FarRows& loads, const FarOperators& body, int steps);
 
 /// Towards the slowest vibrations: the best that the motions can make of one another (Rayleigh and Ritz), then the same
-/// steps under their own inertia (inverse iteration).
-void improve_vibrations(FarRows& motions, const FarOperators& body, int steps);
+/// steps under their own inertia (inverse iteration). Motions that are the others' become zero. False as above.
+bool improve_vibrations(FarRows& motions, const FarOperators& body, int steps);
 
 }  // namespace kt

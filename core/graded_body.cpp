@@ -212,10 +212,11 @@ void GradedBody::improve_far_motions(const TangentModel& tangent, const SurfaceP
                           [&](const FarRows& u, FarRows& out) { blocks_.mass<kFarEach>(u, out); },
                           [&](const FarRows& forces) { return precondition(forces); }};
   for (int turn = 0; turn < turns; ++turn)
-    if (++turns_ % 2 == 1)
-      improve_yielding(yielding_, smooth_loads(dofs_, tangent.state.x, patch), body, steps);
-    else
-      improve_vibrations(vibrations_, body, steps);
+    if (++turns_ % 2 == 1) {
+      if (!improve_yielding(yielding_, smooth_loads(dofs_, tangent.state.x, patch), body, steps)) yielding_.setZero();
+    } else if (!improve_vibrations(vibrations_, body, steps)) {
+      vibrations_ = even_motions(dofs_, tangent.state.x);
+    }
 }
 
 /// Takes out what the kept nodes can do themselves, so that these alone say how they move.

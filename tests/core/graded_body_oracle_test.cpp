@@ -80,6 +80,28 @@ TEST(GradedBody, VibratesAsSlowlyAsTheWholeOne) {
   }
 }
 
+TEST(FarMotions, SurviveABodyThatGivesWayAndComeBack) {
+  const LinearizedBlock b(6, "fem", 0);
+  TangentModel buckling = b.tangent;
+  buckling.dfdx = -0.2 * b.tangent.dfdx;  // pushes itself away everywhere
+  GradedBody graded;
+  graded.update(b.tangent, b.patch());
+  for (int k = 0; k < 20; ++k) graded.update(buckling, b.patch());
+  for (int k = 0; k < 40; ++k) graded.update(b.tangent, b.patch());
+  const FreeBody& body = graded.update(b.tangent, b.patch());
+  const FreeBody whole(b.tangent);
+  const auto slowest = [](const FreeBody& f) {
+    return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(MatrixX(f.stiffness), MatrixX(f.mass)).eigenvalues()[0];
+  };
+  EXPECT_LE(slowest(body), 1.002 * slowest(whole));
+  TangentModel broken = b.tangent;
+  broken.dfdx.coeffs().setConstant(std::numeric_limits<double>::quiet_NaN());
+  graded.update(broken, b.patch());
+  graded.update(broken, b.patch());
+  for (int k = 0; k < 40; ++k) graded.update(b.tangent, b.patch());
+  EXPECT_LE(slowest(graded.update(b.tangent, b.patch())), 1.002 * slowest(whole));
+}
+
 /// Static response of the patch, of the body against the whole one.
 double static_error(const LinearizedBlock& b, const FreeBody& body) {
   const FreeBody whole(b.tangent);
