@@ -77,7 +77,8 @@ Certificate BodyCertificate::certify(const LocalModel& model) const {
     const std::vector<ComplexMat3> of_model = compliances(model, vertices_, hz_[f]);
     double worst = 0;
     for (std::size_t v = 0; v < vertices_.size(); ++v)
-      worst = std::max(worst, impedance_error(of_model[v], compliance_[f][v]));
+      if (const double e = impedance_error(of_model[v], compliance_[f][v]); !(e <= worst))
+        worst = std::isfinite(e) ? e : std::numeric_limits<double>::infinity();
     out.error.push_back(worst);
   }
   out.worst = worst_of(out.error);

@@ -47,7 +47,7 @@ class BodyCertificate {
 /// gives a good estimate of the error: A confined to the model's motions and a few more, to which the kept nodes, and
 /// each other node on its own, answer the residual.
 /// @param graded  just updated with the model's tangent and patch; for krylov, it made the model
-/// @returns relative error of the impedance; the model's reducer must be krylov, wall or full
+/// @returns relative error of the impedance; the model's reducer must be krylov, condensed, wall or full
 double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps = 2);
 
 /// Takes one sample a call, the next frequency each time and the next vertex each round, and keeps the latest of each.

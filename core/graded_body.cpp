@@ -35,7 +35,8 @@ Eigen::Matrix<double, N, N> orthonormalizer(Eigen::Matrix<double, N, N> gram) {
 /// The patch stays a spacing inside of where all nodes are kept.
 bool GradedBody::covers(const TangentModel& tangent, const SurfacePatch& patch) const {
   if (gradings_ == 0 || graded_x_.size() != tangent.state.x.size()) return false;
-  if (whole_) return true;
+  // A large patch can make a body whole that a smaller one need not.
+  if (whole_) return 2 * patch.global_node.size() >= graded_patch_.size();
   const double inside = std::max(0.0, options_.margin - 1) * edge_;
   return std::all_of(patch.global_node.begin(), patch.global_node.end(), [&](int i) {
     return (fixed_[i] || body_.dofs.to_free[3 * i] >= 0) && distance_to(graded_x_, graded_patch_, i) <= inside;
@@ -106,6 +107,7 @@ void GradedBody::make_matrix_pattern() {
     const auto at = std::lower_bound(rows[column].begin(), rows[column].end(), row) - rows[column].begin();
     return outer[3 * static_cast<std::size_t>(column)] + 3 * static_cast<int>(at);
   };
+  body_.mass = body_.damping = body_.stiffness = pattern_;
   for (int b = 0; b < nodes; ++b)
     for (int k = confinement_.first(b); k < confinement_.last(b); ++k)
       begins_.push_back({begin_of(confinement_.row(k), b), begin_of(b, confinement_.row(k))});
@@ -114,7 +116,6 @@ void GradedBody::make_matrix_pattern() {
 /// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far
 /// motions.
 void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const NodeRows<kFar>& times_far) const {
-  if (out.nonZeros() != pattern_.nonZeros() || out.rows() != pattern_.rows()) out = pattern_;
   double* values = out.valuePtr();
   const int* outer = out.outerIndexPtr();
   const int nodes = num_kept();
@@ -250,7 +251,7 @@ const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
 }
 
 const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePatch& patch) {
-  const bool stays = covers(tangent, patch), anew = ranks_.empty();
+  const bool stays = covers(tangent, patch), anew = turns_ == 0;
   is_factored_ = false;
   if (!stays) {
     blocks_.update(tangent, make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes));
@@ -260,7 +261,7 @@ const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePat
   }
   if (whole_) return update_whole(tangent);
   confinement_.product<18>(blocks_, blocks_.values(), sums_);
-  if (!stays) factor_preconditioner();
+  if (!stays || !has_coarse_) factor_preconditioner();
   improve_far_motions(tangent, patch, stays ? 1 : anew ? kSetUpTurns : kFirstTurns, stays ? kSteps : kFirstSteps);
   set_far_apart();
   fill_matrices();

@@ -21,7 +21,7 @@ class GradedBody;
 
 struct ReduceOptions {
   int rings = 1;  ///< wall: graph rings of nodes around the node nearest to the site, besides the patch
-  std::vector<double> shifts_hz = {0, 30, 80, 250};  ///< krylov: where the model is exact, of real rates
+  std::vector<double> shifts_hz = {0, 30, 80, 250};  ///< krylov: real rates that its motions answer
   int echoes = 4;                                    ///< krylov: for the slowest vibrations, three coordinates each
   double rank_tolerance = 3e-3;                      ///< krylov: what nearly repeats other motions is dropped
   int modes = 60;                                    ///< modal: lowest vibrations kept

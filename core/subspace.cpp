@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kRoundoff = 1e-10;     // of the largest spring: less is no instability
 constexpr double kProportional = 1e-9;  // off the diagonal, of the damping between two vibrations
-constexpr double kOnePass = 1e-4;       // [-] rank tolerance that one orthonormalization is good for
+constexpr double kOnePass = 1e-5;       // [-] rank tolerance that one orthonormalization is good for
 constexpr double kFirmness = 100;       // how much longer than the others firm motions count
 
 SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
@@ -176,14 +176,15 @@ RowMatrix orthonormal_motions(const SparseMatrix& mass, const MatrixX& motions, 
   // A pass loses as many digits as directions that nearly coincide are kept apart by, twice over; a second one mends it
   // (Cholesky QR 2, Yamamoto et al. 2015, with pivots, which reveal the rank).
   RowMatrix V = motions;
-  const int passes = tolerance < kOnePass ? 2 : 1;
+  const double firmness = firm > 0 ? kFirmness : 1, least = 1e-14 * firmness * firmness;
+  const int passes = tolerance / firmness < kOnePass ? 2 : 1;
   for (int pass = 0; pass < passes; ++pass) {
     RowMatrix inertia = symmetric_times(mass, V);
     const VectorX length = V.cwiseProduct(inertia).colwise().sum().cwiseSqrt();
     VectorX scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
     if (pass == 0) scale.tail(firm) *= kFirmness;
     const MatrixX gram = scale.asDiagonal() * symmetric_product(V, inertia) * scale.asDiagonal();
-    const PivotedCholesky factor = pivoted_cholesky(gram, std::max(1e-14, tolerance * tolerance));
+    const PivotedCholesky factor = pivoted_cholesky(gram, std::max(pass == 0 ? least : 1e-14, tolerance * tolerance));
     const auto rank = static_cast<Eigen::Index>(factor.taken.size());
     const MatrixX inverse = factor.lower.triangularView<Eigen::Lower>().solve(MatrixX::Identity(rank, rank));
     RowMatrix combine = RowMatrix::Zero(V.cols(), rank);

@@ -70,7 +70,7 @@ Vec3 find_truth(const AdviceScene& scene, const AdviceClock& clock, double share
       force = pressed.force;
       out.force = force.norm();
       out.nodes = session.model().mesh().num_nodes();
-    } catch (const RunError& e) {
+    } catch (const std::runtime_error& e) {
       if (parts == 1.5) throw RunError(text("the finest body gave no force: ", e.what()));
     }
   return force;
@@ -136,7 +136,7 @@ void press_bodies(const AdviceScene& scene, const AdviceClock& clock, double sha
   Vec3 truth = Vec3::Zero();
   if (out.truth.why_none.empty()) try {
       truth = find_truth(scene, clock, kTruthShare * share, out.truth);
-    } catch (const RunError& e) {
+    } catch (const std::runtime_error& e) {
       out.truth.why_none = e.what();
     }
   const bool is_judged = out.truth.why_none.empty();
@@ -157,7 +157,7 @@ void press_bodies(const AdviceScene& scene, const AdviceClock& clock, double sha
       const PressResult pressed = press_session(session, scene.site, clock, share);
       body.force = pressed.force.norm();
       body.error = (pressed.force - truth).norm() / truth.norm();
-    } catch (const RunError& e) {
+    } catch (const std::runtime_error& e) {
       body.note = clock.is_over(share) ? "beyond the time budget" : e.what();
     }
 }

@@ -70,6 +70,7 @@ Scene row_scene(const Scene& scene, double rate_hz, const std::string& reducer) 
   Scene out = scene;
   out.global.rate_hz = rate_hz;
   out.local.reducer = reducer;
+  out.local.integrator = "auto";  // what suits one reducer need not suit another
   if (reducer == "wall") out.local.rings = 1;
   // A model made in another thread is there an interval later.
   if (scene.link.type != "lockstep") out.link.latency_ms += 1e3 / rate_hz;
@@ -85,7 +86,7 @@ void measure_rates(const AdviceScene& scene, int body, const AdviceClock& clock,
   if (judged.nodes > kMostNodes) why_none = text("no reference for more than ", kMostNodes, " nodes");
   if (why_none.empty()) try {
       reference = find_reference(scene, Session(row_scene(with, kRates[0], "condensed"), judged.mesh), clock);
-    } catch (const RunError& e) {
+    } catch (const std::runtime_error& e) {
       why_none = text("no reference: ", e.what());
     }
   judged.reference_rate_hz = reference.rate_hz;
@@ -106,7 +107,7 @@ void measure_rates(const AdviceScene& scene, int body, const AdviceClock& clock,
           last = clock.seconds() - started;
           row.error = own_error + row.rates_error;
           if (!is_real_time(candidate_of(row, with.local.rate_hz))) why_not = text("too slow at ", rate, " Hz already");
-        } catch (const RunError& e) {
+        } catch (const std::runtime_error& e) {
           row.note = e.what();
         }
       out.rows.push_back(row);

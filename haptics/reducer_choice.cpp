@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/damping.hpp"
+#include "core/sparse_solver.hpp"
 
 namespace kt {
 namespace {
@@ -99,8 +100,10 @@ double predict_tick_us(const LocalModel& model) {
 }
 
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
-  constexpr double kRest = 10000, kPerColumnSq = 1.5, kPerDofCubed = 2e-4;  // solutions, orthonormalization; factors
-  if (model.reducer != "krylov" && model.reducer != "condensed") return kRest + kPerDofCubed * std::pow(model.dof(), 3);
+  constexpr double kRest = 10000, kPerColumnSq = 1.5;    // solutions, orthonormalization
+  constexpr double kCutOut = 1000, kPerDofCubed = 2e-4;  // of nodes that are there already; dense factors
+  if (model.reducer != "krylov" && model.reducer != "condensed")
+    return kCutOut + kPerDofCubed * std::pow(model.dof(), 3);
   const SurfacePatch& patch = model.patch;
   const bool at_rest = model.reducer == "condensed";
   const auto reach = static_cast<double>(std::ranges::count(patch.in_reach, 1));
@@ -135,13 +138,21 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
       if (vertices.empty() || c.reducer == "full") {
         c.error = 0;  // the whole body, or a place where all is clamped: nothing can be wrong
       } else if (whole) {
-        if (!body) body.emplace(*whole, patch, vertices);
+        if (!body) {
+          std::span<const double> hz = kCertifiedHz;
+          // A body that is free to move gives way at rest: there is no impedance to be right about.
+          if (!make_sparse_solver()->factor(whole->stiffness)) hz = hz.subspan(1);
+          body.emplace(*whole, patch, vertices, hz);
+        }
         c.error = body->certify(model).worst;
       } else if (has_samples(c.reducer)) {
-        graded_.update(tangent, patch);
-        c.error = 0;
-        for (double hz : kCertifiedHz)
-          c.error = std::max(c.error, estimate_error(graded_, model, vertices.front(), hz));
+        if (c.reducer == "wall") graded_.update(tangent, patch);
+        double worst = 0;
+        for (double hz : kCertifiedHz) {
+          const double error = estimate_error(graded_, model, vertices.front(), hz);
+          worst = std::isfinite(error) ? std::max(worst, error) : std::numeric_limits<double>::infinity();
+        }
+        c.error = worst;
       }
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
       if (c.dof == 0) c.tick_us = c.refresh_us = c.cost_us = std::numeric_limits<double>::infinity();

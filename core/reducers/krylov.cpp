@@ -1,5 +1,6 @@
-// What the body does under forces on the patch that grow as e^(s t), for a few rates s: exact there, and close between
-// and on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005, chapter 11).
+// What the body does under forces on the patch that grow as e^(s t), for a few rates s: nearly exact there, and close
+// between and on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005,
+// chapter 11).
 #include "core/graded_body.hpp"
 
 namespace kt {
@@ -10,10 +11,12 @@ LocalModel reduce_krylov(const TangentModel& tangent, SurfacePatch patch, const 
   GradedBody& graded = options.graded ? *options.graded : anew;
   const bool whole = !options.graded && options.grading == 0;
   const FreeBody& body = whole ? graded.update_whole(tangent) : graded.update(tangent, patch);
-  // Slow vibrations are felt far beyond their length: none of them is dropped.
+  // Slow vibrations are felt far beyond their length: hardly any of them is dropped.
   RowMatrix V =
       orthonormal_motions(body.mass, responses(body, patch, options.shifts_hz, graded.solver(), options.echoes),
                           options.rank_tolerance, 3 * options.echoes);
+  // Where all is clamped and at rest nothing moves; a local model of one still motion is one all the same.
+  if (V.cols() == 0) V = orthonormal_motions(body.mass, MatrixX::Ones(body.force.size(), 1), 0.5);
   MatrixX combination;
   LocalModel out = confine(tangent, body, std::move(patch), V, &combination);
   graded.set_motions({std::move(V), std::move(combination)});

@@ -59,6 +59,25 @@ TEST(Krylov, IsExactAtItsShifts) {
   EXPECT_LE(relative_error(model_response(m, 600), body_response(b, m.patch, 600)), 0.02);  // and close between
 }
 
+TEST(Krylov, StandsStillWhereAllIsClampedAndAtRest) {
+  LinearizedBlock b(6, "fem", 0);
+  b.tangent.f0.setZero();
+  b.tangent.state.v.setZero();
+  double lowest = 1;
+  for (int t = 0; t < static_cast<int>(b.surface.triangles.size()); ++t) {
+    Vec3 centroid = Vec3::Zero();
+    for (int i : b.surface.triangles[t]) centroid += node(b.mesh.x, i) / 3;
+    if (const double d = (centroid - Vec3(0.03, 0.03, 0)).norm(); d < lowest) {
+      lowest = d;
+      b.site = {centroid, t, 1e-3};
+    }
+  }
+  const LocalModel m = b.reduce("krylov");
+  EXPECT_GE(m.dof(), 1);
+  EXPECT_EQ(m.basis.nonZeros(), 0) << "no node of the patch can move";
+  EXPECT_GT(m.stiffness.coeff(0, 0), 0);
+}
+
 TEST(Condensed, IsGuyansReduction) {
   const LinearizedBlock b(4);
   const LocalModel m = b.reduce("condensed");

@@ -42,6 +42,7 @@ TEST(ChooseReducer, KeepsRefreshesInTimeWhereTheyTakeTime) {
 struct BlockOptions {
   int x = 6, y = 6, z = 4;
   double edge = 5e-3, young = 1e4;
+  bool clamped = true;
 };
 
 /// A block at rest with its base clamped, touched in the middle of its top.
@@ -54,7 +55,7 @@ struct TouchedBlock {
     physics.damping_mass = 0;
     physics.damping_stiffness = 2e-3;
     physics.material = "neo_hookean";
-    physics.fixed_nodes = nodes_below(mesh, 1e-6);
+    if (o.clamped) physics.fixed_nodes = nodes_below(mesh, 1e-6);
     model = make_model("fem", mesh, physics);
     tangent = linearize(*model, rest_state(*model));
     const Surface surface = make_surface(mesh);
@@ -95,6 +96,14 @@ TEST(AutoReducer, TakesDifferentModelsForDifferentBodies) {
     ++names[choice.chosen().name];
   }
   EXPECT_GE(names.size(), 3u);
+}
+
+TEST(AutoReducer, ServesABodyThatIsFreeToMove) {
+  const TouchedBlock b({.clamped = false});
+  ReducerChoice choice = b.choice(kTolerance);
+  EXPECT_LE(choice.chosen().error, kTolerance) << choice.reason();
+  const LocalModel m = choice.reduce(b.tangent, b.patch, b.site);
+  EXPECT_NO_THROW(choice.revise(m, b.site));
 }
 
 TEST(AutoReducer, NeverGetsWorseWhenTheToleranceIsHalved) {
