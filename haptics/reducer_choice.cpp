@@ -216,9 +216,12 @@ std::string ReducerChoice::reason() const {
   else if (c.error > needs_.tolerance)
     out += text(": the most accurate within ", budgets, ", but off by ", percent(c.error), " where ",
                 percent(needs_.tolerance), " are tolerated: the budget wins");
+  else if (revisions_ > 0)
+    return out + text(": certified ", percent(c.error),
+                      " at set-up; taken on the way, where samples of the one before left ", percent(needs_.tolerance),
+                      " behind (", revisions_, revisions_ == 1 ? " revision)" : " revisions)");
   else
     out += text(": the cheapest within ", percent(needs_.tolerance), " (certified ", percent(c.error), " at set-up)");
-  if (revisions_ > 0) out += text("; revised ", revisions_, revisions_ == 1 ? " time" : " times", " on the way");
   const ReducerCandidate* cheaper = nullptr;
   for (std::size_t i = 0; i < chosen_; ++i)
     if (!cheaper || candidates_[i].error < cheaper->error) cheaper = &candidates_[i];
