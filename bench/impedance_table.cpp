@@ -52,12 +52,12 @@ std::vector<Recipe> recipes() {
           {"krylov {0, 60}, whole body",
            "krylov",
            {.shifts_hz = {0, 60}, .echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
-          {"krylov {0, 30, 80, 250}, whole", "krylov", {.echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
-          {"the same, 4 echoes", "krylov", {.rank_tolerance = 1e-6, .grading = 0}},
-          {"the same, graded", "krylov", {.rank_tolerance = 1e-6}},
-          {"the same, near repeats dropped", "krylov", {}},
-          {"the same, after 10 refreshes", "krylov", {}, 10},
-          {"more of them dropped", "krylov", {.rank_tolerance = 0.03}},
+          {"krylov, whole, no echoes", "krylov", {.echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
+          {"krylov, whole, 4 echoes", "krylov", {.rank_tolerance = 1e-6, .grading = 0}},
+          {"krylov, graded, none dropped", "krylov", {.rank_tolerance = 1e-6}},
+          {"krylov {0, 30, 80, 250}", "krylov", {}},
+          {"krylov, 10 refreshes later", "krylov", {}, 10},
+          {"krylov, coarse", "krylov", {.rank_tolerance = 0.03}},
           {"krylov {0, 200}", "krylov", {.shifts_hz = {0, 200}}},
           {"krylov {0, 20, 40, 80, 160, 400}", "krylov", {.shifts_hz = {0, 20, 40, 80, 160, 400}}}};
 }
