@@ -25,6 +25,7 @@ Scene stroke(const std::string& method, const std::string& shape) {
   Scene scene = small_scene(shape);
   scene.duration = 0.4;
   scene.local.method = method;
+  if (method == "legacy") scene.local.reducer = "wall";  // it knows no other
   const double top = 0.02 + (shape == "point" ? 0 : scene.tool.radius);
   scene.tool.path.press_drag.reset();
   scene.tool.path.waypoints = std::vector<Waypoint>{{0, {0.03, 0.026, top + 0.001}},
