@@ -66,9 +66,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                                                         .definite = scene.global.definite}),
               1 / scene.global.rate_hz, start),
       choice_(scene.local.reducer, scene.local.rings,
-              {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz,
-               // In lockstep a refresh takes no time.
-               scene.link.type == "thread" ? 1e6 / scene.global.rate_hz : std::numeric_limits<double>::infinity()}),
+              {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz}),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
