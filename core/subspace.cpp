@@ -99,7 +99,8 @@ MatrixX loads_at(const FreeBody& body, const SurfacePatch& patch, std::size_t i,
 }
 
 void factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
-  const double s = 2 * std::numbers::pi * hz, s_free = 2 * std::numbers::pi;
+  // Of a free body: high enough that its swimming does not outweigh, and so hide, how it yields under the tool.
+  const double s = 2 * std::numbers::pi * hz, s_free = 2 * std::numbers::pi * 20;
   bool good = solver.factor(dynamic_stiffness(body, s));
   if (!good && s == 0) good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
   // A body that gives way to some motion does not at a higher rate; the basis need not be exact at this one.

@@ -63,20 +63,11 @@ std::vector<BackendInfo> reducer_names() {
   return out;
 }
 
-namespace {
-
-/// Share of its budgets that a candidate takes, the larger one.
-double share(const ReducerCandidate& c, const ReducerNeeds& needs) {
-  return std::max(c.tick_us / needs.budget_us, c.refresh_us / needs.refresh_budget_us);
-}
-
-}  // namespace
-
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs) {
   const auto better = [&](const ReducerCandidate& a, const ReducerCandidate& b) {
-    const bool a_fits = share(a, needs) <= 1, b_fits = share(b, needs) <= 1;
+    const bool a_fits = a.tick_us <= needs.budget_us, b_fits = b.tick_us <= needs.budget_us;
     if (a_fits != b_fits) return a_fits;
-    if (!a_fits) return share(a, needs) < share(b, needs);
+    if (!a_fits) return a.tick_us < b.tick_us;
     const bool a_holds = a.error <= needs.tolerance, b_holds = b.error <= needs.tolerance;
     if (a_holds != b_holds) return a_holds;
     return a_holds ? a.cost_us < b.cost_us : a.error < b.error;
@@ -132,8 +123,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
       const LocalModel model = find_reducer(c.reducer)(tangent, patch, site, options);
       c.dof = model.dof();
       c.tick_us = predict_tick_us(model);
-      c.refresh_us = predict_refresh_us(model, c.options);
-      c.cost_us = c.tick_us + needs_.refresh_per_tick * c.refresh_us;
+      c.cost_us = c.tick_us + needs_.refresh_per_tick * predict_refresh_us(model, c.options);
       const std::vector<int> vertices = certified_vertices(model, site);
       if (vertices.empty() || c.reducer == "full") {
         c.error = 0;  // the whole body, or a place where all is clamped: nothing can be wrong
@@ -155,7 +145,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
         c.error = worst;
       }
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
-      if (c.dof == 0) c.tick_us = c.refresh_us = c.cost_us = std::numeric_limits<double>::infinity();
+      if (c.dof == 0) c.tick_us = c.cost_us = std::numeric_limits<double>::infinity();
     }
   }
   std::stable_sort(candidates_.begin(), candidates_.end(),
@@ -181,7 +171,7 @@ void ReducerChoice::go_to(std::size_t candidate) {
 /// The cheapest above the present one, within the budget, that was less wrong at set-up.
 std::optional<std::size_t> ReducerChoice::better_than_present() const {
   for (std::size_t i = chosen_ + 1; i < candidates_.size(); ++i)
-    if (share(candidates_[i], needs_) <= 1 && candidates_[i].error < chosen().error) return i;
+    if (candidates_[i].tick_us <= needs_.budget_us && candidates_[i].error < chosen().error) return i;
   return {};
 }
 
@@ -208,13 +198,10 @@ std::string ReducerChoice::reason() const {
   if (!is_auto_) return "chosen by the scene";
   const ReducerCandidate& c = chosen();
   std::string out = c.name;
-  std::string budgets = text(needs_.budget_us, " us a tick");
-  if (std::isfinite(needs_.refresh_budget_us))
-    budgets += text(" and ", std::round(1e-3 * needs_.refresh_budget_us), " ms a refresh");
-  if (share(c, needs_) > 1)
-    out += text(": no local model fits ", budgets, "; this is the nearest");
+  if (c.tick_us > needs_.budget_us)
+    out += text(": no local model fits ", needs_.budget_us, " us a tick; this is the cheapest");
   else if (c.error > needs_.tolerance)
-    out += text(": the most accurate within ", budgets, ", but off by ", percent(c.error), " where ",
+    out += text(": the most accurate within ", needs_.budget_us, " us a tick, but off by ", percent(c.error), " where ",
                 percent(needs_.tolerance), " are tolerated: the budget wins");
   else if (revisions_ > 0)
     return out + text(": certified ", percent(c.error),

@@ -1,7 +1,6 @@
 #pragma once
 // Which reducer serves a scene: the one it names, or for "auto" the cheapest whose certified error stays under the
 // tolerance and whose tick stays in the time budget.                                              method.md section 3.
-#include <limits>
 #include <optional>
 
 #include "core/certificate.hpp"
@@ -15,23 +14,22 @@ struct ReducerCandidate {
   ReduceOptions options;
   std::string name;  ///< "krylov {0, 30, 80, 250} Hz"
   int dof = 0;
-  double error = 0;                    ///< certified, 0-500 Hz, relative; infinity: it could not be made
-  double tick_us = 0, refresh_us = 0;  ///< predicted CPU time
-  double cost_us = 0;                  ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
+  double error = 0;    ///< certified, 0-500 Hz, relative; infinity: it could not be made
+  double tick_us = 0;  ///< predicted
+  double cost_us = 0;  ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
 };
 
 struct ReducerNeeds {
-  double tolerance = 0.05;                                             ///< largest certified error
-  double budget_us = 200;                                              ///< of a haptic tick
-  double refresh_per_tick = 0.03;                                      ///< global rate over haptic rate
-  double refresh_budget_us = std::numeric_limits<double>::infinity();  ///< of a refresh, where it has to be in time
+  double tolerance = 0.05;         ///< largest certified error
+  double budget_us = 200;          ///< of a haptic tick
+  double refresh_per_tick = 0.03;  ///< global rate over haptic rate
 };
 
 /// What local.reducer takes: core/reducers.def, and "auto".
 std::vector<BackendInfo> reducer_names();
 
-/// Index of the cheapest that needs no more than it may; else, of those within both budgets, the one with the least
-/// error (the budgets win); else the one that goes least beyond them. Candidates are not empty.
+/// Index of the cheapest that needs no more than both; else, of those within the budget, the one with the least error
+/// (the budget wins); else the cheapest of all. Candidates are not empty.
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs);
 
 /// CPU time of a haptic tick in contact [us], from the sizes alone, so that the same scene chooses the same everywhere:
