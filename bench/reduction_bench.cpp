@@ -103,7 +103,7 @@ void BM_Refresh(benchmark::State& state) {
         benchmark::DoNotOptimize(reduce(b.tangent, b.patch, b.site, options));
         break;
       case sampling:
-        benchmark::DoNotOptimize(estimate_error(graded, model, vertex, 50, 1));
+        benchmark::DoNotOptimize(estimate_error(graded, model, vertex, 50));
         break;
       case whole_krylov:
         benchmark::DoNotOptimize(reduce(b.tangent, b.patch, b.site, {.grading = 0}));

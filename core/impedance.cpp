@@ -74,14 +74,13 @@ BodyCompliance::BodyCompliance(const FreeBody& body, double hz) : body_(body), s
 BodyCompliance::~BodyCompliance() = default;
 
 /// Conjugate gradients for complex symmetric systems (COCG, van der Vorst and Melissen 1990), for all loads at once.
-std::vector<ComplexMat3> BodyCompliance::at(std::span<const int> nodes) const {
-  constexpr double kTolerance = 1e-9;
+std::vector<ComplexMat3> BodyCompliance::at(std::span<const int> nodes, double rest) const {
   const auto k = static_cast<Eigen::Index>(3 * nodes.size());
   Parts residual = Parts::Zero(body_.force.size(), 2 * k), solution = residual;
   for (Eigen::Index c = 0; c < k; ++c) residual(body_.dofs.to_free[3 * nodes[c / 3] + c % 3], c) = 1;
   Parts direction = system_->factor->solve(residual);
   Eigen::Array<Complex, 1, Eigen::Dynamic> rz = dot(residual, direction);
-  for (int step = 0; residual.colwise().norm().maxCoeff() > kTolerance; ++step) {
+  for (int step = 0; residual.colwise().norm().maxCoeff() > rest; ++step) {
     if (step == 1000) throw RunError("impedance: the body's motion was not found in 1000 steps");
     const Parts image = system_->apply(direction);
     const Eigen::Array<Complex, 1, Eigen::Dynamic> curvature = dot(direction, image);

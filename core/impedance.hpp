@@ -24,8 +24,9 @@ class BodyCompliance {
   /// Throws RunError when M (2 pi hz)^2 + D 2 pi hz + K is not positive definite.
   BodyCompliance(const FreeBody& body, double hz);
   ~BodyCompliance();
-  /// Throws RunError when it is not found to nine digits.
-  std::vector<ComplexMat3> at(std::span<const int> nodes) const;
+  /// @param rest  of the load [-] that may be left unbalanced; its square is the error's order
+  /// Throws RunError when that is not reached.
+  std::vector<ComplexMat3> at(std::span<const int> nodes, double rest = 1e-9) const;
   ComplexMat3 at(int node) const { return at(std::span(&node, 1)).front(); }
 
  private:

@@ -4,15 +4,14 @@
 #include <cmath>
 
 #include "core/damping.hpp"
-#include "core/sparse_solver.hpp"
 
 namespace kt {
 namespace {
 
-constexpr int kCertifiedNodes = 12000;  // above, a factorization for each frequency takes minutes: estimates serve
 constexpr int kFewNodes = 300;          // up to here the whole body is a local model worth trying
 constexpr double kCoarseRank = 0.03;    // motions that are others' to within this part of their length are dropped
 constexpr int kLongQuiet = 60;          // refreshes, two seconds at the usual rate
+const std::vector<double> kManyShifts{0, 20, 40, 80, 160, 400};  // [Hz]
 
 std::string krylov_name(const std::vector<double>& shifts_hz) {
   std::string out = "krylov {";
@@ -39,7 +38,7 @@ ReducerCandidate make_candidate(const std::string& reducer, int rings, const std
 std::vector<ReducerCandidate> auto_candidates(int num_nodes) {
   std::vector<ReducerCandidate> out{make_candidate("condensed", 1)};
   for (int rings : {1, 2, 3}) out.push_back(make_candidate("wall", rings));
-  for (const std::vector<double>& shifts : {std::vector<double>{0, 200}, {0, 30, 80, 250}, {0, 20, 40, 80, 160, 400}})
+  for (const auto& shifts : {std::vector<double>{0, 200}, ReduceOptions().shifts_hz, kManyShifts})
     out.push_back(make_candidate("krylov", 1, shifts));
   // Fine meshes: many vertices in reach move nearly alike.
   out.push_back(make_candidate("krylov", 1, ReduceOptions().shifts_hz, kCoarseRank));
@@ -109,12 +108,23 @@ ReducerChoice::ReducerChoice(const std::string& reducer, int rings, const Reduce
   if (!is_auto_ && reducer == "krylov") candidates_.front().name = krylov_name(candidates_.front().options.shifts_hz);
 }
 
+/// Nothing where the body cannot be reduced: it gives way even to fast motions.
+std::optional<BodyCertificate> ReducerChoice::certify_body(const TangentModel& tangent, const SurfacePatch& patch,
+                                                           const ContactSite& site) {
+  try {
+    const LocalModel best = find_reducer("krylov")(tangent, patch, site, {.shifts_hz = kManyShifts, .graded = &graded_});
+    std::span<const double> hz = kCertifiedHz;
+    // A body that is free to move gives way at rest: there is no impedance to be right about.
+    if (tangent.fixed_nodes.size() < 3) hz = hz.subspan(1);
+    return BodyCertificate(graded_, best, certified_vertices(best, site), hz);
+  } catch (const IndefiniteTangent&) {
+    return {};
+  }
+}
+
 void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
-  const int num_nodes = static_cast<int>(tangent.f0.size()) / 3;
-  if (is_auto_) candidates_ = auto_candidates(num_nodes);
-  std::optional<FreeBody> whole;
-  std::optional<BodyCertificate> body;
-  if (num_nodes <= kCertifiedNodes) whole.emplace(tangent);
+  if (is_auto_) candidates_ = auto_candidates(static_cast<int>(tangent.f0.size()) / 3);
+  const std::optional<BodyCertificate> body = certify_body(tangent, patch, site);
   for (ReducerCandidate& c : candidates_) {
     ReduceOptions options = c.options;
     options.graded = &graded_;
@@ -124,26 +134,10 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
       c.dof = model.dof();
       c.tick_us = predict_tick_us(model);
       c.cost_us = c.tick_us + needs_.refresh_per_tick * predict_refresh_us(model, c.options);
-      const std::vector<int> vertices = certified_vertices(model, site);
-      if (vertices.empty() || c.reducer == "full") {
-        c.error = 0;  // the whole body, or a place where all is clamped: nothing can be wrong
-      } else if (whole) {
-        if (!body) {
-          std::span<const double> hz = kCertifiedHz;
-          // A body that is free to move gives way at rest: there is no impedance to be right about.
-          if (!make_sparse_solver()->factor(whole->stiffness)) hz = hz.subspan(1);
-          body.emplace(*whole, patch, vertices, hz);
-        }
-        c.error = body->certify(model).worst;
-      } else if (has_samples(c.reducer)) {
-        if (c.reducer == "wall") graded_.update(tangent, patch);
-        double worst = 0;
-        for (double hz : kCertifiedHz) {
-          const double error = estimate_error(graded_, model, vertices.front(), hz);
-          worst = std::isfinite(error) ? std::max(worst, error) : std::numeric_limits<double>::infinity();
-        }
-        c.error = worst;
-      }
+      if (c.reducer == "full")
+        c.error = 0;
+      else if (body)
+        c.error = body->certify(model).worst;  // 0 where all is clamped: nothing can be wrong
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
       if (c.dof == 0) c.tick_us = c.cost_us = std::numeric_limits<double>::infinity();
     }

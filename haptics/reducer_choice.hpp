@@ -60,6 +60,8 @@ class ReducerChoice {
   int revisions() const { return revisions_; }
 
  private:
+  std::optional<BodyCertificate> certify_body(const TangentModel& tangent, const SurfacePatch& patch,
+                                              const ContactSite& site);
   void go_to(std::size_t candidate);
   std::optional<std::size_t> better_than_present() const;
   std::optional<std::size_t> cheaper_than_present() const;
