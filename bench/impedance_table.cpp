@@ -51,14 +51,16 @@ std::vector<Recipe> recipes() {
           {"modal 60", "modal", {.modes = 60}},
           {"krylov {0, 60}, whole body",
            "krylov",
-           {.shifts_hz = {0, 60}, .echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
+           {.shifts_hz = {0, 60}, .slopes = false, .echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
           {"krylov, whole, no echoes", "krylov", {.echoes = 0, .rank_tolerance = 1e-6, .grading = 0}},
           {"krylov, whole, 4 echoes", "krylov", {.rank_tolerance = 1e-6, .grading = 0}},
           {"krylov, graded, none dropped", "krylov", {.rank_tolerance = 1e-6}},
-          {"krylov {0, 30, 80, 250}", "krylov", {}},
+          {"krylov {0, 200}", "krylov", {}},
           {"krylov, 10 refreshes later", "krylov", {}, 10},
           {"krylov, coarse", "krylov", {.rank_tolerance = 0.03}},
-          {"krylov {0, 200}", "krylov", {.shifts_hz = {0, 200}}},
+          {"krylov {0, 200}, no slopes", "krylov", {.slopes = false}},
+          {"krylov {0, 30, 80, 250}, no slopes", "krylov", {.shifts_hz = {0, 30, 80, 250}, .slopes = false}},
+          {"krylov {0, 60, 250}", "krylov", {.shifts_hz = {0, 60, 250}}},
           {"krylov {0, 20, 40, 80, 160, 400}", "krylov", {.shifts_hz = {0, 20, 40, 80, 160, 400}}}};
 }
 

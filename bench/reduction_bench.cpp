@@ -1,5 +1,5 @@
 // A refresh of large bodies on one core, part by part: clamped blocks of neo-Hookean elements, a patch of 19 vertices,
-// krylov {0, 30, 80, 250} Hz.
+// krylov {0, 200} Hz.
 //   ./build/release/bench/reduction_bench --benchmark_counters_tabular=true
 #include <benchmark/benchmark.h>
 #include <malloc.h>
@@ -71,7 +71,7 @@ void BM_Refresh(benchmark::State& state) {
   const ReduceFn reduce = find_reducer("krylov");
   const LocalModel model = reduce(b.tangent, b.patch, b.site, options);
   const FreeBody& body = graded.update(b.tangent, b.patch);
-  const auto answer = [&] { return responses(body, b.patch, options.shifts_hz, graded.solver(), options.echoes); };
+  const auto answer = [&] { return responses(body, b.patch, options.shifts_hz, graded.solver(), options.echoes, options.slopes); };
   const MatrixX answers = answer();
   const auto orthonormalize = [&] {
     return orthonormal_motions(body.mass, answers, options.rank_tolerance, 3 * options.echoes);

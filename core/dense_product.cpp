@@ -27,32 +27,38 @@ KT_WIDE void sum_tile(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_st
 
 }  // namespace
 
-void in_groups(const RowMatrix& V, std::vector<double>& out) {
+void in_groups(const Eigen::Ref<const RowMatrix>& V, std::vector<double>& out) {
   const Eigen::Index groups = (V.cols() + kGroup - 1) / kGroup;
   out.resize(static_cast<std::size_t>(groups * V.rows() * kGroup));
   for (Eigen::Index g = 0; g < groups; ++g)
     for (Eigen::Index k = 0; k < V.rows(); ++k) {
       const Eigen::Index count = std::min<Eigen::Index>(kGroup, V.cols() - kGroup * g);
       double* row = out.data() + kGroup * (V.rows() * g + k);
-      std::fill(std::copy_n(V.data() + V.cols() * k + kGroup * g, count, row), row + kGroup, 0.0);
+      std::fill(std::copy_n(V.data() + V.outerStride() * k + kGroup * g, count, row), row + kGroup, 0.0);
     }
 }
 
-MatrixX symmetric_product(const RowMatrix& A, const RowMatrix& B) {
+MatrixX symmetric_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref<const RowMatrix>& B) {
   const Eigen::Index n = A.rows(), k = A.cols();
+  // Few columns lie side by side as they are: the last group begins earlier instead of ending later.
+  const bool few = k >= kBroad && k <= 2 * kBroad && A.outerStride() == k && B.outerStride() == k;
   thread_local std::vector<double> left, right;  // as large each time
-  in_groups(A, left);
-  in_groups(B, right);
+  if (!few) {
+    in_groups(A, left);
+    in_groups(B, right);
+  }
   MatrixX out(k, k);
   double tile[kHigh * kBroad];
-  for (Eigen::Index i = 0; i < k; i += kHigh)
-    for (Eigen::Index g = 0; kBroad * g <= i + kHigh - 1; ++g) {
-      if (kBroad * g >= k) break;
-      sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + kBroad * n * g, kBroad,
-               n, tile);
+  for (Eigen::Index i0 = 0; i0 < k; i0 += kHigh)
+    for (Eigen::Index c0 = 0; c0 <= i0 + kHigh - 1 && c0 < k; c0 += kBroad) {
+      const Eigen::Index i = few ? std::min(i0, k - kHigh) : i0, c = few ? std::min(c0, k - kBroad) : c0;
+      if (few)
+        sum_tile(A.data() + i, 1, k, B.data() + c, k, n, tile);
+      else
+        sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + n * c, kBroad, n, tile);
       for (Eigen::Index r = i; r < std::min(i + kHigh, k); ++r)
-        for (Eigen::Index c = kBroad * g; c < std::min(kBroad * (g + 1), r + 1); ++c)
-          out(r, c) = out(c, r) = tile[kBroad * (r - i) + c - kBroad * g];
+        for (Eigen::Index j = c; j < std::min(c + kBroad, r + 1); ++j)
+          out(r, j) = out(j, r) = tile[kBroad * (r - i) + j - c];
     }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <numbers>
 
+#include "core/dense_product.hpp"
 #include "core/error.hpp"
 
 namespace kt {
@@ -134,7 +135,7 @@ void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const N
     }
   }
   const NodeRows<kFar> border = restrict_forces<kFar>(times_far) * far_basis_;
-  const FarBlock corner = far_basis_.transpose() * (far_apart_.transpose() * times_far) * far_basis_;
+  const FarBlock corner = far_basis_.transpose() * symmetric_product(far_apart_, times_far) * far_basis_;
   for (int c = 0; c < 3 * nodes; ++c)
     for (int f = 0; f < kFar; ++f) {
       values[outer[c + 1] - kFar + f] = border(c, f);
@@ -233,7 +234,7 @@ void GradedBody::set_far_apart() {
 void GradedBody::fill_matrices() {
   NodeRows<kFar> product, damped;
   blocks_.mass<kFar>(far_apart_, product);
-  far_basis_ = orthonormalizer<kFar>(far_apart_.transpose() * product);
+  far_basis_ = orthonormalizer<kFar>(symmetric_product(far_apart_, product));
   fill(body_.mass, mass_sums_.data(), 9, product);
   blocks_.stiffness_and_damping<kFar>(far_apart_, product, damped);
   fill(body_.stiffness, sums_.data(), 18, product);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/sparse_product.hpp"
 #include "core/wide.hpp"
 
 namespace kt {
@@ -63,11 +64,15 @@ void NodeBlocks::make_pattern(const TangentModel& tangent, const FreeDofs& dofs)
   };
   for (std::size_t m = 0; m < 2; ++m) {
     const SparseMatrix& matrix = m == 0 ? tangent.dfdx : tangent.dfdv;
-    slots_[m].clear();
+    places_[m] = {};
+    const int step = has_node_blocks(matrix) ? 3 : 1;
     for (int c = 0; c < matrix.outerSize(); ++c)
-      for (SparseMatrix::InnerIterator it(matrix, c); it; ++it) {
-        const auto k = place(it.row(), c);
-        slots_[m].push_back(k < 0 ? -1 : static_cast<int>(2 * k - k % 9 + static_cast<std::ptrdiff_t>(9 * m)));
+      for (int k = matrix.outerIndexPtr()[c]; k < matrix.outerIndexPtr()[c + 1]; k += step) {
+        const int row = matrix.innerIndexPtr()[k];
+        const auto at = place(row, c);
+        if (at < 0) continue;
+        auto& list = step == 1 ? places_[m].others : row / 3 < c / 3 ? places_[m].rows : places_[m].columns;
+        list.push_back({k, static_cast<int>(2 * at - at % 9 + static_cast<std::ptrdiff_t>(9 * m))});
       }
   }
   mass_.assign(9 * rows_.size(), 0);
@@ -89,8 +94,11 @@ void NodeBlocks::update(const TangentModel& tangent, const FreeDofs& dofs) {
   std::fill(values_.begin(), values_.end(), 0.0);
   for (std::size_t m = 0; m < 2; ++m) {
     const double* from = (m == 0 ? tangent.dfdx : tangent.dfdv).valuePtr();
-    for (std::size_t k = 0; k < slots_[m].size(); ++k)
-      if (slots_[m][k] >= 0) values_[slots_[m][k]] -= 0.5 * from[k];
+    for (auto [k, to] : places_[m].columns)
+      for (int i = 0; i < 3; ++i) values_[to + i] -= 0.5 * from[k + i];
+    for (auto [k, to] : places_[m].rows)
+      for (int i = 0; i < 3; ++i) values_[to + 3 * i] -= 0.5 * from[k + i];
+    for (auto [k, to] : places_[m].others) values_[to] -= 0.5 * from[k];
   }
   // Blocks off the diagonal have got both halves; one on it is still to be added to its transpose.
   for (int j = 0; j < num_nodes(); ++j)

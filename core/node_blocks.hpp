@@ -43,7 +43,14 @@ class NodeBlocks {
   std::vector<double> values_, mass_;
   bool lumped_ = false;  // mass only on the diagonal of the matrix
   std::vector<int> around_begin_, around_, around_block_;
-  std::array<std::vector<int>, 2> slots_;  // of dfdx's and dfdv's entries in values_, -1: fixed
+  struct Place {  // of an entry of dfdx or dfdv, and where in values_ it is added
+    int from, to;
+  };
+  struct Places {
+    std::vector<Place> columns, rows;  // three entries along a column or a row of a block
+    std::vector<Place> others;         // of matrices that are not in whole blocks
+  };
+  std::array<Places, 2> places_;  // of dfdx and dfdv
   std::array<Eigen::Index, 2> entries_{-1, -1};
 };
 

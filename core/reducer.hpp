@@ -21,10 +21,11 @@ class GradedBody;
 
 struct ReduceOptions {
   int rings = 1;  ///< wall: graph rings of nodes around the node nearest to the site, besides the patch
-  std::vector<double> shifts_hz = {0, 30, 80, 250};  ///< krylov: real rates that its motions answer
-  int echoes = 4;                                    ///< krylov: for the slowest vibrations, three coordinates each
-  double rank_tolerance = 3e-3;                      ///< krylov: what nearly repeats other motions is dropped
-  int modes = 60;                                    ///< modal: lowest vibrations kept
+  std::vector<double> shifts_hz = {0, 200};  ///< krylov: real rates that its motions answer
+  bool slopes = true;                        ///< krylov: also how the answers to smooth loads change with the rate
+  int echoes = 4;                            ///< krylov: for the slowest vibrations, three coordinates each
+  double rank_tolerance = 3e-3;              ///< krylov: what nearly repeats other motions is dropped
+  int modes = 60;                            ///< modal: lowest vibrations kept
   /// krylov: growth of the spacing of nodes that are followed with their distance from the patch (grading.hpp);
   /// 0: the whole body, exact and as costly.
   double grading = 0.45;

@@ -83,18 +83,9 @@ SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
 
 namespace {
 
-/// What the body answers at the i-th of so many shifts, and the force at rest.
-MatrixX loads_at(const FreeBody& body, const SurfacePatch& patch, std::size_t i, std::size_t shifts) {
-  MatrixX out;
-  if (i > 0 && i + 1 < shifts) {
-    out = MatrixX::Zero(body.force.size(), kFarEach);
-    out.topRows(body.dofs.size()) = smooth_loads(body.dofs, body.x, patch);
-  } else {
-    // The rim at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
-    out = body.inputs(patch, i == 0);
-  }
-  out.conservativeResize(Eigen::NoChange, out.cols() + 1);
-  out.rightCols(1) = body.force;
+MatrixX beside(const MatrixX& a, const MatrixX& b) {
+  MatrixX out(a.rows(), a.cols() + b.cols());
+  out << a, b;
   return out;
 }
 
@@ -112,17 +103,30 @@ void factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
 }  // namespace
 
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
-                  SparseSolver& solver, int echoes) {
+                  SparseSolver& solver, int echoes, bool slopes) {
   std::vector<MatrixX> parts(shifts.size());
+  MatrixX smooth = MatrixX::Zero(body.force.size(), kFarEach);
+  smooth.topRows(body.dofs.size()) = smooth_loads(body.dofs, body.x, patch);
   MatrixX echo = MatrixX::Zero(body.force.size(), 3);
   std::vector<MatrixX> all_echoes;
-  // After the first the highest: the factor that is left behind serves for the certificate, best at the second.
-  for (std::size_t k = 0; k < shifts.size(); ++k) {
-    const std::size_t i = k == 0 ? 0 : shifts.size() - k;
+  // Downwards: the factor that is left behind, at rest, serves for the certificate.
+  for (std::size_t i = shifts.size(); i-- > 0;) {
     factor_at(body, shifts[i], solver);
-    parts[i] = solver.solve(loads_at(body, patch, i, shifts.size()));
+    const bool outer = i == 0 || i + 1 == shifts.size();
+    // The rim at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
+    const MatrixX loads = outer ? body.inputs(patch, i == 0) : smooth;
+    parts[i] = solver.solve(beside(loads, body.force));
+    if (slopes) {
+      const double s = 2 * std::numbers::pi * shifts[i];
+      // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
+      const MatrixX moved = parts[i].leftCols(loads.cols()) *
+                            (outer ? MatrixX(loads.transpose() * smooth) : MatrixX::Identity(kFarEach, kFarEach));
+      const MatrixX slope =
+          s > 0 ? MatrixX(2 * s * (body.mass * moved) + body.damping * moved) : MatrixX(body.mass * moved);
+      parts[i] = beside(parts[i], solver.solve(slope));
+    }
     if (i > 0) continue;
-    for (Eigen::Index c = 0; c + 1 < parts[0].cols(); ++c) echo.col(c % 3) += parts[0].col(c);
+    for (Eigen::Index c = 0; c < loads.cols(); ++c) echo.col(c % 3) += parts[0].col(c);
     for (int e = 0; e < echoes; ++e) all_echoes.push_back(echo = solver.solve(body.mass * echo));
   }
   parts.push_back(body.velocity);
@@ -139,7 +143,7 @@ MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::ve
 }
 
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts) {
-  return responses(body, patch, shifts, *make_sparse_solver());
+  return responses(body, patch, shifts, *make_sparse_solver(), 0, false);
 }
 
 namespace {

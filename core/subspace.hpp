@@ -23,11 +23,13 @@ struct FreeBody {
 /// moves under forces that grow as e^(s t); then, how it moves now. The loads are unit forces on the patch nodes at
 /// the first and (those in reach) the last shift, where what is felt is near the tool, and smooth_loads between, where
 /// the whole body resounds. A body that is free to move has no response at 0: there the mass at 20 Hz is added.
+/// `slopes`: also how the response to smooth_loads changes with s (at 0: with s^2), for one more solution and no
+/// factorization: that serves as well as twice as many shifts (Hermite interpolation; Antoulas 2005, section 11.3).
 /// `echoes`: how often the response to the patch's resultant force is answered again, (A^-1 M)^k A^-1 f at the first
 /// shift, which brings in the slowest vibrations that the patch can excite: three columns each, the last. Throws
 /// IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its symbolic analysis for the next body.
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
-                  SparseSolver& solver, int echoes = 0);
+                  SparseSolver& solver, int echoes, bool slopes);
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);
 
 /// Columns spanning what `motions` span, orthonormal in the mass, (free x r): directions that are the others' to within

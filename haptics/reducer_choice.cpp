@@ -8,9 +8,9 @@
 namespace kt {
 namespace {
 
-constexpr int kFewNodes = 300;          // up to here the whole body is a local model worth trying
-constexpr double kCoarseRank = 0.03;    // motions that are others' to within this part of their length are dropped
-constexpr int kLongQuiet = 60;          // refreshes, two seconds at the usual rate
+constexpr int kFewNodes = 300;        // up to here the whole body is a local model worth trying
+constexpr double kCoarseRank = 0.03;  // motions that are others' to within this part of their length are dropped
+constexpr int kLongQuiet = 60;        // refreshes, two seconds at the usual rate
 const std::vector<double> kManyShifts{0, 20, 40, 80, 160, 400};  // [Hz]
 
 std::string krylov_name(const std::vector<double>& shifts_hz) {
@@ -38,7 +38,7 @@ ReducerCandidate make_candidate(const std::string& reducer, int rings, const std
 std::vector<ReducerCandidate> auto_candidates(int num_nodes) {
   std::vector<ReducerCandidate> out{make_candidate("condensed", 1)};
   for (int rings : {1, 2, 3}) out.push_back(make_candidate("wall", rings));
-  for (const auto& shifts : {std::vector<double>{0, 200}, ReduceOptions().shifts_hz, kManyShifts})
+  for (const auto& shifts : {ReduceOptions().shifts_hz, {0, 60, 250}, kManyShifts})
     out.push_back(make_candidate("krylov", 1, shifts));
   // Fine meshes: many vertices in reach move nearly alike.
   out.push_back(make_candidate("krylov", 1, ReduceOptions().shifts_hz, kCoarseRank));
@@ -46,7 +46,8 @@ std::vector<ReducerCandidate> auto_candidates(int num_nodes) {
   return out;
 }
 
-bool has_samples(const std::string& reducer) { return reducer != "modal"; }
+/// Of the modal one's motions the certificate knows nothing; with all of them nothing can be wrong.
+bool has_samples(const std::string& reducer) { return reducer != "modal" && reducer != "full"; }
 
 std::string percent(double x) {
   char out[32];
@@ -97,8 +98,9 @@ double predict_refresh_us(const LocalModel& model, const ReduceOptions& options)
   const SurfacePatch& patch = model.patch;
   const bool at_rest = model.reducer == "condensed";
   const auto reach = static_cast<double>(std::ranges::count(patch.in_reach, 1));
-  const double later = at_rest ? 0 : static_cast<double>(options.shifts_hz.size()) - 1;
-  const double columns = 3 * patch.num_vertices() + (at_rest ? 0 : 3 * reach + 12 * (later - 1) + 3 * options.echoes);
+  const auto shifts = static_cast<double>(options.shifts_hz.size());
+  const double later = at_rest ? 0 : 3 * reach + 12 * (shifts - 2) + 12 * shifts + 3 * options.echoes;
+  const double columns = 3 * patch.num_vertices() + later;
   return kRest + kPerColumnSq * columns * columns;
 }
 
@@ -112,7 +114,8 @@ ReducerChoice::ReducerChoice(const std::string& reducer, int rings, const Reduce
 std::optional<BodyCertificate> ReducerChoice::certify_body(const TangentModel& tangent, const SurfacePatch& patch,
                                                            const ContactSite& site) {
   try {
-    const LocalModel best = find_reducer("krylov")(tangent, patch, site, {.shifts_hz = kManyShifts, .graded = &graded_});
+    const LocalModel best =
+        find_reducer("krylov")(tangent, patch, site, {.shifts_hz = kManyShifts, .graded = &graded_});
     std::span<const double> hz = kCertifiedHz;
     // A body that is free to move gives way at rest: there is no impedance to be right about.
     if (tangent.fixed_nodes.size() < 3) hz = hz.subspan(1);
@@ -138,7 +141,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
         c.error = 0;
       else if (body)
         c.error = body->certify(model).worst;  // 0 where all is clamped: nothing can be wrong
-    } catch (const RunError&) {  // it cannot serve here; its error stays infinite
+    } catch (const RunError&) {                // it cannot serve here; its error stays infinite
       if (c.dof == 0) c.tick_us = c.cost_us = std::numeric_limits<double>::infinity();
     }
   }
@@ -157,6 +160,7 @@ LocalModel ReducerChoice::reduce(const TangentModel& tangent, const SurfacePatch
 
 void ReducerChoice::go_to(std::size_t candidate) {
   chosen_ = candidate;
+  if (chosen().reducer == "full") certified_ = 0;
   running_ = RunningCertificate();
   quiet_ = 0;
   ++revisions_;

@@ -12,7 +12,7 @@ namespace kt {
 struct ReducerCandidate {
   std::string reducer;
   ReduceOptions options;
-  std::string name;  ///< "krylov {0, 30, 80, 250} Hz"
+  std::string name;  ///< "krylov {0, 200} Hz"
   int dof = 0;
   double error = 0;    ///< certified, 0-500 Hz, relative; infinity: it could not be made
   double tick_us = 0;  ///< predicted

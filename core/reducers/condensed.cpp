@@ -8,6 +8,7 @@ LocalModel reduce_condensed(const TangentModel& tangent, SurfacePatch patch, con
                             const ReduceOptions& options) {
   ReduceOptions at_rest = options;
   at_rest.shifts_hz = {0};
+  at_rest.slopes = false;
   at_rest.echoes = 0;
   LocalModel out = find_reducer("krylov")(tangent, std::move(patch), site, at_rest);
   out.reducer = "condensed";

@@ -31,7 +31,7 @@ class FemModel final : public DeformableModel {
   void force(const State& state, VectorX& out) const override {
     out = weight_;
     if (options_.damping_mass > 0) out.noalias() -= options_.damping_mass * (mass_ * state.v);
-    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
+    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) __attribute__((flatten)) {
       const Edges x = edges(state.x, batch);
       Edges v;
       if (viscosity_.is_active()) v = edges(state.v, batch);
@@ -59,7 +59,7 @@ class FemModel final : public DeformableModel {
       pattern_.start(out.dfdv, true);
     else
       set_zero(out.dfdv, is_damped() ? pattern_.zero() : undamped_);
-    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
+    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) __attribute__((flatten)) {
       prefetch(out.dfdx, batch);
       const Edges x = edges(state.x, batch);
       Blocks k;

@@ -89,7 +89,7 @@ class CommandLine(unittest.TestCase):
 
     @unittest.skipUnless(HAS_MATPLOTLIB, "needs matplotlib")
     def test_run_writes_pictures_and_report(self):
-        self.kilotouch("run", SCENE, *SHORT, "--out", "out")
+        self.kilotouch("run", os.path.join(ROOT, "scenes", "slab_drag.json"), *SHORT, "--out", "out")
         for name in ("force.png", "report.html"):
             self.assertGreater(os.path.getsize(self.path("out", name)), 10000, name)
 

@@ -34,7 +34,7 @@ MatrixX model_response(const LocalModel& m, double s) {
 
 TEST(Krylov, IsExactAtItsShifts) {
   const LinearizedBlock b(4);
-  const LocalModel m = b.reduce("krylov", {.shifts_hz = {0, 60, 200}, .rank_tolerance = 1e-6});
+  const LocalModel m = b.reduce("krylov", {.shifts_hz = {0, 60, 200}, .slopes = false, .rank_tolerance = 1e-6});
   // The patch's forces at two shifts, smooth ones at the third, the body's at all; the velocity; the echoes.
   EXPECT_LE(m.dof(), 2 * 3 * m.patch.num_vertices() + 12 + 3 + 1 + 3 * ReduceOptions().echoes);
   for (double hz : {0.0, 200.0}) {
@@ -57,6 +57,29 @@ TEST(Krylov, IsExactAtItsShifts) {
       expected.row(i) = moved_body.row(k);
   EXPECT_LE(relative_error(moved, expected), 1e-6);
   EXPECT_LE(relative_error(model_response(m, 600), body_response(b, m.patch, 600)), 0.02);  // and close between
+}
+
+TEST(Krylov, FollowsSmoothLoadsToFirstOrderAroundItsShifts) {
+  const LinearizedBlock b(4);
+  const FreeBody body(b.tangent);
+  SurfacePatch patch = b.patch();
+  patch.in_reach.assign(patch.in_reach.size(), 1);  // so that the rim is pushed at both shifts too
+  const MatrixX loads = smooth_loads(body.dofs, body.x, patch).topLeftCorner(body.dofs.size(), 12);
+  // Work of the smooth loads in the motions that they cause: its error in s is of the order of the first that is not
+  // matched, twice over (Galerkin).
+  const auto error_at = [&](bool slopes, double hz) {
+    const double s = 2 * std::numbers::pi * hz;
+    const MatrixX V =
+        orthonormal_motions(body.mass, responses(body, patch, {0, 200}, *make_sparse_solver(), 0, slopes), 1e-6);
+    const MatrixX A = s * s * body.mass + s * body.damping + body.stiffness, f = V.transpose() * loads;
+    const MatrixX exact = loads.transpose() * A.ldlt().solve(loads);
+    return relative_error(f.transpose() * MatrixX(V.transpose() * A * V).ldlt().solve(f), exact);
+  };
+  for (const bool slopes : {false, true}) {
+    const double order = std::log2(error_at(slopes, 240) / error_at(slopes, 220));
+    EXPECT_NEAR(order, slopes ? 4 : 2, 0.5);
+  }
+  EXPECT_LT(error_at(true, 220), 0.05 * error_at(false, 220));
 }
 
 TEST(Krylov, StandsStillWhereAllIsClampedAndAtRest) {

@@ -1,6 +1,8 @@
 // A sphere pressed into a block against Hertz.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/error.hpp"
 #include "haptics/press.hpp"
 #include "io/refine_surface.hpp"
@@ -37,7 +39,15 @@ double over_hertz(const PressResult& r, double depth) {
   return r.force.z() / (4.0 / 3 * kYoung / (1 - kPoisson * kPoisson) * std::sqrt(kRadius) * std::pow(depth, 1.5));
 }
 
-TEST(Press, ASmallSphereOnABigBlockFollowsHertz) {
+class Press : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto all = tetrahedralizers();
+    if (std::ranges::none_of(all, &BackendInfo::available)) GTEST_SKIP() << "needs a tetrahedralizer";
+  }
+};
+
+TEST_F(Press, ASmallSphereOnABigBlockFollowsHertz) {
   constexpr double kDepth = 0.0005;
   const double contact = site(kDepth).contact_radius();
   constexpr double kFinite = 0.07;  // triangles of a third of the contact radius, a block 27 radii deep: 1.054
@@ -53,7 +63,7 @@ TEST(Press, ASmallSphereOnABigBlockFollowsHertz) {
   EXPECT_GT(over_hertz(stiff, kDepth), 1.3);
 }
 
-TEST(Press, DeepEnoughForTheCentreToPassTheSurfaceItStillPushesOut) {
+TEST_F(Press, DeepEnoughForTheCentreToPassTheSurfaceItStillPushesOut) {
   for (const double depth : {kRadius, 1.5 * kRadius}) {
     const PressResult r = press(*block("tet4", 0.3 * kRadius), depth);
     ASSERT_TRUE(r.settled);
@@ -61,7 +71,7 @@ TEST(Press, DeepEnoughForTheCentreToPassTheSurfaceItStillPushesOut) {
   }
 }
 
-TEST(Press, EndsWhenAsked) {
+TEST_F(Press, EndsWhenAsked) {
   const auto body = block("tet4", 0.3 * kRadius);
   int asked = 0;
   EXPECT_THROW(press(*body, rest_state(*body), site(0.002), {.young = kYoung, .stop = [&] { return ++asked > 2; }}),
