@@ -38,27 +38,44 @@ void in_groups(const Eigen::Ref<const RowMatrix>& V, std::vector<double>& out) {
     }
 }
 
+namespace {
+
+/// Few columns lie side by side as they are: the last group begins earlier instead of ending later. So many rows at a
+/// time that they stay in the nearest cache.
+MatrixX narrow_symmetric_product(const double* A, const double* B, Eigen::Index n, Eigen::Index k) {
+  constexpr Eigen::Index kRows = 64;
+  MatrixX out = MatrixX::Zero(k, k);
+  double tile[kHigh * kBroad];
+  for (Eigen::Index from = 0; from < n; from += kRows)
+    for (Eigen::Index i0 = 0; i0 < k; i0 += kHigh)
+      for (Eigen::Index c0 = 0; c0 < std::min(i0 + kHigh, k); c0 += kBroad) {
+        const Eigen::Index i = std::min(i0, k - kHigh), c = std::min(c0, k - kBroad);
+        sum_tile(A + k * from + i, 1, k, B + k * from + c, k, std::min(kRows, n - from), tile);
+        for (Eigen::Index r = i0; r < i + kHigh; ++r)
+          for (Eigen::Index j = c0; j < std::min(c + kBroad, r + 1); ++j) out(r, j) += tile[kBroad * (r - i) + j - c];
+      }
+  return out.selfadjointView<Eigen::Lower>();
+}
+
+}  // namespace
+
 MatrixX symmetric_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref<const RowMatrix>& B) {
   const Eigen::Index n = A.rows(), k = A.cols();
-  // Few columns lie side by side as they are: the last group begins earlier instead of ending later.
-  const bool few = k >= kBroad && k <= 2 * kBroad && A.outerStride() == k && B.outerStride() == k;
+  if (k >= kBroad && k <= 2 * kBroad && A.outerStride() == k && B.outerStride() == k)
+    return narrow_symmetric_product(A.data(), B.data(), n, k);
   thread_local std::vector<double> left, right;  // as large each time
-  if (!few) {
-    in_groups(A, left);
-    in_groups(B, right);
-  }
+  in_groups(A, left);
+  in_groups(B, right);
   MatrixX out(k, k);
   double tile[kHigh * kBroad];
-  for (Eigen::Index i0 = 0; i0 < k; i0 += kHigh)
-    for (Eigen::Index c0 = 0; c0 <= i0 + kHigh - 1 && c0 < k; c0 += kBroad) {
-      const Eigen::Index i = few ? std::min(i0, k - kHigh) : i0, c = few ? std::min(c0, k - kBroad) : c0;
-      if (few)
-        sum_tile(A.data() + i, 1, k, B.data() + c, k, n, tile);
-      else
-        sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + n * c, kBroad, n, tile);
+  for (Eigen::Index i = 0; i < k; i += kHigh)
+    for (Eigen::Index g = 0; kBroad * g <= i + kHigh - 1; ++g) {
+      if (kBroad * g >= k) break;
+      sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + kBroad * n * g, kBroad,
+               n, tile);
       for (Eigen::Index r = i; r < std::min(i + kHigh, k); ++r)
-        for (Eigen::Index j = c; j < std::min(c + kBroad, r + 1); ++j)
-          out(r, j) = out(j, r) = tile[kBroad * (r - i) + j - c];
+        for (Eigen::Index c = kBroad * g; c < std::min(kBroad * (g + 1), r + 1); ++c)
+          out(r, c) = out(c, r) = tile[kBroad * (r - i) + c - kBroad * g];
     }
   return out;
 }

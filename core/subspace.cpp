@@ -119,15 +119,15 @@ MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::ve
     if (slopes) {
       const double s = 2 * std::numbers::pi * shifts[i];
       // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
-      const MatrixX moved = parts[i].leftCols(loads.cols()) *
-                            (outer ? MatrixX(loads.transpose() * smooth) : MatrixX::Identity(kFarEach, kFarEach));
-      const MatrixX slope =
-          s > 0 ? MatrixX(2 * s * (body.mass * moved) + body.damping * moved) : MatrixX(body.mass * moved);
+      const MatrixX share = outer ? MatrixX(loads.transpose() * smooth) : MatrixX::Identity(kFarEach, kFarEach);
+      const RowMatrix moved = parts[i].leftCols(loads.cols()) * share;
+      RowMatrix slope = symmetric_times(body.mass, moved);
+      if (s > 0) slope = 2 * s * slope + symmetric_times(body.damping, moved);
       parts[i] = beside(parts[i], solver.solve(slope));
     }
     if (i > 0) continue;
     for (Eigen::Index c = 0; c < loads.cols(); ++c) echo.col(c % 3) += parts[0].col(c);
-    for (int e = 0; e < echoes; ++e) all_echoes.push_back(echo = solver.solve(body.mass * echo));
+    for (int e = 0; e < echoes; ++e) all_echoes.push_back(echo = solver.solve(symmetric_times(body.mass, echo)));
   }
   parts.push_back(body.velocity);
   parts.insert(parts.end(), all_echoes.begin(), all_echoes.end());

@@ -10,7 +10,8 @@ namespace {
 
 constexpr int kFewNodes = 300;        // up to here the whole body is a local model worth trying
 constexpr double kCoarseRank = 0.03;  // motions that are others' to within this part of their length are dropped
-constexpr int kLongQuiet = 60;        // refreshes, two seconds at the usual rate
+constexpr int kSampleEvery = 4;       // refreshes: a sample costs up to a third of one
+constexpr int kLongQuiet = 15;        // samples, two seconds at the usual rate
 const std::vector<double> kManyShifts{0, 20, 40, 80, 160, 400};  // [Hz]
 
 std::string krylov_name(const std::vector<double>& shifts_hz) {
@@ -180,7 +181,7 @@ std::optional<std::size_t> ReducerChoice::cheaper_than_present() const {
 }
 
 void ReducerChoice::revise(const LocalModel& model, const ContactSite& site) {
-  if (!has_samples(chosen().reducer)) return;
+  if (!has_samples(chosen().reducer) || refreshes_++ % kSampleEvery != 0) return;
   const Certificate& now = running_.sample(graded_, model, site);
   if (std::isfinite(now.worst) && now.worst > 0) certified_ = now.worst;
   if (!is_auto_) return;

@@ -71,8 +71,9 @@ class ReducerChoice {
   RunningCertificate running_;
   std::vector<ReducerCandidate> candidates_;  ///< by predicted cost
   std::size_t chosen_ = 0;
+  int refreshes_ = 0;  // since set-up
   double certified_ = std::numeric_limits<double>::quiet_NaN();
-  int quiet_ = 0, revisions_ = 0;  // refreshes since the certificate was near the tolerance
+  int quiet_ = 0, revisions_ = 0;  // samples since the certificate was near the tolerance
 };
 
 }  // namespace kt

@@ -119,7 +119,7 @@ TEST(AutoReducer, GoesOverToABetterModelWhenTheBodyChanges) {
   const TouchedBlock stiff({.young = 3e6}), soft({.young = 2e3});  // of one mesh
   ReducerChoice choice = stiff.choice(kTolerance);
   const std::string at_first = choice.chosen().name;
-  for (int refresh = 0; refresh < 60; ++refresh)
+  for (int refresh = 0; refresh < 120; ++refresh)
     choice.revise(choice.reduce(soft.tangent, soft.patch, soft.site), soft.site);
   EXPECT_NE(choice.chosen().name, at_first);
   EXPECT_GT(choice.revisions(), 0);
