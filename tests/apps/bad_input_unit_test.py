@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Wrong files, keys and values: each ends with exit code 2 and exactly one line that says what, where and what is allowed.
 
-The table is docs/errors.md: `bad_input_test.py --write` writes it, a test compares it. KILOTOUCH names the program.
+The table is docs/errors.md: `bad_input_unit_test.py --write` writes it, a test compares it. KILOTOUCH names the program.
 """
 import json
 import os
@@ -181,7 +181,7 @@ def manual(lines):
     """docs/errors.md from the line of every case."""
     out = ["# Wrong input and what it says", "",
            "Wrong input ends with exit code 2 and one line on stderr. This page is made by", "",
-           "    python3 tests/apps/bad_input_test.py --write", "",
+           "    python3 tests/apps/bad_input_unit_test.py --write", "",
            "and a test compares it with what the program says. `ball.json` is a scene with `meshes/sphere.off`; the faulty files are",
            "described in the headings and made by that script."]
     for title, cases in CASES:
