@@ -134,7 +134,8 @@ def impedance(data, out):
     hz, fragments, rows = data["hz"], [], []
     families = {"wall": (ORANGE, VERMILION, OCHRE), "condensed": (SKY,), "modal": (PURPLE,), "krylov": (BLUE, BLACK, GREEN, GREY)}
     hidden = ("wall, 1 ring in depth", "wall, 2 rings in depth", "wall, 4 rings in depth", "krylov {0, 60}, whole body",
-              "krylov, whole, no echoes", "krylov, graded, none dropped", "krylov, 10 refreshes later", "krylov, coarse")
+              "krylov, whole, no echoes", "krylov, graded, none dropped", "krylov, 10 refreshes later", "krylov, coarse",
+              "krylov {0, 60, 250}", "krylov {0, 20, 40, 80, 160, 400}")
     bodies = data["bodies"]
     figure, panels = plt.subplots(1, len(bodies), figsize=(4.8 * len(bodies), 6.6), sharey=True, squeeze=False)
     floor = 0.01
