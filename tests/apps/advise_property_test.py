@@ -72,7 +72,7 @@ class Advise(unittest.TestCase):
             self.assertTrue(row["verdict"])
 
     def test_a_wide_tolerance_finds_the_cheapest_row_and_it_runs(self):
-        code, text, answer = self.advise("--tolerance", "5", "--budget-seconds", "100")
+        code, text, answer = self.advise("--tolerance", "5", "--budget-seconds", "60")
         self.assert_shape(answer)
         self.assertEqual(code, 0, text)
         self.assertTrue(answer["found"])
@@ -91,14 +91,14 @@ class Advise(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
 
     def test_no_row_within_a_tiny_tolerance_names_the_nearest(self):
-        code, text, answer = self.advise("--tolerance", "1e-6", "--budget-seconds", "100")
+        code, text, answer = self.advise("--tolerance", "1e-6", "--budget-seconds", "60")
         self.assert_shape(answer)
         self.assertEqual(code, 1)
         self.assertFalse(answer["found"])
         self.assertIn("nearest: --set", text)
 
     def test_a_point_keeps_its_body_and_says_why(self):
-        code, text, answer = self.advise("--set", "tool.shape=point", "--tolerance", "5", "--budget-seconds", "100")
+        code, text, answer = self.advise("--set", "tool.shape=point", "--tolerance", "5", "--budget-seconds", "60")
         self.assertEqual(code, 0, text)
         self.assertEqual(len(answer["bodies"]), 1)
         self.assertIn("not judged: the force on a point", answer["bodies"][0]["verdict"])
