@@ -71,7 +71,9 @@ void BM_Refresh(benchmark::State& state) {
   const ReduceFn reduce = find_reducer("krylov");
   const LocalModel model = reduce(b.tangent, b.patch, b.site, options);
   const FreeBody& body = graded.update(b.tangent, b.patch);
-  const auto answer = [&] { return responses(body, b.patch, options.shifts_hz, graded.solver(), options.echoes, options.slopes); };
+  const auto answer = [&] {
+    return responses(body, b.patch, options.shifts_hz, graded.solver(), options.echoes, options.slopes);
+  };
   const MatrixX answers = answer();
   const auto orthonormalize = [&] {
     return orthonormal_motions(body.mass, answers, options.rank_tolerance, 3 * options.echoes);

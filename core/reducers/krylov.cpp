@@ -12,10 +12,9 @@ LocalModel reduce_krylov(const TangentModel& tangent, SurfacePatch patch, const 
   const bool whole = !options.graded && options.grading == 0;
   const FreeBody& body = whole ? graded.update_whole(tangent) : graded.update(tangent, patch);
   // Slow vibrations are felt far beyond their length: hardly any of them is dropped.
-  RowMatrix V =
-      orthonormal_motions(body.mass,
-                          responses(body, patch, options.shifts_hz, graded.solver(), options.echoes, options.slopes),
-                          options.rank_tolerance, 3 * options.echoes);
+  RowMatrix V = orthonormal_motions(
+      body.mass, responses(body, patch, options.shifts_hz, graded.solver(), options.echoes, options.slopes),
+      options.rank_tolerance, 3 * options.echoes);
   // Where all is clamped and at rest nothing moves; a local model of one still motion is one all the same.
   if (V.cols() == 0) V = orthonormal_motions(body.mass, MatrixX::Ones(body.force.size(), 1), 0.5);
   MatrixX combination;

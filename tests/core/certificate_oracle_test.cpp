@@ -89,7 +89,8 @@ TEST(Certificate, AtSetUpComesFromAGoodModelWithinHalfAPercent) {
     for (const LocalModel* model : {&std::as_const(c.model), &wall}) {
       const Certificate e = estimated.certify(*model), x = exact.certify(*model);
       for (std::size_t f = 0; f < e.hz.size(); ++f)
-        EXPECT_NEAR(e.error[f], x.error[f], 0.006 * (1 + x.error[f])) << type << " " << model->reducer << " " << e.hz[f];
+        EXPECT_NEAR(e.error[f], x.error[f], 0.006 * (1 + x.error[f]))
+            << type << " " << model->reducer << " " << e.hz[f];
     }
   }
 }
