@@ -38,7 +38,7 @@ TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
   // The law does not see the material: one coefficient for each of these.
   const std::vector<double> coefficients =
-      std::string(GetParam().material).empty() ? std::vector{0.0, 0.3, 1.0} : std::vector{0.5};
+      std::string(GetParam().material).empty() ? std::vector{0.0, 0.3, 1.0} : std::vector{0.3};
   for (const char* shape : {"sphere", "point"})
     for (const double mu : coefficients) {
       Scene scene;
