@@ -179,6 +179,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
                    {"linear_iterations", result.global_steps.linear_iterations},
                    {"projected", result.global_steps.projected},
                    {"not_converged", result.global_steps.not_converged},
+                   {"looked_ahead", result.looked_ahead},
                    {"linearization_error", percentiles(result.linearization_error, false)}};
   out["local"] = {
       {"method", haptic_method_name(scene.local.method, scene.contact.law)},

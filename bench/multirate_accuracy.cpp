@@ -44,6 +44,7 @@ const std::vector<Method> kMethods = {
     {"krylov_catch_up", {"local.reducer=krylov", "local.catch_up=true", "local.blend_ms=0"}},
     {"krylov_blend", {"local.reducer=krylov", "local.catch_up=false", "local.blend_ms=12"}},
     {"krylov_both", {"local.reducer=krylov", "local.catch_up=true", "local.blend_ms=12"}},
+    {"krylov_no_look_ahead", {"local.reducer=krylov", "global.look_ahead=false"}},
     {"krylov_early", {"local.reducer=krylov", "global.early_refresh=true"}},
     // Where the error of the best comes from:
     {"full_10khz", {"local.reducer=full", "local.rate_hz=10000"}},

@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace kt {
+namespace {
+
+constexpr double kHoldStiffness = 1e5;  // [N/m] a hundred times any tissue under a tool: some micrometres of error
+
+}  // namespace
 
 GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
                                    double max_step, std::optional<State> start)
@@ -17,10 +22,22 @@ GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr
   max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(fastest_mode(model, state_)));
 }
 
+std::optional<State> GlobalSimulation::foresee(double dt, std::span<const ContactHold> holds) {
+  if (!unconditional_ || holds.empty() || dt <= 0) return {};
+  VectorX friction = VectorX::Zero(state_.x.size());
+  for (const ContactHold& hold : holds)
+    for (int c = 0; c < 3; ++c) node(friction, hold.nodes[c]) += friction_scale_ * hold.bary[c] * hold.friction;
+  const HeldModel held(model_, holds, kHoldStiffness);
+  State ahead = state_;
+  integrator_->step(held, friction, dt, ahead);
+  ahead.t = state_.t + dt;
+  if (held.push(ahead.x) < 0 || !ahead.x.allFinite() || !ahead.v.allFinite()) return {};
+  return ahead;
+}
+
 /// False, and nothing has changed, when the holds would have to pull.
 bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample> history,
                                     std::span<const ContactHold> holds) {
-  constexpr double kHoldStiffness = 1e5;  // [N/m] a hundred times any tissue under a tool: some micrometres of error
   const double dt = t_end - state_.t;
   const bool all_stick = std::all_of(holds.begin(), holds.end(), [](const ContactHold& h) { return h.sticks; });
   VectorX friction = VectorX::Zero(state_.x.size());

@@ -37,6 +37,10 @@ class GlobalSimulation {
   /// integrator without a stability limit, else the history acts alone, as in the paper.
   void advance(double t_end, std::span<const ContactSample> history, std::span<const ContactHold> holds = {});
 
+  /// The state `dt` [s] from now, were the contacts at `holds` then: one step. None when the holds would have to pull,
+  /// there is none, or the integrator has a stability limit.
+  std::optional<State> foresee(double dt, std::span<const ContactHold> holds);
+
   const State& state() const { return state_; }
   const DeformableModel& model() const { return model_; }
   double step() const { return max_step_; }  ///< [s]

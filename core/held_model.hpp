@@ -15,10 +15,11 @@ namespace kt {
 struct ContactHold {
   std::array<int, 3> nodes{};  ///< of the touched triangle
   Vec3 bary = Vec3::Zero();
-  Vec3 normal = Vec3::Zero();  ///< unit, from the body towards the tool
-  Vec3 point = Vec3::Zero();   ///< where the contact point is [m]
-  bool sticks = false;         ///< held in all directions; else along the normal only
-  double force = 0;            ///< normal force that the local model had there [N]
+  Vec3 normal = Vec3::Zero();    ///< unit, from the body towards the tool
+  Vec3 point = Vec3::Zero();     ///< where the contact point is [m]
+  bool sticks = false;           ///< held in all directions; else along the normal only
+  double force = 0;              ///< normal force that the local model had there [N]
+  Vec3 friction = Vec3::Zero();  ///< its tangential force on the body [N]; of what does not stick
 };
 
 /// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent, since a triangle's nodes

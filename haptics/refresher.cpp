@@ -7,6 +7,7 @@
 #include "collision/closest_point.hpp"
 #include "core/damping.hpp"
 #include "core/sparse_solver.hpp"
+#include "haptics/foresight.hpp"
 
 namespace kt {
 namespace {
@@ -70,19 +71,21 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
-/// How far the tool's surface gets while the model made at time t is in use [m].
-double Refresher::reach(double t) const {
-  const double latency = 1e-3 * scene_.link.latency_ms;
-  double in_use = 1 / scene_.global.rate_hz + latency;
-  // In two threads a model arrives after one interval and serves for the next; a slow body makes both longer.
-  // No further than three intervals: a larger patch makes the next refresh slower still, and a tool that runs off is
-  // found again.
-  if (scene_.link.type == "thread") {
-    const double interval = 1 / scene_.global.rate_hz;
-    in_use = 2 * std::clamp(t - last_, interval, 1.5 * interval) + latency;
-  }
-  return 1.5 * tool_.radius + max_speed_ * in_use;
+/// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
+/// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
+/// found again.
+double Refresher::interval(double t) const {
+  const double usual = 1 / scene_.global.rate_hz;
+  return scene_.link.type == "thread" ? std::clamp(t - last_, usual, 1.5 * usual) : usual;
 }
+
+/// Until the model made at time t arrives [s]. In two threads that takes an interval.
+double Refresher::delay(double t) const {
+  return 1e-3 * scene_.link.latency_ms + (scene_.link.type == "thread" ? interval(t) : 0);
+}
+
+/// How far the tool's surface gets while the model made at time t is in use [m].
+double Refresher::reach(double t) const { return 1.5 * tool_.radius + max_speed_ * (delay(t) + interval(t)); }
 
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
   ContactSite site{tool, triangle, reach};
@@ -112,30 +115,43 @@ void Refresher::count_inverted() {
   inverted_tetrahedra = std::max(inverted_tetrahedra, count);
 }
 
-/// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one.
-LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site) {
-  for (const TangentKind kind : {TangentKind::symmetric, TangentKind::definite}) {
-    auto start = std::chrono::steady_clock::now();
-    linearize(global_.model(), global_.state(), kind, tangent_);
-    linearize_ms.push_back(milliseconds_since(start));
-    start = std::chrono::steady_clock::now();
-    try {
-      if (frame_ == 0) choice_.set_up(tangent_, patch, site);
-      LocalModel local = choice_.reduce(tangent_, patch, site);
-      if (!is_positive_semidefinite(local.stiffness)) continue;
-      reduce_ms.push_back(milliseconds_since(start));
-      start = std::chrono::steady_clock::now();
-      choice_.revise(local, site);
-      certify_ms.push_back(milliseconds_since(start));
-      local.certified_error = choice_.certified_error();
-      local.definite_tangent |= kind == TangentKind::definite;
-      definite_tangents += local.definite_tangent;
-      return local;
+/// Throws IndefiniteTangent.
+LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch,
+                                const ContactSite& site) {
+  auto start = std::chrono::steady_clock::now();
+  linearize(global_.model(), state, kind, tangent_);
+  linearize_ms.push_back(milliseconds_since(start));
+  start = std::chrono::steady_clock::now();
+  if (frame_ == 0) choice_.set_up(tangent_, patch, site);
+  LocalModel local = choice_.reduce(tangent_, patch, site);
+  if (!is_positive_semidefinite(local.stiffness))
+    throw IndefiniteTangent("the body's definite tangent is not positive definite");
+  reduce_ms.push_back(milliseconds_since(start));
+  local.definite_tangent |= kind == TangentKind::definite;
+  return local;
+}
+
+/// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,
+/// and a stiffer one is worse than one of where the body is now.
+LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead) {
+  std::optional<LocalModel> local;
+  if (ahead) try {
+      local = reduce_at(*ahead, TangentKind::symmetric, patch, site);
+      if (local->definite_tangent) local.reset();
     } catch (const IndefiniteTangent&) {
-      if (kind == TangentKind::definite) throw;
     }
-  }
-  throw RunError("the body's definite tangent is not positive definite");
+  looked_ahead += local.has_value();
+  if (!local) try {
+      local = reduce_at(global_.state(), TangentKind::symmetric, patch, site);
+    } catch (const IndefiniteTangent&) {
+      local = reduce_at(global_.state(), TangentKind::definite, patch, site);
+    }
+  const auto start = std::chrono::steady_clock::now();
+  choice_.revise(*local, site);
+  certify_ms.push_back(milliseconds_since(start));
+  local->certified_error = choice_.certified_error();
+  definite_tangents += local->definite_tangent;
+  return std::move(*local);
 }
 
 /// Vibrations that hardly know of one another are stepped exactly, each by itself; else all by one implicit step.
@@ -161,22 +177,27 @@ void Refresher::judge_linearization() {
 
 int Refresher::next_interval(int usual) const { return std::max(1, usual / haste_); }
 
+/// The body in the middle of the time that the model made at time t is used.
+std::optional<State> Refresher::foresee(double t, std::span<const ContactHold> holds, const Vec3& velocity) {
+  const double lead = delay(t) + 0.5 * interval(t) / haste_;
+  return global_.foresee(
+      lead, moved_holds({holds.begin(), holds.end()}, surface_, global_.model().mesh().x, lead * velocity));
+}
+
 std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool, std::span<const LocalReport> reports,
                                                        const LocalMotion* motion) {
   auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
     history.insert(history.end(), report.samples.begin(), report.samples.begin() + report.count);
-  std::vector<ContactHold> holds;
-  if (!reports.empty())
-    for (const ContactSample& s :
-         std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)))
-      holds.push_back({s.nodes, s.bary, s.normal, s.point, s.sticks, -s.normal.dot(s.impulse) * scene_.local.rate_hz});
+  const std::vector<ContactHold> holds = last_holds(reports, scene_.local.rate_hz);
+  std::optional<State> ahead;
   if (t > global_.state().t) {
     global_.advance(t, history, holds);
-    global_ms.push_back(milliseconds_since(start));
     count_inverted();
     judge_linearization();
+    if (motion && scene_.global.look_ahead) ahead = foresee(t, holds, tool_velocity(reports, scene_.local.rate_hz));
+    global_ms.push_back(milliseconds_since(start));
   }
 
   start = std::chrono::steady_clock::now();
@@ -184,7 +205,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
       find_contact_site(surface_, global_.state().x, tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
-  LocalModel local = reduce(patch, site);
+  LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   local.frame = frame_++;
   const auto prepare_start = std::chrono::steady_clock::now();
   const LocalScheme scheme = choose_scheme(local);

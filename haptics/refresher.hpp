@@ -3,22 +3,12 @@
 #include <optional>
 #include <span>
 
+#include "haptics/local_report.hpp"
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
 #include "io/scene.hpp"
 
 namespace kt {
-
-/// What the haptic side reports after each tick.
-struct LocalReport {
-  int tick = 0;              ///< index of the tick that ended
-  Vec3 tool = Vec3::Zero();  ///< [m]
-  int triangle = -1;         ///< in contact: which surface triangle
-  bool sliding = false;      ///< the contact that carries most slid
-  bool left_patch = false;   ///< the tool is at the edge of the local model: a new one is wanted at once
-  int count = 0;
-  std::array<ContactSample, kMaxContacts> samples{};
-};
 
 class Refresher {
  public:
@@ -44,14 +34,19 @@ class Refresher {
   int definite_tangents = 0;
   double coupling = 0;          ///< of the last local model's vibrations, see damping_coupling()
   int exact_steps = 0;          ///< local models that are stepped exactly
+  int looked_ahead = 0;         ///< local models of where the body was expected to be
   int inverted_tetrahedra = 0;  ///< most at any refresh
   double inverted_from = -1;    ///< time of the first one [s]
 
  private:
-  LocalModel reduce(const SurfacePatch& patch, const ContactSite& site);
+  LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
+  LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
   LocalScheme choose_scheme(LocalModel& local);
   void count_inverted();
   void judge_linearization();
+  std::optional<State> foresee(double t, std::span<const ContactHold> holds, const Vec3& velocity);
+  double interval(double t) const;
+  double delay(double t) const;
   double reach(double t) const;
   const Surface& surface_;
   Scene scene_;

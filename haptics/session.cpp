@@ -218,6 +218,7 @@ SessionResult Session::run(const SessionOptions& options) {
   result.linearization_error = std::move(refresher.linearization_error);
   if (threaded) warn_of_lag(scene_, result);
   result.definite_tangents = refresher.definite_tangents;
+  result.looked_ahead = refresher.looked_ahead;
   result.global_steps = refresher.statistics();
   if (refresher.inverted_tetrahedra > 0)
     result.warnings.push_back(

@@ -45,6 +45,7 @@ struct SessionResult {
   int last_dof = 0, last_patch_vertices = 0;
   StepStatistics global_steps;        ///< what the implicit steps took
   int definite_tangents = 0;          ///< refreshes whose exact tangent was indefinite
+  int looked_ahead = 0;               ///< refreshes that linearized the body where it was expected to be
   int limited_forces = 0;             ///< ticks whose force was cut to the device's limit
   int missed_impacts = 0;             ///< ticks without contact that end inside the body, by contact_check
   int deadline_misses = 0;            ///< ticks whose compute time exceeded the haptic period

@@ -149,6 +149,7 @@ struct SceneGlobal {
   double tolerance = 1e-6;           ///< of pcg: |residual| / |rhs|
   bool early_refresh = true;         ///< up to four times rate_hz while the local models' force is off by more than
                                      ///< local.tolerance when an interval ends, and at the edge of the patch
+  bool look_ahead = true;            ///< linearizes where the body will be half-way through the local model's use
   bool definite = true;              ///< implicit_euler: with the definite tangent always, else only where it must
   bool operator==(const SceneGlobal&) const = default;
 };

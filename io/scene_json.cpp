@@ -112,6 +112,7 @@ void fields(A& a, SceneGlobal& s) {
   a("solver", s.solver);
   a("tolerance", s.tolerance);
   a("early_refresh", s.early_refresh);
+  a("look_ahead", s.look_ahead);
   a("definite", s.definite);
 }
 template <class A>

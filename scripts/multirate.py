@@ -25,7 +25,7 @@ OCHRE = "#8A7300"  # Okabe and Ito's yellow is too light for a line
 METHODS = {  # name -> (label, colour, marker)
     "wall1": ("wall, 1 ring", ORANGE, "o"), "wall3": ("wall, 3 rings", VERMILION, "s"),
     "condensed": ("condensed", SKY, "^"), "krylov": ("krylov", BLUE, "D"), "auto": ("auto", BLACK, "*"),
-    "krylov_early": ("krylov, early refreshes", BLUE, "d"), "modal": ("modal", PURPLE, "P"),
+    "krylov_no_look_ahead": ("krylov, no look-ahead", BLUE, "v"), "krylov_early": ("krylov, early refreshes", BLUE, "d"), "modal": ("modal", PURPLE, "P"),
     "hold": ("hold", GREY, "v"), "hold_condensed": ("hold, condensed", GREY, "v"), "legacy": ("legacy", PURPLE, "<"),
     "frozen": ("frozen", GREEN, ">"), "frozen_condensed": ("frozen, condensed", GREEN, ">"),
     "penalty": ("penalty", OCHRE, "X"), "penalty_condensed": ("penalty, condensed", OCHRE, "X")}
