@@ -33,11 +33,11 @@ def box(nx, ny, nz):
     return "\n".join(lines + [f"{x} {y} {z}" for x, y, z in nodes] + [f"3 {a} {b} {c}" for a, b, c in faces]) + "\n"
 
 
-BODY = box(5, 5, 2)
+BODY = box(4, 4, 1)
 SCENE = {
     "object": {"mesh": "body.off", "scale": 0.01, "fixed": {"below": {"axis": "z", "fraction": 0.05}},
                "model": {"type": "fem", "young": 1e4}},
-    "duration": 0.25,
+    "duration": 0.15,
     "tool": {"shape": "sphere", "radius": 0.008,
              "path": {"press_drag": {"at": [0.022, 0.026], "depth": 0.002, "press_time": 0.1, "speed": 0.02}}},
 }
@@ -54,7 +54,7 @@ class Advise(unittest.TestCase):
     def advise(self, *arguments):
         """Exit code, standard output and the JSON."""
         result = subprocess.run([PROGRAM, "advise", "scene.json", "--json", "a.json", *arguments],
-                                cwd=self.temporary.name, capture_output=True, text=True, timeout=250)
+                                cwd=self.temporary.name, capture_output=True, text=True, timeout=500)
         self.assertEqual(result.stderr, "")
         with open(os.path.join(self.temporary.name, "a.json"), encoding="utf-8") as file:
             return result.returncode, result.stdout, json.load(file)
@@ -72,7 +72,7 @@ class Advise(unittest.TestCase):
             self.assertTrue(row["verdict"])
 
     def test_a_wide_tolerance_finds_the_cheapest_row_and_it_runs(self):
-        code, text, answer = self.advise("--tolerance", "5", "--budget-seconds", "60")
+        code, text, answer = self.advise("--tolerance", "5", "--budget-seconds", "400")
         self.assert_shape(answer)
         self.assertEqual(code, 0, text)
         self.assertTrue(answer["found"])
@@ -91,14 +91,14 @@ class Advise(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
 
     def test_no_row_within_a_tiny_tolerance_names_the_nearest(self):
-        code, text, answer = self.advise("--tolerance", "1e-6", "--budget-seconds", "60")
+        code, text, answer = self.advise("--tolerance", "1e-6", "--budget-seconds", "400")
         self.assert_shape(answer)
         self.assertEqual(code, 1)
         self.assertFalse(answer["found"])
         self.assertIn("nearest: --set", text)
 
     def test_a_point_keeps_its_body_and_says_why(self):
-        code, text, answer = self.advise("--set", "tool.shape=point", "--tolerance", "5", "--budget-seconds", "60")
+        code, text, answer = self.advise("--set", "tool.shape=point", "--tolerance", "5", "--budget-seconds", "400")
         self.assertEqual(code, 0, text)
         self.assertEqual(len(answer["bodies"]), 1)
         self.assertIn("not judged: the force on a point", answer["bodies"][0]["verdict"])
