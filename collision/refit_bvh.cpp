@@ -17,7 +17,14 @@ namespace kt {
 namespace {
 
 constexpr int kSides = 6;
+constexpr int kAhead = 16;        // triangles: how early a vertex is asked for that may not be in the cache
 constexpr int kPartialShare = 8;  // with more than one in so many vertices moving, all of them are as fast
+
+void prefetch([[maybe_unused]] const void* address) {
+#ifdef __GNUC__
+  __builtin_prefetch(address);  // halves a refit of a million triangles
+#endif
+}
 
 /// Low corner, negated high corner; two more so that they fill registers.
 struct alignas(16) Bound {
@@ -54,10 +61,16 @@ class RefitBvh final : public TriangleIndex {
 
   void refit(const VectorX& x_t0, const VectorX& x_t1) noexcept override {
     for (int v = 0; v < num_vertices(); ++v) fit_vertex(v, x_t0, x_t1);
+    const Triangle* next = in_slot_order_.data() + in_slot_order_.size();
     for (int i = static_cast<int>(nodes_.size()) - 1; i >= 0; --i) {  // children come after their parents
-      for (int k = 0; k < kTreeWidth; ++k)
-        if (nodes_[i].child[k] < 0) set_slot(i, k, bound_of(~nodes_[i].child[k]));
-      if (i > 0) set_slot(places_[i].parent, places_[i].slot, bound_of(nodes_[i]));
+      Node& n = nodes_[i];
+      for (int k = kTreeWidth - 1; k >= 0; --k)
+        if (n.child[k] < 0) {
+          if (next - in_slot_order_.data() > kAhead)
+            for (const int v : next[-kAhead]) prefetch(&rounded_[v]);
+          write(n, k, bound_of(*--next));
+        }
+      if (i > 0) write(nodes_[places_[i].parent], places_[i].slot, bound_of(n));
     }
   }
 
@@ -67,7 +80,7 @@ class RefitBvh final : public TriangleIndex {
     for (const int v : vertices)
       for (int s = first_slot_[v]; s < first_slot_[v + 1]; ++s) {
         const int i = slots_[s] / kTreeWidth, k = slots_[s] % kTreeWidth;
-        if (set_slot(i, k, bound_of(~nodes_[i].child[k]))) mark(i);
+        if (update(i, k, bound_of(triangles_[~nodes_[i].child[k]]))) mark(i);
       }
     // Upward, level by level: every node at most once, and no further than bounds change.
     for (int level = static_cast<int>(num_marked_.size()) - 1; level >= 0; --level) {
@@ -75,7 +88,7 @@ class RefitBvh final : public TriangleIndex {
       for (int j = 0; j < num_marked_[level]; ++j) {
         const Place& place = places_[marked[j]];
         is_marked_[marked[j]] = 0;
-        if (level > 0 && set_slot(place.parent, place.slot, bound_of(nodes_[marked[j]]))) mark(place.parent);
+        if (level > 0 && update(place.parent, place.slot, bound_of(nodes_[marked[j]]))) mark(place.parent);
       }
       num_marked_[level] = 0;
     }
@@ -138,10 +151,13 @@ class RefitBvh final : public TriangleIndex {
     for (std::size_t v = 0; v < n; ++v) first_slot_[v + 1] += first_slot_[v];
     slots_.assign(3 * triangles_.size(), 0);
     std::vector<int> next(first_slot_.begin(), first_slot_.end());
+    in_slot_order_.clear();
     for (std::size_t i = 0; i < nodes_.size(); ++i)
       for (int k = 0; k < kTreeWidth; ++k)
-        if (nodes_[i].child[k] < 0)
-          for (const int v : triangles_[~nodes_[i].child[k]]) slots_[next[v]++] = kTreeWidth * static_cast<int>(i) + k;
+        if (nodes_[i].child[k] < 0) {
+          in_slot_order_.push_back(triangles_[~nodes_[i].child[k]]);
+          for (const int v : in_slot_order_.back()) slots_[next[v]++] = kTreeWidth * static_cast<int>(i) + k;
+        }
     origin_.setZero();
     for (std::size_t v = 0; v < n; ++v)
       if (node(x, static_cast<int>(v)).allFinite()) {
@@ -167,8 +183,7 @@ class RefitBvh final : public TriangleIndex {
     }
   }
 
-  Bound bound_of(int triangle) const noexcept {
-    const Triangle& t = triangles_[triangle];
+  Bound bound_of(const Triangle& t) const noexcept {
     return smaller(smaller(rounded_[t[0]], rounded_[t[1]]), rounded_[t[2]]);
   }
 
@@ -179,12 +194,15 @@ class RefitBvh final : public TriangleIndex {
     return out;
   }
 
-  bool set_slot(int i, int k, const Bound& bound) noexcept {
+  static void write(Node& n, int k, const Bound& bound) noexcept {
+    for (int s = 0; s < kSides; ++s) n.side[s][k] = bound.side[s];
+  }
+
+  /// Whether that changes anything.
+  bool update(int i, int k, const Bound& bound) noexcept {
     bool changed = false;
-    for (int s = 0; s < kSides; ++s) {
-      changed |= nodes_[i].side[s][k] != bound.side[s];
-      nodes_[i].side[s][k] = bound.side[s];
-    }
+    for (int s = 0; s < kSides; ++s) changed |= nodes_[i].side[s][k] != bound.side[s];
+    if (changed) write(nodes_[i], k, bound);
     return changed;
   }
 
@@ -211,7 +229,7 @@ class RefitBvh final : public TriangleIndex {
     return out;
   }
 
-  std::vector<Triangle> triangles_;
+  std::vector<Triangle> triangles_, in_slot_order_;
   std::vector<Box> exact_;      // of each vertex's motion
   std::vector<Bound> rounded_;  // the same as floats
   std::vector<int> first_slot_,
