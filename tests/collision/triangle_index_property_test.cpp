@@ -154,6 +154,28 @@ TEST_P(EveryTriangleIndex, SeesALastPlaceFarFromTheOrigin) {
   }
 }
 
+/// A point-sized box has no room for what single precision loses.
+TEST_P(EveryTriangleIndex, SeesACollapsedTriangleAtTheCornerOfAPath) {
+  Sample s{std::mt19937_64(27)};
+  for (const double offset : {0.0, 1.0, 1e6}) {
+    Motion m;
+    m.x_rest.resize(3 * 200);
+    for (int v = 0; v < 200; ++v) {
+      node(m.x_rest, v) = 0.01 * s.cube() + (v ? offset : 0) * Vec3(1, -1, 1);
+      m.triangles.push_back({v, v, v});
+    }
+    m.x_t0 = m.x_t1 = m.x_rest;
+    index->build(m.triangles, m.x_rest);
+    for (int v = 0; v < 200; ++v) {
+      const Vec3 p = node(m.x_rest, v);
+      const ToolSweep sweep{p, p + 0.003 * s.cube()};
+      const std::vector<int> met = boxes_met(m, sweep, 0);
+      EXPECT_TRUE(std::ranges::binary_search(met, v));
+      EXPECT_EQ(candidates_of(*index, sweep, 0, m.triangles.size()), met) << offset;
+    }
+  }
+}
+
 /// At the build, in the tick, or from the build on until it heals.
 TEST_P(EveryTriangleIndex, AVertexThatIsNoNumberHidesNothing) {
   const Mesh mesh = sheet(4, 4, 0.01);
