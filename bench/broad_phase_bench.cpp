@@ -29,7 +29,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kPlaces = 256;  // of moved_N_anywhere
 constexpr int kSweeps = 200;
-constexpr int kHashed = 20;  // sweeps that the label covers
+constexpr int kHashed = 20, kHashedTicks = 16;  // sweeps that the label covers, and ticks before them
 
 /// Nodes (i, j) around the ring and around the tube, 2 nu nv triangles; about 0.1 m.
 struct Torus {
@@ -162,7 +162,7 @@ void moved(benchmark::State& state, const Torus& torus, const std::string& backe
   };
   s.index->refit(x_t0, x_t1);
   std::size_t tick = 0;
-  while (tick < 64) move(tick++);
+  while (tick < kHashedTicks) move(tick++);
   std::vector<ToolSweep> here;
   for (const auto& place : vertices) here.push_back({node(x_t0, place[0]), node(x_t1, place.back())});
   state.SetLabel(s.hash(here, 0));
@@ -270,14 +270,15 @@ const int kRegistered = [] {
       if (!b.available) continue;
       add_row("build", b.name, torus, build, b.name);
       add_row("refit", b.name, torus, refit, b.name);
+      add_row("point", b.name, torus, query, b.name, false, 0.0);
+      add_row("sphere", b.name, torus, query, b.name, false, 0.002);
+      add_row("fast", b.name, torus, query, b.name, true, 0.0);
+      if (b.name == "cgal" && torus.nu > 500) continue;  // seconds for each tick
       for (const int count : {7, 19, 100}) {
         const std::string action = "moved_" + std::to_string(count);
         add_row(action, b.name, torus, moved, b.name, count, 1);
         add_row(action + "_anywhere", b.name, torus, moved, b.name, count, kPlaces);
       }
-      add_row("point", b.name, torus, query, b.name, false, 0.0);
-      add_row("sphere", b.name, torus, query, b.name, false, 0.002);
-      add_row("fast", b.name, torus, query, b.name, true, 0.0);
     }
   }
   return 0;
