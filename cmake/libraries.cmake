@@ -22,7 +22,7 @@ endfunction()
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
 set(kt_off)
 foreach(pair "CHOLMOD=core/cholmod" "EMBREE=collision/embree" "OPENMESH=io/[a-z_]*openmesh"
-             "CGAL=io/[a-z_]*cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen" )
+             "CGAL=io/[a-z_]*cgal" "CGAL=collision/cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen" )
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)
@@ -35,7 +35,7 @@ if(NOT KT_BUILD_APPS)
 endif()
 
 kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off})
-kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off})
+kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core)
 kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off})
 kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods WITHOUT ${kt_off}
@@ -61,6 +61,10 @@ if(KT_WITH_OPENMESH)
 endif()
 if(KT_WITH_CGAL)
   target_link_libraries(kt_io PRIVATE CGAL::CGAL)
+  # Of collision only the one file sees CGAL: its -frounding-math would slow down the narrow phase.
+  add_library(kt_collision_cgal OBJECT collision/cgal.cpp)
+  target_link_libraries(kt_collision_cgal PRIVATE kt_core kt_arithmetic kt_flags CGAL::CGAL)
+  target_sources(kt_collision PRIVATE $<TARGET_OBJECTS:kt_collision_cgal>)
 endif()
 if(KT_WITH_NETGEN)
   target_include_directories(kt_io PRIVATE ${KT_NETGEN_INCLUDE})

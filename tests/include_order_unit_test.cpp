@@ -45,7 +45,7 @@ struct Home {
 /// Besides these only the standard library, POSIX and Eigen.
 const std::vector<Home> kHomes{
     {"cholmod", "core/cholmod\\.cpp"},
-    {"embree", "collision/embree\\.cpp"},
+    {"embree", "collision/embree\\.cpp|bench/broad_phase_bench\\.cpp"},
     {"OpenMesh/", "io/[a-z_]*openmesh\\.cpp"},
     {"CGAL/", "(io|collision)/[a-z_]*cgal\\.cpp"},
     {"nglib", "io/tetrahedralize_netgen\\.cpp"},
