@@ -1,12 +1,10 @@
 #include "collision/bernstein.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace kt::bernstein {
 namespace {
 
 constexpr int kMaxNewton = 60;  // then the bracket is halved to a double's resolution
+constexpr double kNearRoot = 0x1p-28;
 constexpr int kMaxHalvings = 50;
 constexpr int kMaxPieces = 200;  // of one proof: then what is proven so far counts
 
@@ -59,7 +57,7 @@ double root_between(const Power& p, double low, double high) noexcept {
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
     const double change = std::abs(next - s);
     s = next;
-    if (change <= 0x1p-51 * s) break;
+    if (change <= kNearRoot * s) break;  // the error of a Newton step is about its square
   }
   return s;
 }
@@ -102,34 +100,6 @@ double first_descent(const double (&b)[4], double level) noexcept {
 }
 
 }  // namespace
-
-Cubic make_cubic(double b0, double b1, double b2, double b3, double coefficient_error, bool is_exact) noexcept {
-  Cubic out{{b0, b1, b2, b3}, 0, is_exact};
-  out.error = coefficient_error + 20 * kRoundoff * largest_coefficient(out) + kUnderflow;
-  return out;
-}
-
-Cubic make_cubic_of_quadratic(double q0, double middle, double q2, double coefficient_error, bool is_exact) noexcept {
-  constexpr double kThird = 1.0 / 3;
-  return make_cubic(q0, kThird * (q0 + middle), kThird * (middle + q2), q2, coefficient_error, is_exact);
-}
-
-Cubic negated(const Cubic& c) noexcept { return {{-c.b[0], -c.b[1], -c.b[2], -c.b[3]}, c.error, c.is_exact}; }
-
-double largest_coefficient(const Cubic& c) noexcept {
-  return std::max(std::max(std::abs(c.b[0]), std::abs(c.b[1])), std::max(std::abs(c.b[2]), std::abs(c.b[3])));
-}
-
-double value(const Cubic& c, double s) noexcept {
-  const double r = 1 - s;
-  const double b01 = r * c.b[0] + s * c.b[1], b12 = r * c.b[1] + s * c.b[2], b23 = r * c.b[2] + s * c.b[3];
-  return r * (r * b01 + s * b12) + s * (r * b12 + s * b23);
-}
-
-double slope(const Cubic& c, double s) noexcept {
-  const double r = 1 - s, d0 = c.b[1] - c.b[0], d1 = c.b[2] - c.b[1], d2 = c.b[3] - c.b[2];
-  return 3 * (r * (r * d0 + s * d1) + s * (r * d1 + s * d2));
-}
 
 double next_nonpositive(const Cubic& c, double from) noexcept {
   if (from > 1) return kNever;

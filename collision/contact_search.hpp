@@ -14,19 +14,44 @@ using bernstein::kNever;
 
 constexpr int kMaxSkips = 64;  // each leads to a root of one of some 40 polynomials, rarely more than three are needed
 
-struct Candidate {
-  double s = kNever;       ///< no contact before it; kNever: none at all
-  int axis = 0;            ///< coordinate plane in which the areas are largest
-  bool is_regular = true;  ///< the normal is certainly not zero
-  bool is_exhausted = false;
+/// The areas in the coordinate plane `axis`, in which the normal is largest, and their values at time s.
+struct Areas {
+  Cubic c[4];
+  double now[4];
+  int num = 0;
+  int axis = -1;
+  double normal = 0;        ///< its component
+  bool is_regular = false;  ///< which is certainly not zero
 };
 
-/// Next time at which the areas may all be >= 0, or all <= 0.
-inline double next_inside(const Cubic (&area)[4], int n, double from) noexcept {
-  double now[4];
+struct Candidate {
+  double s = kNever;  ///< no contact before it; kNever: none at all
+  bool is_exhausted = false;
+  Areas areas;
+};
+
+template <class Motion>
+void find_areas(const Motion& m, double s, Areas& out) noexcept {
+  int axis = 0;
+  double largest = -1;
+  for (int k = 0; k < 3; ++k) {
+    const NormalComponent n = m.normal(k);
+    const double now = n.value(s);
+    if (!(std::abs(now) > largest)) continue;
+    largest = std::abs(now);
+    axis = k;
+    out.normal = now;
+    out.is_regular = largest > n.error;
+  }
+  if (axis != out.axis) out.num = m.inside(axis, out.c);
+  out.axis = axis;
+  for (int i = 0; i < out.num; ++i) out.now[i] = value(out.c[i], s);
+}
+
+/// Next time at which the areas, which have the values `now`, may all be >= 0, or all <= 0.
+inline double next_inside(const Cubic (&area)[4], const double (&now)[4], int n, double from) noexcept {
   bool may_be_positive = true, may_be_negative = true;
   for (int i = 0; i < n; ++i) {
-    now[i] = from == 0 ? area[i].b[0] : value(area[i], from);
     may_be_positive = may_be_positive && now[i] >= -2 * area[i].error;
     may_be_negative = may_be_negative && now[i] <= 2 * area[i].error;
   }
@@ -49,88 +74,72 @@ inline double next_overlap(const Cubic (&gap)[4], int n, double from) noexcept {
   return std::max(positive, negative);
 }
 
-template <class Motion>
-int largest_normal_component(const Motion& m, double s, bool& is_certain) noexcept {
-  int axis = 0;
-  double largest = -1;
-  is_certain = false;
-  for (int k = 0; k < 3; ++k) {
-    const NormalComponent n = m.normal(k);
-    const double size = std::abs(n.value(s));
-    if (!(size > largest)) continue;
-    largest = size;
-    axis = k;
-    is_certain = size > n.error;
-  }
-  return axis;
-}
-
 /// All conditions but that of distance and of plane `axis`.
 template <class Motion>
 double next_of_the_others(const Motion& m, int axis, double s) noexcept {
   Cubic c[4];
-  double next = s;
+  double now[4], next = s;
   for (int k = 0; k < 3; ++k) {
     next = std::max(next, next_overlap(c, m.gaps(k, c), s));
-    if (k != axis) next = std::max(next, next_inside(c, m.inside(k, c), s));
+    if (k == axis) continue;
+    const int n = m.inside(k, c);
+    for (int i = 0; i < n; ++i) now[i] = value(c[i], s);
+    next = std::max(next, next_inside(c, now, n, s));
   }
   return next;
 }
 
+/// The first candidate from `from` on.
 template <class Motion>
-Candidate next_candidate(const Motion& m, double from) noexcept {
-  Candidate out;
-  Cubic area[4];
-  int num_areas = 0, loaded = -1;
+void next_candidate(const Motion& m, double from, Candidate& out) noexcept {
+  out.areas.axis = -1;
+  out.is_exhausted = false;
   double s = from;
   for (int i = 0; i < kMaxSkips; ++i) {
-    s = next_zero(m.distance(), s);
-    if (s > 1) return {};
-    out.axis = largest_normal_component(m, s, out.is_regular);
-    if (out.axis != loaded) num_areas = m.inside(out.axis, area);
-    loaded = out.axis;
-    out.s = s;
-    s = next_inside(area, num_areas, s);
-    if (s > 1) return {};
-    if (s > out.s) continue;
-    if (!out.is_regular) s = next_of_the_others(m, out.axis, s);
-    if (s > 1) return {};
-    if (s == out.s) return out;
+    out.s = next_zero(m.distance(), s);
+    if (out.s > 1) return;
+    find_areas(m, out.s, out.areas);
+    s = next_inside(out.areas.c, out.areas.now, out.areas.num, out.s);
+    if (s == out.s && !out.areas.is_regular) s = next_of_the_others(m, out.areas.axis, s);
+    if (s == out.s) return;
   }
   out.s = s;
-  out.is_exhausted = true;
-  return out;
+  out.is_exhausted = s <= 1;
 }
 
-/// All areas are certainly of the sign `sign`, or zero, on all of [low, high].
-inline bool is_inside(const Cubic (&area)[4], int n, double sign, double low, double high) noexcept {
-  const double width = high - low;
-  for (int i = 0; i < n; ++i) {
+/// All areas certainly have the normal's sign, or are zero, from the candidate's time `low` to `high`.
+inline bool is_inside(const Areas& a, double low, double high) noexcept {
+  const double width = high - low, sign = std::copysign(1.0, a.normal);
+  for (int i = 0; i < a.num; ++i) {
     // A quadratic sinks between two times by at most an eighth of its second derivative times their distance squared.
-    const double least = area[i].error + 2 * width * width * largest_coefficient(area[i]);
-    for (const double s : {low, high}) {
-      if (sign * value(area[i], s) > least) continue;
-      const bool is_exact = width == 0 && area[i].is_exact && (s == 0 || s == 1);
-      if (!is_exact || sign * (s == 0 ? area[i].b[0] : area[i].b[3]) < 0) return false;
-    }
+    const double least = a.c[i].error + 2 * width * width * largest_coefficient(a.c[i]);
+    if (!(sign * a.now[i] > least && sign * value(a.c[i], high) > least)) return false;
   }
+  return true;
+}
+
+/// The same at the start (end = 0) or end (3) of the interval alone, where exact coefficients have true signs.
+inline bool is_inside_at(const Areas& a, int end) noexcept {
+  for (int i = 0; i < a.num; ++i)
+    if (!a.c[i].is_exact || std::copysign(1.0, a.normal) * a.c[i].b[end] < 0) return false;
   return true;
 }
 
 /// A time between the candidate and which there certainly is contact. Nothing when that cannot be said.
 template <class Motion>
 std::optional<double> certain_until(const Motion& m, const Candidate& c) noexcept {
-  if (!c.is_regular) return std::nullopt;
+  const Areas& a = c.areas;
+  if (!a.is_regular || c.is_exhausted) return std::nullopt;
   const Cubic& f = m.distance();
-  Cubic area[4];
-  const int n = m.inside(c.axis, area);
-  const double sign = m.normal(c.axis).value(c.s);
   if (f.is_exact) {
-    if ((c.s == 0 && f.b[0] == 0) || (c.s == 1 && f.b[3] == 0))
-      if (is_inside(area, n, sign, c.s, c.s)) return c.s;
+    if (c.s == 0 && f.b[0] == 0 && is_inside_at(a, 0)) return 0;
+    if (c.s == 1 && f.b[3] == 0 && is_inside_at(a, 3)) return 1;
     if (largest_coefficient(f) == 0)
-      for (double high = c.s; high <= 1; high += high == c.s ? 0x1p-50 : 16 * (high - c.s))
-        if (is_inside(area, n, sign, high, high)) return high;
+      for (double step = 0x1p-50; c.s + step <= 1; step *= 16) {
+        Areas later;
+        find_areas(m, c.s + step, later);
+        if (later.is_regular && is_inside(later, c.s + step, c.s + step)) return c.s + step;
+      }
   }
   const double before = value(f, c.s);
   if (!(std::abs(before) > f.error)) return std::nullopt;
@@ -140,7 +149,7 @@ std::optional<double> certain_until(const Motion& m, const Candidate& c) noexcep
     high = std::min(high, 1.0);
     const double after = value(f, high);
     if ((before > 0 ? -after : after) > f.error)
-      return is_inside(area, n, sign, c.s, high) ? std::optional(high) : std::nullopt;
+      return is_inside(a, c.s, high) ? std::optional(high) : std::nullopt;
     if (high == 1) break;
   }
   return std::nullopt;

@@ -14,7 +14,6 @@ using bernstein::kUnderflow;
 constexpr double kVolumeError = 13 * kRoundoff;
 constexpr double kAreaError = 9 * kRoundoff;
 constexpr double kAreaDifferenceError = 11 * kRoundoff;
-constexpr double kNormalError = 16 * kRoundoff;
 constexpr double kGapError = 9 * kRoundoff;
 constexpr double kEstimateError = 4 * kRoundoff;
 
@@ -61,16 +60,14 @@ Cubic exact_line(const Expansion& at_t0, const Expansion& at_t1) noexcept {
 
 }  // namespace
 
-RoundedMotion::RoundedMotion(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4]) noexcept : pair_(pair) {
-  const bool is_face = pair == FeaturePair::vertex_face;
-  for (int t = 0; t < 2; ++t) {
-    const Vec3(&x)[4] = t == 0 ? x_t0 : x_t1;
+RoundedMotion::RoundedMotion(FeaturePair pair, const MovingPoints& x) noexcept : pair_(pair) {
+  const VectorPlaces of = vector_places(pair);
+  for (int t = 0; t < 2; ++t)
     for (int k = 0; k < 3; ++k) {
-      v_.e1[t][k] = is_face ? x[2][k] - x[1][k] : x[1][k] - x[0][k];
-      v_.e2[t][k] = is_face ? x[3][k] - x[1][k] : x[3][k] - x[2][k];
-      v_.d[t][k] = is_face ? x[0][k] - x[1][k] : x[2][k] - x[0][k];
+      v_.e1[t][k] = x.at(t, of.e1[0])[k] - x.at(t, of.e1[1])[k];
+      v_.e2[t][k] = x.at(t, of.e2[0])[k] - x.at(t, of.e2[1])[k];
+      v_.d[t][k] = x.at(t, of.d[0])[k] - x.at(t, of.d[1])[k];
     }
-  }
   for (int k = 0; k < 3; ++k) {
     e1_max_[k] = std::max(std::abs(v_.e1[0][k]), std::abs(v_.e1[1][k]));
     e2_max_[k] = std::max(std::abs(v_.e2[0][k]), std::abs(v_.e2[1][k]));
@@ -83,15 +80,6 @@ RoundedMotion::RoundedMotion(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3
   }
   volume_coefficients(n_, v_.d, f);
   distance_ = bernstein::make_cubic(f[0], kThird * f[1], kThird * f[2], f[3], kVolumeError * size, false);
-}
-
-double RoundedMotion::magnitude(const double (&x)[3], const double (&y)[3], int k) noexcept {
-  const int i = k == 2 ? 0 : k + 1, j = k == 0 ? 2 : k - 1;
-  return x[i] * y[j] + x[j] * y[i];
-}
-
-NormalComponent RoundedMotion::normal(int k) const noexcept {
-  return {n_[k], kNormalError * magnitude(e1_max_, e2_max_, k) + kUnderflow};
 }
 
 int RoundedMotion::inside(int k, Cubic (&out)[4]) const noexcept {
@@ -129,17 +117,15 @@ int RoundedMotion::gaps(int k, Cubic (&out)[4]) const noexcept {
   return 4;
 }
 
-ExactVectors exact_vectors(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4]) noexcept {
-  const bool is_face = pair == FeaturePair::vertex_face;
+ExactVectors exact_vectors(FeaturePair pair, const MovingPoints& x) noexcept {
+  const VectorPlaces of = vector_places(pair);
   ExactVectors v;
-  for (int t = 0; t < 2; ++t) {
-    const Vec3(&x)[4] = t == 0 ? x_t0 : x_t1;
+  for (int t = 0; t < 2; ++t)
     for (int k = 0; k < 3; ++k) {
-      v.e1[t][k] = is_face ? Expansion::difference(x[2][k], x[1][k]) : Expansion::difference(x[1][k], x[0][k]);
-      v.e2[t][k] = is_face ? Expansion::difference(x[3][k], x[1][k]) : Expansion::difference(x[3][k], x[2][k]);
-      v.d[t][k] = is_face ? Expansion::difference(x[0][k], x[1][k]) : Expansion::difference(x[2][k], x[0][k]);
+      v.e1[t][k] = Expansion::difference(x.at(t, of.e1[0])[k], x.at(t, of.e1[1])[k]);
+      v.e2[t][k] = Expansion::difference(x.at(t, of.e2[0])[k], x.at(t, of.e2[1])[k]);
+      v.d[t][k] = Expansion::difference(x.at(t, of.d[0])[k], x.at(t, of.d[1])[k]);
     }
-  }
   return v;
 }
 

@@ -19,6 +19,14 @@ namespace kt {
 
 enum class FeaturePair { vertex_face, edge_edge };
 
+/// The four points as passed, and which of them takes which place.
+struct MovingPoints {
+  const Vec3 (&x_t0)[4];
+  const Vec3 (&x_t1)[4];
+  int index[4] = {0, 1, 2, 3};
+  const Vec3& at(int end, int place) const noexcept { return (end == 0 ? x_t0 : x_t1)[index[place]]; }
+};
+
 /// q0 (1-t)^2 + middle t (1-t) + q2 t^2.
 template <class Number>
 struct Quadratic {
@@ -61,15 +69,25 @@ struct NormalComponent {
   }
 };
 
+/// Which difference of two points, as their places, each vector is.
+struct VectorPlaces {
+  int e1[2], e2[2], d[2];
+};
+constexpr VectorPlaces vector_places(FeaturePair pair) noexcept {
+  return pair == FeaturePair::vertex_face ? VectorPlaces{{2, 1}, {3, 1}, {0, 1}} : VectorPlaces{{1, 0}, {3, 2}, {2, 0}};
+}
+
 /// The polynomials from vectors rounded once. Valid on the whole step; the bounds are those of docs/collision.md.
 class RoundedMotion {
  public:
-  RoundedMotion(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4]) noexcept;
+  RoundedMotion(FeaturePair pair, const MovingPoints& x) noexcept;
 
   FeaturePair pair() const noexcept { return pair_; }
   const MovingVectors<double>& vectors() const noexcept { return v_; }
   const bernstein::Cubic& distance() const noexcept { return distance_; }
-  NormalComponent normal(int k) const noexcept;
+  NormalComponent normal(int k) const noexcept {
+    return {n_[k], kNormalError * magnitude(e1_max_, e2_max_, k) + bernstein::kUnderflow};
+  }
   /// The areas of coordinate plane k; returns how many.
   int inside(int k, bernstein::Cubic (&out)[4]) const noexcept;
   /// On axis k, all differences of a point of one feature and one of the other; returns how many.
@@ -77,7 +95,11 @@ class RoundedMotion {
 
  private:
   /// What the coefficients of component k of x x y sum up to at most when no sign cancels.
-  static double magnitude(const double (&x)[3], const double (&y)[3], int k) noexcept;
+  static double magnitude(const double (&x)[3], const double (&y)[3], int k) noexcept {
+    const int i = k == 2 ? 0 : k + 1, j = k == 0 ? 2 : k - 1;
+    return x[i] * y[j] + x[j] * y[i];
+  }
+  static constexpr double kNormalError = 16 * bernstein::kRoundoff;
 
   FeaturePair pair_;
   MovingVectors<double> v_;
@@ -88,7 +110,7 @@ class RoundedMotion {
 
 using ExactVectors = MovingVectors<Expansion>;
 
-ExactVectors exact_vectors(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4]) noexcept;
+ExactVectors exact_vectors(FeaturePair pair, const MovingPoints& x) noexcept;
 /// The part [low, high] of their interval of time; both numbers should have few bits.
 ExactVectors restricted(const ExactVectors& v, double low, double high) noexcept;
 

@@ -12,6 +12,7 @@
 namespace kt {
 namespace {
 
+using contact_search::Areas;
 using contact_search::Candidate;
 using Status = ToiResult::Status;
 
@@ -19,7 +20,7 @@ constexpr int kMaxParts = 16;                // of the step that are searched in
 constexpr double kFinest = 0x1p-30;          // part of the step in which exact coefficients, rounded, are exact enough
 constexpr double kSmallestExact = 0x1p-245;  // below, a product in exact arithmetic could underflow
 
-/// What the search says of the time, in the canonical order.
+/// What the search says of the time.
 struct Found {
   Status status = Status::none;
   bool is_certain = false;
@@ -43,10 +44,13 @@ struct Part {
 template <class Motion>
 std::pair<double, double> part_around(const Motion& m, double s) noexcept {
   double low = 0, high = 1;
+  Candidate next;
   for (const double width : {kFinest, 0x1p-20, 0x1p-10}) {
     low = std::min(std::floor(s / width) * width, 1 - width);
     high = low + width;
-    if (high == 1 || contact_search::next_candidate(m, high).s > high) break;
+    if (high == 1) break;
+    next_candidate(m, high, next);
+    if (next.s > high) break;
   }
   return {low, high};
 }
@@ -54,8 +58,9 @@ std::pair<double, double> part_around(const Motion& m, double s) noexcept {
 /// First contact on `part`, where m and v describe the motion, from `from` on.
 template <class Motion>
 Found search_exactly(const Motion& m, const ExactVectors& v, const Part& part, double from, int& budget) noexcept {
+  Candidate c;
   while (from <= 1) {
-    const Candidate c = contact_search::next_candidate(m, from);
+    next_candidate(m, from, c);
     if (c.s > 1) break;
     if (c.is_exhausted || budget == 0) return {Status::budget_exhausted, false, part.lower(c.s), 1};
     if (const auto until = certain_until(m, c)) return {Status::hit, true, part.lower(c.s), part.upper(*until)};
@@ -72,92 +77,66 @@ Found search_exactly(const Motion& m, const ExactVectors& v, const Part& part, d
   return {};
 }
 
-bool is_exactly_computable(const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4]) noexcept {
+bool is_exactly_computable(const MovingPoints& x) noexcept {
   for (int i = 0; i < 4; ++i)
     for (int k = 0; k < 3; ++k)
-      for (const double x : {x_t0[i][k], x_t1[i][k]})
-        if (x != 0 && std::abs(x) < kSmallestExact) return false;
+      for (const double c : {x.x_t0[i][k], x.x_t1[i][k]})
+        if (c != 0 && std::abs(c) < kSmallestExact) return false;
   return true;
 }
 
-Found search(const RoundedMotion& m, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4], ToiMode mode) noexcept {
-  const Candidate c = contact_search::next_candidate(m, 0);
+/// c: the first candidate of m.
+Found judge(const RoundedMotion& m, const Candidate& c, const MovingPoints& x, ToiMode mode) noexcept {
   if (c.s > 1) return {};
   if (const auto until = certain_until(m, c)) return {Status::hit, true, c.s, *until};
-  if (mode == ToiMode::conservative || !is_exactly_computable(x_t0, x_t1))
+  if (mode == ToiMode::conservative || !is_exactly_computable(x))
     return {c.is_exhausted ? Status::budget_exhausted : Status::hit, false, c.s, 1};
   int budget = kMaxParts;
-  return search_exactly(m, exact_vectors(m.pair(), x_t0, x_t1), Part{}, c.s, budget);
+  return search_exactly(m, exact_vectors(m.pair(), x), Part{}, c.s, budget);
 }
 
-bool is_valid(const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4]) noexcept {
+bool is_valid(const MovingPoints& x) noexcept {
   bool is_small_enough = true;
   double largest = 0;
   for (int i = 0; i < 4; ++i)
     for (int k = 0; k < 3; ++k) {
-      const double a = std::abs(x_t0[i][k]), b = std::abs(x_t1[i][k]);
-      is_small_enough = is_small_enough && a <= kLargestCoordinate && b <= kLargestCoordinate;  // false for NaN
+      const double a = std::abs(x.x_t0[i][k]), b = std::abs(x.x_t1[i][k]);
+      is_small_enough &= (a <= kLargestCoordinate) & (b <= kLargestCoordinate);  // false for NaN
       largest = std::max(largest, std::max(a, b));
     }
   return is_small_enough && (largest == 0 || largest >= kSmallestExtent);
 }
 
-/// The four points in an order that depends on their coordinates alone.
-struct Ordered {
-  int index[4] = {0, 1, 2, 3};  ///< as passed, of the i-th here
-  bool is_swapped = false;      ///< edge a is the second here
-  Vec3 x_t0[4], x_t1[4];
-};
+/// -1, 0, 1: by the coordinates at the start, then by those at the end.
+int compare(const MovingPoints& x, int i, int j) noexcept {
+  for (int end = 0; end < 2; ++end)
+    for (int k = 0; k < 3; ++k) {
+      const double a = x.at(end, i)[k], b = x.at(end, j)[k];
+      if (a != b) return a < b ? -1 : 1;
+    }
+  return 0;
+}
 
-class Ordering {
- public:
-  Ordering(const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4]) noexcept : x_t0_(x_t0), x_t1_(x_t1) {}
-
-  Ordered of_face() noexcept {
+/// Puts the points into an order that depends on nothing but coordinates; true: edges a and b have changed places.
+bool order(FeaturePair pair, MovingPoints& x) noexcept {
+  const auto sort = [&](int i, int j) {
+    if (compare(x, i, j) > 0) std::swap(x.index[i], x.index[j]);
+  };
+  sort(2, 3);
+  if (pair == FeaturePair::vertex_face) {
     sort(1, 2);
     sort(2, 3);
-    sort(1, 2);
-    return ordered();
+    return false;
   }
-  Ordered of_edges() noexcept {
-    sort(0, 1);
-    sort(2, 3);
-    int order = compare(0, 2);
-    if (order == 0) order = compare(1, 3);
-    out_.is_swapped = order > 0;
-    if (out_.is_swapped) {
-      std::swap(out_.index[0], out_.index[2]);
-      std::swap(out_.index[1], out_.index[3]);
-    }
-    return ordered();
-  }
+  sort(0, 1);
+  const int of_first = compare(x, 0, 2), of_edges = of_first != 0 ? of_first : compare(x, 1, 3);
+  if (of_edges <= 0) return false;
+  std::swap(x.index[0], x.index[2]);
+  std::swap(x.index[1], x.index[3]);
+  return true;
+}
 
- private:
-  int compare(int i, int j) const noexcept {
-    const int a = out_.index[i], b = out_.index[j];
-    for (int k = 0; k < 3; ++k)
-      if (x_t0_[a][k] != x_t0_[b][k]) return x_t0_[a][k] < x_t0_[b][k] ? -1 : 1;
-    for (int k = 0; k < 3; ++k)
-      if (x_t1_[a][k] != x_t1_[b][k]) return x_t1_[a][k] < x_t1_[b][k] ? -1 : 1;
-    return 0;
-  }
-  void sort(int i, int j) noexcept {
-    if (compare(i, j) > 0) std::swap(out_.index[i], out_.index[j]);
-  }
-  Ordered ordered() noexcept {
-    for (int i = 0; i < 4; ++i) {
-      out_.x_t0[i] = x_t0_[out_.index[i]];
-      out_.x_t1[i] = x_t1_[out_.index[i]];
-    }
-    return out_;
-  }
-
-  const Vec3 (&x_t0_)[4];
-  const Vec3 (&x_t1_)[4];
-  Ordered out_;
-};
-
-/// Where and how two features touch at a time, in the order of `Ordered`.
+/// Where and how two features touch at a time, by places.
 struct Touch {
   double weight[4];
   bool is_zero[4] = {false, false, false, false};  ///< weights that rounding cannot tell from zero
@@ -171,25 +150,20 @@ Vec3 at(const double (&x)[2][3], double t) noexcept {
 Vec3 change(const double (&x)[2][3]) noexcept { return {x[1][0] - x[0][0], x[1][1] - x[0][1], x[1][2] - x[0][2]}; }
 
 /// Weights from the areas; false where the normal vanishes.
-bool weigh_by_areas(const RoundedMotion& m, double t, Touch& out) noexcept {
-  bool is_regular = false;
-  const int axis = contact_search::largest_normal_component(m, t, is_regular);
-  if (!is_regular) return false;
-  bernstein::Cubic area[4];
-  const int n = m.inside(axis, area);
-  const double whole = m.normal(axis).value(t);
-  double share[4];
+bool weigh_by_areas(FeaturePair pair, const Areas& areas, Touch& out) noexcept {
+  if (!areas.is_regular) return false;
+  const double one = 1 / areas.normal;
+  double share[4] = {0, 0, 0, 0};
   bool is_zero[4];
-  for (int i = 0; i < n; ++i) {
-    const double a = value(area[i], t);
-    is_zero[i] = std::abs(a) <= 4 * area[i].error;
-    share[i] = is_zero[i] ? 0 : std::clamp(a / whole, 0.0, 1.0);
+  for (int i = 0; i < areas.num; ++i) {
+    is_zero[i] = std::abs(areas.now[i]) <= 4 * areas.c[i].error;
+    share[i] = is_zero[i] ? 0 : std::clamp(areas.now[i] * one, 0.0, 1.0);
   }
   const auto set = [&](int point, int i, double sum) {
     out.weight[point] = share[i] / sum;
     out.is_zero[point] = is_zero[i];
   };
-  if (m.pair() == FeaturePair::vertex_face) {
+  if (pair == FeaturePair::vertex_face) {
     const double sum = share[0] + share[1] + share[2];
     if (!(sum > 0)) return false;
     out.weight[0] = 1;
@@ -231,30 +205,27 @@ void weigh_by_distance(const RoundedMotion& m, double t, Touch& out) noexcept {
 }
 
 /// The common normal, from the second feature to the first before the touch; where there is none, against the motion.
-Vec3 normal_at(const RoundedMotion& m, double t, const Touch& touch) noexcept {
+Vec3 normal_at(const RoundedMotion& m, double t, bool is_regular, const Touch& touch) noexcept {
   const auto& v = m.vectors();
   const bool is_face = m.pair() == FeaturePair::vertex_face;
+  const Vec3 n = at(v.e1, t).cross(at(v.e2, t));
+  const double length = is_regular ? n.norm() : 0;
+  if (length > 0) {
+    const double volume = value(m.distance(), t);
+    if (std::abs(volume) > m.distance().error) return n / ((volume > 0) == is_face ? length : -length);
+  }
   // Velocity of the first relative to the second: of d - beta e1 - gamma e2, or of s e1 - r e2 - d.
   const Vec3 velocity = is_face ? Vec3(change(v.d) - touch.weight[2] * change(v.e1) - touch.weight[3] * change(v.e2))
                                 : Vec3(touch.weight[1] * change(v.e1) - touch.weight[3] * change(v.e2) - change(v.d));
-  const Vec3 n = at(v.e1, t).cross(at(v.e2, t));
-  const double length = n.norm();
-  bool is_regular = false;
-  contact_search::largest_normal_component(m, t, is_regular);
-  if (is_regular && length > 0) {
-    const double volume = value(m.distance(), t);
-    double side = is_face ? volume : -volume;
-    if (!(std::abs(volume) > m.distance().error)) side = -velocity.dot(n);
-    return n / (side < 0 ? -length : length);
-  }
+  if (length > 0) return n / (velocity.dot(n) > 0 ? -length : length);
   const double speed = velocity.norm();
   return speed > 0 ? Vec3(-velocity / speed) : Vec3(Vec3::UnitZ());
 }
 
-Touch touch_at(const RoundedMotion& m, double t) noexcept {
+Touch touch_at(const RoundedMotion& m, double t, const Areas& areas) noexcept {
   Touch out;
-  if (!weigh_by_areas(m, t, out)) weigh_by_distance(m, t, out);
-  out.normal = normal_at(m, t, out);
+  if (!weigh_by_areas(m.pair(), areas, out)) weigh_by_distance(m, t, out);
+  out.normal = normal_at(m, t, areas.is_regular, out);
   return out;
 }
 
@@ -274,14 +245,16 @@ ToiFeature feature_of(const bool (&is_zero)[4], int begin, int end) noexcept {
 
 ToiResult find(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4], ToiMode mode) noexcept {
   ToiResult out;
-  if (!is_valid(x_t0, x_t1)) {
+  MovingPoints x{x_t0, x_t1};
+  if (!is_valid(x)) {
     out.status = Status::invalid_input;
     return out;
   }
-  const bool is_face = pair == FeaturePair::vertex_face;
-  const Ordered o = is_face ? Ordering(x_t0, x_t1).of_face() : Ordering(x_t0, x_t1).of_edges();
-  const RoundedMotion m(pair, o.x_t0, o.x_t1);
-  const Found found = search(m, o.x_t0, o.x_t1, mode);
+  const bool is_swapped = order(pair, x);
+  const RoundedMotion m(pair, x);
+  Candidate c;
+  next_candidate(m, 0, c);
+  const Found found = judge(m, c, x, mode);
   out.status = found.status;
   out.is_certain = found.is_certain;
   out.toi = found.toi;
@@ -289,15 +262,17 @@ ToiResult find(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4], T
   if (found.status == Status::none) return out;
   if (found.status == Status::hit && (found.is_certain ? found.toi_upper : found.toi) == 0)
     out.status = Status::already_inside;
-  const Touch touch = touch_at(m, found.toi);
+  if (found.toi != c.s) find_areas(m, found.toi, c.areas);
+  const Touch touch = touch_at(m, found.toi, c.areas);
   bool is_zero[4];
   for (int i = 0; i < 4; ++i) {
-    out.weight[o.index[i]] = touch.weight[i];
-    is_zero[o.index[i]] = touch.is_zero[i];
+    out.weight[x.index[i]] = touch.weight[i];
+    is_zero[x.index[i]] = touch.is_zero[i];
   }
+  const bool is_face = pair == FeaturePair::vertex_face;
   out.first = is_face ? ToiFeature{ToiFeature::Kind::vertex, 0} : feature_of(is_zero, 0, 2);
   out.second = is_face ? feature_of(is_zero, 1, 4) : feature_of(is_zero, 2, 4);
-  out.normal = o.is_swapped ? Vec3(-touch.normal) : touch.normal;
+  out.normal = is_swapped ? Vec3(-touch.normal) : touch.normal;
   return out;
 }
 
