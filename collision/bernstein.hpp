@@ -37,9 +37,7 @@ inline Cubic make_cubic_of_quadratic(double q0, double middle, double q2, double
   return make_cubic(q0, kThird * (q0 + middle), kThird * (middle + q2), q2, coefficient_error, is_exact);
 }
 
-inline Cubic negated(const Cubic& c) noexcept {
-  return {{-c.b[0], -c.b[1], -c.b[2], -c.b[3]}, c.error, c.is_exact};
-}
+inline Cubic negated(const Cubic& c) noexcept { return {{-c.b[0], -c.b[1], -c.b[2], -c.b[3]}, c.error, c.is_exact}; }
 
 inline double value(const Cubic& c, double s) noexcept {
   const double r = 1 - s;

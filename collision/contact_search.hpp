@@ -148,8 +148,7 @@ std::optional<double> certain_until(const Motion& m, const Candidate& c) noexcep
   for (double high = c.s + way, step = way; high - c.s < 1e-2; step *= 4, high += step) {
     high = std::min(high, 1.0);
     const double after = value(f, high);
-    if ((before > 0 ? -after : after) > f.error)
-      return is_inside(a, c.s, high) ? std::optional(high) : std::nullopt;
+    if ((before > 0 ? -after : after) > f.error) return is_inside(a, c.s, high) ? std::optional(high) : std::nullopt;
     if (high == 1) break;
   }
   return std::nullopt;

@@ -83,12 +83,16 @@ Expansion Expansion::difference(double a, double b) noexcept {
   return out;
 }
 
-/// The fewest components: each is what all below it round to.
-Expansion Expansion::compressed(const double* x, int size, bool fits) noexcept {
+/// Many components are made the fewest that suffice: each is then what all below it round to.
+Expansion Expansion::packed(const double* x, int size, bool fits) noexcept {
   Expansion out;
   out.fits_ = fits;
-  if (size == 0) return out;
-  double g[2 * kCapacity + 1];
+  if (size <= kFew) {
+    out.size_ = size;
+    std::copy_n(x, size, out.x_);
+    return out;
+  }
+  double g[kScratch];
   int bottom = size - 1;
   double q = x[size - 1];
   for (int i = size - 2; i >= 0; --i) {
@@ -132,22 +136,26 @@ Expansion Expansion::operator-() const noexcept {
 }
 
 Expansion Expansion::operator*(double factor) const noexcept {
-  double product[2 * kCapacity];
+  double product[kScratch];
   const int n = scale(x_, size_, factor, product);
-  return compressed(product, n, fits_);
+  return packed(product, n, fits_);
 }
 
 Expansion operator+(const Expansion& a, const Expansion& b) noexcept {
-  double sum[2 * Expansion::kCapacity];
+  double sum[Expansion::kScratch];
   const int n = add(a.x_, a.size_, b.x_, b.size_, sum);
-  return Expansion::compressed(sum, n, a.fits_ && b.fits_);
+  return Expansion::packed(sum, n, a.fits_ && b.fits_);
 }
 
 Expansion operator*(const Expansion& a, const Expansion& b) noexcept {
   if (a.size_ > b.size_) return b * a;
   Expansion out;
   out.fits_ = a.fits_ && b.fits_;
-  for (int i = 0; i < a.size_; ++i) out = out + b * a.x_[i];
+  double product[Expansion::kScratch], sum[Expansion::kScratch];
+  for (int i = 0; i < a.size_; ++i) {
+    const int n = scale(b.x_, b.size_, a.x_[i], product);
+    out = Expansion::packed(sum, add(out.x_, out.size_, product, n, sum), out.fits_);
+  }
   return out;
 }
 

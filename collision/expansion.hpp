@@ -35,7 +35,9 @@ class Expansion {
   friend Expansion operator*(const Expansion& a, const Expansion& b) noexcept;
 
  private:
-  static Expansion compressed(const double* x, int size, bool fits) noexcept;
+  static constexpr int kFew = 8;
+  static constexpr int kScratch = 3 * kCapacity;  // an expansion and one scaled
+  static Expansion packed(const double* x, int size, bool fits) noexcept;
 
   int size_ = 0;
   bool fits_ = true;

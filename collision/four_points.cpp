@@ -117,6 +117,35 @@ int RoundedMotion::gaps(int k, Cubic (&out)[4]) const noexcept {
   return 4;
 }
 
+bool touch_at_start(FeaturePair pair, const MovingPoints& x, int k) noexcept {
+  const VectorPlaces of = vector_places(pair);
+  Expansion e1[3], e2[3], d[3], volume;
+  for (int i = 0; i < 3; ++i) {
+    e1[i] = Expansion::difference(x.at(0, of.e1[0])[i], x.at(0, of.e1[1])[i]);
+    e2[i] = Expansion::difference(x.at(0, of.e2[0])[i], x.at(0, of.e2[1])[i]);
+    d[i] = Expansion::difference(x.at(0, of.d[0])[i], x.at(0, of.d[1])[i]);
+  }
+  const auto cross = [](const Expansion(&a)[3], const Expansion(&b)[3], int axis) {
+    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    return a[i] * b[j] - a[j] * b[i];
+  };
+  Expansion n_k;
+  for (int i = 0; i < 3; ++i) {
+    const Expansion n_i = cross(e1, e2, i);
+    if (i == k) n_k = n_i;
+    volume = volume + n_i * d[i];
+  }
+  if (!volume.fits() || volume.size() > 0) return false;
+  const bool is_face = pair == FeaturePair::vertex_face;
+  const Expansion first = cross(d, e2, k), second = is_face ? cross(e1, d, k) : cross(d, e1, k);
+  const auto has_no_other_sign = [normal = n_k.estimate()](const Expansion& area) {
+    return area.fits() && (normal > 0 ? area.estimate() >= 0 : normal < 0 && area.estimate() <= 0);
+  };
+  return has_no_other_sign(first) && has_no_other_sign(second) &&
+         (is_face ? has_no_other_sign(n_k - first - second)
+                  : has_no_other_sign(n_k - first) && has_no_other_sign(n_k - second));
+}
+
 ExactVectors exact_vectors(FeaturePair pair, const MovingPoints& x) noexcept {
   const VectorPlaces of = vector_places(pair);
   ExactVectors v;

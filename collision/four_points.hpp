@@ -108,6 +108,10 @@ class RoundedMotion {
   bernstein::Cubic distance_;
 };
 
+/// At the start of the step, exactly: the four points are in one plane and no area of coordinate plane k has another
+/// sign than the normal, which is not zero there.
+bool touch_at_start(FeaturePair pair, const MovingPoints& x, int k) noexcept;
+
 using ExactVectors = MovingVectors<Expansion>;
 
 ExactVectors exact_vectors(FeaturePair pair, const MovingPoints& x) noexcept;

@@ -4,6 +4,7 @@
 #include "collision/toi.hpp"
 
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "collision/closest_point.hpp"
@@ -16,7 +17,7 @@ using contact_search::Areas;
 using contact_search::Candidate;
 using Status = ToiResult::Status;
 
-constexpr int kMaxParts = 16;                // of the step that are searched in exact arithmetic
+constexpr int kMaxParts = 10;                // of the step that are searched in exact arithmetic
 constexpr double kFinest = 0x1p-30;          // part of the step in which exact coefficients, rounded, are exact enough
 constexpr double kSmallestExact = 0x1p-245;  // below, a product in exact arithmetic could underflow
 
@@ -48,10 +49,11 @@ std::pair<double, double> part_around(const Motion& m, double s) noexcept {
   for (const double width : {kFinest, 0x1p-20, 0x1p-10}) {
     low = std::min(std::floor(s / width) * width, 1 - width);
     high = low + width;
-    if (high == 1) break;
+    if (high == 1) return {low, high};
     next_candidate(m, high, next);
-    if (next.s > high) break;
+    if (next.s > high) return {low, high};
   }
+  if (std::is_same_v<Motion, RoundedMotion>) return {0, 1};  // its error is that of the whole step
   return {low, high};
 }
 
@@ -91,6 +93,8 @@ Found judge(const RoundedMotion& m, const Candidate& c, const MovingPoints& x, T
   if (const auto until = certain_until(m, c)) return {Status::hit, true, c.s, *until};
   if (mode == ToiMode::conservative || !is_exactly_computable(x))
     return {c.is_exhausted ? Status::budget_exhausted : Status::hit, false, c.s, 1};
+  // The usual reason: the features touch at the start, as those do that touched at the end of the step before.
+  if (c.s == 0 && touch_at_start(m.pair(), x, c.areas.axis)) return {Status::hit, true, 0, 0};
   int budget = kMaxParts;
   return search_exactly(m, exact_vectors(m.pair(), x), Part{}, c.s, budget);
 }
