@@ -118,11 +118,15 @@ inline bool is_inside(const Areas& a, double low, double high) noexcept {
   return true;
 }
 
-/// The same at the start (end = 0) or end (3) of the interval alone, where exact coefficients have true signs.
-inline bool is_inside_at(const Areas& a, int end) noexcept {
-  for (int i = 0; i < a.num; ++i)
-    if (!a.c[i].is_exact || std::copysign(1.0, a.normal) * a.c[i].b[end] < 0) return false;
-  return true;
+/// There is contact at the start (end = 0) or end (3) of the interval, where exact coefficients have true signs.
+inline bool is_contact_at(const Cubic& distance, const Areas& a, int end) noexcept {
+  if (!distance.is_exact || distance.b[end] != 0) return false;
+  double sum = 0;  // one or two times the normal
+  for (int i = 0; i < a.num; ++i) {
+    if (std::copysign(1.0, a.normal) * a.c[i].b[end] < 0) return false;
+    sum += std::abs(a.c[i].b[end]);
+  }
+  return sum > 0;
 }
 
 /// A time between the candidate and which there certainly is contact. Nothing when that cannot be said.
@@ -131,27 +135,25 @@ std::optional<double> certain_until(const Motion& m, const Candidate& c) noexcep
   const Areas& a = c.areas;
   if (!a.is_regular || c.is_exhausted) return std::nullopt;
   const Cubic& f = m.distance();
-  if (f.is_exact) {
-    if (c.s == 0 && f.b[0] == 0 && is_inside_at(a, 0)) return 0;
-    if (c.s == 1 && f.b[3] == 0 && is_inside_at(a, 3)) return 1;
-    if (largest_coefficient(f) == 0)
-      for (double step = 0x1p-50; c.s + step <= 1; step *= 16) {
-        Areas later;
-        find_areas(m, c.s + step, later);
-        if (later.is_regular && is_inside(later, c.s + step, c.s + step)) return c.s + step;
-      }
-  }
+  if (c.s == 0 && is_contact_at(f, a, 0)) return 0;
+  const std::optional<double> at_end = is_contact_at(f, a, 3) ? std::optional(1.0) : std::nullopt;
+  if (f.is_exact && largest_coefficient(f) == 0)
+    for (double step = 0x1p-50; c.s + step <= 1; step *= 16) {
+      Areas later;
+      find_areas(m, c.s + step, later);
+      if (later.is_regular && is_inside(later, c.s + step, c.s + step)) return c.s + step;
+    }
   const double before = value(f, c.s);
-  if (!(std::abs(before) > f.error)) return std::nullopt;
+  if (!(std::abs(before) > f.error)) return at_end;
   const double way = (std::abs(before) + 2 * f.error) / std::abs(slope(f, c.s)) + 0x1p-52;
-  if (!(way < 1e-3)) return std::nullopt;
+  if (!(way < 1e-3)) return at_end;
   for (double high = c.s + way, step = way; high - c.s < 1e-2; step *= 4, high += step) {
     high = std::min(high, 1.0);
     const double after = value(f, high);
-    if ((before > 0 ? -after : after) > f.error) return is_inside(a, c.s, high) ? std::optional(high) : std::nullopt;
+    if ((before > 0 ? -after : after) > f.error) return is_inside(a, c.s, high) ? std::optional(high) : at_end;
     if (high == 1) break;
   }
-  return std::nullopt;
+  return at_end;
 }
 
 }  // namespace kt::contact_search
