@@ -14,14 +14,17 @@ using bernstein::kNever;
 
 constexpr int kMaxSkips = 64;  // each leads to a root of one of some 40 polynomials, rarely more than three are needed
 
+constexpr double kDecisive = 0x1p20;
+
 /// The areas in the coordinate plane `axis`, in which the normal is largest, and their values at time s.
 struct Areas {
   Cubic c[4];
   double now[4];
   int num = 0;
   int axis = -1;
-  double normal = 0;        ///< its component
-  bool is_regular = false;  ///< which is certainly not zero
+  double normal = 0;         ///< its component
+  bool is_regular = false;   ///< which is certainly not zero
+  bool is_decisive = false;  ///< and so large that the areas tell inside from outside
 };
 
 struct Candidate {
@@ -42,6 +45,7 @@ void find_areas(const Motion& m, double s, Areas& out) noexcept {
     axis = k;
     out.normal = now;
     out.is_regular = largest > n.error;
+    out.is_decisive = largest > kDecisive * n.error;
   }
   if (axis != out.axis) out.num = m.inside(axis, out.c);
   out.axis = axis;
@@ -100,7 +104,7 @@ void next_candidate(const Motion& m, double from, Candidate& out) noexcept {
     if (out.s > 1) return;
     find_areas(m, out.s, out.areas);
     s = next_inside(out.areas.c, out.areas.now, out.areas.num, out.s);
-    if (s == out.s && !out.areas.is_regular) s = next_of_the_others(m, out.areas.axis, s);
+    if (s == out.s && !out.areas.is_decisive) s = next_of_the_others(m, out.areas.axis, s);
     if (s == out.s) return;
   }
   out.s = s;

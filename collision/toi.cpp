@@ -19,6 +19,7 @@ using Status = ToiResult::Status;
 
 constexpr int kMaxParts = 10;                // of the step that are searched in exact arithmetic
 constexpr double kFinest = 0x1p-30;          // part of the step in which exact coefficients, rounded, are exact enough
+constexpr double kSharp = 0x1p-40;           // of the step: a proven bracket that exact mode does not make smaller
 constexpr double kSmallestExact = 0x1p-245;  // below, a product in exact arithmetic could underflow
 
 /// What the search says of the time.
@@ -64,9 +65,12 @@ Found search_exactly(const Motion& m, const ExactVectors& v, const Part& part, d
   while (from <= 1) {
     next_candidate(m, from, c);
     if (c.s > 1) break;
-    if (c.is_exhausted || budget == 0) return {Status::budget_exhausted, false, part.lower(c.s), 1};
-    if (const auto until = certain_until(m, c)) return {Status::hit, true, part.lower(c.s), part.upper(*until)};
-    if (part.width <= kFinest) return {Status::hit, false, part.lower(c.s), 1};
+    const auto until = certain_until(m, c);
+    const bool is_sharp = until && (*until - c.s) * part.width <= kSharp;
+    const bool is_last = c.is_exhausted || budget == 0;
+    if (is_sharp || is_last || part.width <= kFinest)
+      return {until || !is_last ? Status::hit : Status::budget_exhausted, until.has_value(), part.lower(c.s),
+              until ? part.upper(*until) : 1};
     --budget;
     const auto [low, high] = part_around(m, c.s);
     const Part inner{part.lower(low), part.width * (high - low)};
@@ -90,9 +94,10 @@ bool is_exactly_computable(const MovingPoints& x) noexcept {
 /// c: the first candidate of m.
 Found judge(const RoundedMotion& m, const Candidate& c, const MovingPoints& x, ToiMode mode) noexcept {
   if (c.s > 1) return {};
-  if (const auto until = certain_until(m, c)) return {Status::hit, true, c.s, *until};
+  const auto until = certain_until(m, c);
+  if (until && (mode == ToiMode::conservative || *until - c.s <= kSharp)) return {Status::hit, true, c.s, *until};
   if (mode == ToiMode::conservative || !is_exactly_computable(x))
-    return {c.is_exhausted ? Status::budget_exhausted : Status::hit, false, c.s, 1};
+    return {c.is_exhausted ? Status::budget_exhausted : Status::hit, until.has_value(), c.s, until.value_or(1)};
   // The usual reason: the features touch at the start, as those do that touched at the end of the step before.
   if (c.s == 0 && touch_at_start(m.pair(), x, c.areas.axis)) return {Status::hit, true, 0, 0};
   int budget = kMaxParts;
