@@ -9,8 +9,8 @@ namespace kt::bernstein {
 
 constexpr double kRoundoff = 0x1p-53;  // u: relative error of one operation
 constexpr double kNever = 2;           // a time after the end
-/// What underflow can add to any coefficient here: some dozen products, each off by 2^-1075 at most.
-constexpr double kUnderflow = 0x1p-1000;
+/// What underflow can add to any coefficient: some dozen products off by 2^-1075, times a coordinate of 2^101.
+constexpr double kUnderflow = 0x1p-960;
 
 /// Cubic on [0, 1]. A quadratic or linear polynomial is written as a cubic.
 struct Cubic {

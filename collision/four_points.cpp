@@ -15,7 +15,7 @@ constexpr double kVolumeError = 13 * kRoundoff;
 constexpr double kAreaError = 9 * kRoundoff;
 constexpr double kAreaDifferenceError = 11 * kRoundoff;
 constexpr double kGapError = 9 * kRoundoff;
-constexpr double kEstimateError = 4 * kRoundoff;
+constexpr double kEstimateError = 6 * kRoundoff;
 
 constexpr double kThird = 1.0 / 3;
 
