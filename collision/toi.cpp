@@ -19,7 +19,7 @@ using Status = ToiResult::Status;
 
 constexpr int kMaxParts = 10;                // of the step that are searched in exact arithmetic
 constexpr double kFinest = 0x1p-30;          // part of the step in which exact coefficients, rounded, are exact enough
-constexpr double kSharp = 0x1p-40;           // of the step: a proven bracket that exact mode does not make smaller
+constexpr double kSharp = 0x1p-34;           // of the step: a proven bracket that exact mode does not make smaller
 constexpr double kSmallestExact = 0x1p-245;  // below, a product in exact arithmetic could underflow
 
 /// What the search says of the time.

@@ -14,7 +14,7 @@ namespace kt {
 namespace {
 
 // Of the step: a root of multiplicity three is uncertain by the cube root of rounding, a double one by the square root.
-constexpr double kEarlyExact = 1e-11;
+constexpr double kEarlyExact = 1e-10;
 
 struct Random {
   std::mt19937_64 engine;
