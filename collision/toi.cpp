@@ -101,7 +101,9 @@ Found judge(const RoundedMotion& m, const Candidate& c, const MovingPoints& x, T
   // The usual reason: the features touch at the start, as those do that touched at the end of the step before.
   if (c.s == 0 && touch_at_start(m.pair(), x, c.areas.axis)) return {Status::hit, true, 0, 0};
   int budget = kMaxParts;
-  return search_exactly(m, exact_vectors(m.pair(), x), Part{}, c.s, budget);
+  Found found = search_exactly(m, exact_vectors(m.pair(), x), Part{}, c.s, budget);
+  found.toi = std::max(found.toi, c.s);  // before which there is no contact in any case
+  return found;
 }
 
 bool is_valid(const MovingPoints& x) noexcept {

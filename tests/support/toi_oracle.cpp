@@ -158,4 +158,13 @@ std::optional<double> first_contact_of_edges(const IntegerMotion& x) {
   return first_contact(x, [](const Point(&p)[4]) { return edge_distance_sq(p); });
 }
 
+double feature_distance(bool is_face, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4], double t) {
+  Point now[4];
+  for (int i = 0; i < 4; ++i) {
+    const auto lerp = [&](int k) { return Real(x_t0[i][k]) + Real(t) * (Real(x_t1[i][k]) - Real(x_t0[i][k])); };
+    now[i] = {lerp(0), lerp(1), lerp(2)};
+  }
+  return static_cast<double>(square_root(is_face ? face_distance_sq(now) : edge_distance_sq(now)));
+}
+
 }  // namespace kt

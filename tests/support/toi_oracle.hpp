@@ -16,4 +16,7 @@ struct IntegerMotion {
 std::optional<double> first_contact_of_vertex_face(const IntegerMotion& x);
 std::optional<double> first_contact_of_edges(const IntegerMotion& x);
 
+/// Distance of the features at time t, right to the last bits of a double.
+double feature_distance(bool is_face, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4], double t);
+
 }  // namespace kt
