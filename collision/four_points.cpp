@@ -174,7 +174,11 @@ ExactVectors restricted(const ExactVectors& v, double low, double high) noexcept
 }
 
 ExactMotion::ExactMotion(FeaturePair pair, const ExactVectors& vectors) noexcept : pair_(pair), v_(vectors) {
-  for (int k = 0; k < 3; ++k) n_[k] = cross_component(v_.e1, v_.e2, k);
+  for (int k = 0; k < 3; ++k) {
+    n_[k] = cross_component(v_.e1, v_.e2, k);
+    const Quadratic<double> q = estimate(n_[k]);
+    normal_[k] = {q, 2 * estimate_error(n_[k], q) + kUnderflow};
+  }
   Expansion f[4];
   volume_coefficients(n_, v_.d, f);
   double b[4], largest = 0;
@@ -188,12 +192,7 @@ ExactMotion::ExactMotion(FeaturePair pair, const ExactVectors& vectors) noexcept
                                     unless_too_large(fits, kEstimateError * largest), true);
 }
 
-NormalComponent ExactMotion::normal(int k) const noexcept {
-  const Quadratic<double> q = estimate(n_[k]);
-  return {q, 2 * estimate_error(n_[k], q) + kUnderflow};
-}
-
-int ExactMotion::inside(int k, Cubic (&out)[4]) const noexcept {
+int ExactMotion::find_inside(int k, Cubic (&out)[4]) const noexcept {
   const Quadratic<Expansion> first = cross_component(v_.d, v_.e2, k);
   out[0] = exact_cubic(first);
   if (pair_ == FeaturePair::vertex_face) {
@@ -209,7 +208,7 @@ int ExactMotion::inside(int k, Cubic (&out)[4]) const noexcept {
   return 4;
 }
 
-int ExactMotion::gaps(int k, Cubic (&out)[4]) const noexcept {
+int ExactMotion::find_gaps(int k, Cubic (&out)[4]) const noexcept {
   const auto set = [&](Cubic& line, bool minus_e1, int e2) {
     Expansion at[2] = {v_.d[0][k], v_.d[1][k]};
     for (int t = 0; t < 2; ++t) {

@@ -126,15 +126,34 @@ class ExactMotion {
 
   FeaturePair pair() const noexcept { return pair_; }
   const bernstein::Cubic& distance() const noexcept { return distance_; }
-  NormalComponent normal(int k) const noexcept;
-  int inside(int k, bernstein::Cubic (&out)[4]) const noexcept;
-  int gaps(int k, bernstein::Cubic (&out)[4]) const noexcept;
+  NormalComponent normal(int k) const noexcept { return normal_[k]; }
+  int inside(int k, bernstein::Cubic (&out)[4]) const noexcept { return inside_[k].get(*this, k, out); }
+  int gaps(int k, bernstein::Cubic (&out)[4]) const noexcept { return gaps_[k].get(*this, k, out); }
 
  private:
+  using Find = int (ExactMotion::*)(int k, bernstein::Cubic (&out)[4]) const noexcept;
+  int find_inside(int k, bernstein::Cubic (&out)[4]) const noexcept;
+  int find_gaps(int k, bernstein::Cubic (&out)[4]) const noexcept;
+
+  /// Found when first asked for: a search asks for the same ones again and again.
+  template <Find find>
+  struct Kept {
+    int num = 0;
+    bernstein::Cubic c[4];
+    int get(const ExactMotion& m, int k, bernstein::Cubic (&out)[4]) noexcept {
+      if (num == 0) num = (m.*find)(k, c);
+      std::copy_n(c, num, out);
+      return num;
+    }
+  };
+
   FeaturePair pair_;
   const ExactVectors& v_;
   Quadratic<Expansion> n_[3];
+  NormalComponent normal_[3];
   bernstein::Cubic distance_;
+  mutable Kept<&ExactMotion::find_inside> inside_[3];
+  mutable Kept<&ExactMotion::find_gaps> gaps_[3];
 };
 
 }  // namespace kt
