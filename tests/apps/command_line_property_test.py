@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ MESHES = os.path.join(ROOT, "meshes")
 SCENE = os.path.join(ROOT, "scenes", "organ_drag.json")
 SHORT = ["--set", "duration=0.4", "--set", "tool.path.press_drag.press_time=0.1"]
 
-COMMANDS = ["run", "drag", "paper", "replay", "advise", "list", "mesh info", "mesh repair", "mesh tet"]
+COMMANDS = ["run", "drag", "paper", "replay", "advise", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd"]
 COLUMNS = "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us".split(",")
 SUMMARY = {  # key -> keys inside; None: a value
     "scene": None, "seed": None, "hash": None,
@@ -76,6 +77,35 @@ class CommandLine(unittest.TestCase):
         text = self.kilotouch("--help")
         for command in COMMANDS:
             self.assertIn(command.split()[0], text)
+
+    def test_bench_ccd_counts_what_is_missed_false_late_and_early(self):
+        """Drops of a vertex onto a face at rest: through it at t = 1/2, or beside it; with truths and times right and wrong."""
+        face = [0, 0, 0, 1, 0, 0, 0, 1, 0]
+        through, beside = ([*at, 1, *face, *at, -1, *face] for at in ([0.25, 0.25], [2, 2]))
+        #        query    truth  result, time
+        rows = [(through, 1, 1, 0.5), (beside, 0, 0, 0), (through, 0, 0, 0), (beside, 1, 1, 0.5), (through, 1, 1, 0.25),
+                (through, 1, 1, 0.75), (through, 1, 2, 0)]
+        with open(self.path("drops.bin"), "wb") as file:
+            file.write(struct.pack("<qq", len(rows), 0))
+            for query, *_ in rows:
+                file.write(struct.pack("<24d", *query))
+            file.write(bytes(truth for _, truth, *_ in rows))
+        out = self.kilotouch("bench", "ccd", "drops.bin", "--mode", "exact", "--json", "plain.json")
+        self.assertIn("drops.bin", out)
+        with open(self.path("drops.bin.oracle"), "wb") as file:
+            for *_, result, time_of_impact in rows:
+                file.write(struct.pack("<iid", result, 0, time_of_impact))
+        self.kilotouch("bench", "ccd", "drops.bin", "drops.bin", "--json", "timed.json")
+        self.assertIsNone(load(self.path("plain.json"))["all"][0]["early"])
+        timed = load(self.path("timed.json"))
+        self.assertEqual([(f["mode"], f["queries"]) for f in timed["files"]], [("conservative", 7), ("exact", 7)] * 2)
+        self.assertEqual([(f["mode"], f["queries"]) for f in timed["all"]], [("conservative", 14), ("exact", 14)])
+        for row in timed["files"]:
+            self.assertEqual((row["false_negatives"], row["false_positives"], row["late"]), (1, 1, 1))
+            self.assertAlmostEqual(row["early"]["max"], 0.25, places=12)
+            self.assertAlmostEqual(row["early"]["median"], 0, places=12)
+            self.assertGreater(row["us"]["mean"], 0)
+            self.assertGreaterEqual(row["us"]["max"], row["us"]["p99"])
 
     def test_list_as_text_and_as_json(self):
         text = self.kilotouch("list", "--json", "list.json")
