@@ -73,6 +73,7 @@ int main(int argc, char** argv) {
   kt::add_replay_command(app, exit_code);
   kt::add_mesh_command(app, exit_code);
   kt::add_advise_command(app, exit_code);
+  kt::add_bench_command(app, exit_code);
   kt::add_list_command(app, exit_code);
   try {
     app.parse(argc, argv);

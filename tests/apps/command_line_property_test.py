@@ -16,7 +16,7 @@ MESHES = os.path.join(ROOT, "meshes")
 SCENE = os.path.join(ROOT, "scenes", "organ_drag.json")
 SHORT = ["--set", "duration=0.4", "--set", "tool.path.press_drag.press_time=0.1"]
 
-COMMANDS = ["run", "drag", "paper", "replay", "advise", "list", "mesh info", "mesh repair", "mesh tet"]
+COMMANDS = ["run", "drag", "paper", "replay", "advise", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd"]
 COLUMNS = "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us".split(",")
 SUMMARY = {  # key -> keys inside; None: a value
     "scene": None, "seed": None, "hash": None,

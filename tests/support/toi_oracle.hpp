@@ -1,0 +1,19 @@
+#pragma once
+// First contact of a moving vertex and face, or of two edges, by other means than the engine's: all roots of the
+// coplanarity in 113-bit arithmetic, and the distance there. For coordinates that are small integers, where distances
+// that are not zero are far from it. Slow, and only for tests.
+#include <optional>
+
+#include "core/types.hpp"
+
+namespace kt {
+
+struct IntegerMotion {
+  int t0[4][3], t1[4][3];
+};
+
+/// Nearest double of the first time, or nothing.
+std::optional<double> first_contact_of_vertex_face(const IntegerMotion& x);
+std::optional<double> first_contact_of_edges(const IntegerMotion& x);
+
+}  // namespace kt
