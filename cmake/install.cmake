@@ -2,12 +2,12 @@
 include(CMakePackageConfigHelpers)
 add_library(kilotouch INTERFACE)
 add_library(kilotouch::kilotouch ALIAS kilotouch)
-target_link_libraries(kilotouch INTERFACE kt_haptics kt_io kt_models kt_collision kt_core)
+target_link_libraries(kilotouch INTERFACE kt_haptics kt_self_contact kt_io kt_models kt_collision kt_core)
 
-install(TARGETS kilotouch kt_core kt_collision kt_models kt_io kt_haptics kt_arithmetic EXPORT kilotouch-targets
+install(TARGETS kilotouch kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics kt_arithmetic EXPORT kilotouch-targets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT kilotouch-targets NAMESPACE kilotouch:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kilotouch)
-foreach(folder core collision models io haptics)
+foreach(folder core collision self_contact models io haptics)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kilotouch
           FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def")
 endforeach()

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "collision/closest_point.hpp"
+#include "collision/separating_plane.hpp"
 
 namespace kt {
 namespace {
@@ -106,25 +107,9 @@ bool is_behind(const RelativeTriangle& r, double t, const ClosestPoint& at) noex
   return at.feature == ClosestPoint::Feature::face && r.face_normal(t).n.dot(at.point) > 0;
 }
 
-/// Smallest positive root of a + b t + c t^2 with a > 0, or infinity.
-double first_root(double a, double b, double c) noexcept {
-  const double d = b * b - 4 * a * c;
-  if (d < 0 || (b >= 0 && c >= 0)) return std::numeric_limits<double>::infinity();
-  return b < 0 ? 2 * a / (std::sqrt(d) - b) : (b + std::sqrt(d)) / (-2 * c);
-}
-
 /// For how long the plane across n, turning by `turn` (across n) per unit of time, keeps tool and triangle apart.
-/// While the plane turns by s, its direction n + s is at most 1 + s^2/2 long.
 double free_for(const RelativeTriangle& r, const Vec3 (&now)[3], const Vec3& n, const Vec3& turn) noexcept {
-  const double reach = r.radius + r.rounding, turn_sq = turn.squaredNorm();
-  double free = turn_sq > 0 ? 1 / std::sqrt(turn_sq) : std::numeric_limits<double>::infinity();  // 1 rad: rounding
-  for (int i = 0; i < 3; ++i) {
-    const double apart = n.dot(now[i]) - reach;
-    if (!(apart > 0)) return 0;
-    const double rate = n.dot(r.change[i]) + turn.dot(now[i]), bend = turn.dot(r.change[i]) - 0.5 * reach * turn_sq;
-    free = std::min(free, first_root(apart, rate, bend));
-  }
-  return free * (1 - 1e-15);
+  return separated_for(now, r.change, 3, n, turn, r.radius + r.rounding);
 }
 
 /// How the closest feature turns the direction n across it, per unit of time.

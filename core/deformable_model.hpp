@@ -38,6 +38,9 @@ class DeformableModel {
   /// `out`: empty, or an earlier tangent of this model, whose storage is used again. The pattern is always the same.
   virtual void update_tangent(const State& state, TangentKind kind, Tangent& out) const = 0;
   virtual ModelInfo info() const = 0;
+  /// Share in [0, 1] of the motion from x to x + dx, (3n), that the body can make: 1, unless its surface meets itself.
+  /// Newton's method asks before each motion, and evaluates forces on the way only.
+  virtual double free_share(const VectorX& /*x*/, const VectorX& /*dx*/) const { return 1; }
 
   Tangent tangent(const State& state, TangentKind kind) const {
     Tangent out;

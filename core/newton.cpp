@@ -85,6 +85,7 @@ void NewtonSolver::solve(const DeformableModel& model, const VectorX& external, 
   double moved_before = std::numeric_limits<double>::infinity();
   VectorX v = state.v, full = VectorX::Zero(v.size()), direction;
   const State start = state;
+  v *= model.free_share(stage.x_start, stage.a * v);
   VectorX g = residual(model, external, stage, v, state);
   for (int i = 0;; ++i) {
     if (g.squaredNorm() == 0) break;
@@ -95,6 +96,9 @@ void NewtonSolver::solve(const DeformableModel& model, const VectorX& external, 
     ++statistics_.iterations;
     find_direction(model, stage, state, g, direction);
     scatter(matrix_->dofs(), direction, full);
+    const double free = model.free_share(state.x, stage.a * full);
+    direction *= free;
+    full *= free;
     double last = 0;
     const double share = line_search(g.dot(direction), [&](double s) {
       last = s;
@@ -105,6 +109,7 @@ void NewtonSolver::solve(const DeformableModel& model, const VectorX& external, 
     v += share * full;
     if (!g.allFinite()) throw RunError(text("implicit step: left the finite numbers at t = ", state.t, " s"));
     const double moved = share * stage.a * direction.lpNorm<Eigen::Infinity>();
+    if (free < 1) continue;
     if (moved <= options_.convergence * size || (moved <= kRoundoff * size && moved > 0.9 * moved_before)) break;
     moved_before = moved;
   }

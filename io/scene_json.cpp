@@ -53,6 +53,12 @@ void fields(A& a, SceneModel& s) {
   a("calibrate", s.calibrate);
 }
 template <class A>
+void fields(A& a, SceneSelfContact& s) {
+  a("mu", s.mu);
+  a("reach", s.reach);
+  a("creep", s.creep);
+}
+template <class A>
 void fields(A& a, SceneObject& s) {
   a("mesh", s.mesh);
   a("size", s.size);
@@ -61,6 +67,7 @@ void fields(A& a, SceneObject& s) {
   a("fixed", s.fixed);
   a("tetrahedralize", s.tetrahedralize);
   a("layers", s.layers);
+  a("self_contact", s.self_contact);
   a("gravity", s.gravity);
   a("model", s.model);
 }

@@ -11,8 +11,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Folders with code; `examples` is a project of its own.
-const std::vector<std::string> kFolders{"core", "collision", "models", "io",   "haptics",
-                                        "apps", "bench",     "python", "tests"};
+const std::vector<std::string> kFolders{"core",    "collision", "self_contact", "models", "io",
+                                        "haptics", "apps",      "bench",        "python", "tests"};
 const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "models", "io"};
 
 bool is_in(const std::string& file, const std::string& folder) { return file.rfind(folder + "/", 0) == 0; }
@@ -28,12 +28,14 @@ bool may_include(const std::string& from, const std::string& to) {
     if (is_in(from, leaf)) return is_in(to, leaf) || is_in_any(to, kMiddle);
   for (const char* leaf : {"models/msd", "models/fem"})
     if (is_in(from, leaf)) return is_in(to, leaf) || is_in(to, "core") || to == "models/model.hpp";
+  if (is_in(from, "self_contact")) return is_in_any(to, {"self_contact", "collision", "core"});
   for (const char* folder : {"core", "collision", "models", "io"})
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
-  if (is_in(from, "haptics")) return is_in(to, "haptics") || is_in_any(to, kMiddle);
+  if (is_in(from, "haptics")) return is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
   for (const char* leaf : {"apps", "bench", "python"})
-    if (is_in(from, leaf)) return is_in(to, leaf) || is_in(to, "haptics") || is_in_any(to, kMiddle);
+    if (is_in(from, leaf))
+      return is_in(to, leaf) || is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
   return false;
 }
 

@@ -1,0 +1,21 @@
+#include "self_contact/touching_euler.hpp"
+
+namespace kt {
+
+TouchingEuler::TouchingEuler(SelfContactOptions contact, const IntegratorOptions& options)
+    : options_(std::move(contact)), newton_(make_integrator("newton_euler", options)) {}
+
+TouchingEuler::~TouchingEuler() = default;
+
+void TouchingEuler::step(const DeformableModel& model, const VectorX& external, double dt, State& state) {
+  if (!contact_) contact_ = std::make_unique<SelfContact>(model, options_);
+  const TouchingModel touching(model, *contact_, state, dt);
+  newton_->step(touching, external, dt, state);
+  report_ = touching.report(state.x);
+}
+
+double TouchingEuler::stable_step(const FastestMode& mode) const { return newton_->stable_step(mode); }
+
+StepStatistics TouchingEuler::statistics() const { return newton_->statistics(); }
+
+}  // namespace kt

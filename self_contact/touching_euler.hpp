@@ -1,0 +1,29 @@
+#pragma once
+// Backward Euler for bodies that do not pass through themselves or one another.
+#include <memory>
+
+#include "core/integrator.hpp"
+#include "self_contact/touching_model.hpp"
+
+namespace kt {
+
+/// Free of intersections after every step when it was before, converged or not. Friction is that of the contacts at the
+/// start of each step. Throws InputError for a body without surface triangles or one that intersects itself at the
+/// first step.
+class TouchingEuler final : public Integrator {
+ public:
+  explicit TouchingEuler(SelfContactOptions contact, const IntegratorOptions& options = {});
+  ~TouchingEuler() override;
+  void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override;
+  double stable_step(const FastestMode& mode) const override;
+  StepStatistics statistics() const override;
+  const SelfContactReport& report() const { return report_; }  ///< of the last step
+
+ private:
+  SelfContactOptions options_;
+  std::unique_ptr<SelfContact> contact_;
+  std::unique_ptr<Integrator> newton_;
+  SelfContactReport report_;
+};
+
+}  // namespace kt
