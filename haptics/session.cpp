@@ -6,8 +6,8 @@
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
+#include "haptics/self_contact_check.hpp"
 #include "haptics/session_run.hpp"
-#include "io/mesh_doctor.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"
@@ -164,26 +164,6 @@ Session::Session(const Scene& scene, Mesh body) : scene_(checked(scene)), tool_(
   build(std::move(body));
 }
 
-namespace {
-
-/// What intersects at the start cannot be kept from intersecting.
-void require_apart(const Mesh& mesh) {
-#if KT_WITH_CGAL
-  bool complete = false;
-  const auto pairs = find_self_intersections(mesh, 1, complete);
-  if (pairs.empty()) return;
-  const Triangle& t = mesh.triangles[pairs[0][0]];
-  const Vec3 at = (node(mesh.x, t[0]) + node(mesh.x, t[1]) + node(mesh.x, t[2])) / 3;
-  throw InputError(text("object.self_contact: the surface passes through itself at the start, at triangles ",
-                        pairs[0][0], " and ", pairs[0][1], " near (", at.x(), ", ", at.y(), ", ", at.z(),
-                        ") m: repair the mesh (kilotouch mesh repair) or move the pieces apart"));
-#else
-  (void)mesh;  // only CGAL finds them
-#endif
-}
-
-}  // namespace
-
 void Session::build(Mesh mesh) {
   const Scene& scene = scene_;
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
@@ -193,7 +173,7 @@ void Session::build(Mesh mesh) {
   start_ = settled(scene, *model_, warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
-  if (scene.object.self_contact) require_apart(hanging);
+  if (scene.object.self_contact) check_self_contact(hanging, fixed);
   const ScenePath& p = scene.tool.path;
   if (p.press_drag)
     path_ = make_press_drag(hanging, tool_, press_drag_options(*p.press_drag, scene));

@@ -33,7 +33,6 @@ MODELS = {"msd": "springs", "fem": "neo-Hookean elements"}
 LATE = {0: "at once", 1: "one frame late"}
 SWITCHES = {"krylov_bare": ("off", "off"), "krylov_catch_up": ("on", "off"), "krylov_blend": ("off", "on"),
             "krylov": ("on", "on")}
-AT_ONCE = {"krylov_catch_up": "krylov_bare", "krylov_blend": "krylov"}  # the same run: nothing to catch up with
 
 
 def load(folder, name):
@@ -300,7 +299,7 @@ def refresh(rows, folder, out):
         for method, (catch_up, blend) in SWITCHES.items():
             line = [catch_up, blend]
             for rate, late in cells:
-                found = pick(rows, model=model, method=method if late else AT_ONCE.get(method, method), rate_hz=rate, latency_frames=late)
+                found = pick(rows, model=model, method=method, rate_hz=rate, latency_frames=late)
                 ok = found and found[0]["force_error"] is not None
                 line.append(f"{percent(found[0]['refresh_jump'])} ({percent(found[0]['force_error'])})" if ok else "failed" if found else "-")
             lines.append(line)
@@ -400,7 +399,7 @@ def main():
     folder, document, pictures, results = sys.argv[1:]
     out = Output(document, pictures, results)
     table_of_impedance, rows, bare, late = (load(folder, name) for name in (
-        "impedance.json", "force.json", "refresh_bare.json", "refresh_late.json"))
+        "impedance.json", "force.json", "refresh_bare.json"))
     ticks, refreshes = load(folder, "tick.json"), load(folder, "refresh_cost.json")
     if table_of_impedance:
         impedance(table_of_impedance, out)
