@@ -8,7 +8,6 @@
 #include "core/damping.hpp"
 #include "core/sparse_solver.hpp"
 #include "haptics/foresight.hpp"
-#include "self_contact/touching_euler.hpp"
 
 namespace kt {
 namespace {
@@ -43,17 +42,6 @@ Metric contact_metric(const std::string& name) {
 
 bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
 
-std::unique_ptr<Integrator> make_scene_integrator(const Scene& scene) {
-  const IntegratorOptions options{
-      .solver = scene.global.solver, .tolerance = scene.global.tolerance, .definite = scene.global.definite};
-  const auto& contact = scene.object.self_contact;
-  if (!contact) return make_integrator(scene.global.integrator, options);
-  return std::make_unique<TouchingEuler>(
-      SelfContactOptions{
-          .reach = contact->reach, .mu = contact->mu, .creep = contact->creep, .backend = scene.collision.backend},
-      options);
-}
-
 std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool) {
   const SceneContact& c = scene.contact;
   HapticMethodOptions options;
@@ -73,7 +61,11 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       tool_(tool),
       max_speed_(max_speed),
       method_(make_scene_method(scene, tool)),
-      global_(model, make_scene_integrator(scene), 1 / scene.global.rate_hz, start),
+      global_(model,
+              make_integrator(scene.global.integrator, {.solver = scene.global.solver,
+                                                        .tolerance = scene.global.tolerance,
+                                                        .definite = scene.global.definite}),
+              1 / scene.global.rate_hz, start),
       choice_(scene.local.reducer, scene.local.rings,
               {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz}),
       scheme_(local_scheme(scene.local.integrator)),

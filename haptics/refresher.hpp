@@ -70,9 +70,6 @@ ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Ve
 /// The method that the scene asks for. Throws InputError.
 std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool);
 
-/// The integrator of the global side; with object.self_contact one that keeps the body from passing through itself.
-std::unique_ptr<Integrator> make_scene_integrator(const Scene& scene);
-
 /// None: "auto".
 std::optional<LocalScheme> local_scheme(const std::string& integrator);
 Metric contact_metric(const std::string& name);

@@ -6,7 +6,6 @@
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
-#include "haptics/self_contact_check.hpp"
 #include "haptics/session_run.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"
@@ -173,7 +172,6 @@ void Session::build(Mesh mesh) {
   start_ = settled(scene, *model_, warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
-  if (scene.object.self_contact) check_self_contact(hanging, fixed);
   const ScenePath& p = scene.tool.path;
   if (p.press_drag)
     path_ = make_press_drag(hanging, tool_, press_drag_options(*p.press_drag, scene));

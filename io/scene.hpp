@@ -69,14 +69,6 @@ struct SceneModel {
   bool operator==(const SceneModel&) const = default;
 };
 
-/// The body's surface does not pass through itself, nor one of its pieces through another.
-struct SceneSelfContact {
-  double mu = 0.3;      ///< coefficient of friction [-]
-  double reach = 0;     ///< distance from which on surfaces repel [m]; 0: a fiftieth of the mean edge
-  double creep = 1e-3;  ///< speed below which friction is smoothed [m/s]
-  bool operator==(const SceneSelfContact&) const = default;
-};
-
 struct SceneObject {
   std::string mesh;             ///< file; relative to the scene file in the file, resolved once loaded
   std::optional<double> size;   ///< longest edge of the bounding box [m]. At most one of size and scale is set;
@@ -85,8 +77,7 @@ struct SceneObject {
   SceneFixed fixed;
   std::optional<SceneTetrahedralize> tetrahedralize;  ///< absent: only when the model cannot do without
   std::optional<SceneLayers> layers;
-  std::optional<SceneSelfContact> self_contact;  ///< absent: the body passes through itself
-  Vec3 gravity = Vec3::Zero();                   ///< [m/s^2]
+  Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
   SceneModel model;
   bool operator==(const SceneObject&) const = default;
 };

@@ -49,19 +49,11 @@ Found check_rates(const Scene& scene) {
   return std::nullopt;
 }
 
-/// Only this integrator ends its steps where it looked for contacts.
-Found check_self_contact(const Scene& scene) {
-  if (scene.object.self_contact && scene.global.integrator != "newton_euler")
-    return JsonProblem{"global.integrator",
-                       text("is ", scene.global.integrator, ", must be newton_euler with object.self_contact")};
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::optional<JsonProblem> find_scene_problem(const Scene& scene) {
-  for (const Found& found : {check_object(scene.object), check_tool(scene.tool), check_contact(scene.contact),
-                             check_rates(scene), check_self_contact(scene)})
+  for (const Found& found :
+       {check_object(scene.object), check_tool(scene.tool), check_contact(scene.contact), check_rates(scene)})
     if (found) return found;
   return std::nullopt;
 }

@@ -53,12 +53,6 @@ void fields(A& a, SceneModel& s) {
   a("calibrate", s.calibrate);
 }
 template <class A>
-void fields(A& a, SceneSelfContact& s) {
-  a("mu", s.mu);
-  a("reach", s.reach);
-  a("creep", s.creep);
-}
-template <class A>
 void fields(A& a, SceneObject& s) {
   a("mesh", s.mesh);
   a("size", s.size);
@@ -67,7 +61,6 @@ void fields(A& a, SceneObject& s) {
   a("fixed", s.fixed);
   a("tetrahedralize", s.tetrahedralize);
   a("layers", s.layers);
-  a("self_contact", s.self_contact);
   a("gravity", s.gravity);
   a("model", s.model);
 }

@@ -2,8 +2,18 @@
 
 namespace kt {
 
+namespace {
+
+/// Barriers are stiff, and conjugate gradients slow for them.
+IntegratorOptions with_direct_solver(IntegratorOptions options) {
+  if (options.solver == "automatic") options.solver = "direct";
+  return options;
+}
+
+}  // namespace
+
 TouchingEuler::TouchingEuler(SelfContactOptions contact, const IntegratorOptions& options)
-    : options_(std::move(contact)), newton_(make_integrator("newton_euler", options)) {}
+    : options_(std::move(contact)), newton_(make_integrator("newton_euler", with_direct_solver(options))) {}
 
 TouchingEuler::~TouchingEuler() = default;
 

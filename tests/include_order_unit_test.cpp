@@ -31,7 +31,7 @@ bool may_include(const std::string& from, const std::string& to) {
   if (is_in(from, "self_contact")) return is_in_any(to, {"self_contact", "collision", "core"});
   for (const char* folder : {"core", "collision", "models", "io"})
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
-  if (is_in(from, "haptics")) return is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
+  if (is_in(from, "haptics")) return is_in(to, "haptics") || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
   for (const char* leaf : {"apps", "bench", "python"})
     if (is_in(from, leaf))

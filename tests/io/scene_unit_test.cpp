@@ -67,14 +67,14 @@ TEST(Scene, EveryKeyIsRead) {
   const Scene s = parse_scene(R"({
     "title": "all", "duration": 2, "seed": 7,
     "object": {"mesh": "m.off", "size": 0.1, "fixed": {"box": [[0, 0, 0], [1, 2, 3]]},
-      "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5, "max_edge": 0.004}, "layers": {"count": 3, "thickness": 0.002}, "self_contact": {"mu": 0.2, "reach": 0.001, "creep": 0.01},
+      "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5, "max_edge": 0.004}, "layers": {"count": 3, "thickness": 0.002},
       "gravity": [0, 1, -9.81],
       "model": {"type": "fem", "material": "linear", "element": "tet10", "consistent_mass": true, "young": 2e4, "poisson": 0.45, "density": 900,
                 "damping": {"mass": 1, "stiffness": 0.1, "law": "rayleigh"}, "stiffness": 300, "damper": 0.5}},
     "tool": {"shape": "capsule", "radius": 0.001, "path": {"hand": {"stiffness": 1, "damping": 2, "mass": 3,
              "target": [[0, 1, 2, 3], [0.5, 4, 5, 6]]}}},
     "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass", "penalty": {"stiffness": 150, "damping": 0.1}},
-    "global": {"rate_hz": 10, "integrator": "newton_euler", "solver": "f", "tolerance": 1e-4, "early_refresh": false, "look_ahead": false, "definite": false}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "catch_up": false, "blend_ms": 3,
+    "global": {"rate_hz": 10, "integrator": "a", "solver": "f", "tolerance": 1e-4, "early_refresh": false, "look_ahead": false, "definite": false}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "catch_up": false, "blend_ms": 3,
     "integrator": "c"}, "link": {"type": "d", "latency_ms": 5, "loss": 0.25}, "collision": {"backend": "e"}})");
   EXPECT_EQ(s.title, "all");
   EXPECT_EQ(s.duration, 2.0);
@@ -84,7 +84,6 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.object.fixed.below.has_value());
   EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5, 0.004}));
   EXPECT_EQ(s.object.layers, (SceneLayers{3, 0.002}));
-  EXPECT_EQ(s.object.self_contact, (SceneSelfContact{0.2, 0.001, 0.01}));
   EXPECT_EQ(
       s.object.model,
       (SceneModel{
@@ -94,7 +93,7 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.tool.path.press_drag.has_value());
   EXPECT_EQ(s.tool.path.hand, (SceneHand{1, 2, 3, {{0.0, Vec3(1, 2, 3)}, {0.5, Vec3(4, 5, 6)}}}));
   EXPECT_EQ(s.contact, (SceneContact{"paper_slide", 0.9, 0.4, "mass", {150, 0.1}}));
-  EXPECT_EQ(s.global, (SceneGlobal{10, "newton_euler", "f", 1e-4, false, false, false}));
+  EXPECT_EQ(s.global, (SceneGlobal{10, "a", "f", 1e-4, false, false, false}));
   EXPECT_EQ(s.local, (SceneLocal{500, "b", 2, 0.1, 90, false, 3, "c", "frozen"}));
   EXPECT_EQ(s.link, (SceneLink{"d", 5, 0.25}));
   EXPECT_EQ(s.collision.backend, "e");
