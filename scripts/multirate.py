@@ -398,15 +398,15 @@ def main():
         sys.exit(__doc__)
     folder, document, pictures, results = sys.argv[1:]
     out = Output(document, pictures, results)
-    table_of_impedance, rows, bare, late = (load(folder, name) for name in (
-        "impedance.json", "force.json", "refresh_bare.json"))
+    table_of_impedance, rows, switched = (load(folder, name) for name in (
+        "impedance.json", "force.json", "refresh.json"))
     ticks, refreshes = load(folder, "tick.json"), load(folder, "refresh_cost.json")
     if table_of_impedance:
         impedance(table_of_impedance, out)
     if rows:
         force(rows, load(folder, "deep.json"), out)
-    if rows and bare and late:
-        refresh(bare + late + pick(rows, method="krylov"), folder, out)
+    if rows and switched:
+        refresh(switched + pick(rows, method="krylov"), folder, out)
     if ticks or refreshes:
         cost(ticks, refreshes, rows, out)
     out.finish()
