@@ -116,8 +116,9 @@ TEST(TouchingEuler, KeepsMomentumInFlight) {
     contacts = std::max(contacts, integrator.report().contacts);
   }
   EXPECT_GT(contacts, 0);
-  const double one = 0.15 * scene.model->mass().diagonal().sum() / 6;  // of one block
-  EXPECT_LE((momentum() - before).head<3>().norm(), 1e-9 * one);
+  // Newton's method may end a step with its last motion cut short once that is below 1e-9 of the size of the bodies.
+  const double left_over = 40 * 1e-9 * bounds(scene.model->mesh()).size().norm() / scene.dt;
+  EXPECT_LE((momentum() - before).head<3>().norm(), left_over * scene.model->mass().diagonal().sum() / 3);
   EXPECT_LT(0.5 * scene.state.v.dot(scene.model->mass() * scene.state.v), energy);
 }
 
