@@ -7,6 +7,7 @@
 #include "core/global_simulation.hpp"
 #include "haptics/reference.hpp"
 #include "models/model.hpp"
+#include "tests/support/haptics_scene.hpp"
 #include "tests/support/meshes.hpp"
 
 namespace kt {
@@ -129,13 +130,10 @@ TEST(Foresight, DoesNotPull) {
 
 /// Springs under a local model that comes one interval late: the force errors without and with looking ahead.
 TEST(Foresight, BringsTheForceNearerToTheReference) {
-  Scene scene = load_scene(KT_SOURCE_DIR "/scenes/slab_drag.json");
-  scene.object.mesh = KT_SOURCE_DIR "/meshes/block.msh";
-  scene.duration = 0.6;
+  Scene scene = small_scene();
+  scene.duration = 0.45;
   scene.global.rate_hz = 60;
-  scene.local.reducer = "condensed";
   scene.global.early_refresh = false;
-  scene.tool.path.press_drag->depth = 0.002;
   scene.link.latency_ms = 1000 / scene.global.rate_hz;
   std::optional<Reference> reference;
   double error[2] = {};
