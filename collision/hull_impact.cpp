@@ -12,10 +12,11 @@
 namespace kt {
 namespace {
 
-constexpr double kResolution = 0x1p-42;      // of the step: 2e-13
-constexpr int kMaxPlanes = 200;              // then the time reached is the answer: early, never late
-constexpr double kRounding = 160 * 0x1p-53;  // of the largest relative coordinate: error of a separation
-constexpr double kGrazing = 1e-9;            // of the speed: who leaves slower than this counts as coming
+constexpr double kResolution = 0x1p-42;  // of the step: 2e-13
+constexpr int kMaxPlanes = 200;          // then the time reached is the answer: early, never late
+constexpr double kRounding =
+    256 * 0x1p-53;                 // of the largest relative coordinate: error of a separation (docs/collision.md)
+constexpr double kGrazing = 1e-9;  // of the speed: who leaves slower than this counts as coming
 
 /// Two features and the points of theirs that are closest: the difference is sum weight[i] of the hull's corners minus
 /// that of the triangle's.

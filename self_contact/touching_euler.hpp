@@ -8,8 +8,8 @@
 namespace kt {
 
 /// Free of intersections after every step when it was before, converged or not. Friction is that of the contacts at the
-/// start of each step. Throws InputError for a body without surface triangles or one that intersects itself at the
-/// first step.
+/// start of each step. Whether the body intersects itself before the first step is not checked: `kilotouch mesh info`
+/// says it of a file.
 class TouchingEuler final : public Integrator {
  public:
   explicit TouchingEuler(SelfContactOptions contact, const IntegratorOptions& options = {});

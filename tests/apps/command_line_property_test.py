@@ -16,6 +16,7 @@ PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build"
 MESHES = os.path.join(ROOT, "meshes")
 SCENE = os.path.join(ROOT, "scenes", "organ_drag.json")
 SHORT = ["--set", "duration=0.4", "--set", "tool.path.press_drag.press_time=0.1"]
+QUICK = [*SHORT, "--set", "local.reducer=condensed"]  # auto certifies eight local models first
 
 COMMANDS = ["run", "drag", "paper", "replay", "advise", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd"]
 COLUMNS = "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us".split(",")
@@ -119,7 +120,7 @@ class CommandLine(unittest.TestCase):
 
     @unittest.skipUnless(HAS_MATPLOTLIB, "needs matplotlib")
     def test_run_writes_pictures_and_report(self):
-        self.kilotouch("run", os.path.join(ROOT, "scenes", "slab_drag.json"), *SHORT, "--out", "out")
+        self.kilotouch("run", os.path.join(ROOT, "scenes", "slab_drag.json"), *QUICK, "--out", "out")
         for name in ("force.png", "report.html"):
             self.assertGreater(os.path.getsize(self.path("out", name)), 10000, name)
 
@@ -154,14 +155,14 @@ class CommandLine(unittest.TestCase):
         self.assertFalse(os.path.exists(self.path("b", "reference.csv")))
 
     def test_drag_needs_no_scene(self):
-        self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *SHORT, "--no-report", "--out", "out")
+        self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *QUICK, "--no-report", "--out", "out")
         summary = self.assert_complete(self.path("out"))
         self.assertGreater(summary["model"]["tets"] + summary["model"]["springs"], 0)
         self.assertGreater(summary["force"]["mean_n"], 0)
 
     def test_runs_and_replays_are_equal(self):
         for out in ("one", "two"):
-            self.kilotouch("run", SCENE, *SHORT, "--no-report", "--out", out)
+            self.kilotouch("run", SCENE, *QUICK, "--no-report", "--out", out)
         self.assertEqual(load(self.path("one", "summary.json"))["hash"], load(self.path("two", "summary.json"))["hash"])
         self.assertIn("bit for bit", self.kilotouch("replay", "one"))
         session = load(self.path("one", "session.json"))
@@ -171,7 +172,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("DIFFERS", self.kilotouch("replay", "one", status=1))
 
     def test_interrupt_keeps_what_was_recorded(self):
-        process = subprocess.Popen([PROGRAM, "run", SCENE, "--set", "duration=300", "--no-report", "--out", "out"],
+        process = subprocess.Popen([PROGRAM, "run", SCENE, "--set", "duration=300", "--set", "local.reducer=condensed", "--no-report", "--out", "out"],
                                    cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(process.kill)
         while not os.path.isdir(self.path("out")) and process.poll() is None:

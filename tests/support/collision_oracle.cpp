@@ -3,31 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/quad_point.hpp"
+
 namespace kt {
 namespace {
 
-#ifdef __SIZEOF_FLOAT128__
-__extension__ typedef __float128 Real;
-#else
-using Real = long double;
-#endif
-
-struct Point {
-  Real x, y, z;
-};
-Point operator+(Point a, Point b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Point operator*(Real s, Point a) { return {s * a.x, s * a.y, s * a.z}; }
-Real dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-Point exact(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-Real square_root(Real v) {
-  if (!(v > 0)) return 0;
-  Real s = std::sqrt(static_cast<long double>(v));
-  for (int i = 0; i < 2; ++i) s = (s + v / s) / 2;
-  return s;
-}
-Real absolute(Real v) { return v < 0 ? -v : v; }
+using namespace quad;
 
 Real distance_sq_to_segment(Point p, Point a, Point b) {
   const Real length_sq = dot(b - a, b - a);
@@ -66,8 +47,8 @@ struct Motion {
   Point at_t0[3], change[3];
   explicit Motion(const CollisionQuery& q) {
     for (int i = 0; i < 3; ++i) {
-      at_t0[i] = exact(q.triangle_t0[i]) - exact(q.tool_t0);
-      change[i] = exact(q.triangle_t1[i]) - exact(q.tool_t1) - at_t0[i];
+      at_t0[i] = point(q.triangle_t0[i]) - point(q.tool_t0);
+      change[i] = point(q.triangle_t1[i]) - point(q.tool_t1) - at_t0[i];
     }
   }
   void place(Real t, Point (&out)[3]) const {
@@ -116,8 +97,8 @@ CollisionQuery reversed(const CollisionQuery& q) {
 }
 
 double exact_distance(const Vec3& p, const Vec3 (&triangle)[3]) {
-  const Point v[3] = {exact(triangle[0]), exact(triangle[1]), exact(triangle[2])};
-  return static_cast<double>(square_root(distance_sq(exact(p), v)));
+  const Point v[3] = {point(triangle[0]), point(triangle[1]), point(triangle[2])};
+  return static_cast<double>(square_root(distance_sq(point(p), v)));
 }
 
 double exact_distance(const CollisionQuery& q, double t) { return static_cast<double>(Motion(q).distance(t)); }

@@ -4,34 +4,13 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/support/quad_point.hpp"
+
 namespace kt {
 namespace {
 
-#ifdef __SIZEOF_FLOAT128__
-__extension__ typedef __float128 Real;
-constexpr double kZero = 1e-20;  // of a distance: a root is known to 1e-28 at least
-#else
-using Real = long double;
-constexpr double kZero = 1e-9;
-#endif
-
-struct Point {
-  Real x, y, z;
-};
-Point operator+(Point a, Point b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Point operator*(Real s, Point a) { return {s * a.x, s * a.y, s * a.z}; }
-Real dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-Real component(Point a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
-Real absolute(Real v) { return v < 0 ? -v : v; }
-Real square_root(Real v) {
-  if (!(v > 0)) return 0;
-  Real s = std::sqrt(static_cast<long double>(v));
-  for (int i = 0; i < 2; ++i) s = (s + v / s) / 2;
-  return s;
-}
-Real clamp(Real s) { return s < 0 ? 0 : s > 1 ? 1 : s; }
+using namespace quad;
+constexpr double kZero = kIsLong ? 1e-20 : 1e-9;  // of a distance: a root is known to 1e-28 at least
 
 Point at(const IntegerMotion& x, int i, Real t) {
   const auto lerp = [&](int k) { return x.t0[i][k] + t * (x.t1[i][k] - x.t0[i][k]); };
