@@ -140,7 +140,15 @@ Json view_json(const Session& session, const SessionResult& result) {
   const std::size_t stride = std::max<std::size_t>(1, result.frames.size() / 500);
   for (std::size_t i = 0; i < result.frames.size(); i += stride) path.push_back(point(result.frames[i].tool));
   const SceneTool& tool = session.scene().tool;
-  return {{"tool", {{"shape", tool.shape}, {"radius", tool.shape == "point" ? 0.0 : tool.radius}}},
+  Json corners = Json::array();
+  for (const Vec3& corner : session.tool().corners) corners.push_back(point(corner));
+  return {{"tool",
+           {{"shape", tool.shape},
+            {"radius", session.tool().radius},
+            {"corners", corners},
+            {"triangles", session.tool().triangles},
+            {"turn", point(tool.turn)},
+            {"spin", point(tool.spin)}}},
           {"frames", frames},
           {"rest", points(mesh.x)},
           {"triangles", triangles},

@@ -3,22 +3,21 @@
 // All vertices move linearly relative to the tool. At a time t let n point from the tool's centre to the closest point
 // of the triangle: while all three vertices stay further than the radius along n, the tool is free. Those are three
 // linear functions of time, so the first time that is not certified free is known exactly; go there and take the next
-// plane. When no plane is left, or the steps become smaller than kResolution, that time is the hit. So no contact is
-// missed, no time is late, and all feature classes (face, edge, vertex), degenerate triangles and coplanar motion take
-// one path. Derivation, and the rounding allowance: docs/collision.md.
+// plane. When no plane is left, or the steps become smaller than kTimeResolution, that time is the hit. So no contact
+// is missed, no time is late, and all feature classes (face, edge, vertex), degenerate triangles and coplanar motion
+// take one path. Derivation, and the rounding allowance: docs/collision.md.
 #include "collision/ccd.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "collision/advancement.hpp"
 #include "collision/closest_point.hpp"
-#include "collision/separating_plane.hpp"
 
 namespace kt {
 namespace {
 
-constexpr double kResolution = 0x1p-42;      // of the step: 2e-13
 constexpr int kMaxPlanes = 100;              // then the time reached is the answer: early, never late
 constexpr int kMaxCrossings = 4;             // a point crosses a moving plane at most three times
 constexpr double kRounding = 128 * 0x1p-53;  // of the largest relative coordinate: error of a separation
@@ -39,7 +38,7 @@ struct RelativeTriangle {
     return closest_point_on_triangle(Vec3::Zero(), now[0], now[1], now[2]);
   }
   /// At most this far apart where first_contact_time() found contact.
-  double touching_gap() const noexcept { return 2 * rounding + speed * kResolution; }
+  double touching_gap() const noexcept { return 2 * rounding + speed * kTimeResolution; }
   double gap(double t) const noexcept { return std::sqrt(closest(t).distance_sq) - radius; }
   double longest_edge() const noexcept {
     return std::max({(at_t0[1] - at_t0[0]).norm(), (at_t0[2] - at_t0[1]).norm(), (at_t0[0] - at_t0[2]).norm()});
@@ -135,35 +134,13 @@ double free_until(const RelativeTriangle& r, double t) noexcept {
   return t + (turn.allFinite() ? std::max(still, free_for(r, now, n, turn)) : still);
 }
 
-/// First time in [from, 1] not certified free of contact, or -1.
 double first_contact_time(const RelativeTriangle& r, double from) noexcept {
-  double t = from;
-  for (int i = 0; i < kMaxPlanes; ++i) {
-    const double next = free_until(r, t);
-    if (next >= 1) return -1;
-    if (next - t <= kResolution) return next;
-    t = next;
-  }
-  return t;
+  return kt::first_contact_time(from, kMaxPlanes, [&](double t) { return free_until(r, t); });
 }
 
-/// When a tool that touches at `from` clearly no longer does, to within kResolution, or -1.
+/// When a tool that touches at `from` clearly no longer does.
 double opening_time(const RelativeTriangle& r, double from) noexcept {
-  const auto is_open = [&](double t) { return r.gap(t) > 2 * r.touching_gap(); };
-  double touching = from, open = 1;
-  for (double step = 0x1p-20; from + step < 1; step *= 2) {
-    if (is_open(from + step)) {
-      open = from + step;
-      break;
-    }
-    touching = from + step;
-  }
-  if (open == 1 && !is_open(1)) return -1;
-  while (open - touching > kResolution) {
-    const double middle = 0.5 * (touching + open);
-    (is_open(middle) ? open : touching) = middle;
-  }
-  return open;
+  return kt::opening_time(from, [&](double t) { return r.gap(t) > 2 * r.touching_gap(); });
 }
 
 /// One-sided: a tool that comes through from within is on the way out. Who only grazes, or touches where there is no

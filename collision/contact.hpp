@@ -2,21 +2,27 @@
 // What collision detection takes and gives: tool shapes, their path over a step, and contacts. No forces here.
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/types.hpp"
 
 namespace kt {
 
-/// The shape that touches the body; its reference point is the centre.
+using Quaternion = Eigen::Quaterniond;
+
+/// The shape that touches the body: a core, rounded by `radius`. The reference point is the origin of the core.
 struct ToolShape {
-  enum class Kind { point, sphere } kind = Kind::point;
-  double radius = 0;  ///< [m], > 0 for a sphere, 0 for a point
+  enum class Kind { point, sphere, capsule, mesh } kind = Kind::point;
+  double radius = 0;                  ///< [m], 0 for a point, else > 0
+  std::vector<Vec3> corners{};        ///< of the core: none (the reference point), a capsule's two, a mesh's [m]
+  std::vector<Triangle> triangles{};  ///< of a mesh
   bool operator==(const ToolShape&) const = default;
 };
 
-/// Straight path of the tool's reference point over one step.
+/// Motion of the tool over one step: the reference point goes straight, the tool turns evenly about a fixed axis.
 struct ToolSweep {
-  Vec3 x_t0 = Vec3::Zero(), x_t1 = Vec3::Zero();  ///< [m]
+  Vec3 x_t0 = Vec3::Zero(), x_t1 = Vec3::Zero();                            ///< reference point [m]
+  Quaternion r_t0 = Quaternion::Identity(), r_t1 = Quaternion::Identity();  ///< from the tool's frame to the world's
 };
 
 /// Triangles whose vertices move on straight lines over one step. Borrowed views; nothing is owned.
@@ -33,6 +39,7 @@ struct Contact {
   Vec3 normal = Vec3::Zero();  ///< unit, from the body towards the tool
   double gap = 0;              ///< distance of the tool's surface from the triangle at `toi` [m]; negative: inside
   double toi = 0;              ///< fraction of the step, [0, 1]
+  Vec3 core = Vec3::Zero();    ///< held contacts: the place on the tool's core that is nearest [m]
   bool operator==(const Contact&) const = default;
 };
 

@@ -2,26 +2,69 @@
 
 namespace kt {
 
-std::optional<Contact> find_first_contact(const TriangleIndex& index, const MovingTriangles& surface,
-                                          const ToolShape& tool, const ToolSweep& sweep,
-                                          std::span<const unsigned char> ignored, std::span<int> scratch) noexcept {
-  // A hair more than the radius: the narrow phase may see contact within its rounding.
-  const double size = sweep.x_t0.lpNorm<Eigen::Infinity>() + sweep.x_t1.lpNorm<Eigen::Infinity>();
-  const double margin = tool.radius * (1 + 1e-12) + 1e-14 * size;
-  const int count = index.candidates(sweep, margin, scratch);
+namespace {
+
+/// A hair more than the radius: the narrow phase may see contact within its rounding.
+double margin_of(double radius, double size) noexcept { return radius * (1 + 1e-12) + 1e-14 * size; }
+
+template <class Impact>
+std::optional<Contact> earliest(const MovingTriangles& surface, std::span<const int> candidates,
+                                std::span<const unsigned char> ignored, const Impact& impact) noexcept {
   std::optional<Contact> first;
-  for (int i = 0; i < count; ++i) {
-    const int t = scratch[i];
+  for (const int t : candidates) {
     if (!ignored.empty() && ignored[t]) continue;
     const Triangle& v = surface.triangles[t];
     const Vec3 t0[3] = {node(surface.x_t0, v[0]), node(surface.x_t0, v[1]), node(surface.x_t0, v[2])};
     const Vec3 t1[3] = {node(surface.x_t1, v[0]), node(surface.x_t1, v[1]), node(surface.x_t1, v[2])};
-    auto hit = find_triangle_impact(tool, sweep, t0, t1);
+    const std::optional<Contact> hit = impact(t0, t1);
     // Candidates ascend, so of equal times the lowest index stays.
     if (hit && (!first || hit->toi < first->toi)) {
       first = hit;
       first->triangle = t;
     }
+  }
+  return first;
+}
+
+}  // namespace
+
+std::optional<Contact> find_first_contact(const TriangleIndex& index, const MovingTriangles& surface,
+                                          const ToolShape& tool, const ToolSweep& sweep,
+                                          std::span<const unsigned char> ignored, std::span<int> scratch) noexcept {
+  const double size = sweep.x_t0.lpNorm<Eigen::Infinity>() + sweep.x_t1.lpNorm<Eigen::Infinity>();
+  const int count = index.candidates(sweep, margin_of(tool.radius, size), scratch);
+  return earliest(surface, scratch.first(static_cast<std::size_t>(count)), ignored,
+                  [&](const auto& t0, const auto& t1) { return find_triangle_impact(tool, sweep, t0, t1); });
+}
+
+std::optional<Contact> find_first_contact(const TriangleIndex& index, const MovingTriangles& surface,
+                                          const MovingTool& tool, std::span<const unsigned char> ignored,
+                                          std::span<int> scratch) noexcept {
+  if (tool.is_round()) return find_first_contact(index, surface, tool.shape(), tool.sweep(), ignored, scratch);
+  const Box& box = tool.box();
+  const double size = box.low.lpNorm<Eigen::Infinity>() + box.high.lpNorm<Eigen::Infinity>();
+  const int count = index.candidates({box.low, box.high}, margin_of(tool.shape().radius, size), scratch);
+  return earliest(surface, scratch.first(static_cast<std::size_t>(count)), ignored,
+                  [&](const auto& t0, const auto& t1) { return find_tool_impact(tool, t0, t1); });
+}
+
+std::optional<Contact> find_tool_impact(const MovingTool& tool, const Vec3 (&triangle_t0)[3],
+                                        const Vec3 (&triangle_t1)[3]) noexcept {
+  if (tool.is_round()) return find_triangle_impact(tool.shape(), tool.sweep(), triangle_t0, triangle_t1);
+  Box box{triangle_t0[0], triangle_t0[0]};
+  for (const Vec3& x : {triangle_t0[1], triangle_t0[2], triangle_t1[0], triangle_t1[1], triangle_t1[2]}) {
+    box.low = box.low.cwiseMin(x);
+    box.high = box.high.cwiseMax(x);
+  }
+  const double margin =
+      margin_of(tool.shape().radius, box.low.lpNorm<Eigen::Infinity>() + box.high.lpNorm<Eigen::Infinity>());
+  box.low.array() -= margin;
+  box.high.array() += margin;
+  std::optional<Contact> first;
+  for (int i = 0; i < tool.num_hulls(); ++i) {
+    if (is_apart(box, tool.hull_box(i))) continue;
+    const std::optional<Contact> hit = find_hull_impact(tool.hull(i), triangle_t0, triangle_t1);
+    if (hit && (!first || hit->toi < first->toi)) first = hit;
   }
   return first;
 }

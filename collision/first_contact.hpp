@@ -4,6 +4,7 @@
 #include <span>
 
 #include "collision/ccd.hpp"
+#include "collision/moving_tool.hpp"
 #include "collision/triangle_index.hpp"
 
 namespace kt {
@@ -16,5 +17,14 @@ namespace kt {
 std::optional<Contact> find_first_contact(const TriangleIndex& index, const MovingTriangles& surface,
                                           const ToolShape& tool, const ToolSweep& sweep,
                                           std::span<const unsigned char> ignored, std::span<int> scratch) noexcept;
+
+/// The same for a tool of any shape, taken along its sweep before (MovingTool::move).
+std::optional<Contact> find_first_contact(const TriangleIndex& index, const MovingTriangles& surface,
+                                          const MovingTool& tool, std::span<const unsigned char> ignored,
+                                          std::span<int> scratch) noexcept;
+
+/// First impact with one triangle.
+std::optional<Contact> find_tool_impact(const MovingTool& tool, const Vec3 (&triangle_t0)[3],
+                                        const Vec3 (&triangle_t1)[3]) noexcept;
 
 }  // namespace kt

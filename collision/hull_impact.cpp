@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/advancement.hpp"
 #include "collision/closest_point.hpp"
 #include "collision/pair_distance.hpp"
-#include "collision/separating_plane.hpp"
 
 namespace kt {
 namespace {
 
-constexpr double kResolution = 0x1p-42;  // of the step: 2e-13
-constexpr int kMaxPlanes = 200;          // then the time reached is the answer: early, never late
+constexpr int kMaxPlanes = 200;  // then the time reached is the answer: early, never late
 constexpr double kRounding =
     256 * 0x1p-53;                 // of the largest relative coordinate: error of a separation (docs/collision.md)
 constexpr double kGrazing = 1e-9;  // of the speed: who leaves slower than this counts as coming
@@ -35,7 +34,8 @@ struct Place {
 struct Motion {
   Place at_t0, change;
   int corners = 1;
-  double radius = 0, speed = 0, rounding = 0;
+  double radius = 0, speed = 0, rounding = 0;  // radius: with swell
+  double swell = 0;
 
   Place at(double t) const noexcept {
     Place out;
@@ -45,7 +45,7 @@ struct Motion {
     }
     return out;
   }
-  double touching_gap() const noexcept { return 2 * rounding + speed * kResolution; }
+  double touching_gap() const noexcept { return 2 * rounding + speed * kTimeResolution; }
   int edges() const noexcept { return corners == 3 ? 3 : corners - 1; }
 };
 
@@ -192,16 +192,8 @@ double free_until(const Motion& motion, double t) noexcept {
   return t + std::max(still, separated_for(now, change, count, plane.n, plane.turn, reach));
 }
 
-/// First time in [from, 1] not certified free of contact, or -1.
 double first_contact_time(const Motion& motion, double from) noexcept {
-  double t = from;
-  for (int i = 0; i < kMaxPlanes; ++i) {
-    const double next = free_until(motion, t);
-    if (next >= 1) return -1;
-    if (next - t <= kResolution) return next;
-    t = next;
-  }
-  return t;
+  return kt::first_contact_time(from, kMaxPlanes, [&](double t) { return free_until(motion, t); });
 }
 
 /// An edge of one goes through the inside of the other.
@@ -229,23 +221,9 @@ double gap(const Motion& motion, double t) noexcept {
   return distance - motion.radius;
 }
 
-/// When a hull that touches at `from` clearly no longer does, to within kResolution, or -1.
+/// When a hull that touches at `from` clearly no longer does.
 double opening_time(const Motion& motion, double from) noexcept {
-  const auto is_open = [&](double t) { return gap(motion, t) > 2 * motion.touching_gap(); };
-  double touching = from, open = 1;
-  for (double step = 0x1p-20; from + step < 1; step *= 2) {
-    if (is_open(from + step)) {
-      open = from + step;
-      break;
-    }
-    touching = from + step;
-  }
-  if (open == 1 && !is_open(1)) return -1;
-  while (open - touching > kResolution) {
-    const double middle = 0.5 * (touching + open);
-    (is_open(middle) ? open : touching) = middle;
-  }
-  return open;
+  return kt::opening_time(from, [&](double t) { return gap(motion, t) > 2 * motion.touching_gap(); });
 }
 
 /// The hull's corner is behind the triangle's face.
@@ -306,8 +284,9 @@ bool is_from_within(const Motion& motion, const Place& p, const Witness& w, cons
 std::optional<Contact> sunk_in(const Motion& motion) noexcept {
   const Place start = motion.at(0), end = motion.at(1);
   const Witness w = closest(start, motion.corners), last = closest(end, motion.corners);
-  const bool was_in = is_pierced(start, motion.corners) || w.distance - motion.radius < -motion.touching_gap();
-  const bool is_in = is_pierced(end, motion.corners) || last.distance - motion.radius < -4 * motion.touching_gap();
+  const double radius = motion.radius - motion.swell;  // at both ends nothing is off its line
+  const bool was_in = is_pierced(start, motion.corners) || w.distance - radius < -motion.touching_gap();
+  const bool is_in = is_pierced(end, motion.corners) || last.distance - radius < -4 * motion.touching_gap();
   if (was_in || !is_in) return std::nullopt;
   return contact_at(motion, start, 0, w);
 }
@@ -318,8 +297,9 @@ std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&tri
                                         const Vec3 (&triangle_t1)[3]) noexcept {
   Motion motion;
   motion.corners = hull.corners;
-  motion.radius = hull.radius;
-  double size = hull.radius;
+  motion.radius = hull.radius + hull.swell;
+  motion.swell = hull.swell;
+  double size = motion.radius;
   bool finite = true;
   const Vec3 from = hull.x_t0[0], to = hull.x_t1[0];  // relative to a corner: nothing is lost far from the origin
   for (int i = 0; i < 3; ++i) {

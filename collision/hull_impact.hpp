@@ -11,7 +11,8 @@ namespace kt {
 struct MovingHull {
   Vec3 x_t0[3], x_t1[3];  ///< [m]
   int corners = 1;
-  double radius = 0;  ///< [m], >= 0: of the shape, and what turning adds (sagitta())
+  double radius = 0;  ///< [m], >= 0: of the shape
+  double swell = 0;   ///< [m], >= 0: how far its points get off their straight lines within the step (sagitta())
 };
 
 /// First time t in [0, 1] at which the hull touches the triangle while coming nearer. What is promised is what

@@ -37,9 +37,25 @@ void ContactSet::add(const Contact& contact) noexcept {
     contacts[count++] = contact;
     return;
   }
-  auto shallowest = std::max_element(contacts.begin(), contacts.end(),
-                                     [](const Contact& a, const Contact& b) { return a.gap < b.gap; });
-  if (contact.gap < shallowest->gap) *shallowest = contact;
+  // Where a neighbour at distance d has the gap g, a surface of this slope has at least g - slope d.
+  constexpr double kSlope = 0.1;
+  const auto told_by_others = [&](const Contact& c) {
+    double most = -std::numeric_limits<double>::infinity();
+    const auto tell = [&](const Contact& other) {
+      if (&other != &c) most = std::max(most, c.gap - other.gap - kSlope * (c.core - other.core).norm());
+    };
+    for (const Contact& other : contacts) tell(other);
+    tell(contact);
+    return most;
+  };
+  Contact* known = nullptr;
+  double best = told_by_others(contact);
+  for (Contact& c : contacts)
+    if (const double told = told_by_others(c); told > best) {
+      best = told;
+      known = &c;
+    }
+  if (known) *known = contact;
 }
 
 Vec3 face_normal(const SurfacePatch& patch, const VectorX& x, int triangle) noexcept {
@@ -120,6 +136,7 @@ Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const V
   constexpr double kAcross = 0.2;
   if (!(contact.normal.dot(side) > kAcross)) contact.normal = side;
   contact.gap = std::copysign(std::sqrt(at.distance_sq), side.dot(p - at.point));
+  contact.core = p;
   return contact;
 }
 
@@ -134,34 +151,36 @@ Contact nearest_point_contact(const SurfacePatch& patch, const VectorX& x, const
   return track_point_contact(patch, x, p, nearest);
 }
 
+std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,
+                                           double radius, double margin, int triangle) noexcept {
+  const double limit = radius + margin;
+  const ClosestPoint at = closest(patch, x, triangle, centre);
+  if (at.distance_sq > limit * limit) return std::nullopt;
+  // A local minimum of the distance: no triangle that shares the closest feature is nearer. Ties (the same edge or
+  // vertex seen from several triangles) go to the lowest index.
+  const double tie = 1e-12 * (at.distance_sq + radius * radius);
+  Vec3 outward = face_normal(patch, x, triangle);
+  const bool is_minimum = all_sharing(patch, triangle, at, [&](int other) {
+    const double d = closest(patch, x, other, centre).distance_sq;
+    outward += face_normal(patch, x, other);
+    return d > at.distance_sq + tie || (d >= at.distance_sq - tie && other > triangle);
+  });
+  if (!is_minimum) return std::nullopt;
+  const Vec3 offset = centre - at.point;
+  const double distance = std::sqrt(at.distance_sq);
+  if (offset.dot(outward) <= 0) return std::nullopt;  // the far side of the body, seen through it
+  return Contact{triangle, at.bary, Vec3(offset / distance), distance - radius, 0, centre};
+}
+
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
                           std::span<const int> candidates, int start, ContactSet& out) noexcept {
   out.count = 0;
-  const double limit = radius + margin;
-  bool start_found = false;
-  for (int t : candidates) {
-    const ClosestPoint at = closest(patch, x, t, centre);
-    if (at.distance_sq > limit * limit) continue;
-    // A local minimum of the distance: no triangle that shares the closest feature is nearer. Ties (the same edge or
-    // vertex seen from several triangles) go to the lowest index.
-    const double tie = 1e-12 * (at.distance_sq + radius * radius);
-    Vec3 outward = face_normal(patch, x, t);
-    const bool is_minimum = all_sharing(patch, t, at, [&](int other) {
-      const double d = closest(patch, x, other, centre).distance_sq;
-      outward += face_normal(patch, x, other);
-      return d > at.distance_sq + tie || (d >= at.distance_sq - tie && other > t);
-    });
-    if (!is_minimum) continue;
-    const Vec3 offset = centre - at.point;
-    const double distance = std::sqrt(at.distance_sq);
-    if (offset.dot(outward) <= 0) continue;  // the far side of the body, seen through it
-    out.add({t, at.bary, Vec3(offset / distance), distance - radius, 0});
-    start_found = true;
-  }
-  if (start_found || start < 0) return;
+  for (const int t : candidates)
+    if (const auto contact = find_sphere_contact(patch, x, centre, radius, margin, t)) out.add(*contact);
+  if (out.count > 0 || start < 0) return;
   // Nothing in front of the centre: it may have gone through the surface where it touched before.
   Contact inside = track_point_contact(patch, x, centre, start);
-  if (inside.gap < 0 && inside.gap > -2 * limit) {
+  if (inside.gap < 0 && inside.gap > -2 * (radius + margin)) {
     inside.gap -= radius;
     out.add(inside);
   }

@@ -1,13 +1,14 @@
 #pragma once
 // Where a tool at rest relative to a surface touches it: the contacts that the solver holds as constraints.
 #include <array>
+#include <optional>
 
 #include "collision/contact.hpp"
 #include "core/local_model.hpp"
 
 namespace kt {
 
-constexpr int kMaxContacts = 12;  ///< simultaneous contacts of one tool; the deepest are kept
+constexpr int kMaxContacts = 24;  ///< simultaneous contacts of one tool; those that say most are kept
 
 /// A small fixed-capacity list, so that the haptic tick allocates nothing.
 struct ContactSet {
@@ -15,7 +16,7 @@ struct ContactSet {
   int count = 0;
   const Contact* begin() const { return contacts.data(); }
   const Contact* end() const { return contacts.data() + count; }
-  /// Keeps the deepest ones when full.
+  /// When full, lets go of the one that its neighbours say most about: shallow, or close to a deeper one.
   void add(const Contact& contact) noexcept;
 };
 
@@ -35,6 +36,11 @@ Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const V
 
 /// The same from the nearest triangle of the whole patch.
 Contact nearest_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p) noexcept;
+
+/// Contact of a sphere with one triangle, if that is nearer to its centre than the neighbours that share the nearest
+/// place, and seen from outside. Normal: from the surface to the centre.
+std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,
+                                           double radius, double margin, int triangle) noexcept;
 
 /// Contacts of a sphere: every local minimum of the distance from its centre to the surface with a gap below `margin`
 /// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre.

@@ -41,6 +41,8 @@ PressResult press_session(const Session& session, const PressSite& site, const A
 
 std::string why_no_truth(const AdviceScene& scene) {
   const SceneObject& object = scene.scene.object;
+  if (scene.scene.tool.shape == "capsule" || scene.scene.tool.shape == "mesh")
+    return text("the press that judges bodies knows a sphere, not a ", scene.scene.tool.shape);
   if (scene.scene.tool.shape == "point")
     return "the force on a point depends on the mesh and has no limit (docs/method.md, section 6)";
   if (object.layers) return "the body has layers of masses instead of tetrahedra";

@@ -4,11 +4,14 @@
 #include <cmath>
 
 #include "collision/closest_point.hpp"
+#include "collision/moving_tool.hpp"
 #include "collision/surface_contacts.hpp"
 
 namespace kt {
+namespace {
 
-double penetration_depth(const SurfacePatch& patch, const VectorX& x, const ToolShape& tool, const Vec3& centre) {
+/// Of a ball: of its centre, if that is outside, or of all of it.
+double ball_depth(const SurfacePatch& patch, const VectorX& x, double radius, const Vec3& centre) {
   double nearest_sq = std::numeric_limits<double>::infinity();
   ClosestPoint nearest;
   int triangle = -1;
@@ -42,7 +45,71 @@ double penetration_depth(const SurfacePatch& patch, const VectorX& x, const Tool
   }
   const double distance = std::sqrt(nearest_sq);
   const bool inside = normal.dot(centre - nearest.point) < 0;
-  return std::max(0.0, tool.radius - (inside ? -distance : distance));
+  return std::max(0.0, radius - (inside ? -distance : distance));
+}
+
+/// Where the segment a b goes through the triangle, unless they are parallel.
+bool is_pierced(const Vec3& a, const Vec3& b, const Vec3 (&t)[3]) {
+  const auto volume = [](const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
+    return (q - p).cross(r - p).dot(s - p);
+  };
+  if (!(volume(t[0], t[1], t[2], a) * volume(t[0], t[1], t[2], b) < 0)) return false;
+  const double u = volume(a, b, t[0], t[1]), v = volume(a, b, t[1], t[2]), w = volume(a, b, t[2], t[0]);
+  return (u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0);
+}
+
+/// Distance of the segments, by sampling one and refining where it is least: the distance from the other is convex.
+double segment_distance(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const auto from_other = [&](double s) {
+    const Vec3 p = a + s * (b - a), along = d - c;
+    const double u = std::clamp(along.dot(p - c) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
+    return (p - c - u * along).norm();
+  };
+  double low = 0, high = 1;
+  for (int i = 0; i < 80; ++i) {
+    const double s = low + (high - low) / 3, t = high - (high - low) / 3;
+    (from_other(s) < from_other(t) ? high : low) = from_other(s) < from_other(t) ? t : s;
+  }
+  return from_other(0.5 * (low + high));
+}
+
+}  // namespace
+
+double penetration_depth(const SurfacePatch& patch, const VectorX& x, const ToolShape& tool, const Vec3& place,
+                         const Quaternion& turn) {
+  if (tool.corners.empty()) return ball_depth(patch, x, tool.radius, place);
+  std::vector<Vec3> corners;
+  for (const Vec3& corner : tool.corners) corners.push_back(place + turn * corner);
+  MovingTool moving(tool);
+  moving.move({place, place, turn, turn});
+  const double r = tool.radius;
+  Box patch_box{node(x, 0), node(x, 0)};
+  for (int i = 1; i < patch.num_vertices(); ++i) {
+    patch_box.low = patch_box.low.cwiseMin(Vec3(node(x, i)));
+    patch_box.high = patch_box.high.cwiseMax(Vec3(node(x, i)));
+  }
+  patch_box.low.array() -= r;
+  patch_box.high.array() += r;
+  double depth = 0;
+  for (const Vec3& corner : corners)
+    if (!is_apart(patch_box, {corner, corner})) depth = std::max(depth, ball_depth(patch, x, r, corner));
+  for (const Triangle& v : patch.triangles) {
+    const Vec3 t[3] = {node(x, v[0]), node(x, v[1]), node(x, v[2])};
+    const Box box{t[0].cwiseMin(t[1]).cwiseMin(t[2]).array() - r, t[0].cwiseMax(t[1]).cwiseMax(t[2]).array() + r};
+    for (const auto& [i, k] : moving.core().edges) {
+      const Vec3 &a = corners[i], &b = corners[k];
+      if (is_apart(box, {a.cwiseMin(b), a.cwiseMax(b)})) continue;
+      if (is_pierced(a, b, t)) depth = std::max(depth, r);
+      for (int c = 0; c < 3; ++c) depth = std::max(depth, r - segment_distance(a, b, t[c], t[(c + 1) % 3]));
+    }
+    for (const Triangle& face : tool.triangles)
+      for (const Vec3& p : t) {
+        const Vec3 &a = corners[face[0]], &b = corners[face[1]], &c = corners[face[2]];
+        if (is_apart({p.array() - r, p.array() + r}, {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) continue;
+        depth = std::max(depth, r - std::sqrt(closest_point_on_triangle(p, a, b, c).distance_sq));
+      }
+  }
+  return depth;
 }
 
 }  // namespace kt

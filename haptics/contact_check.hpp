@@ -7,6 +7,7 @@
 namespace kt {
 
 /// Depth of the tool's deepest point below the patch at positions x (3p) [m]; 0 when it is outside.
-double penetration_depth(const SurfacePatch& patch, const VectorX& x, const ToolShape& tool, const Vec3& centre);
+double penetration_depth(const SurfacePatch& patch, const VectorX& x, const ToolShape& tool, const Vec3& place,
+                         const Quaternion& turn = Quaternion::Identity());
 
 }  // namespace kt

@@ -38,7 +38,7 @@ LocalFrame FullSimulation::step(const ToolSweep& sweep) {
 /// Linearizes where the body is now: the coordinates start again from zero, contacts go on.
 void FullSimulation::renew_matrix(const Vec3& tool) {
   steps_left_ = std::max(1, static_cast<int>(std::lround(options_.matrix_time / options_.h)));
-  const double reach = 1.5 * local_.tool().radius + options_.max_speed * steps_left_ * options_.h;
+  const double reach = 1.5 * tool_reach(local_.tool()) + options_.max_speed * steps_left_ * options_.h;
   const ContactSite site = find_contact_site(surface_, state_.x, tool, triangle_, reach);
   const SurfacePatch patch = make_patch(surface_, state_.x, site);
   const auto prepare_with = [&](TangentKind kind) {

@@ -67,11 +67,12 @@ void LocalSimulation::find_free_motion() noexcept {
   m.recover_patch(w.v_free, w.u_free);
 }
 
-bool LocalSimulation::find_impact(const ToolSweep& sweep, Contact& impact) noexcept {
+/// Of the tool along the sweep that it was last taken along.
+bool LocalSimulation::find_impact(Contact& impact) noexcept {
   PreparedLocalModel& m = *model_;
   m.index->refit(m.work.x_event, m.work.x_end);
   const MovingTriangles surface{m.model.patch.triangles, m.work.x_event, m.work.x_end};
-  const auto found = find_first_contact(*m.index, surface, tool_, sweep, m.work.ignored, m.work.candidates);
+  const auto found = find_first_contact(*m.index, surface, tool_, m.work.ignored, m.work.candidates);
   if (found) impact = *found;
   return found.has_value();
 }
@@ -92,6 +93,7 @@ LocalFrame LocalSimulation::step(const ToolSweep& sweep) noexcept {
   frame.tool = sweep.x_t1;
   frame.model_frame = model_->model.frame;
 
+  tool_.move(sweep);
   find_free_motion();
   if (solver_->deformation() == Deformation::none)
     step_constrained(sweep, frame);
@@ -126,13 +128,17 @@ void LocalSimulation::shape_force(const ToolSweep& sweep, LocalFrame& frame) noe
 
 /// The patch triangle that a tool has got into unseen, while the patch did not reach there; -1: none. It is pushed out
 /// over some ticks: at once would be a blow.
-int LocalSimulation::find_overlap(const Vec3& tool) noexcept {
+int LocalSimulation::find_overlap() noexcept {
   const PreparedLocalModel& m = *model_;
-  const Contact nearest = nearest_point_contact(m.model.patch, m.work.x, tool);
-  if (nearest.gap >= tool_.radius) return -1;
-  overlap_start_ = tool_.radius - nearest.gap;
+  Contact deepest;
+  deepest.gap = tool_.shape().radius;
+  for (const Vec3& corner : tool_.core().corners)
+    if (const Contact nearest = nearest_point_contact(m.model.patch, m.work.x, corner); nearest.gap < deepest.gap)
+      deepest = nearest;
+  if (deepest.triangle < 0) return -1;
+  overlap_start_ = tool_.shape().radius - deepest.gap;
   overlap_left_ = kPushOut;
-  return nearest.triangle;
+  return deepest.triangle;
 }
 
 /// Starts and ends with no speed, so that the push is felt and its ends are not.
@@ -172,7 +178,7 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     sample.impulse = impulse;
     sample.normal = contact.normal;
     sample.sticks = solution_.mode[i] == ContactMode::stick;
-    sample.point = frame.tool - (tool_.radius + contact.gap) * contact.normal;
+    sample.point = contact.core - (tool_.shape().radius + contact.gap) * contact.normal;
     for (int c = 0; c < 3; ++c) sample.nodes[c] = patch.global_node[t[c]];
   }
   frame.f_n = normal_sum.norm();

@@ -2,6 +2,7 @@
 // The 1 kHz side: free motion, first time of impact, rollback, stick or slip, force.          Paper section IV, fig. 2.
 #include <span>
 
+#include "collision/moving_tool.hpp"
 #include "core/global_simulation.hpp"
 #include "haptics/force_blend.hpp"
 #include "haptics/haptic_method.hpp"
@@ -64,25 +65,25 @@ class LocalSimulation final : public HapticMethod {
   const PreparedLocalModel& model() const noexcept override { return *model_; }
   bool has_model() const { return model_ != nullptr; }
   double h() const noexcept override { return h_; }
-  const ToolShape& tool() const noexcept override { return tool_; }
+  const ToolShape& tool() const noexcept override { return tool_.shape(); }
 
  private:
   void find_free_motion() noexcept;
-  bool find_impact(const ToolSweep& sweep, Contact& impact) noexcept;
+  bool find_impact(Contact& impact) noexcept;
   void accept_free_motion() noexcept;
   void step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_constrained.cpp
-  void resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left, int start) noexcept;
-  void find_contacts(const VectorX& x, const Vec3& tool, int start) noexcept;
-  bool fill_problem(const Vec3& tool_velocity, double h_left) noexcept;
+  void resolve_contacts(double h_left, int start) noexcept;
+  void find_contacts(const VectorX& x, int start) noexcept;
+  bool fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
-  int find_overlap(const Vec3& tool) noexcept;
+  int find_overlap() noexcept;
   double allowed_overlap() const noexcept;
   void shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept;
 
-  ToolShape tool_;
+  MovingTool tool_;
   double h_, t_ = 0;
   std::unique_ptr<ContactSolver> solver_;
   std::unique_ptr<PreparedLocalModel> model_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/tool_contacts.hpp"
 #include "haptics/local_simulation.hpp"
 
 namespace kt {
@@ -40,19 +41,18 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   w.impulse_weighted.setZero();
   w.x_event = w.x;
   double toi = 0;  // of the last event
-  Vec3 tool_event = sweep.x_t0;
+  ToolSweep rest = sweep;
   int start = m.state.anchors.count ? m.state.anchors.contacts[0].triangle : -1;
   if (start < 0 && is_off_patch_ && has_new_patch_) {
-    start = find_overlap(sweep.x_t0);
+    start = find_overlap();
     is_off_patch_ = false;
   }
   has_new_patch_ = false;
   overlap_left_ = std::max(0.0, overlap_left_ - h_);
-  const Vec3 tool_velocity = (sweep.x_t1 - sweep.x_t0) / h_;
 
   const auto rewind_to = [&](const Contact& impact) {
     w.x_event += impact.toi * (w.x_end - w.x_event);
-    tool_event += impact.toi * (sweep.x_t1 - tool_event);
+    rest = rest_of(rest, impact.toi);
     const double advanced = impact.toi * (1 - toi);
     w.impulse_weighted += advanced * w.impulse;
     toi += advanced;
@@ -68,7 +68,7 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   if (start < 0) {
     w.x_end = w.x + h_ * w.u_free;
     Contact impact;
-    if (!find_impact(sweep, impact)) return accept_free_motion();
+    if (!find_impact(impact)) return accept_free_motion();
     rewind_to(impact);
     frame.toi = toi;
     w.du.setZero();
@@ -83,10 +83,13 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
       break;
     }
     if (start >= 0) ignore_around(start);
-    resolve_contacts(sweep.x_t1, tool_velocity, h_left, start);
+    resolve_contacts(h_left, start);
     for (const Contact& contact : contacts_) ignore_around(contact.triangle);
     Contact impact;
-    if (!find_impact({tool_event, sweep.x_t1}, impact)) break;
+    tool_.move(rest);
+    const bool is_hit = find_impact(impact);
+    tool_.move(sweep);  // the contact solver asks for the speed of the whole tick
+    if (!is_hit) break;
     if (frame.events == kMaxEvents) {
       flags_ |= kEventsExhausted;
       break;
@@ -121,40 +124,43 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   report_contacts(frame);
 }
 
-void LocalSimulation::find_contacts(const VectorX& x, const Vec3& tool, int start) noexcept {
+void LocalSimulation::find_contacts(const VectorX& x, int start) noexcept {
   const SurfacePatch& patch = model_->model.patch;
-  if (tool_.kind == ToolShape::Kind::point) {
+  const ToolShape& shape = tool_.shape();
+  const Vec3& tool = tool_.sweep().x_t1;
+  if (shape.kind == ToolShape::Kind::point) {
     contacts_.count = 0;
     contacts_.add(track_point_contact(patch, x, tool, start));
     return;
   }
   // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick.
-  const double margin = 0.05 * tool_.radius;
+  const double margin = 0.05 * shape.radius;
   LocalWorkspace& w = model_->work;
-  const int found = model_->index->candidates({tool, tool}, tool_.radius + margin, w.candidates);
-  find_sphere_contacts(patch, x, tool, tool_.radius, margin, {w.candidates.data(), static_cast<std::size_t>(found)},
-                       start, contacts_);
+  const ToolSweep box = tool_.is_round() ? ToolSweep{tool, tool} : ToolSweep{tool_.box().low, tool_.box().high};
+  const int found = model_->index->candidates(box, shape.radius + margin, w.candidates);
+  find_tool_contacts(patch, x, tool_.core(), shape.radius, margin,
+                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, contacts_);
 }
 
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
 /// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing
 /// between two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two
 /// steps suggest.
-void LocalSimulation::resolve_contacts(const Vec3& tool, const Vec3& tool_velocity, double h_left, int start) noexcept {
+void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
   ContactSet before = m.state.anchors;
   double relaxed = 1;
   for (int iteration = 0; iteration < kGeometryIterations; ++iteration) {
     w.x_guess = w.x_event + h_left * (w.u_free + w.du);
-    if (tool_.kind == ToolShape::Kind::sphere && iteration == 0) m.index->refit(w.x_event, w.x_guess);
-    find_contacts(w.x_guess, tool, start);
-    if (!fill_problem(tool_velocity, h_left)) flags_ |= kRigidContact;
+    if (tool_.shape().kind != ToolShape::Kind::point && iteration == 0) m.index->refit(w.x_event, w.x_guess);
+    find_contacts(w.x_guess, start);
+    if (!fill_problem(h_left)) flags_ |= kRigidContact;
     warm_start(before);
     solver_->solve(problem_, solution_);
     before = contacts_;
     for (int i = 0; i < contacts_.count; ++i) m.state.impulse[i] = solution_.impulse.segment<3>(3 * i);
-    if (tool_.kind == ToolShape::Kind::point) start = contacts_.contacts[0].triangle;
+    if (tool_.shape().kind == ToolShape::Kind::point) start = contacts_.contacts[0].triangle;
 
     w.du_guess = w.du;
     spread_impulses();
@@ -172,7 +178,7 @@ void LocalSimulation::resolve_contacts(const Vec3& tool, const Vec3& tool_veloci
 }
 
 /// False when a contact had to be softened because nothing there can move.
-bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noexcept {
+bool LocalSimulation::fill_problem(double h_left) noexcept {
   const PreparedLocalModel& m = *model_;
   const LocalWorkspace& w = m.work;
   const auto& triangles = m.model.patch.triangles;
@@ -191,7 +197,8 @@ bool LocalSimulation::fill_problem(const Vec3& tool_velocity, double h_left) noe
     problem_.normal[i] = n;
     // The gap there would be without contact impulses, to first order.
     const double gap_free = contact.gap + allowed_overlap() + h_left * n.dot(interpolate(w.du, t, contact.bary));
-    const Vec3 relative = interpolate(w.u_free, t, contact.bary) - tool_velocity;
+    const Vec3 place = contact.core - (tool_.shape().radius + contact.gap) * n;  // on the tool's surface
+    const Vec3 relative = interpolate(w.u_free, t, contact.bary) - tool_.way(place) / h_;
     problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
     for (int k = 0; k <= i; ++k) {
       const Contact& other = contacts_.contacts[k];

@@ -22,7 +22,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
     contact = s.anchors.contacts[0];
   } else {
     w.x_end = w.x + h_ * w.u_free;
-    if (!find_impact(sweep, contact)) return accept_free_motion();
+    if (!find_impact(contact)) return accept_free_motion();
     toi = contact.toi;
     s.q += toi * h_ * w.v_free;
     w.x += toi * (w.x_end - w.x);
@@ -41,7 +41,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   }
 
   // Push the contact point onto the tool: dx = J^T d / s.
-  const Vec3 target = sweep.x_t1 - tool_.radius * face;
+  const Vec3 target = sweep.x_t1 - tool_.shape().radius * face;
   Vec3 d = target;
   for (int c = 0; c < 3; ++c) d -= contact.bary[c] * node(w.x, t[c]);
   if (solver_->deformation() == Deformation::normal) d = face.dot(d) * face;
@@ -110,6 +110,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   s.q.noalias() += h_left * s.q_rate;
   frame.force = solution_.force_on_tool;
   s.impulse[0] = -h_ * solution_.force_on_tool;
+  contact.core = sweep.x_t1;
   contacts_.count = 0;
   contacts_.add(contact);
   report_contacts(frame);

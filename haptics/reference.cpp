@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "haptics/refresher.hpp"
+#include "haptics/tool_turn.hpp"
 
 namespace kt {
 namespace {
@@ -45,12 +46,14 @@ Reference run_reference(const Session& session, std::span<const Vec3> tool, cons
   FullSimulation full(session.model(), session.surface(), session.tool(),
                       make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic}),
                       full_options(session, tool, options, n), session.start());
+  const ToolTurn turn{scene.tool.turn, scene.tool.spin};
   std::vector<Vec3> forces;
   int exhausted = 0, lost = 0;
   for (int tick = 0; tick < ticks && !(options.stop && options.stop->load()); ++tick) {
     for (int k = 0; k < n; ++k) {
       const auto place = [&](int step) { return Vec3(tool[tick] + step / double(n) * (tool[tick + 1] - tool[tick])); };
-      const LocalFrame frame = full.step({place(k), place(k + 1)});
+      const double t = tick / scene.local.rate_hz, dt = 1 / (n * scene.local.rate_hz);
+      const LocalFrame frame = full.step(turn.sweep(place(k), place(k + 1), t + k * dt, t + (k + 1) * dt));
       forces.push_back(frame.force);
       exhausted += (frame.flags & kEventsExhausted) != 0;
       lost += (frame.flags & kLostAnchor) != 0;
@@ -123,6 +126,11 @@ std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool) 
   hash.add(contact.mu_kinetic);
   add_words(session.scene().tool.shape);
   hash.add(session.tool().radius);
+  for (const Vec3& corner : session.tool().corners) hash.add(corner);
+  if (!session.scene().tool.turn.isZero(0) || !session.scene().tool.spin.isZero(0)) {
+    hash.add(session.scene().tool.turn);
+    hash.add(session.scene().tool.spin);
+  }
   hash.add(session.scene().local.rate_hz);
   for (const Vec3& x : tool) hash.add(x);
   return hash.value();

@@ -85,7 +85,7 @@ double Refresher::delay(double t) const {
 }
 
 /// How far the tool's surface gets while the model made at time t is in use [m].
-double Refresher::reach(double t) const { return 1.5 * tool_.radius + max_speed_ * (delay(t) + interval(t)); }
+double Refresher::reach(double t) const { return 1.5 * tool_reach(tool_) + max_speed_ * (delay(t) + interval(t)); }
 
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
   ContactSite site{tool, triangle, reach};

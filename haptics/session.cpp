@@ -2,11 +2,14 @@
 
 #include <cmath>
 
+#include "collision/moving_tool.hpp"
 #include "core/step_solver.hpp"
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
 #include "haptics/session_run.hpp"
+#include "haptics/tool_turn.hpp"
+#include "io/mesh_io.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"
@@ -14,10 +17,24 @@
 namespace kt {
 namespace {
 
+/// A mesh about the middle of its bounding box.
+ToolShape scene_mesh_tool(const SceneTool& tool) {
+  Mesh mesh = load_mesh(tool.mesh);
+  mesh.x *= tool.scale.value_or(1);
+  const Bounds box = bounds(mesh);
+  const double longest = box.size().maxCoeff();
+  if (!(longest > 0)) throw InputError(text("tool.mesh: ", tool.mesh, ": all nodes lie on one point"));
+  const double scale = tool.size ? *tool.size / longest : 1;
+  for (int i = 0; i < mesh.num_nodes(); ++i) node(mesh.x, i) = scale * (node(mesh.x, i) - box.centre());
+  return make_mesh_tool(mesh, tool.radius);
+}
+
 ToolShape scene_tool(const SceneTool& tool) {
   if (tool.shape == "point") return {ToolShape::Kind::point, 0};
   if (tool.shape == "sphere") return {ToolShape::Kind::sphere, tool.radius};
-  throw_unknown("tool.shape", tool.shape, {"point", "sphere"});
+  if (tool.shape == "capsule") return make_capsule(tool.radius, tool.length);
+  if (tool.shape == "mesh") return scene_mesh_tool(tool);
+  throw_unknown("tool.shape", tool.shape, {"point", "sphere", "capsule", "mesh"});
 }
 
 ModelOptions model_options(const SceneObject& object, const std::vector<int>& fixed_nodes) {
@@ -57,6 +74,7 @@ PressDragOptions press_drag_options(const PressDrag& p, const Scene& scene) {
   out.speed = p.speed;
   out.duration = scene.duration;
   out.clearance = 0.5 * p.depth;
+  out.turn = rotation(scene.tool.turn);
   return out;
 }
 
@@ -92,6 +110,13 @@ void check_methods(const Scene& scene) {
     throw InputError(text("local.integrator \"exact\" is none of the paper's; contact.law \"", scene.contact.law,
                           "\" needs symplectic_euler or implicit_euler"));
   make_scene_method(scene, {});
+  const bool is_round = scene.tool.shape == "point" || scene.tool.shape == "sphere";
+  const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  if (!is_round && (is_geometric(scene.contact.law) || method == "frozen" || method == "penalty" || method == "legacy"))
+    throw InputError(
+        text("tool.shape \"", scene.tool.shape, "\": contact.law \"", scene.contact.law, "\" with local.method \"",
+             scene.local.method,
+             "\" knows a point and a sphere; take local.method multirate or hold with contact.law coulomb"));
   if (scene.local.method == "legacy" && scene.local.reducer != "wall")
     throw InputError(text("local.method \"legacy\" is a framework with a wall: it needs local.reducer \"wall\", not \"",
                           scene.local.reducer, "\""));

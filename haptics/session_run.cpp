@@ -36,6 +36,7 @@ HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_pt
       device_(std::move(device)),
       local_(make_scene_method(scene, tool)),
       catch_up_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
+      turn_{scene.tool.turn, scene.tool.spin},
       limits_(device_->limits()),
       start_(device_->position(0)),
       position_(start_) {
@@ -50,7 +51,8 @@ LocalReport HapticLoop::tick() noexcept {
   const Vec3 next = device_->position(t_end);
   const long long before = options_.count_allocations ? options_.count_allocations() : 0;
   const double start = thread_time_us();
-  LocalFrame frame = local_->step({position_, next});
+  const ToolSweep sweep = turn_.sweep(position_, next, t_end - local_->h(), t_end);
+  LocalFrame frame = local_->step(sweep);
   step_us_[tick_] = thread_time_us() - start;
   if (options_.count_allocations) allocations_ += options_.count_allocations() - before;
 
@@ -63,7 +65,7 @@ LocalReport HapticLoop::tick() noexcept {
   if (!penetration_.empty()) {
     const PreparedLocalModel& m = local_->model();
     const VectorX x = m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q;
-    penetration_[tick_] = penetration_depth(m.model.patch, x, local_->tool(), next);
+    penetration_[tick_] = penetration_depth(m.model.patch, x, local_->tool(), next, sweep.r_t1);
     missed_ += frame.mode == ContactMode::free && penetration_[tick_] > kInside;
   }
 
@@ -79,7 +81,8 @@ LocalReport HapticLoop::tick() noexcept {
 
 bool HapticLoop::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept {
   for (int i = 0; i < most && at < tick_; ++i, ++at)
-    catch_up_.step(model, {at > 0 ? frames_[at - 1].tool : start_, frames_[at].tool});
+    catch_up_.step(model, turn_.sweep(at > 0 ? frames_[at - 1].tool : start_, frames_[at].tool, at * local_->h(),
+                                      (at + 1) * local_->h()));
   model->caught_up = at == tick_;
   return model->caught_up;
 }

@@ -3,6 +3,7 @@
 #include "haptics/catch_up.hpp"
 #include "haptics/refresher.hpp"
 #include "haptics/session.hpp"
+#include "haptics/tool_turn.hpp"
 
 namespace kt {
 
@@ -39,6 +40,7 @@ class HapticLoop {
   std::unique_ptr<HapticDevice> device_;
   std::unique_ptr<HapticMethod> local_;
   CatchUp catch_up_;
+  ToolTurn turn_;
   DeviceLimits limits_;
   Vec3 start_, position_;
   int tick_ = 0;

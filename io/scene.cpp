@@ -81,6 +81,7 @@ Scene load_scene(const std::string& path, const std::vector<std::string>& overri
   std::string& mesh = scene.object.mesh;
   if (mesh.empty()) throw_problem({"object.mesh", "is empty: name a mesh file"}, overrides, path);
   mesh = resolve(mesh, folder, is_overridden("object.mesh", overrides));
+  scene.tool.mesh = resolve(scene.tool.mesh, folder, is_overridden("tool.mesh", overrides));
   if (auto& recording = scene.tool.path.recording)
     recording = resolve(*recording, folder, is_overridden("tool.path.recording", overrides));
   return scene;

@@ -121,7 +121,13 @@ struct ScenePath {
 
 struct SceneTool {
   std::string shape = "sphere";  ///< point sphere capsule mesh
-  double radius = 0.004;         ///< [m]; a point ignores it
+  double radius = 0.004;         ///< [m]; a point ignores it; a mesh's triangles are rounded by it
+  double length = 0.02;          ///< capsule: between the centres of its ends, along z [m]
+  std::string mesh;              ///< mesh: file; relative to the scene file in the file, resolved once loaded
+  std::optional<double> size;    ///< mesh: longest edge of its bounding box [m]
+  std::optional<double> scale;   ///< mesh: its unit in metres; exclusive with size
+  Vec3 turn = Vec3::Zero();      ///< orientation at t = 0: rotation vector [rad]
+  Vec3 spin = Vec3::Zero();      ///< angular velocity about the reference point [rad/s]
   ScenePath path;
   bool operator==(const SceneTool&) const = default;
 };

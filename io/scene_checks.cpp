@@ -24,9 +24,14 @@ Found check_times(const std::vector<Waypoint>& points, const std::string& path) 
 }
 
 Found check_tool(const SceneTool& tool) {
-  if (tool.shape != "point" && tool.shape != "mesh" && tool.radius <= 0.0)
+  if (tool.shape != "point" && tool.radius <= 0.0)
     return JsonProblem{"tool.radius",
                        text("is 0, must be above 0 for a ", tool.shape, " (or set tool.shape to point)")};
+  if (tool.shape == "mesh" && tool.mesh.empty())
+    return JsonProblem{"tool.mesh", "is empty: name the file of the mesh tool"};
+  if (tool.shape != "mesh" && !tool.mesh.empty())
+    return JsonProblem{"tool.mesh", text("is given, but tool.shape is ", tool.shape, ": set it to mesh")};
+  if (tool.size && tool.scale) return JsonProblem{"tool.scale", "is given beside size: only one of them can hold"};
   const ScenePath& path = tool.path;
   if (path.press_drag && path.press_drag->direction.norm() < 1e-12)
     return JsonProblem{"tool.path.press_drag.direction", "is zero: which way does the tool go?"};

@@ -90,6 +90,12 @@ template <class A>
 void fields(A& a, SceneTool& s) {
   a("shape", s.shape);
   a("radius", s.radius);
+  a("length", s.length);
+  a("mesh", s.mesh);
+  a("size", s.size);
+  a("scale", s.scale);
+  a("turn", s.turn);
+  a("spin", s.spin);
   a("path", s.path);
 }
 template <class A>

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collision/ccd.hpp"
+#include "collision/first_contact.hpp"
 #include "core/error.hpp"
 
 namespace kt {
@@ -14,45 +14,55 @@ constexpr double kSteepest = 0.6;  // rise per run
 constexpr double kThinnest = 3.0;  // thickness of the body under the tool, in depths
 
 /// First touch of a tool moving from one end of a line to the other.
-std::optional<Vec3> sweep_touch(const Mesh& mesh, const ToolShape& tool, int axis, const ToolSweep& sweep) {
+std::optional<Vec3> sweep_touch(const Mesh& mesh, MovingTool& tool, const ToolSweep& sweep) {
+  tool.move(sweep);
+  const double radius = tool.shape().radius;
+  Box box = tool.box();
+  box.low.array() -= radius;
+  box.high.array() += radius;
   double first = 2;
-  const Vec3& over = sweep.x_t0;
   for (const Triangle& t : mesh.triangles) {
     const Vec3 a = node(mesh.x, t[0]), b = node(mesh.x, t[1]), c = node(mesh.x, t[2]);
-    bool apart = false;  // the boxes across the axis do not meet
-    for (int k = 0; k < 3; ++k)
-      apart |= k != axis && (over[k] + tool.radius < std::min({a[k], b[k], c[k]}) ||
-                             over[k] - tool.radius > std::max({a[k], b[k], c[k]}));
-    if (apart) continue;
+    if (is_apart(box, {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) continue;
     const Vec3 triangle[3] = {a, b, c};
-    if (const auto hit = find_triangle_impact(tool, sweep, triangle, triangle)) first = std::min(first, hit->toi);
+    if (const auto hit = find_tool_impact(tool, triangle, triangle)) first = std::min(first, hit->toi);
   }
   if (first > 1) return std::nullopt;
   return Vec3(sweep.x_t0 + first * (sweep.x_t1 - sweep.x_t0));
 }
 
 /// A line along the axis through the whole body, from above.
-ToolSweep line_through(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over) {
+ToolSweep line_through(const Mesh& mesh, const MovingTool& tool, int axis, const Vec3& over, const Quaternion& turn) {
   const Bounds box = bounds(mesh);
-  const double above = tool.radius + 0.01 * box.size().norm();
-  ToolSweep sweep{over, over};
+  const double above = tool_reach(tool.shape()) + 0.01 * box.size().norm();
+  ToolSweep sweep{over, over, turn, turn};
   sweep.x_t0[axis] = box.max[axis] + above;
   sweep.x_t1[axis] = box.min[axis] - above;
   return sweep;
 }
 
+/// Extent of the tool along an axis [m].
+double height(const MovingTool& tool, int axis) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vec3& x : tool.core().corners) {
+    low = std::min(low, x[axis]);
+    high = std::max(high, x[axis]);
+  }
+  return high - low + 2 * tool.shape().radius;
+}
+
 /// Touch points along a line, as far as the surface goes on, is not steep, and the body is thick enough to press into.
-std::vector<Vec3> touch_line(const Mesh& mesh, const ToolShape& tool, int axis, double depth, Vec3 over,
-                             const Vec3& direction, double length) {
+std::vector<Vec3> touch_line(const Mesh& mesh, MovingTool& tool, int axis, double depth, Vec3 over,
+                             const Vec3& direction, double length, const Quaternion& turn) {
   std::vector<Vec3> out;
   const int points = 1 + static_cast<int>(std::ceil(length / kSpacing));
   for (int i = 0; i < points; ++i) {
-    const auto touch = drop_tool(mesh, tool, axis, over + i * kSpacing * direction);
+    const auto touch = sweep_touch(mesh, tool, line_through(mesh, tool, axis, over + i * kSpacing * direction, turn));
     if (!touch) break;
     if (!out.empty() && std::abs((*touch)[axis] - out.back()[axis]) > kSteepest * kSpacing) break;
-    const ToolSweep down = line_through(mesh, tool, axis, *touch);
-    const auto bottom = sweep_touch(mesh, tool, axis, {down.x_t1, down.x_t0});
-    const double thickness = bottom ? (*touch)[axis] - (*bottom)[axis] - 2 * tool.radius : 0;
+    const ToolSweep down = line_through(mesh, tool, axis, *touch, turn);
+    const auto bottom = sweep_touch(mesh, tool, {down.x_t1, down.x_t0, turn, turn});
+    const double thickness = bottom ? (*touch)[axis] - (*bottom)[axis] - height(tool, axis) : 0;
     if (!out.empty() && thickness < kThinnest * depth) break;
     out.push_back(*touch);
   }
@@ -60,8 +70,8 @@ std::vector<Vec3> touch_line(const Mesh& mesh, const ToolShape& tool, int axis, 
 }
 
 /// Of a grid of places, the one with the longest drag; ties go to the place nearest to the middle.
-Vec3 choose_place(const Mesh& mesh, const ToolShape& tool, int axis, double depth, const Vec3& direction,
-                  double length) {
+Vec3 choose_place(const Mesh& mesh, MovingTool& tool, int axis, double depth, const Vec3& direction, double length,
+                  const Quaternion& turn) {
   const Bounds box = bounds(mesh);
   const Vec3 side = Vec3::Unit(axis).cross(direction);
   const double along = box.size().dot(direction.cwiseAbs()), across = box.size().dot(side.cwiseAbs());
@@ -70,7 +80,7 @@ Vec3 choose_place(const Mesh& mesh, const ToolShape& tool, int axis, double dept
   for (int i = -3; i <= 3; ++i)
     for (int k = -3; k <= 3; ++k) {
       const Vec3 over = box.centre() + 0.11 * (i * along * direction + k * across * side);
-      const auto line = touch_line(mesh, tool, axis, depth, over, direction, length);
+      const auto line = touch_line(mesh, tool, axis, depth, over, direction, length, turn);
       if (line.empty()) continue;
       const double height = (line.front()[axis] - box.min[axis]) / box.size()[axis];
       const double score = static_cast<double>(line.size()) * (0.5 + height) / (1 + 0.02 * (i * i + k * k));
@@ -84,8 +94,10 @@ Vec3 choose_place(const Mesh& mesh, const ToolShape& tool, int axis, double dept
 
 }  // namespace
 
-std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over) {
-  return sweep_touch(mesh, tool, axis, line_through(mesh, tool, axis, over));
+std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over,
+                              const Quaternion& turn) {
+  MovingTool moving(tool);
+  return sweep_touch(mesh, moving, line_through(mesh, moving, axis, over, turn));
 }
 
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& o) {
@@ -97,14 +109,16 @@ std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool,
   direction.normalize();
   const double drag_time = std::max(0.0, o.duration - o.press_time);
 
+  MovingTool moving(tool);
   Vec3 over = bounds(mesh).centre();
   if (o.at)
     for (int k = 0, i = 0; k < 3; ++k) {
       if (k != o.axis) over[k] = (*o.at)[i++];
     }
   else
-    over = choose_place(mesh, tool, o.axis, o.depth, direction, o.speed * drag_time);
-  const std::vector<Vec3> line = touch_line(mesh, tool, o.axis, o.depth, over, direction, o.speed * drag_time);
+    over = choose_place(mesh, moving, o.axis, o.depth, direction, o.speed * drag_time, o.turn);
+  const std::vector<Vec3> line =
+      touch_line(mesh, moving, o.axis, o.depth, over, direction, o.speed * drag_time, o.turn);
   if (line.empty())
     throw InputError(text("tool.path.press_drag.at: a tool dropped along ", "xyz"[o.axis], " over (", over.transpose(),
                           ") misses the body, which spans (", bounds(mesh).min.transpose(), ") to (",

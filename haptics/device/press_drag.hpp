@@ -9,14 +9,15 @@
 namespace kt {
 
 struct PressDragOptions {
-  int axis = 2;                             ///< pressing goes against this axis: 0 x, 1 y, 2 z
-  std::optional<std::array<double, 2>> at;  ///< the other two coordinates, in order [m]; absent: chosen
-  double depth = 0.004;                     ///< below the place where the tool first touches [m]
-  double press_time = 0.2;                  ///< [s]
-  Vec3 direction = Vec3::UnitX();           ///< of the drag; its part along the axis is dropped
-  double speed = 0.05;                      ///< across the axis [m/s]
-  double duration = 1.0;                    ///< [s]
-  double clearance = 0.002;                 ///< the path starts this far above the surface [m]
+  int axis = 2;                              ///< pressing goes against this axis: 0 x, 1 y, 2 z
+  std::optional<std::array<double, 2>> at;   ///< the other two coordinates, in order [m]; absent: chosen
+  double depth = 0.004;                      ///< below the place where the tool first touches [m]
+  double press_time = 0.2;                   ///< [s]
+  Vec3 direction = Vec3::UnitX();            ///< of the drag; its part along the axis is dropped
+  double speed = 0.05;                       ///< across the axis [m/s]
+  double duration = 1.0;                     ///< [s]
+  double clearance = 0.002;                  ///< the path starts this far above the surface [m]
+  Quaternion turn = Quaternion::Identity();  ///< of the tool
 };
 
 /// The tool touches where it would if dropped along the axis; it turns round where the surface ends, becomes
@@ -25,6 +26,7 @@ struct PressDragOptions {
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& options);
 
 /// Reference point of the tool at first touch when dropped along the axis, or nothing when it misses.
-std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over);
+std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over,
+                              const Quaternion& turn = Quaternion::Identity());
 
 }  // namespace kt

@@ -13,6 +13,36 @@ def sphere_triangles(radius, around=20, rings=12):
     return np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3, 3), np.stack([a, c, d], axis=2).reshape(-1, 3, 3)])
 
 
+def rotation(vector):
+    """(3, 3) of a rotation vector [rad]."""
+    vector = np.array(vector, float)
+    angle = np.linalg.norm(vector)
+    if angle == 0:
+        return np.eye(3)
+    x, y, z = vector / angle
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def tool_triangles(tool, t):
+    """(k, 3, 3) corners of the tool's surface around its reference point, as it is turned at time t."""
+    corners = np.array(tool.get("corners") or [], float)
+    if tool["shape"] == "mesh":
+        triangles = corners[np.array(tool["triangles"], int)]
+    else:
+        triangles = sphere_triangles(tool["radius"])
+        if tool["shape"] == "capsule":  # the halves of a ball, pulled apart
+            triangles = triangles + np.where(triangles.mean(axis=1)[:, None, 2:] < 0, corners[0], corners[1])
+            half = np.linspace(0, 2 * np.pi, 21)
+            circle = tool["radius"] * np.stack([np.cos(half), np.sin(half), 0 * half], axis=-1)
+            a, b = circle[:-1], circle[1:]
+            ring = np.concatenate([np.stack([a + corners[0], b + corners[0], b + corners[1]], axis=1),
+                                   np.stack([a + corners[0], b + corners[1], a + corners[1]], axis=1)])
+            triangles = np.concatenate([triangles, ring])
+    turn = rotation(t * np.array(tool.get("spin") or [0, 0, 0])) @ rotation(tool.get("turn") or [0, 0, 0])
+    return triangles @ turn.T
+
+
 def unit(v):
     length = np.linalg.norm(v)
     return v / length if length > 1e-15 else np.zeros(3)
@@ -92,7 +122,7 @@ def draw_frame(axes, view, frame, camera, colour_of, window, zoom):
     radius = view["tool"].get("radius") or 0.0
     is_point = view["tool"].get("shape") == "point" or radius <= 0
     if not is_point:
-        ball = np.array(frame["tool"], float) + sphere_triangles(radius)
+        ball = np.array(frame["tool"], float) + tool_triangles(view["tool"], frame["t"])
         ball_faces = shaded(ball, matplotlib.colors.to_rgba("#F4F4F4"), camera.light)
         ball_seen = np.cross(ball[:, 1] - ball[:, 0], ball[:, 2] - ball[:, 0]) @ camera.direction > 0
         polygons += list(ball[ball_seen])
@@ -150,6 +180,7 @@ def draw_mesh(run, path):
     scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0, max(1e3 * max(shifts), 1e-6)), "YlGnBu")
     camera = Camera(view, run.trace)
     radius = view["tool"].get("radius") or 0.0
+    radius += max((np.linalg.norm(c) for c in view["tool"].get("corners") or []), default=0.0)
     everything = np.concatenate([rest] + [np.array(frame["x"], float) for frame in frames])
     tools = np.array([frame["tool"] for frame in frames], float)
     whole = (np.minimum(everything.min(0), (tools - radius).min(0)), np.maximum(everything.max(0), (tools + radius).max(0)))

@@ -2,6 +2,7 @@
 
 #include "collision/closest_point.hpp"
 #include "haptics/contact_check.hpp"
+#include "haptics/tool_turn.hpp"
 #include "io/mesh_io.hpp"
 #include "models/model.hpp"
 #include "models/msd/springs.hpp"
@@ -54,9 +55,11 @@ Press::Press(const Body& body, const ToolShape& tool, const std::string& law, co
   local_.adopt(body.local_model(start));
 }
 
-LocalFrame Press::go_to(const Vec3& place) {
-  const LocalFrame frame = local_.step({tool_, place});
+LocalFrame Press::go_to(const Vec3& place, const Vec3& turn) {
+  const Quaternion next = rotation(turn);
+  const LocalFrame frame = local_.step({tool_, place, turn_, next});
   tool_ = place;
+  turn_ = next;
   return frame;
 }
 
@@ -72,7 +75,7 @@ VectorX Press::patch_positions() const {
 }
 
 double Press::penetration() const {
-  return penetration_depth(local_.model().model.patch, patch_positions(), local_.tool(), tool_);
+  return penetration_depth(local_.model().model.patch, patch_positions(), local_.tool(), tool_, turn_);
 }
 
 }  // namespace kt

@@ -36,8 +36,8 @@ class Body {
 class Press {
  public:
   Press(const Body& body, const ToolShape& tool, const std::string& law, const Friction& friction, const Vec3& start);
-  /// One tick to the given place.
-  LocalFrame go_to(const Vec3& place);
+  /// One tick to the given place, and turned by a rotation vector [rad].
+  LocalFrame go_to(const Vec3& place, const Vec3& turn = Vec3::Zero());
   /// `ticks` ticks along a straight line; `visit(frame)` after each.
   template <class Visit>
   void move(const Vec3& place, int ticks, Visit visit) {
@@ -54,6 +54,7 @@ class Press {
  private:
   LocalSimulation local_;
   Vec3 tool_;
+  Quaternion turn_ = Quaternion::Identity();
 };
 
 constexpr ToolShape kPointTool{ToolShape::Kind::point, 0};

@@ -1,0 +1,70 @@
+#pragma once
+// A tool over one step: where the corners of its core are at both ends. All memory is taken at construction.
+#include <array>
+
+#include "collision/hull_impact.hpp"
+#include "collision/swept_box.hpp"
+#include "core/mesh.hpp"
+
+namespace kt {
+
+/// The core of a tool at rest in the world: what held contacts are looked for with. Borrowed views.
+struct ToolCore {
+  std::span<const Vec3> corners;              ///< [m]; of a point and a sphere: the reference point
+  std::span<const std::array<int, 2>> edges;  ///< each once, by corner
+  std::span<const Triangle> triangles;        ///< by corner
+};
+
+class MovingTool {
+ public:
+  explicit MovingTool(ToolShape shape);
+
+  /// Takes the tool along `sweep`. No allocation.
+  void move(const ToolSweep& sweep) noexcept;
+
+  const ToolShape& shape() const noexcept { return shape_; }
+  const ToolSweep& sweep() const noexcept { return sweep_; }
+  bool is_round() const noexcept { return shape_.corners.empty(); }             ///< a point or a sphere
+  ToolCore core() const noexcept { return {x_t1_, edges_, shape_.triangles}; }  ///< at the end of the step
+  /// Way of the point of the tool that is at `x` at the end of the step, during the step [m].
+  Vec3 way(const Vec3& x) const noexcept {
+    if (angle_ == 0) return sweep_.x_t1 - sweep_.x_t0;
+    return x - sweep_.x_t0 - back_ * (x - sweep_.x_t1);
+  }
+  /// Encloses the core in the whole step, and how far its points get off straight lines.
+  const Box& box() const noexcept { return box_; }
+
+  /// The convex pieces of a capsule or a mesh.
+  int num_hulls() const noexcept { return static_cast<int>(hulls_.size()); }
+  MovingHull hull(int i) const noexcept;
+  const Box& hull_box(int i) const noexcept { return hull_box_[i]; }  ///< as box(), of one piece
+
+ private:
+  struct Piece {
+    Triangle corner{};
+    int corners = 0;
+    double arm = 0;  // of the corner that is farthest from the reference point [m]
+  };
+  ToolShape shape_;
+  ToolSweep sweep_;
+  Mat3 back_ = Mat3::Identity();  // from the tool's turn at the end to that at the start
+  std::vector<Piece> hulls_;
+  std::vector<std::array<int, 2>> edges_;
+  std::vector<Vec3> x_t0_, x_t1_;
+  std::vector<Box> hull_box_;
+  Box box_{};
+  double angle_ = 0;  // that the tool turns by [rad]
+};
+
+/// The part of the sweep after the share `toi` of it.
+ToolSweep rest_of(const ToolSweep& sweep, double toi) noexcept;
+
+/// Radius of the ball about the reference point that holds the tool [m].
+double tool_reach(const ToolShape& tool) noexcept;
+
+/// A capsule along z, and a mesh tool, about their reference points. Throws InputError when the mesh is empty, not
+/// finite, or the radius is not positive.
+ToolShape make_capsule(double radius, double length);
+ToolShape make_mesh_tool(const Mesh& mesh, double radius);
+
+}  // namespace kt
