@@ -65,13 +65,8 @@ struct RelativeTriangle {
 
 Vec3 without(const Vec3& n, const Vec3& edge) noexcept { return n - n.dot(edge) / edge.squaredNorm() * edge; }
 
-/// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
-/// mostly rounding; the feature still knows what is across it.
-Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
-  const Vec3 n = at.point / std::sqrt(at.distance_sq);
-  const int i = at.feature_index;
-  if (at.feature == ClosestPoint::Feature::vertex) return n;
-  if (at.feature == ClosestPoint::Feature::edge) return without(n, now[(i + 1) % 3] - now[i]);
+/// Across the face, to the side of n; n itself where there is no area.
+Vec3 across_face(const Vec3 (&now)[3], const Vec3& n) noexcept {
   const Vec3 ab = now[1] - now[0], bc = now[2] - now[1], ca = now[0] - now[2];
   const double ab_sq = ab.squaredNorm(), bc_sq = bc.squaredNorm(), ca_sq = ca.squaredNorm();
   const Vec3 area = ab.cross(bc);
@@ -79,6 +74,26 @@ Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
   if (!(length > 0)) return n;
   const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
   return without(area / (area.dot(n) < 0 ? -length : length), longest);
+}
+
+/// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
+/// mostly rounding; the feature still knows what is across it. Where rounding has turned the direction so far that
+/// another vertex seems nearer, what is meant is the edge to it, or the face.
+Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
+  Vec3 n = at.point / std::sqrt(at.distance_sq);
+  const int i = at.feature_index, k = (i + 1) % 3, m = (i + 2) % 3;
+  const auto seems_nearer = [&](int j) { return n.dot(now[j] - now[i]) < 0; };
+  int along = -1;  // the other end of the edge that n is across
+  if (at.feature == ClosestPoint::Feature::face) return across_face(now, n);
+  if (at.feature == ClosestPoint::Feature::edge)
+    along = k;
+  else if (seems_nearer(k))
+    along = k;
+  else if (seems_nearer(m))
+    along = m;
+  if (along < 0) return n;
+  n = without(n, now[along] - now[i]);
+  return seems_nearer(along == k ? m : k) ? across_face(now, n) : n;
 }
 
 /// Contact at time t. The normal of a point tool is the face's; a sphere's goes from the closest point to its centre.
@@ -166,11 +181,19 @@ double opening_time(const RelativeTriangle& r, double from) noexcept {
   return open;
 }
 
+/// The foot of a tool `distance` away is certainly on the face: not where rounding turns the normal of a sliver so far
+/// that it may be on an edge, which counts from both sides.
+bool is_surely_on_face(const RelativeTriangle& r, const Contact& contact, double distance) noexcept {
+  const double turned = r.face_normal(contact.toi).error;  // the rounding over the height
+  return contact.bary.minCoeff() > turned * (1 + turned * distance / r.rounding);
+}
+
 /// One-sided: a tool that comes through from within is on the way out. Who only grazes, or touches where there is no
 /// normal, comes from outside; so does who has not come close when the planes ran out.
 bool is_from_within(const RelativeTriangle& r, const Contact& contact) noexcept {
   if (contact.gap > r.touching_gap()) return false;
-  if (r.radius > 0) return is_behind(r, contact.toi, r.closest(contact.toi));
+  if (r.radius > 0)
+    return is_behind(r, contact.toi, r.closest(contact.toi)) && is_surely_on_face(r, contact, contact.gap + r.radius);
   const double graze = (kGrazing + r.face_normal(contact.toi).error) * r.speed;
   return contact.normal.dot(r.velocity(contact.bary)) < -graze;
 }

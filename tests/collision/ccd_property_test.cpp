@@ -189,6 +189,31 @@ TEST(PointTriangleToi, NoNumberGivesNoHit) {
     }
 }
 
+TEST(PointTriangleToi, PassingAVertexSquareToItsEdgeIsNoHit) {
+  // Here rounding turned the plane across the vertex into the edge: contact was seen 8e-13 away, three times the bound.
+  const Vec3 t0[3] = {{0.084399248885991263, 0.018533872132342477, 0.10919319025453933},
+                      {-0.068357051426046977, 0.13612563985493376, 0.021730739346812467},
+                      {0.045303620502548325, 0.13191478894316933, 0.12759031218264072}};
+  const Vec3 t1[3] = {{0.084035449242706006, 0.01818344692831575, 0.10935781653474907},
+                      {-0.068720851069332234, 0.13577521465090703, 0.021895365627022212},
+                      {0.044939820859263069, 0.1315643637391426, 0.12775493846285046}};
+  EXPECT_FALSE(find_triangle_impact(kPoint,
+                                    {{-0.0017163436649322641, 0.053175107177827863, 0.17557723647603798},
+                                     {0.51567005730565696, 0.91984971595868847, -0.35265581086283126}},
+                                    t0, t1));
+}
+
+TEST(SphereTriangleToi, TheEdgeOfASliverIsHitFromBehindWhereRoundingTurnsItsNormal) {
+  // A sphere of 7.9 whose foot is 2e-7 beside a face of the height 6e-7: it was taken to be on the face.
+  const Vec3 triangle[3] = {{-34.009192077957778, -27.467420843802529, 221.05514450629289},
+                            {144.70907304046432, 199.81678385904092, -189.54936755316476},
+                            {105.79821055582397, 150.33205669608287, -100.15181346281224}};
+  EXPECT_TRUE(find_triangle_impact(sphere(7.917428498112387),
+                                   {{102.31445385955232, 139.09792916683352, -72.892429657828998},
+                                    {102.31178846077361, 139.10191116512667, -72.899557701841744}},
+                                   triangle, triangle));
+}
+
 TEST(PointTriangleToi, ScaleAndOrderOfTheVerticesDoNotMatter) {
   Sample s{std::mt19937_64(12)};
   int hits = 0;
