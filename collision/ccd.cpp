@@ -221,6 +221,38 @@ Start at_start(const RelativeTriangle& r) noexcept {
   return out;
 }
 
+/// The first contact that counts. `let_pass`: there is one that does not, as the tool leaves or comes from within.
+std::optional<Contact> first_impact(const RelativeTriangle& r, const Start& start, bool& let_pass) noexcept {
+  double from = 0;
+  if (start.is_touching) {
+    // Touching: a hit only when the tool comes nearer. If not, contact counts again once the gap has opened; a tool
+    // that comes out on the inner side has gone through while it touched.
+    if (start.is_approaching && (start.is_outside || r.radius == 0)) return start.contact;
+    if (r.speed == 0) return std::nullopt;
+    let_pass = true;
+    from = opening_time(r, 0);
+    if (from < 0) return std::nullopt;
+    if (start.is_outside && is_behind(r, from, r.closest(from))) return start.contact;
+  }
+  for (int crossing = 0;; ++crossing) {
+    const double toi = first_contact_time(r, from);
+    if (toi < 0) return std::nullopt;
+    const Contact contact = contact_at(r, toi);
+    if (crossing == kMaxCrossings || !is_from_within(r, contact)) return contact;
+    let_pass = true;
+    from = opening_time(r, toi);
+    if (from < 0) return std::nullopt;
+  }
+}
+
+/// When the centre of a sphere goes through the triangle from the outside, or -1.
+double centre_goes_under(RelativeTriangle r) noexcept {
+  r.radius = 0;
+  bool let_pass = false;
+  const auto hit = first_impact(r, at_start(r), let_pass);
+  return hit ? hit->toi : -1;
+}
+
 }  // namespace
 
 std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSweep& sweep, const Vec3 (&triangle_t0)[3],
@@ -241,25 +273,14 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
   if (!finite || !std::isfinite(r.speed)) return std::nullopt;
   r.rounding = kRounding * size;
 
-  double from = 0;
   const Start start = at_start(r);
-  if (start.is_touching) {
-    // Touching: a hit only when the tool comes nearer. If not, contact counts again once the gap has opened; a tool
-    // that comes out on the inner side has gone through while it touched.
-    if (start.is_approaching && (start.is_outside || r.radius == 0)) return start.contact;
-    if (r.speed == 0) return std::nullopt;
-    from = opening_time(r, 0);
-    if (from < 0) return std::nullopt;
-    if (start.is_outside && is_behind(r, from, r.closest(from))) return start.contact;
-  }
-  for (int crossing = 0;; ++crossing) {
-    const double toi = first_contact_time(r, from);
-    if (toi < 0) return std::nullopt;
-    const Contact contact = contact_at(r, toi);
-    if (crossing == kMaxCrossings || !is_from_within(r, contact)) return contact;
-    from = opening_time(r, toi);
-    if (from < 0) return std::nullopt;
-  }
+  bool let_pass = false;
+  const auto hit = first_impact(r, start, let_pass);
+  if (!let_pass || r.radius == 0) return hit;
+  // A sphere that was let pass may overlap to the end of the step: not seen again, unless its centre goes under.
+  const double under = centre_goes_under(r);
+  if (under < 0 || (hit && hit->toi <= under)) return hit;
+  return start.is_touching && start.is_outside ? start.contact : contact_at(r, under);
 }
 
 }  // namespace kt

@@ -154,10 +154,23 @@ TEST(PointTriangleToi, AToolThatLeavesAndReturnsWithinTheStepIsHit) {
   };
   const Vec3 t0[3] = {corner(-9, -9, 0), corner(9, -9, 0), corner(0, 9, 0)};
   const Vec3 t1[3] = {corner(-9, -9, 1), corner(9, -9, 1), corner(0, 9, 1)};
-  const auto hit = find_triangle_impact(kPoint, {Vec3::Zero(), Vec3::Zero()}, t0, t1);
+  // Of the sphere, which overlaps all the time, the centre does so.
+  for (const ToolShape& tool : {kPoint, sphere(0.3)}) {
+    const auto hit = find_triangle_impact(tool, {Vec3::Zero(), Vec3::Zero()}, t0, t1);
+    ASSERT_TRUE(hit);
+    EXPECT_LE(hit->toi, 0.75);
+    EXPECT_NEAR(hit->toi, 0.75, 1e-11);
+  }
+}
+
+TEST(SphereTriangleToi, AnOverlappingSphereThatFirstRecedesDoesNotSinkIn) {
+  // The surface rises as (x - 0.1) t under a sphere that overlaps all the time: at its start away from it, then over
+  // its centre.
+  const Vec3 t0[3] = {{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}};
+  const Vec3 t1[3] = {{-9, -9, -9.1}, {9, -9, 8.9}, {0, 9, -0.1}};
+  const auto hit = find_triangle_impact(sphere(1), {{0, 0, 0.01}, {0.3, 0, 0.01}}, t0, t1);
   ASSERT_TRUE(hit);
-  EXPECT_LE(hit->toi, 0.75);
-  EXPECT_NEAR(hit->toi, 0.75, 1e-11);
+  EXPECT_EQ(hit->toi, 0);
 }
 
 TEST(PointTriangleToi, DegenerateTrianglesAreHit) {
