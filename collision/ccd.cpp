@@ -63,37 +63,42 @@ struct RelativeTriangle {
   }
 };
 
-Vec3 without(const Vec3& n, const Vec3& edge) noexcept { return n - n.dot(edge) / edge.squaredNorm() * edge; }
+/// n without its part along the edge; n itself where the edge is no longer than the distance to it: what is along it
+/// then is no more than the rounding of places, and of the edge's direction there may be nothing but rounding.
+Vec3 across_edge(const Vec3& n, const Vec3& edge, double distance_sq) noexcept {
+  const double length_sq = edge.squaredNorm();
+  return length_sq > distance_sq ? Vec3(n - n.dot(edge) / length_sq * edge) : n;
+}
 
-/// Across the face, to the side of n; n itself where there is no area.
-Vec3 across_face(const Vec3 (&now)[3], const Vec3& n) noexcept {
+/// Across the face, to the side of n. As with edges: of a face that is lower than its distance n knows more.
+Vec3 across_face(const Vec3 (&now)[3], const Vec3& n, double distance_sq) noexcept {
   const Vec3 ab = now[1] - now[0], bc = now[2] - now[1], ca = now[0] - now[2];
   const double ab_sq = ab.squaredNorm(), bc_sq = bc.squaredNorm(), ca_sq = ca.squaredNorm();
+  const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
   const Vec3 area = ab.cross(bc);
   const double length = area.norm();
-  if (!(length > 0)) return n;
-  const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
-  return without(area / (area.dot(n) < 0 ? -length : length), longest);
+  const bool is_high = length * length > distance_sq * longest.squaredNorm();
+  return across_edge(is_high ? Vec3(area / (area.dot(n) < 0 ? -length : length)) : n, longest, distance_sq);
 }
 
 /// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
 /// mostly rounding; the feature still knows what is across it. Where rounding has turned the direction so far that
 /// another vertex seems nearer, what is meant is the edge to it, or the face.
 Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
-  Vec3 n = at.point / std::sqrt(at.distance_sq);
+  const Vec3 n = at.point / std::sqrt(at.distance_sq);
+  if (at.feature == ClosestPoint::Feature::face) return across_face(now, n, at.distance_sq);
   const int i = at.feature_index, k = (i + 1) % 3, m = (i + 2) % 3;
-  const auto seems_nearer = [&](int j) { return n.dot(now[j] - now[i]) < 0; };
+  const auto seems_nearer = [&](const Vec3& to, int j) { return to.dot(now[j] - now[i]) < 0; };
   int along = -1;  // the other end of the edge that n is across
-  if (at.feature == ClosestPoint::Feature::face) return across_face(now, n);
   if (at.feature == ClosestPoint::Feature::edge)
     along = k;
-  else if (seems_nearer(k))
+  else if (seems_nearer(n, k))
     along = k;
-  else if (seems_nearer(m))
+  else if (seems_nearer(n, m))
     along = m;
   if (along < 0) return n;
-  n = without(n, now[along] - now[i]);
-  return seems_nearer(along == k ? m : k) ? across_face(now, n) : n;
+  const Vec3 across = across_edge(n, now[along] - now[i], at.distance_sq);
+  return seems_nearer(across, along == k ? m : k) ? across_face(now, n, at.distance_sq) : across;
 }
 
 /// Contact at time t. The normal of a point tool is the face's; a sphere's goes from the closest point to its centre.

@@ -186,6 +186,38 @@ TEST(PointTriangleToi, DegenerateTrianglesAreHit) {
   }
 }
 
+TEST(SphereTriangleToi, TrianglesThatRoundingLeavesSomeAreaAreHitWhereTheyAre) {
+  // Three points on a line, or two in one place, that turn: their normals and shortest edges point anywhere. Contact
+  // was seen from as far as the triangle is long.
+  Sample s{std::mt19937_64(13)};
+  int hits = 0;
+  for (int i = 0; i < 20000; ++i) {
+    CollisionQuery q;
+    q.tool_t0 = s.cube();
+    q.tool_t1 = s.cube();
+    const Vec3 a = s.cube(), b = s.cube();
+    const double share = i % 2 ? s.uniform(0, 1) : 0;
+    const Mat3 turn = Eigen::AngleAxisd(0.1, s.cube().normalized()).toRotationMatrix();
+    const Vec3 v[3] = {a, b, a + share * (b - a)};
+    for (int k = 0; k < 3; ++k) {
+      q.triangle_t0[k] = turn * v[k];
+      q.triangle_t1[k] = turn * q.triangle_t0[k];
+    }
+    const double radius = 0.1;
+    const auto hit = find_triangle_impact(sphere(radius), {q.tool_t0, q.tool_t1}, q.triangle_t0, q.triangle_t1);
+    if (!hit || exact_distance(q, 0) < radius) continue;
+    ++hits;
+    EXPECT_NEAR(exact_distance(q, hit->toi), radius, 1e-12);
+    const Vec3 foot =
+        hit->bary[0] * q.triangle_t0[0] + hit->bary[1] * q.triangle_t0[1] + hit->bary[2] * q.triangle_t0[2];
+    const Vec3 foot_t1 =
+        hit->bary[0] * q.triangle_t1[0] + hit->bary[1] * q.triangle_t1[1] + hit->bary[2] * q.triangle_t1[2];
+    const Vec3 out = q.tool_t0 + hit->toi * (q.tool_t1 - q.tool_t0) - (foot + hit->toi * (foot_t1 - foot));
+    EXPECT_NEAR(out.normalized().dot(hit->normal), 1, 1e-12);
+  }
+  EXPECT_GT(hits, 1000);
+}
+
 TEST(PointTriangleToi, NoNumberGivesNoHit) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1e308})
     for (int i = 0; i < 24; ++i) {

@@ -50,6 +50,9 @@ void make_triangle(Sample& s, double size, Sweep& out) {
   } else if (shape < 0.5) {
     out.traits.push_back("slivers");
     v[2] = v[0] + s.uniform(0, 1) * (v[1] - v[0]) + size * power(s, -9, -1) * s.cube();
+  } else if (shape < 0.6) {  // on one line, or two vertices in one place, but for rounding
+    out.traits.push_back("hardly any area");
+    v[2] = v[0] + (s.uniform(0, 1) < 0.5 ? 0 : s.uniform(0, 1)) * (v[1] - v[0]) + size * power(s, -18, -9) * s.cube();
   }
 }
 
