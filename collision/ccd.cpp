@@ -62,22 +62,42 @@ struct RelativeTriangle {
   }
 };
 
-Vec3 without(const Vec3& n, const Vec3& edge) noexcept { return n - n.dot(edge) / edge.squaredNorm() * edge; }
+/// n without its part along the edge; n itself where the edge is no longer than the distance to it: what is along it
+/// then is no more than the rounding of places, and of the edge's direction there may be nothing but rounding.
+Vec3 across_edge(const Vec3& n, const Vec3& edge, double distance_sq) noexcept {
+  const double length_sq = edge.squaredNorm();
+  return length_sq > distance_sq ? Vec3(n - n.dot(edge) / length_sq * edge) : n;
+}
 
-/// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
-/// mostly rounding; the feature still knows what is across it.
-Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
-  const Vec3 n = at.point / std::sqrt(at.distance_sq);
-  const int i = at.feature_index;
-  if (at.feature == ClosestPoint::Feature::vertex) return n;
-  if (at.feature == ClosestPoint::Feature::edge) return without(n, now[(i + 1) % 3] - now[i]);
+/// Across the face, to the side of n. As with edges: of a face that is lower than its distance n knows more.
+Vec3 across_face(const Vec3 (&now)[3], const Vec3& n, double distance_sq) noexcept {
   const Vec3 ab = now[1] - now[0], bc = now[2] - now[1], ca = now[0] - now[2];
   const double ab_sq = ab.squaredNorm(), bc_sq = bc.squaredNorm(), ca_sq = ca.squaredNorm();
+  const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
   const Vec3 area = ab.cross(bc);
   const double length = area.norm();
-  if (!(length > 0)) return n;
-  const Vec3& longest = ab_sq >= bc_sq && ab_sq >= ca_sq ? ab : bc_sq >= ca_sq ? bc : ca;
-  return without(area / (area.dot(n) < 0 ? -length : length), longest);
+  const bool is_high = length * length > distance_sq * longest.squaredNorm();
+  return across_edge(is_high ? Vec3(area / (area.dot(n) < 0 ? -length : length)) : n, longest, distance_sq);
+}
+
+/// From the centre to the closest feature, unit or a little shorter. Close to the surface the closest point itself is
+/// mostly rounding; the feature still knows what is across it. Where rounding has turned the direction so far that
+/// another vertex seems nearer, what is meant is the edge to it, or the face.
+Vec3 direction(const Vec3 (&now)[3], const ClosestPoint& at) noexcept {
+  const Vec3 n = at.point / std::sqrt(at.distance_sq);
+  if (at.feature == ClosestPoint::Feature::face) return across_face(now, n, at.distance_sq);
+  const int i = at.feature_index, k = (i + 1) % 3, m = (i + 2) % 3;
+  const auto seems_nearer = [&](const Vec3& to, int j) { return to.dot(now[j] - now[i]) < 0; };
+  int along = -1;  // the other end of the edge that n is across
+  if (at.feature == ClosestPoint::Feature::edge)
+    along = k;
+  else if (seems_nearer(n, k))
+    along = k;
+  else if (seems_nearer(n, m))
+    along = m;
+  if (along < 0) return n;
+  const Vec3 across = across_edge(n, now[along] - now[i], at.distance_sq);
+  return seems_nearer(across, along == k ? m : k) ? across_face(now, n, at.distance_sq) : across;
 }
 
 /// Contact at time t. The normal of a point tool is the face's; a sphere's goes from the closest point to its centre.
@@ -143,11 +163,19 @@ double opening_time(const RelativeTriangle& r, double from) noexcept {
   return kt::opening_time(from, [&](double t) { return r.gap(t) > 2 * r.touching_gap(); });
 }
 
+/// The foot of a tool `distance` away is certainly on the face: not where rounding turns the normal of a sliver so far
+/// that it may be on an edge, which counts from both sides.
+bool is_surely_on_face(const RelativeTriangle& r, const Contact& contact, double distance) noexcept {
+  const double turned = r.face_normal(contact.toi).error;  // the rounding over the height
+  return contact.bary.minCoeff() > turned * (1 + turned * distance / r.rounding);
+}
+
 /// One-sided: a tool that comes through from within is on the way out. Who only grazes, or touches where there is no
 /// normal, comes from outside; so does who has not come close when the planes ran out.
 bool is_from_within(const RelativeTriangle& r, const Contact& contact) noexcept {
   if (contact.gap > r.touching_gap()) return false;
-  if (r.radius > 0) return is_behind(r, contact.toi, r.closest(contact.toi));
+  if (r.radius > 0)
+    return is_behind(r, contact.toi, r.closest(contact.toi)) && is_surely_on_face(r, contact, contact.gap + r.radius);
   const double graze = (kGrazing + r.face_normal(contact.toi).error) * r.speed;
   return contact.normal.dot(r.velocity(contact.bary)) < -graze;
 }
@@ -175,6 +203,38 @@ Start at_start(const RelativeTriangle& r) noexcept {
   return out;
 }
 
+/// The first contact that counts. `let_pass`: there is one that does not, as the tool leaves or comes from within.
+std::optional<Contact> first_impact(const RelativeTriangle& r, const Start& start, bool& let_pass) noexcept {
+  double from = 0;
+  if (start.is_touching) {
+    // Touching: a hit only when the tool comes nearer. If not, contact counts again once the gap has opened; a tool
+    // that comes out on the inner side has gone through while it touched.
+    if (start.is_approaching && (start.is_outside || r.radius == 0)) return start.contact;
+    if (r.speed == 0) return std::nullopt;
+    let_pass = true;
+    from = opening_time(r, 0);
+    if (from < 0) return std::nullopt;
+    if (start.is_outside && is_behind(r, from, r.closest(from))) return start.contact;
+  }
+  for (int crossing = 0;; ++crossing) {
+    const double toi = first_contact_time(r, from);
+    if (toi < 0) return std::nullopt;
+    const Contact contact = contact_at(r, toi);
+    if (crossing == kMaxCrossings || !is_from_within(r, contact)) return contact;
+    let_pass = true;
+    from = opening_time(r, toi);
+    if (from < 0) return std::nullopt;
+  }
+}
+
+/// When the centre of a sphere goes through the triangle from the outside, or -1.
+double centre_goes_under(RelativeTriangle r) noexcept {
+  r.radius = 0;
+  bool let_pass = false;
+  const auto hit = first_impact(r, at_start(r), let_pass);
+  return hit ? hit->toi : -1;
+}
+
 }  // namespace
 
 std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSweep& sweep, const Vec3 (&triangle_t0)[3],
@@ -195,25 +255,14 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
   if (!finite || !std::isfinite(r.speed)) return std::nullopt;
   r.rounding = kRounding * size;
 
-  double from = 0;
   const Start start = at_start(r);
-  if (start.is_touching) {
-    // Touching: a hit only when the tool comes nearer. If not, contact counts again once the gap has opened; a tool
-    // that comes out on the inner side has gone through while it touched.
-    if (start.is_approaching && (start.is_outside || r.radius == 0)) return start.contact;
-    if (r.speed == 0) return std::nullopt;
-    from = opening_time(r, 0);
-    if (from < 0) return std::nullopt;
-    if (start.is_outside && is_behind(r, from, r.closest(from))) return start.contact;
-  }
-  for (int crossing = 0;; ++crossing) {
-    const double toi = first_contact_time(r, from);
-    if (toi < 0) return std::nullopt;
-    const Contact contact = contact_at(r, toi);
-    if (crossing == kMaxCrossings || !is_from_within(r, contact)) return contact;
-    from = opening_time(r, toi);
-    if (from < 0) return std::nullopt;
-  }
+  bool let_pass = false;
+  const auto hit = first_impact(r, start, let_pass);
+  if (!let_pass || r.radius == 0) return hit;
+  // A sphere that was let pass may overlap to the end of the step: not seen again, unless its centre goes under.
+  const double under = centre_goes_under(r);
+  if (under < 0 || (hit && hit->toi <= under)) return hit;
+  return start.is_touching && start.is_outside ? start.contact : contact_at(r, under);
 }
 
 }  // namespace kt

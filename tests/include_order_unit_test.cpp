@@ -33,6 +33,7 @@ bool may_include(const std::string& from, const std::string& to) {
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
   if (is_in(from, "haptics")) return is_in(to, "haptics") || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
+  if (is_in(from, "bench") && is_in(to, "tests/support")) return true;  // the same truths
   for (const char* leaf : {"apps", "bench", "python"})
     if (is_in(from, leaf))
       return is_in(to, leaf) || is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);

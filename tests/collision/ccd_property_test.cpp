@@ -154,10 +154,23 @@ TEST(PointTriangleToi, AToolThatLeavesAndReturnsWithinTheStepIsHit) {
   };
   const Vec3 t0[3] = {corner(-9, -9, 0), corner(9, -9, 0), corner(0, 9, 0)};
   const Vec3 t1[3] = {corner(-9, -9, 1), corner(9, -9, 1), corner(0, 9, 1)};
-  const auto hit = find_triangle_impact(kPoint, {Vec3::Zero(), Vec3::Zero()}, t0, t1);
+  // Of the sphere, which overlaps all the time, the centre does so.
+  for (const ToolShape& tool : {kPoint, sphere(0.3)}) {
+    const auto hit = find_triangle_impact(tool, {Vec3::Zero(), Vec3::Zero()}, t0, t1);
+    ASSERT_TRUE(hit);
+    EXPECT_LE(hit->toi, 0.75);
+    EXPECT_NEAR(hit->toi, 0.75, 1e-11);
+  }
+}
+
+TEST(SphereTriangleToi, AnOverlappingSphereThatFirstRecedesDoesNotSinkIn) {
+  // The surface rises as (x - 0.1) t under a sphere that overlaps all the time: at its start away from it, then over
+  // its centre.
+  const Vec3 t0[3] = {{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}};
+  const Vec3 t1[3] = {{-9, -9, -9.1}, {9, -9, 8.9}, {0, 9, -0.1}};
+  const auto hit = find_triangle_impact(sphere(1), {{0, 0, 0.01}, {0.3, 0, 0.01}}, t0, t1);
   ASSERT_TRUE(hit);
-  EXPECT_LE(hit->toi, 0.75);
-  EXPECT_NEAR(hit->toi, 0.75, 1e-11);
+  EXPECT_EQ(hit->toi, 0);
 }
 
 TEST(PointTriangleToi, DegenerateTrianglesAreHit) {
@@ -171,6 +184,38 @@ TEST(PointTriangleToi, DegenerateTrianglesAreHit) {
     EXPECT_TRUE(find_triangle_impact(sphere(0.1), {{0.5, 0.3, 0.4}, {0.5, -0.3, -0.4}}, triangle, triangle));
     EXPECT_FALSE(find_triangle_impact(kPoint, {half, {0.5, -0.3, -0.4}}, triangle, triangle));
   }
+}
+
+TEST(SphereTriangleToi, TrianglesThatRoundingLeavesSomeAreaAreHitWhereTheyAre) {
+  // Three points on a line, or two in one place, that turn: their normals and shortest edges point anywhere. Contact
+  // was seen from as far as the triangle is long.
+  Sample s{std::mt19937_64(13)};
+  int hits = 0;
+  for (int i = 0; i < 20000; ++i) {
+    CollisionQuery q;
+    q.tool_t0 = s.cube();
+    q.tool_t1 = s.cube();
+    const Vec3 a = s.cube(), b = s.cube();
+    const double share = i % 2 ? s.uniform(0, 1) : 0;
+    const Mat3 turn = Eigen::AngleAxisd(0.1, s.cube().normalized()).toRotationMatrix();
+    const Vec3 v[3] = {a, b, a + share * (b - a)};
+    for (int k = 0; k < 3; ++k) {
+      q.triangle_t0[k] = turn * v[k];
+      q.triangle_t1[k] = turn * q.triangle_t0[k];
+    }
+    const double radius = 0.1;
+    const auto hit = find_triangle_impact(sphere(radius), {q.tool_t0, q.tool_t1}, q.triangle_t0, q.triangle_t1);
+    if (!hit || exact_distance(q, 0) < radius) continue;
+    ++hits;
+    EXPECT_NEAR(exact_distance(q, hit->toi), radius, 1e-12);
+    const Vec3 foot =
+        hit->bary[0] * q.triangle_t0[0] + hit->bary[1] * q.triangle_t0[1] + hit->bary[2] * q.triangle_t0[2];
+    const Vec3 foot_t1 =
+        hit->bary[0] * q.triangle_t1[0] + hit->bary[1] * q.triangle_t1[1] + hit->bary[2] * q.triangle_t1[2];
+    const Vec3 out = q.tool_t0 + hit->toi * (q.tool_t1 - q.tool_t0) - (foot + hit->toi * (foot_t1 - foot));
+    EXPECT_NEAR(out.normalized().dot(hit->normal), 1, 1e-12);
+  }
+  EXPECT_GT(hits, 1000);
 }
 
 TEST(PointTriangleToi, NoNumberGivesNoHit) {
@@ -187,6 +232,31 @@ TEST(PointTriangleToi, NoNumberGivesNoHit) {
         }
       }
     }
+}
+
+TEST(PointTriangleToi, PassingAVertexSquareToItsEdgeIsNoHit) {
+  // Here rounding turned the plane across the vertex into the edge: contact was seen 8e-13 away, three times the bound.
+  const Vec3 t0[3] = {{0.084399248885991263, 0.018533872132342477, 0.10919319025453933},
+                      {-0.068357051426046977, 0.13612563985493376, 0.021730739346812467},
+                      {0.045303620502548325, 0.13191478894316933, 0.12759031218264072}};
+  const Vec3 t1[3] = {{0.084035449242706006, 0.01818344692831575, 0.10935781653474907},
+                      {-0.068720851069332234, 0.13577521465090703, 0.021895365627022212},
+                      {0.044939820859263069, 0.1315643637391426, 0.12775493846285046}};
+  EXPECT_FALSE(find_triangle_impact(kPoint,
+                                    {{-0.0017163436649322641, 0.053175107177827863, 0.17557723647603798},
+                                     {0.51567005730565696, 0.91984971595868847, -0.35265581086283126}},
+                                    t0, t1));
+}
+
+TEST(SphereTriangleToi, TheEdgeOfASliverIsHitFromBehindWhereRoundingTurnsItsNormal) {
+  // A sphere of 7.9 whose foot is 2e-7 beside a face of the height 6e-7: it was taken to be on the face.
+  const Vec3 triangle[3] = {{-34.009192077957778, -27.467420843802529, 221.05514450629289},
+                            {144.70907304046432, 199.81678385904092, -189.54936755316476},
+                            {105.79821055582397, 150.33205669608287, -100.15181346281224}};
+  EXPECT_TRUE(find_triangle_impact(sphere(7.917428498112387),
+                                   {{102.31445385955232, 139.09792916683352, -72.892429657828998},
+                                    {102.31178846077361, 139.10191116512667, -72.899557701841744}},
+                                   triangle, triangle));
 }
 
 TEST(PointTriangleToi, ScaleAndOrderOfTheVerticesDoNotMatter) {
