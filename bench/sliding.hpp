@@ -14,11 +14,11 @@ namespace kt {
 /// Springs from each node to its place at rest and along each edge: the simplest body whose every part can be pressed
 /// and whose contacts feel one another. Quick enough to be back at rest before the tool comes round again.
 struct SlidingBody {
-  static constexpr double kGround = 300, kAlongEdge = 300;     // [N/m]
+  static constexpr double kGround = 300, kAlongEdge = 300;             // [N/m]
   static constexpr double kMass = 1e-4, kDamping = 0.3, kStep = 1e-3;  // of a node [kg], [N s/m]; [s]
 
   SurfacePatch patch;
-  VectorX x;         ///< at rest [m], (3p)
+  VectorX x;          ///< at rest [m], (3p)
   double size, edge;  ///< largest side of the bounding box, mean edge [m]
 
   explicit SlidingBody(const Mesh& mesh) {
@@ -79,8 +79,8 @@ inline Mesh renumbered(const Mesh& mesh, unsigned seed) {
 }
 
 /// A way over the undeformed surface, winding so that it comes everywhere, and the tool `depth` deep in it: a point
-/// along the blended normal, a sphere with its centre that much nearer than its radius to the nearest place. Turns where
-/// it gets stuck in a groove.
+/// along the blended normal, a sphere with its centre that much nearer than its radius to the nearest place. Turns
+/// where it gets stuck in a groove.
 class SurfaceWalk {
  public:
   SurfaceWalk(const SlidingBody& body, const ToolShape& tool, double depth)
@@ -157,10 +157,10 @@ struct EdgeCrossing {
 
 struct SlidingReport {
   int ticks = 0;
-  int lost = 0;         ///< ticks without contact
-  int events = 0;       ///< impacts while contact was held
-  int double_hits = 0;  ///< of these, those that led to no contact away from the held ones
-  int exhausted = 0;    ///< ticks whose flag says that there were too many events
+  int lost = 0;                       ///< ticks without contact
+  int events = 0;                     ///< impacts while contact was held
+  int double_hits = 0;                ///< of these, those that led to no contact away from the held ones
+  int exhausted = 0;                  ///< ticks whose flag says that there were too many events
   double penetration = 0, hover = 0;  ///< largest, over the ticks in contact; of the mesh's size
   double mean_force = 0;              ///< [N]
   double mean_contacts = 0;
@@ -186,7 +186,8 @@ inline int away_from(const SurfacePatch& patch, const ContactSet& contacts, cons
   return static_cast<int>(std::count_if(contacts.begin(), contacts.end(), [&](const Contact& c) {
     return std::none_of(held.begin(), held.end(), [&](const Contact& h) {
       const Triangle& t = patch.triangles[h.triangle];
-      return std::ranges::any_of(patch.triangles[c.triangle], [&](int v) { return std::ranges::find(t, v) != t.end(); });
+      return std::ranges::any_of(patch.triangles[c.triangle],
+                                 [&](int v) { return std::ranges::find(t, v) != t.end(); });
     });
   }));
 }
@@ -237,8 +238,8 @@ SlidingReport slide(const SlidingBody& body, const ToolShape& tool, double mu, d
       if (frame.triangle == before.triangle)
         steady.push_back(jump);
       else if (std::ranges::find(across, frame.triangle) != across.end())
-        out.crossings.push_back({dihedral_angle(body, before.triangle, frame.triangle),
-                                 angle_between(before.normal, frame.normal), jump});
+        out.crossings.push_back(
+            {dihedral_angle(body, before.triangle, frame.triangle), angle_between(before.normal, frame.normal), jump});
     }
     before = frame;
   }

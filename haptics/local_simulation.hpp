@@ -76,6 +76,7 @@ class LocalSimulation final : public HapticMethod {
   bool fill_problem(const Vec3& tool_velocity, double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
+  bool close_gaps(const Vec3& tool, double h_left, int start) noexcept;  // local_simulation_gaps.cpp
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
   int find_overlap(const Vec3& tool) noexcept;
