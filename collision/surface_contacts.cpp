@@ -158,6 +158,10 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
     out.add({t, at.bary, Vec3(offset / distance), distance - radius, 0});
     start_found = true;
   }
+  // In an order that does not depend on how triangles are numbered: a law that sweeps over them depends on it.
+  std::sort(out.contacts.begin(), out.contacts.begin() + out.count, [](const Contact& a, const Contact& b) {
+    return std::lexicographical_compare(a.normal.data(), a.normal.data() + 3, b.normal.data(), b.normal.data() + 3);
+  });
   if (start_found || start < 0) return;
   // Nothing in front of the centre: it may have gone through the surface where it touched before.
   Contact inside = track_point_contact(patch, x, centre, start);

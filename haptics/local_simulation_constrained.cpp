@@ -8,7 +8,7 @@
 namespace kt {
 namespace {
 
-constexpr int kGeometryIterations = 10;
+constexpr int kGeometryIterations = 20;
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kMostRelaxed = 4;      // a point over a sharp edge: the blended normal lies far from the face's
