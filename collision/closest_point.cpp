@@ -41,26 +41,35 @@ Vec3 weights_in_plane(const Vec3& p, const Vec3 (&v)[3], const double (&length_s
   return bary;
 }
 
+/// An order of points that depends on nothing else: triangles that share an edge evaluate it alike, bit for bit, from
+/// whichever end they list it.
+bool is_before(const Vec3& a, const Vec3& b) noexcept {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
 /// On the edges that the foot lies outside of: those opposite a weight that is not positive.
 ClosestPoint closest_on_edges(const Vec3& p, const Vec3 (&v)[3], const double (&length_sq)[3],
                               const Vec3& bary_in_plane) noexcept {
-  int best = 0;
+  int from = 0, to = 1;
   double best_s = 0, best_sq = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
+    const int k = (i + 1) % 3;
     if (bary_in_plane[(i + 2) % 3] > 0) continue;
-    const Vec3 edge = v[(i + 1) % 3] - v[i], q = p - v[i];
+    const int low = is_before(v[k], v[i]) ? k : i, high = low == i ? k : i;
+    const Vec3 edge = v[high] - v[low], q = p - v[low];
     const double s = length_sq[i] > 0 ? std::clamp(edge.dot(q) / length_sq[i], 0.0, 1.0) : 0.0;
     if (const double d = (q - s * edge).squaredNorm(); d < best_sq) {
-      best = i;
+      from = low;
+      to = high;
       best_s = s;
       best_sq = d;
     }
   }
   Vec3 bary = Vec3::Zero();
-  bary[best] = 1 - best_s;
-  bary[(best + 1) % 3] = best_s;
-  if (best_s > 0 && best_s < 1) return make(p, v, bary, Feature::edge, best);
-  return make(p, v, bary, Feature::vertex, best_s < 1 ? best : (best + 1) % 3);
+  bary[from] = 1 - best_s;
+  bary[to] = best_s;
+  if (best_s > 0 && best_s < 1) return make(p, v, bary, Feature::edge, to == (from + 1) % 3 ? from : to);
+  return make(p, v, bary, Feature::vertex, best_s < 1 ? from : to);
 }
 
 }  // namespace

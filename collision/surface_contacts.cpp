@@ -177,6 +177,10 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
   out.count = 0;
   for (const int t : candidates)
     if (const auto contact = find_sphere_contact(patch, x, centre, radius, margin, t)) out.add(*contact);
+  // In an order that does not depend on how triangles are numbered: a law that sweeps over them depends on it.
+  std::sort(out.contacts.begin(), out.contacts.begin() + out.count, [](const Contact& a, const Contact& b) {
+    return std::lexicographical_compare(a.normal.data(), a.normal.data() + 3, b.normal.data(), b.normal.data() + 3);
+  });
   if (out.count > 0 || start < 0) return;
   // Nothing in front of the centre: it may have gone through the surface where it touched before.
   Contact inside = track_point_contact(patch, x, centre, start);

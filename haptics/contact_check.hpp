@@ -6,6 +6,9 @@
 
 namespace kt {
 
+/// Distance of a point or a sphere from the nearest of all triangles at positions x (3p) [m]; negative inside the body.
+double clear_distance(const SurfacePatch& patch, const VectorX& x, const ToolShape& tool, const Vec3& centre);
+
 /// Depth of the tool's deepest point below the patch at positions x (3p) [m]; 0 when it is outside.
 double penetration_depth(const SurfacePatch& patch, const VectorX& x, const ToolShape& tool, const Vec3& place,
                          const Quaternion& turn = Quaternion::Identity());

@@ -77,6 +77,7 @@ class LocalSimulation final : public HapticMethod {
   bool fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
+  bool close_gaps(double h_left, int start) noexcept;                       // local_simulation_gaps.cpp
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
   int find_overlap() noexcept;

@@ -9,9 +9,10 @@
 namespace kt {
 namespace {
 
-constexpr int kGeometryIterations = 10;
+constexpr int kGeometryIterations = 20;
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
+constexpr double kMostRelaxed = 4;      // a point over a sharp edge: the blended normal lies far from the face's
 constexpr double kStiffest = 1e6;       // [N/m] a contact with an immovable part feels this spring
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
 
@@ -145,7 +146,7 @@ void LocalSimulation::find_contacts(const VectorX& x, int start) noexcept {
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
 /// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing
 /// between two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two
-/// steps suggest.
+/// steps suggest. What is left of the gaps then is closed by close_gaps.
 void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
@@ -167,14 +168,18 @@ void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
     w.x_end = w.x_event + h_left * (w.u_free + w.du);
     w.step_before.swap(w.step);
     w.step = w.du - w.du_guess;
-    if (h_left * w.step.lpNorm<Eigen::Infinity>() < kSettled) break;
-    if (iteration > 0) {
+    const bool is_settled = h_left * w.step.lpNorm<Eigen::Infinity>() < kSettled;
+    if (is_settled && close_gaps(h_left, start)) return;
+    if (is_settled) {
+      relaxed = 1;
+    } else if (iteration > 0) {
       const double turn = (w.step - w.step_before).squaredNorm();
       const double suggested = turn > 0 ? -relaxed * w.step_before.dot(w.step - w.step_before) / turn : 1.0;
-      relaxed = std::clamp(suggested, kLeastRelaxed, 1.0);
+      relaxed = std::clamp(suggested, kLeastRelaxed, kMostRelaxed);
     }
     if (iteration + 1 < kGeometryIterations) w.du = w.du_guess + relaxed * w.step;
   }
+  close_gaps(h_left, start);
 }
 
 /// False when a contact had to be softened because nothing there can move.

@@ -55,6 +55,34 @@ TEST(ClosestPoint, DistanceIsRightForEveryShape) {
   }
 }
 
+TEST(ClosestPoint, TrianglesAgreeOnTheEdgeTheyShareBitForBit) {
+  Sample s{std::mt19937_64(8)};
+  int edges = 0, vertices = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const Vec3 a = s.cube(), b = s.cube(), c = s.cube(), d = s.cube();
+    // Above a ridge; both triangles run through the edge in opposite directions and start anywhere.
+    const Vec3 p = a + s.uniform(-0.2, 1.2) * (b - a) + s.cube();
+    const Vec3 v[3] = {a, b, c}, w[3] = {b, a, d};
+    const auto turn = [&] { return static_cast<std::size_t>(s.random() % 3); };
+    const auto at = [&](const Vec3(&x)[3], std::size_t k) {
+      return closest_point_on_triangle(p, x[k], x[(k + 1) % 3], x[(k + 2) % 3]);
+    };
+    const std::size_t kv = turn(), kw = turn();
+    const ClosestPoint one = at(v, kv), other = at(w, kw);
+    const auto on_edge = [](const ClosestPoint& found, std::size_t k) {  // none of the vertex opposite
+      return found.bary[static_cast<Eigen::Index>((2 + 3 - k) % 3)] == 0 && found.feature != Feature::face;
+    };
+    if (!on_edge(one, kv) || !on_edge(other, kw) || one.feature != other.feature) continue;
+    if (one.feature == Feature::vertex && one.point != other.point) continue;  // nearer to a, or to b, for each
+    ++(one.feature == Feature::edge ? edges : vertices);
+    ASSERT_EQ(one.point, other.point) << "sample " << i;
+    ASSERT_EQ(one.distance_sq, other.distance_sq);
+    ASSERT_EQ(at(v, turn()).distance_sq, one.distance_sq) << "the same triangle from another corner";
+  }
+  EXPECT_GT(edges, 5000);
+  EXPECT_GT(vertices, 2000);
+}
+
 TEST(ClosestPoint, ReachesEveryFeature) {
   const Vec3 a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
   const auto feature = [&](double x, double y) {

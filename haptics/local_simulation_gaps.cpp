@@ -1,0 +1,152 @@
+// Contacts are found where the surface was guessed to be, so the surface they are solved for is off by what the guess
+// was off. Here that is made good: each contact's impulse is scaled until the tool lies on the surface to the last
+// digits.
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/local_simulation.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kClosed = 1e-12;  // [m] a tool that is not deeper than this is on the surface
+constexpr double kOpen = 1e-6;     // [m] a contact that pushes is not further away than this
+constexpr int kCorrections = 4;    // Newton's method: each squares the gap, as long as the tool stays on its triangles
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxContacts, kMaxContacts>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxContacts, 1>;
+
+/// The contact of `held` that went over into `now`: on the same triangle, else the next one that faces the same way;
+/// -1.
+int before(const SurfacePatch& patch, const ContactSet& held, const Contact& now) noexcept {
+  constexpr double kSameWay = 0.9;  // cosine
+  double best = kSameWay, nearest_sq = std::numeric_limits<double>::infinity();
+  int found = -1, next = -1;
+  for (int i = 0; i < held.count; ++i) {  // of an extended tool, several may be on it
+    const double apart_sq = (held.contacts[i].core - now.core).squaredNorm();
+    if (held.contacts[i].triangle != now.triangle || apart_sq >= nearest_sq) continue;
+    nearest_sq = apart_sq;
+    found = i;
+  }
+  for (int i = 0; i < held.count && found < 0; ++i) {
+    const Contact& c = held.contacts[i];
+    const double along = c.normal.dot(now.normal);
+    const Triangle &a = patch.triangles[c.triangle], &b = patch.triangles[now.triangle];
+    if (along <= best || std::ranges::find_first_of(a, b) == a.end()) continue;
+    best = along;
+    next = i;
+  }
+  return found < 0 ? next : found;
+}
+
+/// Impulses >= 0 with gap + A (impulse - before) >= 0, and = 0 where they push: directly, over the set of those that
+/// push, from which whoever would pull is let go and to which whoever is overlapped comes. Two contacts on both sides
+/// of a blunt edge are nearly one, so that sweeps over them would hardly get on. False: no answer, as when two are one.
+bool push_apart(const Matrix& A, Vector gap, Vector& impulse) noexcept {
+  const auto n = static_cast<int>(gap.size());
+  gap -= A * impulse;  // there would be without impulses
+  std::array<int, kMaxContacts> pushing;
+  int count = 0;
+  for (int i = 0; i < n; ++i) pushing[count++] = i;
+  for (int change = 0; change <= 2 * n; ++change) {
+    Matrix own(count, count);
+    Vector wanted(count);
+    for (int i = 0; i < count; ++i) {
+      wanted[i] = -gap[pushing[i]];
+      for (int k = 0; k < count; ++k) own(i, k) = A(pushing[i], pushing[k]);
+    }
+    const Vector found = own.partialPivLu().solve(wanted);
+    if (!found.allFinite()) return false;
+    int weakest = -1;
+    for (int i = 0; i < count; ++i)
+      if (found[i] < 0 && (weakest < 0 || found[i] < found[weakest])) weakest = i;
+    if (weakest >= 0) {
+      pushing[weakest] = pushing[--count];
+      continue;
+    }
+    impulse.setZero();
+    for (int i = 0; i < count; ++i) impulse[pushing[i]] = found[i];
+    const Vector left = gap + A * impulse;
+    int deepest = -1;
+    for (int i = 0; i < n; ++i)
+      if (left[i] < -kClosed && (deepest < 0 || left[i] < left[deepest])) deepest = i;
+    if (deepest < 0) return true;
+    if (std::find(pushing.begin(), pushing.begin() + count, deepest) != pushing.begin() + count) return false;
+    pushing[count++] = deepest;
+  }
+  return false;
+}
+
+/// How the gap changes as the surface yields: a sphere's normal; for a point the face's, not the blended one.
+Vec3 gap_slope(const SurfacePatch& patch, const VectorX& x, const Contact& contact, double radius) noexcept {
+  if (radius > 0) return contact.normal;
+  const Triangle& t = patch.triangles[contact.triangle];
+  Vec3 offset = contact.core;
+  for (int c = 0; c < 3; ++c) offset -= contact.bary[c] * node(x, t[c]);
+  const double distance = offset.norm();
+  return distance > 0 ? Vec3(offset / std::copysign(distance, contact.gap)) : contact.normal;
+}
+
+}  // namespace
+
+/// False when the tool touches elsewhere than where the impulses act: they have to be found anew.
+/// Impulses keep their directions, hence their place in the cone of friction; what changes is within the accuracy to
+/// which they are known.
+bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
+  PreparedLocalModel& m = *model_;
+  const ContactSet held = contacts_;
+  const auto gap_of = [&](const Contact& c) { return c.gap + allowed_overlap(); };
+  for (int correction = 0; correction <= kCorrections; ++correction) {
+    find_contacts(m.work.x_end, start);
+    const ContactSet now = contacts_;
+    contacts_ = held;
+    const bool is_closed = std::all_of(now.begin(), now.end(), [&](const Contact& c) {
+      if (gap_of(c) < -kClosed) return false;
+      const int i = gap_of(c) > kOpen ? before(m.model.patch, held, c) : -1;
+      return i < 0 || solution_.mode[i] == ContactMode::free;
+    });
+    if (is_closed) return true;
+    if (correction == kCorrections) return false;
+
+    // Of each contact that has an impulse or needs one: gap, and where the surface has to go.
+    std::array<int, kMaxContacts> row, place;
+    row.fill(-1);
+    std::array<Vec3, kMaxContacts> slope, direction;
+    Vector gap(kMaxContacts);
+    int n = 0;
+    for (const Contact& c : now) {
+      const int i = before(m.model.patch, held, c);
+      if (i < 0 && gap_of(c) < -kClosed) return false;
+      const bool pushes = i >= 0 && solution_.mode[i] != ContactMode::free;
+      if (!pushes && gap_of(c) >= -kClosed) continue;
+      if (row[i] >= 0 && gap[row[i]] <= gap_of(c)) continue;
+      if (row[i] < 0) place[row[i] = n++] = i;
+      const Vec3 impulse = solution_.impulse.segment<3>(3 * i), into = -held.contacts[i].normal;
+      direction[row[i]] = pushes ? Vec3(impulse / impulse.dot(into)) : into;
+      slope[row[i]] = gap_slope(m.model.patch, m.work.x_end, c, tool_.shape().radius);
+      gap[row[i]] = gap_of(c);
+    }
+    Matrix A(n, n);
+    Vector along(n);
+    for (int i = 0; i < n; ++i) {
+      along[i] = -solution_.impulse.segment<3>(3 * place[i]).dot(held.contacts[place[i]].normal);
+      for (int k = 0; k < n; ++k)
+        A(i, k) = -h_left * slope[i].dot(problem_.W.block<3, 3>(3 * place[i], 3 * place[k]) * direction[k]);
+    }
+    if (!push_apart(A, gap.head(n), along)) return false;
+    for (int i = 0; i < n; ++i) {
+      solution_.impulse.segment<3>(3 * place[i]) = m.state.impulse[place[i]] = along[i] * direction[i];
+      ContactMode& mode = solution_.mode[place[i]];
+      if (along[i] == 0)
+        mode = ContactMode::free;
+      else if (mode == ContactMode::free)
+        mode = ContactMode::slide;
+    }
+    spread_impulses();
+    m.work.x_end = m.work.x_event + h_left * (m.work.u_free + m.work.du);
+  }
+  return true;
+}
+
+}  // namespace kt
