@@ -14,6 +14,7 @@
 
 #include "collision/closest_point.hpp"
 #include "collision/separating_plane.hpp"
+#include "collision/toi.hpp"
 
 namespace kt {
 namespace {
@@ -206,7 +207,7 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
   r.radius = tool.radius;
   r.speed = 0;
   double size = tool.radius;
-  bool finite = true;
+  bool finite = std::isfinite(tool.radius);
   for (int i = 0; i < 3; ++i) {
     r.at_t0[i] = triangle_t0[i] - sweep.x_t0;
     const Vec3 at_t1 = triangle_t1[i] - sweep.x_t1;
@@ -215,7 +216,7 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
     size = std::max({size, r.at_t0[i].lpNorm<Eigen::Infinity>(), at_t1.lpNorm<Eigen::Infinity>()});
     finite = finite && r.at_t0[i].allFinite() && at_t1.allFinite();
   }
-  if (!finite || !std::isfinite(r.speed)) return std::nullopt;
+  if (!finite || size > kLargestCoordinate || size < kSmallestExtent) return std::nullopt;
   r.rounding = kRounding * size;
 
   double from = 0;

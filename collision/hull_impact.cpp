@@ -8,6 +8,7 @@
 #include "collision/closest_point.hpp"
 #include "collision/pair_distance.hpp"
 #include "collision/separating_plane.hpp"
+#include "collision/toi.hpp"
 
 namespace kt {
 namespace {
@@ -320,7 +321,7 @@ std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&tri
   motion.corners = hull.corners;
   motion.radius = hull.radius;
   double size = hull.radius;
-  bool finite = true;
+  bool finite = std::isfinite(hull.radius);
   const Vec3 from = hull.x_t0[0], to = hull.x_t1[0];  // relative to a corner: nothing is lost far from the origin
   for (int i = 0; i < 3; ++i) {
     const int c = std::min(i, hull.corners - 1);
@@ -335,7 +336,7 @@ std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&tri
       finite = finite && v.allFinite();
     }
   }
-  if (!finite || !std::isfinite(motion.speed)) return std::nullopt;
+  if (!finite || size > kLargestCoordinate || size < kSmallestExtent) return std::nullopt;
   motion.rounding = kRounding * size;
 
   double start = 0;
