@@ -70,9 +70,9 @@ TEST(Ply, BadFilesAreRefused) {
       says(with("property double x", "property quad x")).find("a.ply:4: property type \"quad\" is not a PLY type"),
       std::string::npos);
   EXPECT_NE(says(good + "x").find("1 bytes follow the elements"), std::string::npos);
-  EXPECT_NE(says("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement face 0\n"
-                 "property list uchar int vertex_indices\nend_header\n1 2\n")
-                .find("a.ply:8: data \"2\" after"),
+  EXPECT_NE(says("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                 "element face 0\nproperty list uchar int vertex_indices\nend_header\n1 2 3 4\n")
+                .find("a.ply:10: data \"4\" after"),
             std::string::npos);
   EXPECT_NE(says(good.substr(0, good.size() - 20)), "");
   std::string wild = good;
