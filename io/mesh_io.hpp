@@ -2,7 +2,7 @@
 // Mesh files to Mesh and back. Surfaces: OBJ, OFF, PLY, STL. Solids: TetGen .node/.ele, Gmsh .msh, VTU.
 // OBJ, OFF, .node/.ele, .msh and .vtu are read by our own strict double-precision readers, because every library reader
 // we tried alters bad input in silence (drops a line with NaN and shifts all later faces, reads floats...). PLY and STL
-// go through OpenMesh into a plain list of triangles, checked afterwards against the file's own header.
+// are checked, written anew in the plainest form and then go through OpenMesh into a plain list of triangles.
 #include <functional>
 #include <string>
 #include <vector>
