@@ -15,6 +15,7 @@
 #include "collision/closest_point.hpp"
 #include "collision/separating_plane.hpp"
 #include "collision/toi.hpp"
+#include "collision/unit_vector.hpp"
 
 namespace kt {
 namespace {
@@ -94,9 +95,8 @@ Contact contact_at(const RelativeTriangle& r, double t) noexcept {
   out.normal = r.face_normal(t).n;
   if (r.radius > 0 && distance > r.rounding) out.normal = -direction(now, at).normalized();
   if (out.normal.isZero(0)) {
-    const Vec3 velocity = r.velocity(at.bary);
-    const double speed = velocity.norm();
-    out.normal = speed > 0 ? Vec3(velocity / speed) : Vec3(Vec3::UnitZ());
+    out.normal = unit_vector(r.velocity(at.bary));
+    if (out.normal.isZero(0)) out.normal = Vec3::UnitZ();
   }
   out.gap = distance - r.radius;
   out.toi = t;

@@ -9,6 +9,7 @@
 #include "collision/pair_distance.hpp"
 #include "collision/separating_plane.hpp"
 #include "collision/toi.hpp"
+#include "collision/unit_vector.hpp"
 
 namespace kt {
 namespace {
@@ -264,14 +265,18 @@ double approach(const Motion& motion, const Witness& w, const Vec3& n) noexcept 
 Contact contact_at(const Motion& motion, const Place& p, double t, const Witness& w) noexcept {
   Contact out;
   out.bary = w.triangle;
-  out.normal = -plane_between(motion, p, w).n.normalized();
+  out.normal = -unit_vector(plane_between(motion, p, w).n);
   if (!(out.normal.squaredNorm() > 0.5)) {
     Vec3 rate = Vec3::Zero();
     for (int i = 0; i < 3; ++i) rate += w.triangle[i] * motion.change.triangle[i] - w.hull[i] * motion.change.hull[i];
-    out.normal = rate.norm() > 0 ? Vec3(rate.normalized()) : Vec3(Vec3::UnitZ());
+    out.normal = unit_vector(rate);
+    if (out.normal.isZero(0)) out.normal = Vec3::UnitZ();
   }
   // A hull without a radius that is a rounding below the face is still above it.
-  if (w.kind == Witness::Kind::corner_face && motion.radius == 0) out.normal = face_area(p.triangle).normalized();
+  if (w.kind == Witness::Kind::corner_face && motion.radius == 0) {
+    const Vec3 upwards = unit_vector(face_area(p.triangle));
+    if (!upwards.isZero(0)) out.normal = upwards;
+  }
   out.gap = w.distance - motion.radius;
   out.toi = t;
   return out;

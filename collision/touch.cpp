@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/closest_point.hpp"
+#include "collision/unit_vector.hpp"
 
 namespace kt {
 namespace {
@@ -71,19 +72,11 @@ void weigh_by_distance(const RoundedMotion& m, double t, Touch& out) noexcept {
   for (int i = 0; i < 4; ++i) out.is_zero[i] = out.weight[i] == 0;
 }
 
-/// v as a unit vector, zero if it is: where the square of its length would underflow too.
-Vec3 unit(const Vec3& v) noexcept {
-  constexpr double kSquarable = 0x1p-480;
-  if (const double length = v.norm(); length > kSquarable) return v / length;
-  const double largest = v.lpNorm<Eigen::Infinity>();
-  return largest > 0 ? Vec3((v / largest).normalized()) : Vec3(Vec3::Zero());
-}
-
 /// The common normal, from the second feature to the first before the touch; where there is none, against the motion.
 Vec3 normal_at(const RoundedMotion& m, double t, bool is_regular, const Touch& touch) noexcept {
   const auto& v = m.vectors();
   const bool is_face = m.pair() == FeaturePair::vertex_face;
-  const Vec3 n = is_regular ? unit(at(v.e1, t).cross(at(v.e2, t))) : Vec3(Vec3::Zero());
+  const Vec3 n = is_regular ? unit_vector(at(v.e1, t).cross(at(v.e2, t))) : Vec3(Vec3::Zero());
   const bool has_normal = !n.isZero(0);
   if (has_normal) {
     const double volume = value(m.distance(), t);
@@ -93,7 +86,7 @@ Vec3 normal_at(const RoundedMotion& m, double t, bool is_regular, const Touch& t
   const Vec3 velocity = is_face ? Vec3(change(v.d) - touch.weight[2] * change(v.e1) - touch.weight[3] * change(v.e2))
                                 : Vec3(touch.weight[1] * change(v.e1) - touch.weight[3] * change(v.e2) - change(v.d));
   if (has_normal) return velocity.dot(n) > 0 ? Vec3(-n) : n;
-  const Vec3 against = -unit(velocity);
+  const Vec3 against = -unit_vector(velocity);
   return against.isZero(0) ? Vec3(Vec3::UnitZ()) : against;
 }
 
