@@ -47,11 +47,8 @@ TEST(Impact, TheNormalIsAUnitVectorWhereTheSquareOfAMotionUnderflows) {
   const Vec3 zero = Vec3::Zero(), triangle[3] = {zero, zero, zero};
   const auto hit = find_triangle_impact({ToolShape::Kind::sphere, 1}, {Vec3(0x1.f1f1f007a861fp-526, 0, 0), zero},
                                         triangle, triangle);
-  if (hit) EXPECT_NEAR(hit->normal.norm(), 1, 1e-12);
-  // A point on a triangle without a normal that then closes over it.
-  const Vec3 t1[3] = {Vec3(0, 0, 0x1.9p-530), Vec3(0x1.1p-530, 0, 0), Vec3(1, 0, 0)};
-  const Vec3 t0[3] = {zero, zero, Vec3(1, 0, 0)};
-  if (const auto touch = find_triangle_impact({}, {zero, zero}, t0, t1)) EXPECT_NEAR(touch->normal.norm(), 1, 1e-12);
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->normal.norm(), 1, 1e-12);
 }
 
 TEST(Impact, TheValidRangeEndsWhereItSays) {
