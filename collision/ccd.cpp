@@ -14,6 +14,8 @@
 
 #include "collision/advancement.hpp"
 #include "collision/closest_point.hpp"
+#include "collision/toi.hpp"
+#include "collision/unit_vector.hpp"
 
 namespace kt {
 namespace {
@@ -112,9 +114,8 @@ Contact contact_at(const RelativeTriangle& r, double t) noexcept {
   out.normal = r.face_normal(t).n;
   if (r.radius > 0 && distance > r.rounding) out.normal = -direction(now, at).normalized();
   if (out.normal.isZero(0)) {
-    const Vec3 velocity = r.velocity(at.bary);
-    const double speed = velocity.norm();
-    out.normal = speed > 0 ? Vec3(velocity / speed) : Vec3(Vec3::UnitZ());
+    out.normal = unit_vector(r.velocity(at.bary));
+    if (out.normal.isZero(0)) out.normal = Vec3::UnitZ();
   }
   out.gap = distance - r.radius;
   out.toi = t;
@@ -243,7 +244,7 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
   r.radius = tool.radius;
   r.speed = 0;
   double size = tool.radius;
-  bool finite = true;
+  bool finite = std::isfinite(tool.radius);
   for (int i = 0; i < 3; ++i) {
     r.at_t0[i] = triangle_t0[i] - sweep.x_t0;
     const Vec3 at_t1 = triangle_t1[i] - sweep.x_t1;
@@ -252,7 +253,7 @@ std::optional<Contact> find_triangle_impact(const ToolShape& tool, const ToolSwe
     size = std::max({size, r.at_t0[i].lpNorm<Eigen::Infinity>(), at_t1.lpNorm<Eigen::Infinity>()});
     finite = finite && r.at_t0[i].allFinite() && at_t1.allFinite();
   }
-  if (!finite || !std::isfinite(r.speed)) return std::nullopt;
+  if (!finite || size > kLargestCoordinate || size < kSmallestExtent) return std::nullopt;
   r.rounding = kRounding * size;
 
   const Start start = at_start(r);

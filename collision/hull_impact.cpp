@@ -8,6 +8,8 @@
 #include "collision/advancement.hpp"
 #include "collision/closest_point.hpp"
 #include "collision/pair_distance.hpp"
+#include "collision/toi.hpp"
+#include "collision/unit_vector.hpp"
 
 namespace kt {
 namespace {
@@ -241,14 +243,18 @@ double approach(const Motion& motion, const Witness& w, const Vec3& n) noexcept 
 Contact contact_at(const Motion& motion, const Place& p, double t, const Witness& w) noexcept {
   Contact out;
   out.bary = w.triangle;
-  out.normal = -plane_between(motion, p, w).n.normalized();
+  out.normal = -unit_vector(plane_between(motion, p, w).n);
   if (!(out.normal.squaredNorm() > 0.5)) {
     Vec3 rate = Vec3::Zero();
     for (int i = 0; i < 3; ++i) rate += w.triangle[i] * motion.change.triangle[i] - w.hull[i] * motion.change.hull[i];
-    out.normal = rate.norm() > 0 ? Vec3(rate.normalized()) : Vec3(Vec3::UnitZ());
+    out.normal = unit_vector(rate);
+    if (out.normal.isZero(0)) out.normal = Vec3::UnitZ();
   }
   // A hull without a radius that is a rounding below the face is still above it.
-  if (w.kind == Witness::Kind::corner_face && motion.radius == 0) out.normal = face_area(p.triangle).normalized();
+  if (w.kind == Witness::Kind::corner_face && motion.radius == 0) {
+    const Vec3 upwards = unit_vector(face_area(p.triangle));
+    if (!upwards.isZero(0)) out.normal = upwards;
+  }
   out.gap = w.distance - motion.radius;
   out.toi = t;
   return out;
@@ -300,7 +306,7 @@ std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&tri
   motion.radius = hull.radius + hull.swell;
   motion.swell = hull.swell;
   double size = motion.radius;
-  bool finite = true;
+  bool finite = std::isfinite(size);
   const Vec3 from = hull.x_t0[0], to = hull.x_t1[0];  // relative to a corner: nothing is lost far from the origin
   for (int i = 0; i < 3; ++i) {
     const int c = std::min(i, hull.corners - 1);
@@ -315,7 +321,7 @@ std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&tri
       finite = finite && v.allFinite();
     }
   }
-  if (!finite || !std::isfinite(motion.speed)) return std::nullopt;
+  if (!finite || size > kLargestCoordinate || size < kSmallestExtent) return std::nullopt;
   motion.rounding = kRounding * size;
 
   double start = 0;

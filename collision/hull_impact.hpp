@@ -18,7 +18,7 @@ struct MovingHull {
 /// First time t in [0, 1] at which the hull touches the triangle while coming nearer. What is promised is what
 /// find_triangle_impact() promises: never late, never missed, ambiguous is a hit; touching at the start is a hit only
 /// when it comes nearer somewhere; from within the body it passes out, where face meets corner; a number that is not
-/// finite gives no hit. `bary` are the triangle's weights; the normal goes from the triangle to the hull.
+/// finite, or out of the valid range of toi.hpp, gives no hit. `bary` are the triangle's weights; the normal goes from the triangle to the hull.
 std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&triangle_t0)[3],
                                         const Vec3 (&triangle_t1)[3]) noexcept;
 

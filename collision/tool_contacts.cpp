@@ -92,6 +92,12 @@ void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolC
       }
     }
   }
+  // As find_sphere_contacts(): the order does not depend on how triangles are numbered.
+  const auto key = [](const Contact& c) {
+    return std::array{c.normal[0], c.normal[1], c.normal[2], c.core[0], c.core[1], c.core[2]};
+  };
+  std::sort(out.contacts.begin(), out.contacts.begin() + out.count,
+            [&](const Contact& a, const Contact& b) { return key(a) < key(b); });
 }
 
 }  // namespace kt

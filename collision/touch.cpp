@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/closest_point.hpp"
+#include "collision/unit_vector.hpp"
 
 namespace kt {
 namespace {
@@ -75,18 +76,18 @@ void weigh_by_distance(const RoundedMotion& m, double t, Touch& out) noexcept {
 Vec3 normal_at(const RoundedMotion& m, double t, bool is_regular, const Touch& touch) noexcept {
   const auto& v = m.vectors();
   const bool is_face = m.pair() == FeaturePair::vertex_face;
-  const Vec3 n = at(v.e1, t).cross(at(v.e2, t));
-  const double length = is_regular ? n.norm() : 0;
-  if (length > 0) {
+  const Vec3 n = is_regular ? unit_vector(at(v.e1, t).cross(at(v.e2, t))) : Vec3(Vec3::Zero());
+  const bool has_normal = !n.isZero(0);
+  if (has_normal) {
     const double volume = value(m.distance(), t);
-    if (std::abs(volume) > m.distance().error) return n / ((volume > 0) == is_face ? length : -length);
+    if (std::abs(volume) > m.distance().error) return (volume > 0) == is_face ? n : Vec3(-n);
   }
   // Velocity of the first relative to the second: of d - beta e1 - gamma e2, or of s e1 - r e2 - d.
   const Vec3 velocity = is_face ? Vec3(change(v.d) - touch.weight[2] * change(v.e1) - touch.weight[3] * change(v.e2))
                                 : Vec3(touch.weight[1] * change(v.e1) - touch.weight[3] * change(v.e2) - change(v.d));
-  if (length > 0) return n / (velocity.dot(n) > 0 ? -length : length);
-  const double speed = velocity.norm();
-  return speed > 0 ? Vec3(-velocity / speed) : Vec3(Vec3::UnitZ());
+  if (has_normal) return velocity.dot(n) > 0 ? Vec3(-n) : n;
+  const Vec3 against = -unit_vector(velocity);
+  return against.isZero(0) ? Vec3(Vec3::UnitZ()) : against;
 }
 
 }  // namespace

@@ -10,6 +10,12 @@ namespace kt {
 
 using Notes = std::vector<std::string>;
 
+/// The bytes of a file, from where the options say.
+std::string file_content(const std::string& path, const LoadOptions& options);
+
+/// The same without NULs at its end: some exporters write C's end of string.
+std::string text_content(const std::string& path, const LoadOptions& options);
+
 Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes);
 Mesh read_off(const std::string& path, const LoadOptions& options, Notes& notes);
 Mesh read_ply_or_stl(const std::string& path, const LoadOptions& options, Notes& notes);  ///< OpenMesh

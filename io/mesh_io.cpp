@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "io/mesh_formats.hpp"
 #include "io/output_file.hpp"
+#include "io/text_reader.hpp"
 
 namespace kt {
 namespace {
@@ -56,6 +57,16 @@ Mesh surface_of_solid(const Mesh& mesh) {
 }
 
 }  // namespace
+
+std::string file_content(const std::string& path, const LoadOptions& options) {
+  return options.read_file ? options.read_file(path) : read_whole_file(path);
+}
+
+std::string text_content(const std::string& path, const LoadOptions& options) {
+  std::string data = file_content(path, options);
+  while (!data.empty() && data.back() == '\0') data.pop_back();
+  return data;
+}
 
 std::string mesh_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();

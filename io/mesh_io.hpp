@@ -2,7 +2,8 @@
 // Mesh files to Mesh and back. Surfaces: OBJ, OFF, PLY, STL. Solids: TetGen .node/.ele, Gmsh .msh, VTU.
 // OBJ, OFF, .node/.ele, .msh and .vtu are read by our own strict double-precision readers, because every library reader
 // we tried alters bad input in silence (drops a line with NaN and shifts all later faces, reads floats...). PLY and STL
-// go through OpenMesh into a plain list of triangles, checked afterwards against the file's own header.
+// are checked, written anew in the plainest form and then go through OpenMesh into a plain list of triangles.
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ namespace kt {
 struct LoadOptions {
   bool lenient = false;  ///< keep NaN and infinite coordinates, flat tetrahedra and empty surfaces, so that they can be
                          ///< reported together (mesh info); an engine must not be given such a mesh
+  std::function<std::string(const std::string& path)> read_file = {};  ///< gives a file's bytes, of an archive or in
+                                                                       ///< memory; empty: from the file system
 };
 
 /// Reads a mesh by its extension (.obj .off .ply .stl .node .ele .msh .vtu, any case), in the file's own unit.

@@ -96,9 +96,10 @@ void orient(Mesh& mesh, Done& done) {
   if (turned > 0) done.push_back(text(turned, " triangles turned to agree with their neighbours"));
 
   const MeshReport report = examine(mesh, {.self_intersections = false});
-  for (const MeshPlace& place : report.inside_out)
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      if (pieces.piece[t] == pieces.piece[place.triangles[0]]) flip(mesh.triangles[t]);
+  std::vector<bool> is_inside_out(static_cast<std::size_t>(pieces.count), false);
+  for (const MeshPlace& place : report.inside_out) is_inside_out[pieces.piece[place.triangles[0]]] = true;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (pieces.piece[t] >= 0 && is_inside_out[pieces.piece[t]]) flip(mesh.triangles[t]);
   if (!report.inside_out.empty()) done.push_back(text(report.inside_out.size(), " closed pieces turned outward"));
 }
 

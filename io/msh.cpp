@@ -21,7 +21,7 @@ constexpr ElementType kTypes[] = {{1, 2, 0},  {8, 3, 0},   {15, 1, 0},  {2, 3, 3
 class MshReader {
  public:
   MshReader(const std::string& path, const LoadOptions& options, Notes& notes)
-      : in_(path, read_text_file(path)), options_(options), notes_(notes) {}
+      : in_(path, text_content(path, options)), options_(options), notes_(notes) {}
 
   Mesh read() {
     read_format();
@@ -66,7 +66,7 @@ class MshReader {
     const std::string end = "$End" + name.substr(1);
     while (const auto found = in_.word())
       if (*found == end) return;
-    in_.fail("file ends inside ", name);
+    in_.fail("file ends inside ", quoted(name));
   }
 
   void add_node(long long tag) {

@@ -9,7 +9,7 @@ namespace {
 
 /// Nodes; returns the index of the first one, 0 or 1, which the .ele file shares.
 int read_nodes(const std::string& path, const LoadOptions& options, VectorX& x) {
-  TextReader in(path, read_text_file(path));
+  TextReader in(path, text_content(path, options));
   const long long announced = in.integer("the number of nodes");
   const long long dimension = in.integer("the dimension");
   if (dimension != 3) in.fail("dimension is ", dimension, "; must be 3");
@@ -39,7 +39,7 @@ Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& n
   const std::string elements = fs::path(path).replace_extension(".ele").string();
   Mesh mesh;
   const int base = read_nodes(nodes, options, mesh.x);
-  TextReader in(elements, read_text_file(elements));
+  TextReader in(elements, text_content(elements, options));
   const int n = in.count("tetrahedra", 10);  // "0 0 1 2 3\n"
   const long long corners = in.integer("the number of nodes of a tetrahedron");
   if (corners != 4 && corners != 10) in.fail("tetrahedra have ", corners, " nodes; must be 4 or 10");
@@ -50,11 +50,10 @@ Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& n
     in.integer(text("the number of tetrahedron ", i));
     Tetrahedron t{};
     for (int& corner : t) {
-      const long long index = in.integer(text("a node of tetrahedron ", i)) - base;
-      if (index < 0 || index >= mesh.num_nodes())
-        in.fail("node ", index + base, " of tetrahedron ", i, " is out of range ", base, "..",
-                mesh.num_nodes() - 1 + base);
-      corner = static_cast<int>(index);
+      const long long number = in.integer(text("a node of tetrahedron ", i));
+      if (number < base || number > mesh.num_nodes() - 1 + base)
+        in.fail("node ", number, " of tetrahedron ", i, " is out of range ", base, "..", mesh.num_nodes() - 1 + base);
+      corner = static_cast<int>(number - base);
     }
     mesh.tetrahedra.push_back(t);
     for (int k = 0; k < extras; ++k) in.number(text("an attribute of tetrahedron ", i), true);

@@ -59,7 +59,7 @@ struct Polygons {
 }  // namespace
 
 Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes) {
-  TextReader in(path, read_text_file(path));
+  TextReader in(path, text_content(path, options));
   std::vector<double> x;
   Polygons polygons;
   int lines_and_points = 0;

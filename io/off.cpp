@@ -70,7 +70,7 @@ void skip_vertex_extras(TextReader& in, const OffHeader& h) {
 }  // namespace
 
 Mesh read_off(const std::string& path, const LoadOptions& options, Notes& notes) {
-  TextReader in(path, read_text_file(path));
+  TextReader in(path, text_content(path, options));
   const OffHeader header = read_header(in, notes);
   Mesh mesh;
   mesh.x.resize(3 * header.vertices);

@@ -1,10 +1,8 @@
 // PLY and STL through OpenMesh's file modules, into a plain list of vertices and faces: its half-edge mesh would change
-// non-manifold input in silence. What it reads is checked against the file's own header, because the modules report
-// success for truncated files.
+// non-manifold input in silence. The modules get a file that was checked and written anew, and what they read is
+// compared with what it holds, because they report success whatever they are given.
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <iostream>
 #include <map>
 #include <sstream>
@@ -28,6 +26,7 @@
 #include "io/mesh_formats.hpp"
 #include "io/ply_check.hpp"
 #include "io/polygon.hpp"
+#include "io/stl_check.hpp"
 #include "io/text_reader.hpp"
 
 namespace kt {
@@ -98,39 +97,6 @@ struct Announced {
   long long vertices = -1, faces = -1;  ///< -1: the format does not say
 };
 
-/// Text STL: every facet needs three vertices of three finite numbers. The library stops at the first bad one in
-/// silence.
-Announced stl_text_counts(const std::string& path, const std::string& data) {
-  TextReader in(path, data);
-  long long facets = 0, corners = 0;
-  bool ended = false;
-  in.skip_line();  // "solid" and a name of any words
-  while (const auto word = in.word()) {
-    ended = *word == "endsolid";
-    if (*word == "vertex") {
-      ++corners;
-      for (int k = 0; k < 3; ++k) in.number("a vertex coordinate", false);
-    } else if (*word == "endfacet" && corners != 3 * ++facets) {
-      in.fail("facet ", facets - 1, " has not 3 vertices");
-    }
-    if (ended) in.skip_line();
-  }
-  if (!ended) in.fail("file ends without endsolid: it is truncated");
-  return {-1, facets};
-}
-
-/// Binary STL: 80 bytes, a count, 50 bytes a triangle. A text STL starts with "solid", but so do some binary ones: the
-/// size decides.
-Announced stl_counts(const std::string& path, const std::string& data) {
-  std::uint32_t n = 0;
-  if (data.size() >= 84) std::memcpy(&n, data.data() + 80, sizeof n);
-  if (data.size() >= 84 && data.size() == 84 + std::size_t{50} * n) return {-1, n};
-  if (data.starts_with("solid")) return stl_text_counts(path, data);
-  if (data.size() < 84) throw InputError(text(path, ": ", data.size(), " bytes are too few for an STL file"));
-  throw InputError(text(path, ": binary STL announces ", n, " triangles (", 84 + std::size_t{50} * n,
-                        " bytes) but the file has ", data.size(), " bytes"));
-}
-
 /// STL repeats every corner: equal coordinates are one vertex. Exact comparison, in order of first appearance.
 void weld(SoupImporter& soup) {
   std::map<std::array<double, 3>, int> known;
@@ -150,16 +116,18 @@ void weld(SoupImporter& soup) {
 }  // namespace
 
 Mesh read_ply_or_stl(const std::string& path, const LoadOptions& options, Notes& notes) {
-  const std::string data = read_whole_file(path);
+  const std::string data = file_content(path, options);
   const bool stl = mesh_extension(path) == ".stl";
   Announced announced;
-  std::istringstream ply;
+  std::istringstream plain;
   if (stl) {
-    announced = stl_counts(path, data);
+    CheckedStl checked = check_stl(path, data);
+    announced.faces = checked.faces;
+    plain.str(std::move(checked.data));
   } else {
     CheckedPly checked = check_ply(path, data);
     announced = {checked.vertices, checked.faces};
-    ply.str(std::move(checked.data));
+    plain.str(std::move(checked.data));
   }
 
   SoupImporter soup;
@@ -169,7 +137,9 @@ Mesh read_ply_or_stl(const std::string& path, const LoadOptions& options, Notes&
   bool good = false;
   std::string reason;
   try {
-    good = stl ? om::IO::STLReader().read(path, soup, read_options) : om::IO::PLYReader().read(ply, soup, read_options);
+    if (stl) read_options += om::IO::Options::Binary;
+    good =
+        stl ? om::IO::STLReader().read(plain, soup, read_options) : om::IO::PLYReader().read(plain, soup, read_options);
   } catch (const std::exception& e) {
     reason = e.what();
   }

@@ -1,6 +1,7 @@
 #include "io/polygon.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "core/error.hpp"
 
@@ -36,19 +37,32 @@ bool inside(const VectorX& x, const Vec3& n, const Triangle& t, int p) {
   return turn(x, n, t[0], t[1], p) >= 0 && turn(x, n, t[1], t[2], p) >= 0 && turn(x, n, t[2], t[0], p) >= 0;
 }
 
-/// Cuts ears; false when no ear is left before the end (self-crossing or flat polygon).
+/// Corner i turns left, and its triangle holds no other corner.
+bool is_ear(const VectorX& x, const Vec3& n, const std::vector<int>& p, std::size_t i) {
+  const std::size_t size = p.size();
+  const Triangle t{p[(i + size - 1) % size], p[i], p[(i + 1) % size]};
+  if (!(turn(x, n, t[0], t[1], t[2]) > 0)) return false;
+  for (const int q : p)
+    if (q != t[0] && q != t[1] && q != t[2] && inside(x, n, t, q)) return false;
+  return true;
+}
+
+/// Cuts ears; false when no ear is left before the end (self-crossing or flat polygon), or when there are so many
+/// corners that it would take for ever: the time grows with their square.
 bool cut_ears(const VectorX& x, const Vec3& n, std::vector<int> p, std::vector<Triangle>& out) {
+  if (p.size() > PolygonTriangulator::kMostCorners) return false;
+  std::vector<char> ears(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) ears[i] = is_ear(x, n, p, i);
   while (p.size() > 3) {
-    std::size_t ear = p.size();
-    for (std::size_t i = 0; i < p.size() && ear == p.size(); ++i) {
-      const Triangle t{p[(i + p.size() - 1) % p.size()], p[i], p[(i + 1) % p.size()]};
-      bool good = turn(x, n, t[0], t[1], t[2]) > 0;
-      for (const int q : p) good = good && (q == t[0] || q == t[1] || q == t[2] || !inside(x, n, t, q));
-      if (good) ear = i;
-    }
-    if (ear == p.size()) return false;
-    out.push_back({p[(ear + p.size() - 1) % p.size()], p[ear], p[(ear + 1) % p.size()]});
-    p.erase(p.begin() + static_cast<std::ptrdiff_t>(ear));
+    const auto found = std::find(ears.begin(), ears.end(), 1);
+    if (found == ears.end()) return false;
+    const auto at = found - ears.begin();
+    const auto ear = static_cast<std::size_t>(at), size = p.size();
+    out.push_back({p[(ear + size - 1) % size], p[ear], p[(ear + 1) % size]});
+    p.erase(p.begin() + at);
+    ears.erase(found);
+    // Of a polygon that does not cross itself no others become ears, or cease to be.
+    for (const std::size_t i : {ear % p.size(), (ear + p.size() - 1) % p.size()}) ears[i] = is_ear(x, n, p, i);
   }
   out.push_back({p[0], p[1], p[2]});
   return true;
@@ -77,7 +91,9 @@ std::vector<std::string> PolygonTriangulator::notes() const {
   std::vector<std::string> out;
   if (polygons_ > 0) out.push_back(text(polygons_, " polygons split into triangles"));
   if (concave_ > 0) out.push_back(text(concave_, " polygons are not convex: split by cutting ears"));
-  if (failed_ > 0) out.push_back(text(failed_, " polygons cross themselves or are flat: split as fans"));
+  if (failed_ > 0)
+    out.push_back(text(failed_, " polygons cross themselves, are flat or have more than ", kMostCorners,
+                       " corners: split as fans"));
   return out;
 }
 

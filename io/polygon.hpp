@@ -11,6 +11,8 @@ namespace kt {
 /// Collects polygons as triangles and remembers what it had to do, for the notes of load_mesh.
 class PolygonTriangulator {
  public:
+  static constexpr std::size_t kMostCorners = 10000;  ///< of a polygon whose ears are cut: a second or two
+
   /// Appends the triangles of one polygon with corners at positions x (3n): a fan where the polygon is convex, else
   /// ears cut in the plane of its Newell normal (a fan again when even that fails). Keeps all n corners and the
   /// boundary edges.

@@ -66,13 +66,32 @@ std::string read_text(const std::string& path) {
 
 Scene default_scene() { return {}; }
 
-Scene parse_scene(const std::string& json, const std::vector<std::string>& overrides, const std::string& name) {
+namespace {
+
+/// A message shows keys, words and overrides as they stand; control characters in them must not break its line.
+std::string one_line(std::string message) {
+  for (char& c : message)
+    if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
+  return message;
+}
+
+Scene parse_checked(const std::string& json, const std::vector<std::string>& overrides, const std::string& name) {
   nlohmann::json document = parse_scene_document(json, name);
   for (const std::string& entry : overrides) apply_override(document, entry, schema());
   if (const auto problem = find_json_problem(document, schema())) throw_problem(*problem, overrides, name);
   const Scene scene = scene_from_json(document);
   if (const auto problem = find_scene_problem(scene)) throw_problem(*problem, overrides, name);
   return scene;
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& json, const std::vector<std::string>& overrides, const std::string& name) {
+  try {
+    return parse_checked(json, overrides, name);
+  } catch (const InputError& error) {
+    throw InputError(one_line(error.what()));
+  }
 }
 
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides) {

@@ -37,12 +37,6 @@ std::string read_whole_file(const std::string& path) {
   return data;
 }
 
-std::string read_text_file(const std::string& path) {
-  std::string data = read_whole_file(path);
-  while (!data.empty() && data.back() == '\0') data.pop_back();
-  return data;
-}
-
 std::string quoted(std::string_view token) {
   std::string out = "\"";
   for (const char c : token.substr(0, 40)) out += (c >= ' ' && c < 127) ? c : '?';

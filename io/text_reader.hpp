@@ -12,9 +12,6 @@ namespace kt {
 /// Whole content of a regular file. @throws InputError naming the file: missing, directory, unreadable, 0 bytes.
 std::string read_whole_file(const std::string& path);
 
-/// The same without NULs at its end: some exporters write C's end of string.
-std::string read_text_file(const std::string& path);
-
 /// `token` as it may appear in a message: quoted, control bytes replaced, at most 40 characters.
 std::string quoted(std::string_view token);
 

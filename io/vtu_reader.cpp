@@ -1,6 +1,7 @@
 // VTU (VTK unstructured grid): ASCII, inline base64 and appended raw or base64 arrays, uncompressed, little-endian.
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -22,7 +23,7 @@ struct Element {
 class VtuReader {
  public:
   VtuReader(const std::string& path, const LoadOptions& options, Notes& notes)
-      : path_(path), data_(read_whole_file(path)), options_(options), notes_(notes) {}
+      : path_(path), data_(file_content(path, options)), options_(options), notes_(notes) {}
 
   Mesh read();
 
@@ -238,7 +239,8 @@ Mesh VtuReader::read() {
   std::string parent;
   std::size_t at = 0;
   while (const auto e = next_element(at)) {
-    if (!file && e->name != "VTKFile") fail(e->begin, "file starts with <", e->name, ">; must start with <VTKFile");
+    if (!file && e->name != "VTKFile")
+      fail(e->begin, "file starts with ", quoted("<" + e->name), "; must start with <VTKFile");
     if (e->name == "VTKFile") read_header(*(file = e));
     if (e->name == "Piece") {
       if (piece) fail(e->begin, "the file has several pieces; only one is supported");
@@ -254,10 +256,19 @@ Mesh VtuReader::read() {
   return build(*piece, points ? &*points : nullptr, cells);
 }
 
+/// Read as a double, like all numbers of the file, and usable as an index.
+bool is_whole(double value, double low, double high) {
+  return value >= low && value <= high && value == std::floor(value);
+}
+
 Mesh VtuReader::build(const Element& piece, const Element* points, const std::map<std::string, Element>& cells) {
   constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
   const auto n = static_cast<std::size_t>(integer_attribute(piece, "NumberOfPoints"));
   const auto num_cells = static_cast<std::size_t>(integer_attribute(piece, "NumberOfCells"));
+  for (const std::size_t announced : {n, num_cells})
+    if (announced > data_.size())
+      fail(piece.begin, "the piece announces ", announced, " points or cells, but the file has only ", data_.size(),
+           " bytes");
   if (!points) fail(piece.begin, "the piece has no array in <Points>");
   for (const char* name : {"connectivity", "offsets", "types"})
     if (!cells.count(name)) fail(piece.begin, "the piece has no array \"", name, "\" in <Cells>");
@@ -275,18 +286,18 @@ Mesh VtuReader::build(const Element& piece, const Element* points, const std::ma
   int skipped = 0;
   for (std::size_t c = 0; c < num_cells; ++c) {
     const double end = offsets[c];
-    if (!(end >= begin && end <= static_cast<double>(connectivity.size())))
-      fail(cells.at("offsets").begin, "offset ", end, " of cell ", c, " is out of range ", begin, "..",
+    if (!is_whole(end, begin, static_cast<double>(connectivity.size())))
+      fail(cells.at("offsets").begin, "offset ", end, " of cell ", c, " is no integer in the range ", begin, "..",
            connectivity.size());
     std::vector<int> corner;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      if (!(connectivity[i] >= 0 && connectivity[i] < static_cast<double>(n)))
-        fail(cells.at("connectivity").begin, "point ", connectivity[i], " of cell ", c, " is out of range 0..",
-             static_cast<long long>(n) - 1);
+      if (!is_whole(connectivity[i], 0, static_cast<double>(n) - 1))
+        fail(cells.at("connectivity").begin, "point ", connectivity[i], " of cell ", c,
+             " is no integer in the range 0..", static_cast<long long>(n) - 1);
       corner.push_back(static_cast<int>(connectivity[i]));
     }
     begin = end;
-    const int type = static_cast<int>(types[c]);
+    const int type = is_whole(types[c], 0, 255) ? static_cast<int>(types[c]) : -1;
     const std::size_t needed = type == 5 ? 3 : type == 10 ? 4 : corner.size();
     if (corner.size() != needed)
       fail(cells.at("offsets").begin, "cell ", c, " has ", corner.size(), " points; must be ", needed);

@@ -227,5 +227,16 @@ TEST(Toi, TheValidRangeEndsWhereItSays) {
   }
 }
 
+TEST(Toi, TheNormalIsAUnitVectorWhereTheSquareOfAMotionUnderflows) {
+  const Vec3 zero = Vec3::Zero();
+  const Vec3 t0[4] = {Vec3(-0x1.e9p-534, 0x1p-1060, 0), Vec3(0x1p-76, 0, 0), zero, zero};
+  const Vec3 t1[4] = {zero, zero, zero, zero};
+  for (const ToiMode mode : kModes) {
+    const ToiResult r = vertex_face_toi(t0, t1, mode);
+    ASSERT_TRUE(r.is_contact());
+    EXPECT_NEAR(r.normal.norm(), 1, kSharp);
+  }
+}
+
 }  // namespace
 }  // namespace kt

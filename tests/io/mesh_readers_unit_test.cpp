@@ -1,4 +1,7 @@
 // Every reader against files written by hand: what it takes, and the exact line it says to what it does not take.
+#include <cmath>
+#include <ctime>
+
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {
@@ -195,7 +198,41 @@ INSTANTIATE_TEST_SUITE_P(
         Sample{"a.vtu", "hello", "a.vtu:1: no <VTKFile> element"},
         Sample{"a.node", "4 2 0 0\n", "a.node:1: dimension is 2; must be 3"},
         Sample{"a.node", "2 3 0 0\n5 0 0 0\n6 0 0 0\n", "first node has number 5; must be 0 or 1"},
-        Sample{"a.ele", "1 4 0\n", "a.node: no such file"}));
+        Sample{"a.ele", "1 4 0\n", "a.node: no such file"},
+        Sample{"a.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$A\x1b[2J\n", "file ends inside \"$A?[2J\""},
+        Sample{"a.vtu", "<html\x1b[2J>", "file starts with \"<html?[2J\"; must start with <VTKFile"}));
+
+TEST(NodeEle, ANodeNumberThatOverflowsIsRefused) {
+  const PrivateFolder folder;
+  write_sample(folder, "a.node", "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n");
+  const std::string path = write_sample(folder, "a.ele", "1 4 0\n1 1 2 3 -9223372036854775808\n");
+  EXPECT_NE(input_error(folder, [&] { load_mesh(path); }).find("node -9223372036854775808 of tetrahedron 0 is out of"),
+            std::string::npos);
+}
+
+TEST(LoadMesh, ReadsFromMemory) {
+  const auto read_file = [](const std::string& path) {
+    return path == "in/memory.node" ? "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n" : "1 4 0\n0 0 1 2 3\n";
+  };
+  const Mesh mesh = load_mesh("in/memory.ele", {.read_file = read_file});
+  EXPECT_EQ(mesh.num_nodes(), 4);
+  EXPECT_EQ(mesh.tetrahedra, (std::vector<Tetrahedron>{{0, 1, 2, 3}}));
+}
+
+TEST(Polygon, AWindingOneOfThousandsOfCornersTakesNoTime) {
+  std::string content;
+  constexpr int kHalf = 3000;  // a spiral: there and back
+  for (int i = 0; i < 2 * kHalf; ++i) {
+    const int j = i < kHalf ? i : 2 * kHalf - 1 - i;
+    const double r = 1 + 0.05 * j + (i < kHalf ? 0 : 0.02);
+    content += text("v ", r * std::cos(0.3 * j), ' ', r * std::sin(0.3 * j), " 0\n");
+  }
+  content += "f";
+  for (int i = 1; i <= 2 * kHalf; ++i) content += text(' ', i);
+  const auto start = std::clock();
+  EXPECT_EQ(load_text("a.obj", content + "\n").triangles.size(), 2u * kHalf - 2);
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 20);  // by their cube it would be minutes
+}
 
 TEST(LoadMesh, NamesTheFormatsForAnUnknownExtension) {
   const PrivateFolder folder;

@@ -70,9 +70,9 @@ TEST(Ply, BadFilesAreRefused) {
       says(with("property double x", "property quad x")).find("a.ply:4: property type \"quad\" is not a PLY type"),
       std::string::npos);
   EXPECT_NE(says(good + "x").find("1 bytes follow the elements"), std::string::npos);
-  EXPECT_NE(says("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement face 0\n"
-                 "property list uchar int vertex_indices\nend_header\n1 2\n")
-                .find("a.ply:8: data \"2\" after"),
+  EXPECT_NE(says("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                 "element face 0\nproperty list uchar int vertex_indices\nend_header\n1 2 3 4\n")
+                .find("a.ply:10: data \"4\" after"),
             std::string::npos);
   EXPECT_NE(says(good.substr(0, good.size() - 20)), "");
   std::string wild = good;
@@ -105,6 +105,89 @@ TEST(Stl, TextAndBinaryAreToldApartBySize) {
   EXPECT_NE(says("solid x\nfacet\nvertex 0 0 nan\n").find("c.stl:3: a vertex coordinate is \"nan\""),
             std::string::npos);
   EXPECT_NE(says("solid x\nfacet\nvertex 0 0 0\nendfacet\nendsolid\n").find("facet 0 has not 3 vertices"),
+            std::string::npos);
+}
+
+/// Of vertices (1 2 3), (4 5 6), ... as the header `properties` and the lines of the body say.
+std::string text_ply(const std::string& vertex_properties, const std::string& face_properties,
+                     const std::string& body) {
+  return "ply\nformat ascii 1.0\nelement vertex 3\n" + vertex_properties + "element face 1\n" + face_properties +
+         "end_header\n" + body;
+}
+
+TEST(Ply, WhatTheLibraryLosesItsPlaceAtIsRead) {
+  const PrivateFolder folder;
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  const std::string corners = "property list uchar int vertex_indices\n";
+  const VectorX x{{0, 0, 0, 1, 0, 0, 0, 1, 0}};
+  const auto check = [&](const std::string& content) {
+    const Mesh mesh = load_mesh(write_sample(folder, "a.ply", content));
+    EXPECT_EQ(mesh.x, x) << content;
+    EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}})) << content;
+  };
+  check(text_ply(xyz, corners, "0 0 0\n1 0 0 # a comment\n0 1 0\n3 0 1 2\n"));
+  check(text_ply("property list uchar int more\n" + xyz, corners, "1 7 0 0 0\n2 7 7 1 0 0\n0 0 1 0\n3 0 1 2\n"));
+  check(text_ply(xyz, "property uchar red\nproperty list uchar float more\n" + corners,
+                 "0 0 0\n1 0 0\n0 1 0\n9 2 0.5 0.5 3 0 1 2\n"));
+  check(text_ply(xyz, "property list ushort uint vertex_index\n", "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"));
+}
+
+TEST(Ply, NanIsKeptForTheDoctorAndMovesNothing) {
+  const PrivateFolder folder;
+  const std::string path =
+      write_sample(folder, "a.ply",
+                   text_ply("property float x\nproperty float y\nproperty float z\n",
+                            "property list uchar int vertex_indices\n", "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"));
+  const Mesh mesh = load_mesh(path, {.lenient = true});
+  EXPECT_TRUE(std::isnan(mesh.x[4]));
+  EXPECT_EQ(mesh.x[7], 1);
+  EXPECT_EQ(mesh.triangles.size(), 1u);
+  EXPECT_NE(input_error(folder, [&] { load_mesh(path); }).find("y of vertex 1 is nan"), std::string::npos);
+}
+
+TEST(Ply, CornersThatAreNoIndicesAreRefused) {
+  const PrivateFolder folder;
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  const auto says = [&](const std::string& vertices, const std::string& faces, const std::string& body) {
+    return input_error(folder, [&] { load_mesh(write_sample(folder, "a.ply", text_ply(vertices, faces, body))); });
+  };
+  const std::string corners = "property list uchar int vertex_indices\n", nodes = "0 0 0\n1 0 0\n0 1 0\n";
+  EXPECT_NE(says(xyz, corners, nodes + "3 0 1 1.5\n").find("\"1.5\" is not an integer"), std::string::npos);
+  EXPECT_NE(says(xyz, corners, nodes + "3 0 1 3\n").find("vertex index 3 of face 0 is out of range 0..2"),
+            std::string::npos);
+  EXPECT_NE(says(xyz, "property list uchar float vertex_indices\n", nodes + "3 0 1 2\n").find("a list of integers"),
+            std::string::npos);
+  EXPECT_NE(says(xyz, "property uchar red\n", nodes + "3\n").find("no list vertex_indices"), std::string::npos);
+  EXPECT_NE(says("property float x\nproperty float y\n", corners, "0 0\n1 0\n0 1\n3 0 1 2\n").find("property z"),
+            std::string::npos);
+  EXPECT_NE(says(xyz, corners, "0 0 1e39\n1 0 0\n0 1 0\n3 0 1 2\n").find("32-bit float"), std::string::npos);
+}
+
+TEST(Stl, TextNeedNotComeInLines) {
+  const PrivateFolder folder;
+  const std::string content =
+      "solid x\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0\nvertex 0 1 0 endloop endfacet\nendsolid x\n";
+  const Mesh mesh = load_mesh(write_sample(folder, "a.stl", content));
+  EXPECT_EQ(mesh.x, (VectorX{{0, 0, 0, 1, 0, 0, 0, 1, 0}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}}));
+}
+
+TEST(Stl, CoordinatesThatAreNoneAreRefused) {
+  const PrivateFolder folder;
+  save_mesh(folder / "b.stl", tetrahedron_surface());
+  std::string binary = read_whole_file(folder / "b.stl");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(binary.data() + 84 + 50 + 12 + 4, &nan, 4);
+  for (const bool lenient : {false, true})  // the library would join such a corner with any other
+    EXPECT_NE(input_error(folder, [&] { load_mesh(write_sample(folder, "a.stl", binary), {.lenient = lenient}); })
+                  .find("coordinate y of corner 0 of triangle 1 is nan"),
+              std::string::npos);
+  EXPECT_NE(input_error(folder,
+                        [&] { load_mesh(write_sample(folder, "a.stl", "solid\nfacet\nvertex 0 0 1e39\nendsolid\n")); })
+                .find("32-bit float"),
+            std::string::npos);
+  EXPECT_NE(input_error(folder, [&] { load_mesh(write_sample(folder, "a.stl", "solid\nvertex 0 0 1\nendsolid\n")); })
+                .find("vertices follow the last facet"),
             std::string::npos);
 }
 

@@ -315,6 +315,18 @@ TEST(SceneKeys, AreAllInTheManual) {
   for (const std::string& key : known_scene_keys()) EXPECT_NE(manual.find("`" + key + "`"), std::string::npos) << key;
 }
 
+TEST(SceneText, ControlCharactersDoNotBreakTheLineOfAMessage) {
+  for (const auto& [json, override_text] : std::vector<std::pair<std::string, std::string>>{
+           {R"({"a\nb": 1})", "title=x"}, {"{}", "a\nb=1"}, {"{}", "no\nvalue"}}) {
+    try {
+      parse_scene(json, {override_text});
+      FAIL() << json;
+    } catch (const InputError& e) {
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+    }
+  }
+}
+
 TEST(SceneFiles, OfTheProjectLoad) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(KT_SOURCE_DIR "/scenes"))

@@ -62,7 +62,7 @@ TEST(Vtu, AsciiArraysAreRead) {
   std::string broken = content;
   broken.replace(broken.find("0 2 1 3"), 7, "0 2 1 9");
   EXPECT_NE(input_error(folder, [&] { load_mesh(write_sample(folder, "b.vtu", broken)); })
-                .find("b.vtu:14: point 9 of cell 0 is out of range 0..3"),
+                .find("b.vtu:14: point 9 of cell 0 is no integer in the range 0..3"),
             std::string::npos);
   broken = content;
   broken.replace(broken.find("10 3<"), 4, "12 3");
@@ -73,6 +73,31 @@ TEST(Vtu, AsciiArraysAreRead) {
   broken.replace(broken.find("byte_order"), 10, "compressor=\"vtkZLibDataCompressor\" byte_order");
   EXPECT_NE(input_error(folder, [&] { load_mesh(write_sample(folder, "b.vtu", broken)); })
                 .find("compressed data are not supported"),
+            std::string::npos);
+}
+
+/// A tetrahedron with one thing replaced.
+std::string said_of_tetrahedron(const std::string& what, const std::string& by) {
+  std::string content =
+      "<VTKFile type=\"UnstructuredGrid\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\n"
+      "<Points>\n<DataArray>0 0 0 1 0 0 0 1 0 0 0 1</DataArray>\n</Points>\n<Cells>\n"
+      "<DataArray Name=\"connectivity\">0 1 2 3</DataArray>\n<DataArray Name=\"offsets\">4</DataArray>\n"
+      "<DataArray Name=\"types\">10</DataArray>\n</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+  content.replace(content.find(what), what.size(), by);
+  const PrivateFolder folder;
+  return input_error(folder, [&] { load_mesh(write_sample(folder, "a.vtu", content)); });
+}
+
+TEST(Vtu, NumbersThatAreNoIndicesAreRefused) {
+  EXPECT_EQ(said_of_tetrahedron("Name", "Name"), "");
+  EXPECT_NE(said_of_tetrahedron("1 2 3<", "1 2 2.5<").find("point 2.5 of cell 0 is no integer"), std::string::npos);
+  EXPECT_NE(said_of_tetrahedron(">4<", ">3.5<").find("offset 3.5 of cell 0 is no integer"), std::string::npos);
+  EXPECT_NE(said_of_tetrahedron(">10<", ">1e300<").find("cell 0 has type 1e+300"), std::string::npos);
+  EXPECT_NE(said_of_tetrahedron(">10<", ">nan<").find("cell 0 has type nan"), std::string::npos);
+}
+
+TEST(Vtu, ACountThatOverflowsIsRefused) {  // three times it is 11, modulo 2^64
+  EXPECT_NE(said_of_tetrahedron("Points=\"4\"", "Points=\"6148914691236517209\"").find("the file has only"),
             std::string::npos);
 }
 
