@@ -115,7 +115,8 @@ class SurfaceWalk {
   void put_on_surface() {
     const Contact c = track_point_contact(body_.patch, body_.x, at_, triangle_);
     triangle_ = c.triangle;
-    normal_ = c.normal;
+    constexpr double kFollows = 0.1;  // in a sharp fold the contact's normal jumps, but no hand does
+    normal_ = (normal_ + kFollows * (c.normal - normal_)).normalized();
     const Triangle& t = body_.patch.triangles[triangle_];
     at_ = c.bary[0] * node(body_.x, t[0]) + c.bary[1] * node(body_.x, t[1]) + c.bary[2] * node(body_.x, t[2]);
   }
@@ -219,7 +220,7 @@ SlidingReport slide(const SlidingBody& body, const ToolShape& tool, double mu, d
     walk.advance(speed * SlidingBody::kStep);
     const LocalFrame frame = go_to(walk.tool());
     visit(frame);
-    out.lost += frame.mode == ContactMode::free;
+    out.lost += frame.mode == ContactMode::free && clear_distance(body.patch, body.x, tool, at) < 0;
     out.exhausted += (frame.flags & kEventsExhausted) != 0;
     out.mean_force += frame.force.norm() / ticks;
     out.mean_contacts += static_cast<double>(frame.contacts) / ticks;

@@ -106,7 +106,11 @@ bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
       const int i = gap_of(c) > kOpen ? before(m.model.patch, held, c) : -1;
       return i < 0 || solution_.mode[i] == ContactMode::free;
     });
-    if (is_closed) return true;
+    if (is_closed) {
+      for (const Contact& c : now)
+        if (const int i = before(m.model.patch, held, c); i >= 0) contacts_.contacts[i].gap = c.gap;
+      return true;
+    }
     if (correction == kCorrections) return false;
 
     // Of each contact that has an impulse or needs one: gap, and where the surface has to go.
