@@ -7,15 +7,14 @@ namespace kt {
 
 constexpr double kTimeResolution = 0x1p-42;  // of the step: 2e-13
 
-/// First time in [from, 1] not certified free of contact, or -1. `free_until(t)` gives a time until which there is
-/// none, t itself when that is not known. When `max_planes` are spent the time reached is the answer: early, never
-/// late.
+/// First time in [from, until) not certified free of contact, or -1. `free_until(t)` gives a time until which there is
+/// none, t itself when that is not known. When `max_planes` are spent the time reached is the answer: early, never late.
 template <class FreeUntil>
-double first_contact_time(double from, int max_planes, const FreeUntil& free_until) noexcept {
+double first_contact_time(double from, double until, int max_planes, const FreeUntil& free_until) noexcept {
   double t = from;
   for (int i = 0; i < max_planes; ++i) {
     const double next = free_until(t);
-    if (next >= 1) return -1;
+    if (next >= until) return -1;
     if (next - t <= kTimeResolution) return next;
     t = next;
   }

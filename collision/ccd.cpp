@@ -156,7 +156,7 @@ double free_until(const RelativeTriangle& r, double t) noexcept {
 }
 
 double first_contact_time(const RelativeTriangle& r, double from) noexcept {
-  return kt::first_contact_time(from, kMaxPlanes, [&](double t) { return free_until(r, t); });
+  return kt::first_contact_time(from, 1, kMaxPlanes, [&](double t) { return free_until(r, t); });
 }
 
 /// When a tool that touches at `from` clearly no longer does.

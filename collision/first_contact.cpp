@@ -16,7 +16,7 @@ std::optional<Contact> earliest(const MovingTriangles& surface, std::span<const 
     const Triangle& v = surface.triangles[t];
     const Vec3 t0[3] = {node(surface.x_t0, v[0]), node(surface.x_t0, v[1]), node(surface.x_t0, v[2])};
     const Vec3 t1[3] = {node(surface.x_t1, v[0]), node(surface.x_t1, v[1]), node(surface.x_t1, v[2])};
-    const std::optional<Contact> hit = impact(t0, t1);
+    const std::optional<Contact> hit = impact(t0, t1, first ? first->toi : 1);
     // Candidates ascend, so of equal times the lowest index stays.
     if (hit && (!first || hit->toi < first->toi)) {
       first = hit;
@@ -34,7 +34,7 @@ std::optional<Contact> find_first_contact(const TriangleIndex& index, const Movi
   const double size = sweep.x_t0.lpNorm<Eigen::Infinity>() + sweep.x_t1.lpNorm<Eigen::Infinity>();
   const int count = index.candidates(sweep, margin_of(tool.radius, size), scratch);
   return earliest(surface, scratch.first(static_cast<std::size_t>(count)), ignored,
-                  [&](const auto& t0, const auto& t1) { return find_triangle_impact(tool, sweep, t0, t1); });
+                  [&](const auto& t0, const auto& t1, double) { return find_triangle_impact(tool, sweep, t0, t1); });
 }
 
 std::optional<Contact> find_first_contact(const TriangleIndex& index, const MovingTriangles& surface,
@@ -45,11 +45,11 @@ std::optional<Contact> find_first_contact(const TriangleIndex& index, const Movi
   const double size = box.low.lpNorm<Eigen::Infinity>() + box.high.lpNorm<Eigen::Infinity>();
   const int count = index.candidates({box.low, box.high}, margin_of(tool.shape().radius, size), scratch);
   return earliest(surface, scratch.first(static_cast<std::size_t>(count)), ignored,
-                  [&](const auto& t0, const auto& t1) { return find_tool_impact(tool, t0, t1); });
+                  [&](const auto& t0, const auto& t1, double until) { return find_tool_impact(tool, t0, t1, until); });
 }
 
 std::optional<Contact> find_tool_impact(const MovingTool& tool, const Vec3 (&triangle_t0)[3],
-                                        const Vec3 (&triangle_t1)[3]) noexcept {
+                                        const Vec3 (&triangle_t1)[3], double until) noexcept {
   if (tool.is_round()) return find_triangle_impact(tool.shape(), tool.sweep(), triangle_t0, triangle_t1);
   Box box{triangle_t0[0], triangle_t0[0]};
   for (const Vec3& x : {triangle_t0[1], triangle_t0[2], triangle_t1[0], triangle_t1[1], triangle_t1[2]}) {
@@ -63,8 +63,10 @@ std::optional<Contact> find_tool_impact(const MovingTool& tool, const Vec3 (&tri
   std::optional<Contact> first;
   for (int i = 0; i < tool.num_hulls(); ++i) {
     if (is_apart(box, tool.hull_box(i))) continue;
-    const std::optional<Contact> hit = find_hull_impact(tool.hull(i), triangle_t0, triangle_t1);
-    if (hit && (!first || hit->toi < first->toi)) first = hit;
+    const std::optional<Contact> hit = find_hull_impact(tool.hull(i), triangle_t0, triangle_t1, until);
+    if (!hit || (first && hit->toi >= first->toi)) continue;
+    first = hit;
+    until = hit->toi;
   }
   return first;
 }

@@ -23,8 +23,8 @@ std::optional<Contact> find_first_contact(const TriangleIndex& index, const Movi
                                           const MovingTool& tool, std::span<const unsigned char> ignored,
                                           std::span<int> scratch) noexcept;
 
-/// First impact with one triangle.
+/// First impact with one triangle; of tools with a core, one at `until` or later may be left out.
 std::optional<Contact> find_tool_impact(const MovingTool& tool, const Vec3 (&triangle_t0)[3],
-                                        const Vec3 (&triangle_t1)[3]) noexcept;
+                                        const Vec3 (&triangle_t1)[3], double until = 1) noexcept;
 
 }  // namespace kt

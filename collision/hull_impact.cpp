@@ -37,7 +37,7 @@ struct Motion {
   Place at_t0, change;
   int corners = 1;
   double radius = 0, speed = 0, rounding = 0;  // radius: with swell
-  double swell = 0;
+  double swell = 0, until = 1;
 
   Place at(double t) const noexcept {
     Place out;
@@ -195,7 +195,7 @@ double free_until(const Motion& motion, double t) noexcept {
 }
 
 double first_contact_time(const Motion& motion, double from) noexcept {
-  return kt::first_contact_time(from, kMaxPlanes, [&](double t) { return free_until(motion, t); });
+  return kt::first_contact_time(from, motion.until, kMaxPlanes, [&](double t) { return free_until(motion, t); });
 }
 
 /// An edge of one goes through the inside of the other.
@@ -286,6 +286,20 @@ bool is_from_within(const Motion& motion, const Place& p, const Witness& w, cons
   return approach(motion, w, -contact.normal) < -kGrazing * motion.speed;
 }
 
+/// One plane keeps the two apart at both ends, hence all the time, to within rounding: what rests, slides or leaves.
+bool stays_apart(const Motion& motion) noexcept {
+  const Place p = motion.at(0);
+  const Plane plane = plane_between(motion, p, closest(p, motion.corners));
+  if (!plane.n.allFinite() || plane.n.isZero(0)) return false;
+  const double reach = motion.radius - motion.rounding;
+  for (int i = 0; i < motion.corners; ++i)
+    for (int k = 0; k < 3; ++k) {
+      const double now = plane.n.dot(p.triangle[k] - p.hull[i]);
+      if (!(std::min(now, now + plane.n.dot(motion.change.triangle[k] - motion.change.hull[i])) >= reach)) return false;
+    }
+  return true;
+}
+
 /// It touched all the time, nowhere closed at the start, and is inside at the end: then it was hit at the start.
 std::optional<Contact> sunk_in(const Motion& motion) noexcept {
   const Place start = motion.at(0), end = motion.at(1);
@@ -300,7 +314,7 @@ std::optional<Contact> sunk_in(const Motion& motion) noexcept {
 }  // namespace
 
 std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&triangle_t0)[3],
-                                        const Vec3 (&triangle_t1)[3]) noexcept {
+                                        const Vec3 (&triangle_t1)[3], double until) noexcept {
   Motion motion;
   motion.corners = hull.corners;
   motion.radius = hull.radius + hull.swell;
@@ -323,6 +337,9 @@ std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&tri
   }
   if (!finite || size > kLargestCoordinate || size < kSmallestExtent) return std::nullopt;
   motion.rounding = kRounding * size;
+
+  motion.until = until;
+  if (stays_apart(motion)) return std::nullopt;
 
   double start = 0;
   bool is_touching = false;

@@ -18,9 +18,10 @@ struct MovingHull {
 /// First time t in [0, 1] at which the hull touches the triangle while coming nearer. What is promised is what
 /// find_triangle_impact() promises: never late, never missed, ambiguous is a hit; touching at the start is a hit only
 /// when it comes nearer somewhere; from within the body it passes out, where face meets corner; a number that is not
-/// finite, or out of the valid range of toi.hpp, gives no hit. `bary` are the triangle's weights; the normal goes from the triangle to the hull.
+/// finite, or out of the valid range of toi.hpp, gives no hit. `bary` are the triangle's weights; the normal goes from
+/// the triangle to the hull. A hit at `until` or later is not looked for.
 std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&triangle_t0)[3],
-                                        const Vec3 (&triangle_t1)[3]) noexcept;
+                                        const Vec3 (&triangle_t1)[3], double until = 1) noexcept;
 
 /// How far a point at `arm` [m] from the axis gets off its straight line while it turns by `angle` [rad] in a step, at
 /// most: arm (1 - cos(angle / 2)), and 2 arm from half a turn on.
