@@ -12,7 +12,7 @@ namespace {
 constexpr int kGeometryIterations = 20;
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
-constexpr double kMostRelaxed = 4;      // a point over a sharp edge: the blended normal lies far from the face's
+constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
 constexpr double kStiffest = 1e6;       // [N/m] a contact with an immovable part feels this spring
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
 

@@ -48,8 +48,9 @@ TEST_P(Sliding, KeepsItsContactHitsNothingTwiceAndStaysOutside) {
 }
 
 TEST_P(Sliding, DoesNotDependOnHowTheSurfaceIsNumbered) {
-  // Sums run in another order: rounding, which friction and the choice between equally near triangles carry on.
-  constexpr double kRoundoff = 1e-6;  // of the mean force
+  // Sums run in another order. Where rounding decides whether a tick's guess is good enough, one of both goes on with
+  // it and the other improves it: they differ by what is good enough.
+  constexpr double kSettled = 5e-7;  // [m], of the tick
   const Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/" + std::string(GetParam().mesh));
   const SlidingBody body(mesh), other(renumbered(mesh, 5));
   const ToolShape tool = tool_of(body, GetParam());
@@ -71,7 +72,7 @@ TEST_P(Sliding, DoesNotDependOnHowTheSurfaceIsNumbered) {
     if (i >= 50) walk.advance(kEdgesASecond * body.edge * SlidingBody::kStep);
   }
   EXPECT_GT(mean, 0);
-  EXPECT_LE(largest, kRoundoff * mean);
+  EXPECT_LE(largest, kSettled / depth * mean);
 }
 
 }  // namespace
