@@ -31,7 +31,6 @@ Found check_tool(const SceneTool& tool) {
     return JsonProblem{"tool.mesh", "is empty: name the file of the mesh tool"};
   if (tool.shape != "mesh" && !tool.mesh.empty())
     return JsonProblem{"tool.mesh", text("is given, but tool.shape is ", tool.shape, ": set it to mesh")};
-  if (tool.size && tool.scale) return JsonProblem{"tool.scale", "is given beside size: only one of them can hold"};
   const ScenePath& path = tool.path;
   if (path.press_drag && path.press_drag->direction.norm() < 1e-12)
     return JsonProblem{"tool.path.press_drag.direction", "is zero: which way does the tool go?"};
