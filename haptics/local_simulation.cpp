@@ -1,5 +1,6 @@
 #include "haptics/local_simulation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "collision/first_contact.hpp"
@@ -20,6 +21,7 @@ LocalSimulation::LocalSimulation(const ToolShape& tool, double h, std::unique_pt
 
 std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<PreparedLocalModel> next) noexcept {
   std::swap(model_, next);
+  has_new_patch_ = true;
   if (!next) {
     motion_ = make_local_motion(static_cast<int>(model_->recovered_row.size()));
     return next;
@@ -27,9 +29,9 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   PreparedLocalModel& now = *model_;
   PreparedLocalModel& old = *next;
   blend_.begin();
-  has_new_patch_ = true;
   if (now.caught_up) {
     if (now.state.anchors.count == 0 && old.state.anchors.count > 0) flags_ |= kLostAnchor;
+    sweep_refresh(old);
     return next;
   }
 
@@ -47,7 +49,30 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
     now.state.anchors.add(anchor);
   }
   now.state.sliding = old.state.sliding;
+  sweep_refresh(old);
   return next;
+}
+
+/// A refresh moves the surface, from where the old model had it to where the new one does, in no time. A tool that it
+/// goes through is touched from then on, and pushed out over some ticks.
+void LocalSimulation::sweep_refresh(const PreparedLocalModel& old) noexcept {
+  PreparedLocalModel& m = *model_;
+  LocalWorkspace& w = m.work;
+  if (t_ == 0 || m.state.anchors.count > 0 || solver_->deformation() != Deformation::none) return;
+  record_motion(old, 0, motion_);
+  m.recover_patch(m.state.q, w.x);
+  w.x += m.model.x0.head(w.x.size());
+  w.x_event = w.x_end = w.x;
+  for (int i = 0; i < m.model.patch.num_vertices(); ++i)
+    if (const int row = motion_.row[m.model.patch.global_node[i]]; row >= 0) node(w.x_event, i) = node(motion_.x, row);
+  const ToolSweep& last = tool_.sweep();
+  tool_.move({last.x_t1, last.x_t1, last.r_t1, last.r_t1});
+  std::fill(w.ignored.begin(), w.ignored.end(), 0);
+  Contact touched;
+  if (!find_impact(touched) || find_overlap() < 0) return;
+  m.state.impulse[0].setZero();
+  touched.core = last.x_t1;
+  m.state.anchors.add(touched);
 }
 
 void LocalSimulation::set_force(const VectorX& force) noexcept {

@@ -81,6 +81,7 @@ class LocalSimulation final : public HapticMethod {
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;
   int find_overlap() noexcept;
+  void sweep_refresh(const PreparedLocalModel& old) noexcept;
   double allowed_overlap() const noexcept;
   void shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept;
 

@@ -44,7 +44,8 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   double toi = 0;  // of the last event
   ToolSweep rest = sweep;
   int start = m.state.anchors.count ? m.state.anchors.contacts[0].triangle : -1;
-  if (start < 0 && is_off_patch_ && has_new_patch_) {
+  const bool is_first = t_ < 1.5 * h_;  // a session may begin with the tool inside
+  if (start < 0 && has_new_patch_ && (is_off_patch_ || is_first)) {
     start = find_overlap();
     is_off_patch_ = false;
   }

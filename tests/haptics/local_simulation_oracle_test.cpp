@@ -258,6 +258,45 @@ TEST(Adopt, SaysSoWhenThePatchDoesNotHoldTheContact) {
   EXPECT_TRUE(frame.force.allFinite());
 }
 
+/// The tool is where the surface has no contact with it that was seen: it is pushed out over some ticks, not at once.
+void expect_pushed_out(Press& press) {
+  const LocalFrame first = press.go_to(press.tool());
+  EXPECT_NE(first.mode, ContactMode::free);
+  EXPECT_GT(press.penetration(), 5e-4);
+  LocalFrame last;
+  double largest_jump = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 before = i == 0 ? first.force : last.force;
+    last = press.go_to(press.tool());
+    largest_jump = std::max(largest_jump, (last.force - before).norm());
+  }
+  EXPECT_LT(press.penetration(), 1e-9);
+  EXPECT_GT(last.f_n, 0.01);
+  EXPECT_LT(largest_jump, 0.1 * last.f_n);
+}
+
+TEST(StartInside, IsPushedOutOverSomeTicks) {
+  const Body body;
+  const double top = bounds(body.model->mesh()).max.z();
+  Press press(body, kSphereTool, "coulomb", {0.3, 0.3}, Vec3(0.03, 0.026, top + kSphereTool.radius - 1e-3));
+  expect_pushed_out(press);
+}
+
+TEST(Refresh, ThatMovesTheSurfaceThroughTheToolIsTouched) {
+  const Body body;
+  const double top = bounds(body.model->mesh()).max.z();
+  Press press(body, kSphereTool, "coulomb", {0.3, 0.3}, Vec3(0.03, 0.026, top + kSphereTool.radius + 5e-4));
+  EXPECT_EQ(press.move(press.tool(), 5).mode, ContactMode::free);
+  State raised = rest_state(*body.model);
+  for (int i = 0; i < body.model->mesh().num_nodes(); ++i)
+    node(raised.x, i).z() += 1.5e-3 * node(raised.x, i).z() / top;
+  auto next = body.local_model(raised, press.tool());
+  next->caught_up = true;
+  next->model.f0.setZero();  // at rest there
+  press.local().adopt(std::move(next));
+  expect_pushed_out(press);
+}
+
 TEST(LeftPatch, IsFlaggedOnTheRim) {
   Press press(small_block(), kPointTool, "coulomb", {0.1, 0.1}, above(kPointTool));
   EXPECT_FALSE(press.move(pressed(kPointTool, 0.0005), 50).flags & kLeftPatch);
