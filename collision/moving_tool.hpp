@@ -26,6 +26,7 @@ class MovingTool {
   const ToolSweep& sweep() const noexcept { return sweep_; }
   bool is_round() const noexcept { return shape_.corners.empty(); }             ///< a point or a sphere
   ToolCore core() const noexcept { return {x_t1_, edges_, shape_.triangles}; }  ///< at the end of the step
+  std::span<const Vec3> corners_t0() const noexcept { return x_t0_; }           ///< at its start
   /// Way of the point of the tool that is at `x` at the end of the step, during the step [m].
   Vec3 way(const Vec3& x) const noexcept {
     if (angle_ == 0) return sweep_.x_t1 - sweep_.x_t0;

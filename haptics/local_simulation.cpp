@@ -151,13 +151,13 @@ void LocalSimulation::shape_force(const ToolSweep& sweep, LocalFrame& frame) noe
   frame.force = blend_.apply(frame.force, touches, is_off_patch_, sweep.x_t1 - sweep.x_t0);
 }
 
-/// The patch triangle that a tool has got into unseen, while the patch did not reach there; -1: none. It is pushed out
-/// over some ticks: at once would be a blow.
+/// The patch triangle that a tool has got into unseen at the start of its sweep, as while the patch did not reach
+/// there; -1: none. It is pushed out over some ticks: at once would be a blow.
 int LocalSimulation::find_overlap() noexcept {
   const PreparedLocalModel& m = *model_;
   Contact deepest;
   deepest.gap = tool_.shape().radius;
-  for (const Vec3& corner : tool_.core().corners)
+  for (const Vec3& corner : tool_.corners_t0())
     if (const Contact nearest = nearest_point_contact(m.model.patch, m.work.x, corner); nearest.gap < deepest.gap)
       deepest = nearest;
   if (deepest.triangle < 0) return -1;
