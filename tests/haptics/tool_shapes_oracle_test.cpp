@@ -66,7 +66,7 @@ TEST_P(DraggedTool, StaysOutOfTheBodyAndInTheCone) {
   const double above = name == "capsule" ? 0.003 : 0.004;
   const Vec3 start(0.02, 0.026, top(body) + above + 1e-4);
   Press press(body, tool, "coulomb", {0.5, 0.4}, start);
-  int touched = 0, exhausted = 0;
+  int touched = 0, exhausted = 0, unsettled = 0;
   double deepest = 0;
   for (int i = 0; i < 500; ++i) {
     const double down = 0.002 * std::min(1.0, i / 100.0), along = i < 100 ? 0 : 5e-5 * (i - 100);
@@ -76,11 +76,13 @@ TEST_P(DraggedTool, StaysOutOfTheBodyAndInTheCone) {
     exhausted += (frame.flags & kEventsExhausted) != 0;
     EXPECT_LE(frame.cone_ratio, 0.5 * (1 + 1e-6));
     deepest = std::max(deepest, press.penetration());
+    unsettled += press.penetration() > 1e-6;
   }
   EXPECT_GT(touched, 480);
   EXPECT_EQ(exhausted, 0);
-  // A mesh has many contacts: in ticks in which some come and go the iteration ends before they all agree.
-  EXPECT_LT(deepest, name == "capsule" ? 2e-6 : 2e-5);
+  // In ticks in which contacts come and go the iteration ends before they all agree: few, and by little of the depth.
+  EXPECT_LE(unsettled, 50);
+  EXPECT_LT(deepest, 0.01 * 0.002);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, DraggedTool, testing::Values("capsule", "box"),
