@@ -162,6 +162,7 @@ struct SlidingReport {
   int events = 0;                     ///< impacts while contact was held
   int double_hits = 0;                ///< of these, those that led to no contact away from the held ones
   int exhausted = 0;                  ///< ticks whose flag says that there were too many events
+  int deep = 0;                       ///< ticks that end deeper than 1e-9 of the size
   double penetration = 0, hover = 0;  ///< largest, over the ticks in contact; of the mesh's size
   double mean_force = 0;              ///< [N]
   double mean_contacts = 0;
@@ -232,6 +233,8 @@ SlidingReport slide(const SlidingBody& body, const ToolShape& tool, double mu, d
     x = body.x + local.model().state.q;
     const double distance = clear_distance(body.patch, x, tool, at);
     out.penetration = std::max(out.penetration, -distance / body.size);
+    constexpr double kDeep = 1e-9;
+    out.deep += -distance / body.size > kDeep;
     if (frame.mode != ContactMode::free) out.hover = std::max(out.hover, distance / body.size);
     if (frame.mode != ContactMode::free && before.mode != ContactMode::free) {
       const double jump = (frame.force - before.force).norm();

@@ -55,14 +55,14 @@ void run(const std::string& path, double wanted_mu, const Options& options, std:
     const ToolShape tool{t.radius > 0 ? ToolShape::Kind::sphere : ToolShape::Kind::point, t.radius * body.edge};
     const SlidingReport r =
         slide(body, tool, mu, t.depth * body.edge, kSpeed * body.edge, options.ticks, [](const LocalFrame&) {});
-    std::printf("%-28s %-12s %4.1f | %6d %5d %5d %5d %5d | %8.1e %8.1e | %7.3f %5.2f | %6zu %8.1e\n", name.c_str(),
-                t.name, mu, r.ticks, r.lost, r.events, r.double_hits, r.exhausted, r.penetration, r.hover, r.mean_force,
-                r.mean_contacts, r.crossings.size(), r.steady_jump);
+    std::printf("%-28s %-12s %4.1f | %6d %5d %5d %5d %5d | %5d %8.1e %8.1e | %7.3f %5.2f | %6zu %8.1e\n", name.c_str(),
+                t.name, mu, r.ticks, r.lost, r.events, r.double_hits, r.exhausted, r.deep, r.penetration, r.hover,
+                r.mean_force, r.mean_contacts, r.crossings.size(), r.steady_jump);
     std::fflush(stdout);
     if (csv.is_open()) {
       csv << name << ',' << t.name << ',' << mu << ',' << r.ticks << ',' << r.lost << ',' << r.events << ','
-          << r.double_hits << ',' << r.exhausted << ',' << r.penetration << ',' << r.hover << ',' << r.mean_force << ','
-          << r.mean_contacts << ',' << r.crossings.size() << ',' << r.steady_jump << '\n';
+          << r.double_hits << ',' << r.exhausted << ',' << r.deep << ',' << r.penetration << ',' << r.hover << ','
+          << r.mean_force << ',' << r.mean_contacts << ',' << r.crossings.size() << ',' << r.steady_jump << '\n';
     }
     if (jumps.is_open())
       for (const EdgeCrossing& c : r.crossings)
@@ -99,15 +99,16 @@ int main(int argc, char** argv) {
   std::ofstream csv, jumps;
   if (!options.csv.empty()) csv.open(options.csv);
   if (!options.jumps.empty()) jumps.open(options.jumps);
-  csv << "mesh,tool,mu,ticks,lost,events,double_hits,exhausted,penetration,hover,mean_force,mean_contacts,crossings,"
+  csv << "mesh,tool,mu,ticks,lost,events,double_hits,exhausted,deep,penetration,hover,mean_force,mean_contacts,"
+         "crossings,"
          "steady_jump\n";
   jumps << "mesh,tool,mu,dihedral,normal_jump,force_jump\n";
   if (options.mu.empty()) options.mu = {0, 0.3, 1};
   if (options.meshes.empty())
     for (const char* name : {"sphere.off", "torus.off", "organ.off", "block.msh", "genus5.off"})
       options.meshes.push_back(std::string(KT_SOURCE_DIR "/meshes/") + name);
-  std::printf("%-28s %-12s %4s | %6s %5s %5s %5s %5s | %8s %8s | %7s %5s | %6s %8s\n", "mesh", "tool", "mu", "ticks",
-              "lost", "hits", "twice", "over", "depth", "hover", "force", "held", "edges", "steady");
+  std::printf("%-28s %-12s %4s | %6s %5s %5s %5s %5s | %5s %8s %8s | %7s %5s | %6s %8s\n", "mesh", "tool", "mu",
+              "ticks", "lost", "hits", "twice", "over", "deep", "depth", "hover", "force", "held", "edges", "steady");
   try {
     for (double mu : options.mu)
       for (const std::string& path : options.meshes) kt::run(path, mu, options, csv, jumps);

@@ -8,7 +8,8 @@ namespace kt {
 constexpr double kTimeResolution = 0x1p-42;  // of the step: 2e-13
 
 /// First time in [from, until) not certified free of contact, or -1. `free_until(t)` gives a time until which there is
-/// none, t itself when that is not known. When `max_planes` are spent the time reached is the answer: early, never late.
+/// none, t itself when that is not known. When `max_planes` are spent the time reached is the answer: early, never
+/// late.
 template <class FreeUntil>
 double first_contact_time(double from, double until, int max_planes, const FreeUntil& free_until) noexcept {
   double t = from;

@@ -13,6 +13,8 @@ ClosestPoint closest(const SurfacePatch& patch, const VectorX& x, int triangle, 
   return closest_point_on_triangle(p, node(x, t[0]), node(x, t[1]), node(x, t[2]));
 }
 
+bool has(const Triangle& t, int vertex) noexcept { return std::ranges::find(t, vertex) != t.end(); }
+
 /// Calls visit(t) for the triangles that share the closest feature with `triangle`, itself left out, until it answers
 /// false; returns whether all answered true.
 template <class Visit>
@@ -24,7 +26,7 @@ bool all_sharing(const SurfacePatch& patch, int triangle, const ClosestPoint& at
   for (int t : patch.topology.triangles_of(a)) {
     if (t == triangle) continue;
     const Triangle& other = patch.triangles[t];
-    const bool shares = at.feature == ClosestPoint::Feature::vertex || std::ranges::find(other, b) != other.end();
+    const bool shares = at.feature == ClosestPoint::Feature::vertex || has(other, b);
     if (shares && !visit(t)) return false;
   }
   return true;
@@ -77,10 +79,45 @@ Vec3 vertex_normal(const SurfacePatch& patch, const VectorX& x, int vertex) noex
   return length > 0 ? Vec3(sum / length) : Vec3(Vec3::Zero());
 }
 
+namespace {
+
+/// The wall that a triangle belongs to at one of its vertices; see find_walls().
+int wall_of(const SurfacePatch& patch, int triangle, int vertex) noexcept {
+  if (patch.wall.empty()) return 0;
+  const Triangle& t = patch.triangles[triangle];
+  return patch.wall[triangle][std::ranges::find(t, vertex) - t.begin()];
+}
+
+/// Each of two triangles stands up from the other's face, also as the body is dented now.
+bool face_each_other(const SurfacePatch& patch, const VectorX& x, int a, const Vec3& normal_a, int b,
+                     const Vec3& normal_b) noexcept {
+  constexpr double kFlat = 0.9;  // cosine
+  if (!(normal_a.dot(normal_b) < kFlat)) return false;
+  Vec3 from_a_to_b = Vec3::Zero();  // between the centroids, times 3
+  for (int c = 0; c < 3; ++c) from_a_to_b += node(x, patch.triangles[b][c]) - node(x, patch.triangles[a][c]);
+  return normal_a.dot(from_a_to_b) > 0 && normal_b.dot(from_a_to_b) < 0;
+}
+
+/// vertex_normal() of the wall that one of the triangles there belongs to.
+Vec3 wall_normal(const SurfacePatch& patch, const VectorX& x, int triangle, int vertex) noexcept {
+  const int own = wall_of(patch, triangle, vertex);
+  Vec3 sum = Vec3::Zero();
+  for (const int t : patch.topology.triangles_of(vertex)) {
+    if (wall_of(patch, t, vertex) != own) continue;
+    const Triangle& v = patch.triangles[t];
+    const Vec3 a = node(x, v[0]);
+    sum += (node(x, v[1]) - a).cross(node(x, v[2]) - a);
+  }
+  const double length = sum.norm();
+  return length > 0 ? Vec3(sum / length) : Vec3(Vec3::Zero());
+}
+
+}  // namespace
+
 Vec3 blended_normal(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& bary) noexcept {
   const Triangle& t = patch.triangles[triangle];
-  const Vec3 n = bary[0] * vertex_normal(patch, x, t[0]) + bary[1] * vertex_normal(patch, x, t[1]) +
-                 bary[2] * vertex_normal(patch, x, t[2]);
+  Vec3 n = Vec3::Zero();
+  for (int c = 0; c < 3; ++c) n += bary[c] * wall_normal(patch, x, triangle, t[c]);
   const double length = n.norm();
   return length > 0 ? Vec3(n / length) : face_normal(patch, x, triangle);
 }
@@ -149,6 +186,42 @@ Contact nearest_point_contact(const SurfacePatch& patch, const VectorX& x, const
       nearest = t;
     }
   return track_point_contact(patch, x, p, nearest);
+}
+
+void find_point_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& p, int start,
+                         ContactSet& out) noexcept {
+  out.count = 0;
+  out.add(track_point_contact(patch, x, p, start));
+  if (patch.wall.empty()) return;
+  Contact& first = out.contacts[0];
+  const Triangle& own = patch.triangles[first.triangle];
+  const Vec3 face = face_normal(patch, x, first.triangle);
+  std::array<int, 3 * kMaxContacts> seen;
+  int num_seen = 0;
+  bool is_between = false;  // of two walls, inside both: on neither face
+  for (const int v : own)
+    for (const int t : patch.topology.triangles_of(v)) {
+      if (wall_of(patch, t, v) == wall_of(patch, first.triangle, v)) continue;
+      if (std::find(seen.begin(), seen.begin() + num_seen, t) != seen.begin() + num_seen) continue;
+      if (num_seen < static_cast<int>(seen.size())) seen[num_seen++] = t;
+      const Vec3 normal = face_normal(patch, x, t);
+      if (!face_each_other(patch, x, first.triangle, face, t, normal)) continue;
+      const ClosestPoint at = closest(patch, x, t, p);
+      const bool is_shared = at.feature == ClosestPoint::Feature::edge &&
+                             has(own, patch.triangles[t][at.feature_index]) &&
+                             has(own, patch.triangles[t][(at.feature_index + 1) % 3]);
+      if (at.feature != ClosestPoint::Feature::face && !is_shared) continue;
+      const Contact wall{t, at.bary, blended_normal(patch, x, t, at.bary), normal.dot(p - at.point), 0, p};
+      is_between = is_between || (is_shared && wall.gap < 0);
+      constexpr double kSameWall = 0.95;  // cosine
+      Contact* same = std::find_if(out.contacts.data() + 1, out.contacts.data() + out.count,
+                                   [&](const Contact& c) { return c.normal.dot(wall.normal) > kSameWall; });
+      if (same == out.end())
+        out.add(wall);
+      else if (at.distance_sq < closest(patch, x, same->triangle, p).distance_sq)
+        *same = wall;
+    }
+  if (is_between && first.gap < 0) first.gap = face.dot(p - node(x, own[0]));
 }
 
 std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,

@@ -1,5 +1,6 @@
 #pragma once
 // Where a tool at rest relative to a surface touches it: the contacts that the solver holds as constraints.
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -8,12 +9,19 @@
 
 namespace kt {
 
-constexpr int kMaxContacts = 24;  ///< simultaneous contacts of one tool; those that say most are kept
+constexpr int kMaxContacts = 40;  ///< simultaneous contacts of one tool; those that say most are kept
 
 /// A small fixed-capacity list, so that the haptic tick allocates nothing.
 struct ContactSet {
   std::array<Contact, kMaxContacts> contacts;
   int count = 0;
+  ContactSet() = default;
+  ContactSet(const ContactSet& other) noexcept { *this = other; }
+  ContactSet& operator=(const ContactSet& other) noexcept {  // what is there, not all the room: ticks copy many sets
+    std::copy_n(other.contacts.data(), other.count, contacts.data());
+    count = other.count;
+    return *this;
+  }
   const Contact* begin() const { return contacts.data(); }
   const Contact* end() const { return contacts.data() + count; }
   /// When full, lets go of the one that its neighbours say most about: shallow, or close to a deeper one.
@@ -23,7 +31,7 @@ struct ContactSet {
 /// Area-weighted unit normal of a patch vertex at positions x (3p).
 Vec3 vertex_normal(const SurfacePatch& patch, const VectorX& x, int vertex) noexcept;
 
-/// Unit normal blended from the vertex normals (Phong): continuous across edges.
+/// Unit normal blended from the vertex normals (Phong): continuous across edges, but not grooves (find_walls).
 Vec3 blended_normal(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& bary) noexcept;
 
 /// Unit normal of the flat triangle; zero for a degenerate one.
@@ -36,6 +44,11 @@ Contact track_point_contact(const SurfacePatch& patch, const VectorX& x, const V
 
 /// The same from the nearest triangle of the whole patch.
 Contact nearest_point_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& p) noexcept;
+
+/// The same, and where it stands in a groove or a corner (find_walls), the other walls there: each with the distance
+/// from its plane as the gap, which is positive where the point is clear of it.
+void find_point_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& p, int start,
+                         ContactSet& out) noexcept;
 
 /// Contact of a sphere with one triangle, if that is nearer to its centre than the neighbours that share the nearest
 /// place, and seen from outside. Normal: from the surface to the centre.

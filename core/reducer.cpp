@@ -28,7 +28,11 @@ ReduceFn find_reducer(const std::string& name) {
   return {};
 }
 
-Surface make_surface(const Mesh& mesh) { return {mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes())}; }
+Surface make_surface(const Mesh& mesh) {
+  Surface out{mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes()), {}};
+  out.wall = find_walls(out.triangles, mesh.x, out.topology);
+  return out;
+}
 
 namespace {
 
@@ -80,6 +84,7 @@ SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactS
     for (int v : g)
       for (int other : surface.topology.triangles_of(v)) rim |= !inside[other];
     patch.on_rim.push_back(rim);
+    if (!surface.wall.empty()) patch.wall.push_back(surface.wall[t]);
   }
   patch.topology = make_topology(patch.triangles, patch.num_vertices());
   const bool all = std::ranges::count(patch.on_rim, 0) == 0;

@@ -34,10 +34,11 @@ struct ReduceOptions {
   GradedBody* graded = nullptr;
 };
 
-/// The body's surface: triangles (global node indices) and who neighbours whom.
+/// The body's surface: triangles (global node indices), who neighbours whom, and its grooves at rest.
 struct Surface {
   std::vector<Triangle> triangles;
   SurfaceTopology topology;
+  std::vector<std::array<int, 3>> wall;  ///< see find_walls()
 };
 Surface make_surface(const Mesh& mesh);
 

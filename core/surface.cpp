@@ -4,6 +4,22 @@
 #include <tuple>
 
 namespace kt {
+namespace {
+
+constexpr double kGroove = 0.7;  // cosine of the angle between the faces' normals
+
+bool is_groove(std::span<const Triangle> triangles, const VectorX& x, int a, int b) {
+  const auto area = [&](const Triangle& t) {
+    const Vec3 o = node(x, t[0]);
+    return Vec3((node(x, t[1]) - o).cross(node(x, t[2]) - o));
+  };
+  const Vec3 n = area(triangles[a]), m = area(triangles[b]);
+  Vec3 from_a_to_b = Vec3::Zero();
+  for (int c = 0; c < 3; ++c) from_a_to_b += node(x, triangles[b][c]) - node(x, triangles[a][c]);
+  return n.dot(m) < kGroove * n.norm() * m.norm() && n.dot(from_a_to_b) > 0 && m.dot(from_a_to_b) < 0;
+}
+
+}  // namespace
 
 SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes) {
   SurfaceTopology out;
@@ -39,6 +55,49 @@ SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes
     i = end;
   }
   return out;
+}
+
+std::vector<std::array<int, 3>> find_walls(std::span<const Triangle> triangles, const VectorX& x,
+                                           const SurfaceTopology& topology) {
+  std::vector<std::array<bool, 3>> groove(triangles.size());
+  std::vector<char> at_groove(topology.first.size(), 0);
+  bool any = false;
+  for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
+    for (int c = 0; c < 3; ++c) {
+      const int other = topology.across[t][c];
+      groove[t][c] = other >= 0 && is_groove(triangles, x, t, other);
+      if (!groove[t][c]) continue;
+      any = true;
+      at_groove[triangles[t][c]] = at_groove[triangles[t][(c + 1) % 3]] = 1;
+    }
+  if (!any) return {};
+
+  std::vector<std::array<int, 3>> wall(triangles.size(), {0, 0, 0});
+  const auto corner_at = [&](int t, int v) { return std::ranges::find(triangles[t], v) - triangles[t].begin(); };
+  for (int v = 0; v + 1 < static_cast<int>(topology.first.size()); ++v) {
+    if (!at_groove[v]) continue;
+    const auto fan = topology.triangles_of(v);
+    for (int t : fan) wall[t][corner_at(t, v)] = -1;
+    int count = 0;
+    for (int seed : fan) {
+      if (wall[seed][corner_at(seed, v)] >= 0) continue;
+      std::vector<int> open{seed};
+      wall[seed][corner_at(seed, v)] = count;
+      while (!open.empty()) {
+        const int t = open.back();
+        open.pop_back();
+        const auto c = corner_at(t, v);
+        for (const auto e : {c, (c + 2) % 3}) {  // the edges at v
+          const int other = topology.across[t][e];
+          if (other < 0 || groove[t][e] || wall[other][corner_at(other, v)] >= 0) continue;
+          wall[other][corner_at(other, v)] = count;
+          open.push_back(other);
+        }
+      }
+      ++count;
+    }
+  }
+  return wall;
 }
 
 }  // namespace kt

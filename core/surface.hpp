@@ -19,4 +19,10 @@ struct SurfaceTopology {
 
 SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes);
 
+/// Walls of grooves: where faces meet at more than 45 degrees over a concave edge, they are two walls and no round
+/// hollow. Of each triangle, for each of its corners: the number of its wall among the triangles around that vertex,
+/// which is the same unless grooves part them. Empty when there is no groove.        x: positions at rest [m], (3n)
+std::vector<std::array<int, 3>> find_walls(std::span<const Triangle> triangles, const VectorX& x,
+                                           const SurfaceTopology& topology);
+
 }  // namespace kt

@@ -131,8 +131,7 @@ void LocalSimulation::find_contacts(const VectorX& x, int start) noexcept {
   const ToolShape& shape = tool_.shape();
   const Vec3& tool = tool_.sweep().x_t1;
   if (shape.kind == ToolShape::Kind::point) {
-    contacts_.count = 0;
-    contacts_.add(track_point_contact(patch, x, tool, start));
+    find_point_contacts(patch, x, tool, start, contacts_);
     return;
   }
   // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick.

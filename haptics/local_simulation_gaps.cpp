@@ -78,13 +78,16 @@ bool push_apart(const Matrix& A, Vector gap, Vector& impulse) noexcept {
   return false;
 }
 
-/// How the gap changes as the surface yields: a sphere's normal; for a point the face's, not the blended one.
+/// How the gap changes as the surface yields: a sphere's normal; for a point the face's, not the blended one, unless
+/// the gap is the distance from a plane.
 Vec3 gap_slope(const SurfacePatch& patch, const VectorX& x, const Contact& contact, double radius) noexcept {
   if (radius > 0) return contact.normal;
   const Triangle& t = patch.triangles[contact.triangle];
   Vec3 offset = contact.core;
   for (int c = 0; c < 3; ++c) offset -= contact.bary[c] * node(x, t[c]);
   const double distance = offset.norm();
+  constexpr double kRoundoff = 1e-12;  // [m]
+  if (std::abs(distance - std::abs(contact.gap)) > kRoundoff) return face_normal(patch, x, contact.triangle);
   return distance > 0 ? Vec3(offset / std::copysign(distance, contact.gap)) : contact.normal;
 }
 

@@ -36,13 +36,11 @@ void finish_solid(Mesh& mesh, const std::string& path, const LoadOptions& option
   int turned = 0, flat = 0, first_flat = -1;
   for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
     Tetrahedron& t = mesh.tetrahedra[i];
-    const double volume = tetrahedron_volume(mesh.x, t);
-    if (volume < 0) {
-      std::swap(t[2], t[3]);
-      ++turned;
-    } else if (!(volume > 0) && flat++ == 0) {
-      first_flat = static_cast<int>(i);
-    }
+    const bool is_turned = tetrahedron_volume(mesh.x, t) < 0;
+    if (is_turned) std::swap(t[2], t[3]);
+    const bool is_flat = !(tetrahedron_volume(mesh.x, t) > 0);  // also where rounding decides: negative both ways round
+    turned += is_turned && !is_flat;
+    if (is_flat && flat++ == 0) first_flat = static_cast<int>(i);
   }
   if (flat > 0 && !options.lenient) {
     const Vec3 p = node(mesh.x, mesh.tetrahedra[first_flat][0]);

@@ -103,8 +103,9 @@ TEST(TrackPointContact, StaysOnItsSideOfAThinBody) {
   }
 }
 
-TEST(BlendedNormal, IsContinuousOverEdges) {
+TEST(BlendedNormal, IsContinuousOverEdgesButGrooves) {
   Sample s{std::mt19937_64(34)};
+  int compared = 0;
   for (const char* name : kClosedMeshes) {
     const TestSurface surface = load_test_surface(name);
     for (int t = 0; t < static_cast<int>(surface.patch.triangles.size()); ++t)
@@ -112,6 +113,11 @@ TEST(BlendedNormal, IsContinuousOverEdges) {
         const Triangle& own = surface.patch.triangles[static_cast<std::size_t>(t)];
         const int other = surface.patch.topology.across[static_cast<std::size_t>(t)][static_cast<std::size_t>(e)];
         const Triangle& theirs = surface.patch.triangles[static_cast<std::size_t>(other)];
+        const Vec3 n = face_normal(surface.patch, surface.x, t);
+        const bool is_sharp = n.dot(face_normal(surface.patch, surface.x, other)) < 0.1;
+        const auto far = [&](int v) { return n.dot(node(surface.x, v) - node(surface.x, own[0])) > 1e-6; };
+        if (is_sharp && std::ranges::any_of(theirs, far)) continue;  // a groove
+        ++compared;
         const double w = s.uniform(0, 1);
         Vec3 bary = Vec3::Zero(), same = Vec3::Zero();
         bary[e] = w;
@@ -124,6 +130,7 @@ TEST(BlendedNormal, IsContinuousOverEdges) {
         EXPECT_NEAR(a.norm(), 1, 1e-14);
       }
   }
+  EXPECT_GT(compared, 10000);
 }
 
 // ---- spheres ----
@@ -153,6 +160,37 @@ TestSurface strip(const std::vector<std::pair<double, double>>& profile) {
     }
   }
   return make_test_surface(triangles, x);
+}
+
+ContactSet point_contacts(const TestSurface& s, const Vec3& p) {
+  ContactSet out;
+  find_point_contacts(s.patch, s.x, p, nearest_point_contact(s.patch, s.x, p).triangle, out);
+  return out;
+}
+
+TEST(PointContacts, AreBothWallsOfAGroove) {
+  const TestSurface groove = strip({{-1, 1}, {0, 0}, {1, 1}});
+  const double half = std::sqrt(0.5);
+  // Clear of both, through the left one, and under the groove, where no wall is straight ahead.
+  for (const Vec3& p : {Vec3(-0.2, 0.1, 0.3), Vec3(-0.3, 0.1, 0.2), Vec3(-0.01, 0.3, -0.02)}) {
+    const ContactSet found = point_contacts(groove, p);
+    ASSERT_EQ(found.count, 2) << p.transpose();
+    for (const Contact& c : found) {
+      const double side = c.normal.x() > 0 ? 1 : -1;  // the left wall looks to the right
+      EXPECT_NEAR((c.normal - half * Vec3(side, 0, 1)).norm(), 0, 1e-15);
+      EXPECT_NEAR(c.gap, half * (side * p.x() + p.z()), 1e-15);
+    }
+    EXPECT_LT(found.contacts[0].normal.dot(found.contacts[1].normal), 1e-15);
+  }
+}
+
+TEST(PointContacts, AreOneOnARidgeInAShallowHollowAndBesideAWall) {
+  EXPECT_EQ(point_contacts(strip({{-1, -1}, {0, 0}, {1, -1}}), {-0.01, 0.3, -0.02}).count, 1);
+  EXPECT_EQ(point_contacts(strip({{-1, 0.2}, {0, 0}, {1, 0.2}}), {-0.01, 0.3, -0.02}).count, 1);
+  // Two flights of stairs: on the upper step the wall ends below.
+  const TestSurface stairs = strip({{-1, 0}, {0, 0}, {0, 1}, {1, 1}});
+  EXPECT_EQ(point_contacts(stairs, {0.3, 0.2, 1.01}).count, 1);
+  EXPECT_EQ(point_contacts(stairs, {-0.3, 0.2, 0.01}).count, 2);
 }
 
 TEST(SphereContacts, OneOnAPlaneTwoInAGrooveThreeOnARidgeBetweenWalls) {

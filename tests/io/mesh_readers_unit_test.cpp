@@ -193,6 +193,13 @@ INSTANTIATE_TEST_SUITE_P(
         Sample{"a.msh", replaced(kMsh2, "\n5\n1 0", "\n1000000\n1 0"), "header announces 1000000 nodes"},
         Sample{"a.msh", replaced(kMsh2, "0 0 1\n9", "0 0 0\n9"),
                "a.msh: 1 tetrahedra have no volume, the first is number 0"},
+        // Two nodes in one place: the volume is rounding, negative whichever way round.
+        Sample{"a.msh",
+               replaced(kMsh2, "20 1 0 0\n3 0 1 0\n4 0 0 1\n",
+                        "20 1 -6.091852762901842e23 -2.4508376041794536e-20\n"
+                        "3 1.0313471585932632e35 -1.1788004851024105e24 -2.4508376041794536e-20\n"
+                        "4 1.0313471585932632e35 -1.1788004851024105e24 -2.4508376041794536e-20\n"),
+               "a.msh: 1 tetrahedra have no volume, the first is number 0"},
         Sample{"a.msh", kMsh4.substr(0, kMsh4.size() - 20), "file ends where"},
         Sample{"a.vtu", "<VTKFile type=\"PolyData\">\n</VTKFile>", "a.vtu:1: VTKFile is not of type UnstructuredGrid"},
         Sample{"a.vtu", "hello", "a.vtu:1: no <VTKFile> element"},

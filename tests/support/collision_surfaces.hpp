@@ -18,6 +18,7 @@ inline TestSurface make_test_surface(std::vector<Triangle> triangles, VectorX x)
   TestSurface out;
   const auto n = static_cast<int>(x.size() / 3);
   out.patch.topology = make_topology(triangles, n);
+  out.patch.wall = find_walls(triangles, x, out.patch.topology);
   out.patch.triangles = std::move(triangles);
   out.patch.global_node.resize(static_cast<std::size_t>(n));
   out.x = std::move(x);
