@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "core/error.hpp"
+#include "haptics/contact_events.hpp"
 #include "io/output_file.hpp"
 #include "io/vtu.hpp"
 
@@ -70,7 +71,8 @@ void add_flag_warnings(const SessionResult& result, Json& warnings) {
 
 std::string trace_csv(const SessionResult& result) {
   std::string out =
-      "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us\n";
+      "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
+      "torque_x,torque_y,torque_z\n";
   for (std::size_t i = 0; i < result.frames.size(); ++i) {
     const LocalFrame& f = result.frames[i];
     const auto number = [&](double value) {
@@ -87,7 +89,22 @@ std::string trace_csv(const SessionResult& result) {
     number(f.gap);
     out += text(f.model_frame, ',');
     number(result.step_us[i]);
+    for (int c = 0; c < 3; ++c) number(f.torque[c]);
     out.back() = '\n';
+  }
+  return out;
+}
+
+std::string events_csv(std::span<const ContactEvent> events) {
+  std::string out = "t,event,x,y,z,force_x,force_y,force_z,f_n,f_t,triangle_before,triangle\n";
+  for (const ContactEvent& e : events) {
+    append_number(out, e.t);
+    out += text(',', name_of(e.kind));
+    for (int c = 0; c < 3; ++c) append_number(out += ',', e.place[c]);
+    for (int c = 0; c < 3; ++c) append_number(out += ',', e.force[c]);
+    append_number(out += ',', e.f_n);
+    append_number(out += ',', e.f_t);
+    out += text(',', e.triangle_before, ',', e.triangle, '\n');
   }
   return out;
 }
@@ -220,6 +237,13 @@ Json make_summary(const Session& session, const SessionResult& result) {
                   {"slide", force.ticks_slide},
                   {"frictional_slide", force.ticks_frictional_slide},
                   {"total", result.frames.size()}};
+  constexpr ContactEventKind kKinds[] = {ContactEventKind::touch, ContactEventKind::release,
+                                         ContactEventKind::stick_to_slip, ContactEventKind::slip_to_stick,
+                                         ContactEventKind::edge};
+  const std::vector<ContactEvent> events = find_contact_events(result.frames);
+  for (const ContactEventKind kind : kKinds)
+    out["events"][name_of(kind)] =
+        std::count_if(events.begin(), events.end(), [&](const ContactEvent& e) { return e.kind == kind; });
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
   const bool checked = !result.penetration.empty();
@@ -265,6 +289,7 @@ void write_run(const std::string& dir, const Session& session, const SessionResu
   const Vec3 start = result.start;
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
   write_file_whole(dir + "/trace.csv", trace_csv(result));
+  write_file_whole(dir + "/events.csv", events_csv(find_contact_events(result.frames)));
   write_file_whole(dir + "/summary.json", summary.dump(2) + "\n");
   write_file_whole(dir + "/view.json", view_json(session, result).dump());
   write_file_whole(dir + "/recording.csv", recording_csv(result, start));

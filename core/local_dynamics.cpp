@@ -69,6 +69,7 @@ LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric
       metric_ = make_response(llt.solve(inputs), patch_basis);
     } else if (scheme == LocalScheme::exact) {
       end_response_ = (vibrations_.end_force / h).asDiagonal() * inputs;
+      kick_ = make_response(VectorX(model.mass.diagonal()).cwiseInverse().asDiagonal() * inputs, patch_basis);
     }
   }
 }

@@ -45,6 +45,9 @@ class LocalDynamics {
   const Response& metric() const { return metric_is_inertia_ ? inertia_ : metric_; }  ///< how constraints act
   /// Change of the velocity at the end of the step per contact impulse that acts as a constraint, (r x 3p).
   const MatrixX& end_response() const { return end_response_.size() ? end_response_ : metric().Y; }
+  /// Change of the velocity by an impulse at one moment, through M^-1; empty where the end of a step has the velocity
+  /// that a constraint asks for anyway.
+  const Response& kick() const { return kick_; }
   double h() const { return h_; }
 
  private:
@@ -65,6 +68,7 @@ class LocalDynamics {
   Eigen::VectorXi permutation_;
   Response inertia_, metric_;
   MatrixX end_response_;  ///< when it is not metric().Y
+  Response kick_;
   bool metric_is_inertia_ = false;
   mutable VectorX rhs_, permuted_;
 };

@@ -188,11 +188,14 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     tangential_sum += f_t;
     frame.gap = std::min(frame.gap, contact.gap);
     if (f_n > 0) frame.cone_ratio = std::max(frame.cone_ratio, f_t.norm() / f_n);
+    const Vec3 point = contact.core - (tool_.shape().radius + contact.gap) * contact.normal;
+    frame.torque += (point - frame.tool).cross(force);
     if (f_n > largest) {
       largest = f_n;
       frame.triangle = patch.global_triangle[contact.triangle];
       frame.mode = solution_.mode[i];
       frame.normal = contact.normal;
+      frame.point = point;
       if (patch.on_rim[contact.triangle]) flags_ |= kLeftPatch;
     }
     const Triangle& t = patch.triangles[contact.triangle];
@@ -203,7 +206,7 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     sample.impulse = impulse;
     sample.normal = contact.normal;
     sample.sticks = solution_.mode[i] == ContactMode::stick;
-    sample.point = contact.core - (tool_.shape().radius + contact.gap) * contact.normal;
+    sample.point = point;
     for (int c = 0; c < 3; ++c) sample.nodes[c] = patch.global_node[t[c]];
   }
   frame.f_n = normal_sum.norm();

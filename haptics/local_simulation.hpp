@@ -15,7 +15,7 @@ enum LocalFlag : unsigned {
   kEventsExhausted = 1,  ///< more impacts in one tick than kMaxEvents
   kLeftPatch = 2,        ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
   kLostAnchor = 4,       ///< a refresh brought a patch that does not hold the contact
-  kRigidContact = 8,     ///< contact with a part that cannot move: the force is bounded by a stiff spring
+  kRigidContact = 8,     ///< contact with a part that cannot move: it feels like a mass of 1 kg
   kNotFinite = 16,       ///< the local state left the finite numbers; it was reset and the force is zero
 };
 
@@ -28,6 +28,8 @@ struct LocalFrame {
   Vec3 force = Vec3::Zero();   ///< on the tool [N]
   double f_n = 0, f_t = 0;     ///< its normal and tangential parts [N]
   Vec3 normal = Vec3::Zero();  ///< of the contact that carries most: unit, from the body towards the tool
+  Vec3 point = Vec3::Zero();   ///< where that one touches the tool [m]
+  Vec3 torque = Vec3::Zero();  ///< on the tool about its reference point, of the contacts' own forces [N m]
   double cone_ratio = 0;       ///< largest |f_t| / f_n over the contacts
   ContactMode mode = ContactMode::free;
   int triangle = -1;  ///< of the body's surface: the contact that carries most
@@ -77,6 +79,7 @@ class LocalSimulation final : public HapticMethod {
   bool fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
+  void settle_velocities() noexcept;                                        // local_simulation_velocities.cpp
   bool close_gaps(double h_left, int start) noexcept;                       // local_simulation_gaps.cpp
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
   void report_contacts(LocalFrame& frame) noexcept;

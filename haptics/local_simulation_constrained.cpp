@@ -13,7 +13,7 @@ constexpr int kGeometryIterations = 20;
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
-constexpr double kStiffest = 1e6;       // [N/m] a contact with an immovable part feels this spring
+constexpr double kHeaviest = 1;         // [kg] a contact with an immovable part feels this mass: 1e6 N/m at 1 kHz
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
 
 void add_at(VectorX& stacked, const Triangle& t, const Vec3& bary, const Vec3& value) noexcept {
@@ -118,9 +118,11 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
     contacts_.contacts[kept] = contacts_.contacts[i];
     s.impulse[kept] = solution_.impulse.segment<3>(3 * i);
     solution_.mode[kept] = solution_.mode[i];
+    solution_.grip[kept] = solution_.grip[i];
     s.anchors.add(contacts_.contacts[kept++]);
   }
   contacts_.count = kept;
+  settle_velocities();
   frame.force.setZero();
   for (int i = 0; i < kept; ++i) frame.force -= s.impulse[i] / h_;
   report_contacts(frame);
@@ -212,7 +214,7 @@ bool LocalSimulation::fill_problem(double h_left) noexcept {
       problem_.W.block<3, 3>(3 * k, 3 * i) = W.transpose();
     }
     auto own = problem_.W.block<3, 3>(3 * i, 3 * i);
-    const double softest = 1 / (kStiffest * h_left * h_left);
+    const double softest = h_ / (h_left * kHeaviest);
     if (own.trace() < 3 * softest) {
       own += softest * Mat3::Identity();
       all_move = false;

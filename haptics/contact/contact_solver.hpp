@@ -37,9 +37,10 @@ struct ContactProblem {
 
 struct ContactSolution {
   std::array<ContactMode, kMaxContacts> mode{};
-  ContactVector impulse;                 ///< on the body through the metric [N s]
-  Vec3 inertial_impulse = Vec3::Zero();  ///< on the body through its inertia [N s]; geometric laws only
-  Vec3 force_on_tool = Vec3::Zero();     ///< [N]
+  std::array<double, kMaxContacts> grip{};  ///< sticking holds up to this share of the normal impulse
+  ContactVector impulse;                    ///< on the body through the metric [N s]
+  Vec3 inertial_impulse = Vec3::Zero();     ///< on the body through its inertia [N s]; geometric laws only
+  Vec3 force_on_tool = Vec3::Zero();        ///< [N]
   int iterations = 0;
   double residual = 0;  ///< largest change of an impulse in the last iteration / largest impulse
 };

@@ -33,6 +33,7 @@ class Coulomb final : public ContactSolver {
         const Vec3 step = one.impulse - before;
         out.impulse.segment<3>(3 * i) = one.impulse;
         out.mode[i] = one.mode;
+        out.grip[i] = friction.mu_static;
         if (!step.isZero(0)) velocity += problem.W.middleCols<3>(3 * i) * step;
         change = std::max(change, step.lpNorm<Eigen::Infinity>());
         largest = std::max(largest, one.impulse.lpNorm<Eigen::Infinity>());

@@ -26,6 +26,8 @@ class Hold final : public HapticMethod {
     frame.f_n = held_.f_n;
     frame.f_t = held_.f_t;
     frame.normal = held_.normal;
+    frame.point = held_.point;
+    frame.torque = held_.torque;
     frame.cone_ratio = held_.cone_ratio;
     frame.mode = held_.mode;
     return frame;

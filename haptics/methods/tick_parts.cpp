@@ -39,8 +39,7 @@ void add_impulse(PreparedLocalModel& m, int triangle, const Vec3& bary, const Ve
 }
 
 bool soften(ContactProblem& problem) noexcept {
-  constexpr double kStiffest = 1e6;  // [N/m] as in LocalSimulation
-  const double softest = 1 / (kStiffest * problem.h * problem.h);
+  constexpr double softest = 1;  // [1/kg] as in LocalSimulation
   bool softened = false;
   for (int i = 0; i < problem.count; ++i) {
     auto own = problem.W.block<3, 3>(3 * i, 3 * i);
@@ -63,6 +62,7 @@ void report_contacts(const SurfacePatch& patch, const ContactSet& contacts, cons
     const double f_n = force.dot(contact.normal);
     const Vec3 f_t = force - f_n * contact.normal;
     frame.force += force;
+    frame.torque += (point[i] - frame.tool).cross(force);
     normal_sum += f_n * contact.normal;
     tangential_sum += f_t;
     frame.gap = frame.contacts == 0 ? contact.gap : std::min(frame.gap, contact.gap);
@@ -73,6 +73,7 @@ void report_contacts(const SurfacePatch& patch, const ContactSet& contacts, cons
       frame.triangle = patch.global_triangle[contact.triangle];
       frame.mode = solution.mode[i];
       frame.normal = contact.normal;
+      frame.point = point[i];
       frame.flags &= ~static_cast<unsigned>(kLeftPatch);
       if (patch.on_rim[contact.triangle]) frame.flags |= kLeftPatch;
     }
