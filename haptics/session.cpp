@@ -262,15 +262,16 @@ SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher)
   SelfContactRun out{.extremes = {}, .reach = contact.options.reach, .stiffness = contact.options.stiffness};
   if (refresher.look_for_crossings) out.crossings = refresher.crossings;
   out.extremes.nearest = std::numeric_limits<double>::infinity();
-  const double share = 1 / std::max(1.0, static_cast<double>(refresher.self_contacts.size()));
+  const auto steps = std::max(1.0, static_cast<double>(refresher.self_contacts.size()));
   for (const SelfContactReport& r : refresher.self_contacts) {
     out.extremes.contacts = std::max(out.extremes.contacts, r.contacts);
     out.extremes.nearest = std::min(out.extremes.nearest, r.nearest);
     out.extremes.normal = std::max(out.extremes.normal, r.normal);
     out.extremes.energy = std::max(out.extremes.energy, r.energy);
-    out.mean_normal += share * r.normal;
-    out.touching_share += r.contacts > 0 ? share : 0;
+    out.mean_normal += r.normal / steps;
+    out.touching_share += r.contacts > 0;
   }
+  out.touching_share /= steps;
   return out;
 }
 

@@ -108,7 +108,7 @@ CASES = [
         ("self-contact with steps that jump over it", run_with("global.self_contact={}", "global.integrator=sdirk2"),
          ["global.integrator", "sdirk2", "newton_euler"]),
         ("self-contact of a surface that crosses itself",
-         run_with("global.self_contact={}", "object.mesh=self_intersecting.off"),
+         run_with("global.self_contact={}", "object.layers.thickness=0.002", "object.mesh=self_intersecting.off"),
          ["global.self_contact", "self_intersecting.off", "12 pairs", "triangles"]),
         ("kinetic friction above static", run_with("contact.mu_static=0.2", "contact.mu_kinetic=0.4"),
          ["contact.mu_kinetic", "0.4", "mu_static"]),

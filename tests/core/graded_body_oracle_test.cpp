@@ -51,7 +51,7 @@ TangentModel with_contact(TangentModel tangent, int a, int b, double k) {
   SparseMatrix contact(tangent.dfdx.rows(), tangent.dfdx.cols());
   std::vector<Eigen::Triplet<double>> entries;
   for (int c = 0; c < 3; ++c)
-    for (const auto [i, j, sign] : {std::tuple{a, a, -1}, {b, b, -1}, {a, b, 1}, {b, a, 1}})
+    for (const auto& [i, j, sign] : {std::tuple{a, a, -1}, {b, b, -1}, {a, b, 1}, {b, a, 1}})
       for (int r = 0; r < 3; ++r) entries.emplace_back(3 * i + r, 3 * j + c, r == c ? sign * k : 0.0);
   contact.setFromTriplets(entries.begin(), entries.end());
   tangent.dfdx = SparseMatrix(tangent.dfdx + contact);

@@ -312,8 +312,8 @@ TEST(SceneError, WrongOverridesSayWhichOne) {
        "--set global.self_contact.creep=1e999: global.self_contact.creep is \"1e999\", must be a number above 0, at "
        "most 10 (speed below which friction is smoothed, m/s)"},
       {"global.self_contact.range=1",
-       "--set global.self_contact.range=1: global.self_contact.range is not a key of a scene, did you mean reach? "
-       "(known here: mu, reach, stiffness, creep)"},
+       "--set global.self_contact.range=1: global.self_contact.range is not a key of a scene (known here: "
+       "mu, reach, stiffness, creep)"},
       {"global.self_contact=true", "--set global.self_contact=true: global.self_contact is true, must be a group..."},
       {"duration.x=1", "--set duration.x=1: duration is a value, not a group with keys inside"},
       {"duration", "--set duration: write key=value, as in object.model.young=2e4"},
