@@ -1,6 +1,7 @@
 #include "self_contact/crossings.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "collision/pair_distance.hpp"
@@ -8,20 +9,23 @@
 namespace kt {
 namespace {
 
-constexpr double kTouch = 1e-6;  // of the reach
+constexpr double kTouch = 1e-6;      // of the reach
+constexpr double kRounding = 1e-13;  // of the size cubed: a triple product's, and far below what counts as a touch
 
 /// Six times the signed volume.
 double orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return (b - a).cross(c - a).dot(d - a);
 }
 
-/// Where the segment p q goes through the triangle, its border included. What lies in its plane is a touch, if
-/// anything.
+/// Where the segment p q goes through the triangle. Not what rounding alone would decide: through its border or in its
+/// plane they touch, if anything.
 bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c, Vec3& at) {
+  const double size = std::max({(q - p).norm(), (b - a).norm(), (c - b).norm(), (a - c).norm()});
+  const double rounding = kRounding * size * size * size;
   const double below = orientation(a, b, c, p), above = orientation(a, b, c, q);
-  if (below == above || (below > 0) == (above > 0)) return false;
+  if (std::min(std::abs(below), std::abs(above)) <= rounding || (below > 0) == (above > 0)) return false;
   const double ab = orientation(p, q, a, b), bc = orientation(p, q, b, c), ca = orientation(p, q, c, a);
-  if (std::max({ab, bc, ca}) > 0 && std::min({ab, bc, ca}) < 0) return false;
+  if (std::min({ab, bc, ca}) < rounding && std::max({ab, bc, ca}) > -rounding) return false;
   at = p + below / (below - above) * (q - p);
   return true;
 }

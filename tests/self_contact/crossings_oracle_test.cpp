@@ -28,6 +28,14 @@ TEST(FindCrossings, BodiesApartHaveNone) {
   EXPECT_TRUE(crossings(two_blocks({0.0201, 0, 0})).empty());  // whole faces in one plane
 }
 
+TEST(FindCrossings, FlatFacesToWithinRoundingHaveNone) {
+  Mesh mesh = kuhn_block(8, 8, 3, 0.005);
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    mesh.x += 1e-17 * random_vector(mesh.x.size(), seed);
+    EXPECT_TRUE(crossings(mesh).empty()) << seed;
+  }
+}
+
 TEST(FindCrossings, NodesOnNodesTouch) { EXPECT_FALSE(crossings(two_blocks({0, 0, 0.02})).empty()); }
 
 TEST(FindCrossings, AThinBodyThroughTheMiddleOfALargeFaceIsFound) {
