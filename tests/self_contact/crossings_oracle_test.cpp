@@ -5,6 +5,7 @@
 
 #include "bench/pressed_bodies.hpp"
 #include "io/mesh_doctor.hpp"
+#include "io/mesh_io.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {
@@ -28,12 +29,20 @@ TEST(FindCrossings, BodiesApartHaveNone) {
   EXPECT_TRUE(crossings(two_blocks({0.0201, 0, 0})).empty());  // whole faces in one plane
 }
 
-TEST(FindCrossings, FlatFacesToWithinRoundingHaveNone) {
-  Mesh mesh = kuhn_block(8, 8, 3, 0.005);
-  for (unsigned seed = 0; seed < 5; ++seed) {
-    mesh.x += 1e-17 * random_vector(mesh.x.size(), seed);
-    EXPECT_TRUE(crossings(mesh).empty()) << seed;
-  }
+/// Once an edge of a flat face counted as going through another triangle of it: at rest but for a step's rounding, the
+/// signs of volumes are those of noise.
+TEST(FindCrossings, AFlatFaceAfterAStepAtRestHasNone) {
+  Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/two_blocks.msh");
+  ModelOptions options{.young = 2e4, .poisson = 0.4, .damping_mass = 5, .damping_stiffness = 2e-3};
+  options.material = "neo_hookean";
+  for (int i = 0; i < mesh.num_nodes(); ++i)
+    if (node(mesh.x, i).z() < 1e-4) options.fixed_nodes.push_back(i);
+  const auto model = make_model("fem", mesh, options);
+  SelfContact contact(*model, {.mu = 0.5});
+  TouchingEuler integrator(contact);
+  State state = rest_state(*model);
+  integrator.step(*model, VectorX::Zero(state.x.size()), 0.033, state);
+  EXPECT_TRUE(find_crossings(contact, mesh.triangles, state.x).empty());
 }
 
 TEST(FindCrossings, NodesOnNodesTouch) { EXPECT_FALSE(crossings(two_blocks({0, 0, 0.02})).empty()); }
