@@ -45,7 +45,8 @@ Scene paper_scene(const std::string& mesh, const Experiment& e, const std::vecto
   scene.tool.path.press_drag->depth = 0.002;
   scene.tool.path.press_drag->speed = 0.02;
   scene.contact = {e.law, e.mu, e.mu, e.metric, {}};
-  scene.global = {30, "implicit_euler"};
+  scene.global.rate_hz = 30;
+  scene.global.integrator = "implicit_euler";
   scene.local.integrator = e.integrator;
   return parse_scene(to_json(scene), set, "paper");
 }

@@ -62,6 +62,9 @@ void add_flag_warnings(const SessionResult& result, Json& warnings) {
         text("global steps: ", steps.projected, " of ", steps.iterations,
              " systems were not positive definite and were solved with the element stiffness projected; ",
              steps.not_converged, " of ", result.global_ms.size(), " steps did not converge"));
+  if (result.self_contact && result.self_contact->crossings > 0)
+    warnings.push_back(text("the surface crossed itself, in up to ", result.self_contact->crossings,
+                            " pairs of triangles after a global step: a fault of this program, please report it"));
   if (result.definite_tangents > 0)
     warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
                             result.refreshes.size(),
@@ -206,6 +209,19 @@ Json make_summary(const Session& session, const SessionResult& result) {
                    {"not_converged", result.global_steps.not_converged},
                    {"looked_ahead", result.looked_ahead},
                    {"linearization_error", percentiles(result.linearization_error, false)}};
+  if (result.self_contact) {
+    const SelfContactRun& s = *result.self_contact;
+    const bool touched = s.extremes.contacts > 0;
+    out["self_contact"] = {{"contacts", s.extremes.contacts},
+                           {"nearest_m", touched ? Json(s.extremes.nearest) : Json(nullptr)},
+                           {"normal_n", s.extremes.normal},
+                           {"mean_normal_n", s.mean_normal},
+                           {"energy_j", s.extremes.energy},
+                           {"touching_share", s.touching_share},
+                           {"intersections", s.crossings < 0 ? Json(nullptr) : Json(s.crossings)},
+                           {"reach_m", s.reach},
+                           {"stiffness_n_per_m", s.stiffness}};
+  }
   out["local"] = {
       {"method", haptic_method_name(scene.local.method, scene.contact.law)},
       {"reducer", result.reducer},
@@ -339,6 +355,18 @@ void print_summary(const Json& s) {
             " us (CPU); ", s["deadline_misses"], " over the period; ",
             s["allocations_per_tick"].is_null() ? std::string("allocations not counted")
                                                 : text(s["allocations_per_tick"], " allocations a tick")));
+  if (s.contains("self_contact")) {
+    const auto& touch = s["self_contact"];
+    line("self-contact",
+         touch["nearest_m"].is_null()
+             ? std::string("none: the body did not touch itself")
+             : text("up to ", touch["contacts"], " pairs, nearest ",
+                    number(1e6 * touch["nearest_m"].get<double>(), "%.3g"), " um; normal mean ",
+                    number(value("self_contact", "mean_normal_n"), "%.3g"), " N, max ",
+                    number(value("self_contact", "normal_n"), "%.3g"), " N",
+                    touch["intersections"].is_null() ? std::string()
+                                                     : text("; ", touch["intersections"], " intersections")));
+  }
   if (s.contains("lateness_us"))
     line("lateness",
          text("median ", number(value("lateness_us", "p50"), "%.3g"), " us, p99.9 ",

@@ -54,6 +54,8 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (settings.reference.compute && !(settings.reference.rate_hz >= scene.local.rate_hz))
     throw InputError(text("--reference-rate: ", settings.reference.rate_hz, " Hz, must be at least local.rate_hz, ",
                           scene.local.rate_hz));
+  if (scene.global.self_contact && (settings.reference.compute || !settings.reference.file.empty()))
+    throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
   Session session(scene);

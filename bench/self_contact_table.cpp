@@ -38,7 +38,8 @@ double kinetic_energy(const PressedBodies& scene) {
 }
 
 void run(PressedBodies scene, const Options& options) {
-  TouchingEuler integrator({.mu = 0.3}, {.convergence = 1e-9});
+  SelfContact contact(*scene.model, {.mu = 0.3});
+  TouchingEuler integrator(contact, {.convergence = 1e-9});
   std::size_t met = intersections(scene);
   int contacts = 0;
   double nearest = std::numeric_limits<double>::infinity(), slowest = 0, seconds = 0;

@@ -40,7 +40,7 @@ kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core)
 kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off})
 kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods WITHOUT ${kt_off}
-           DEPENDS kt_core kt_collision kt_models kt_io Threads::Threads)
+           DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
 # Which optional parts are in, as 0/1 macros for the .def tables.
 foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN)

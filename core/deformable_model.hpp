@@ -35,7 +35,7 @@ class DeformableModel {
   virtual const std::vector<int>& fixed_nodes() const = 0;  ///< ascending
   /// Internal and body forces [N], (3n).
   virtual void force(const State& state, VectorX& out) const = 0;
-  /// `out`: empty, or an earlier tangent of this model, whose storage is used again. The pattern is always the same.
+  /// `out`: empty, or an earlier tangent of this model, whose storage is used again. Self-contact changes the pattern.
   virtual void update_tangent(const State& state, TangentKind kind, Tangent& out) const = 0;
   virtual ModelInfo info() const = 0;
   /// Share in [0, 1] of the motion from x to x + dx, (3n), that the body can make: 1, unless its surface meets itself.

@@ -252,13 +252,15 @@ const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
 }
 
 const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePatch& patch) {
-  const bool stays = covers(tangent, patch), anew = turns_ == 0;
+  const bool anew = turns_ == 0;
+  bool stays = covers(tangent, patch);
   is_factored_ = false;
   if (!stays) {
     blocks_.update(tangent, make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes));
     choose_nodes(tangent, patch);
-  } else if (!whole_) {
-    blocks_.update(tangent, dofs_);
+  } else if (!whole_ && blocks_.update(tangent, dofs_)) {  // contacts of the body with itself came or went
+    stays = false;
+    choose_nodes(tangent, patch);
   }
   if (whole_) return update_whole(tangent);
   confinement_.product<18>(blocks_, blocks_.values(), sums_);

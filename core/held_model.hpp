@@ -33,6 +33,7 @@ class HeldModel final : public DeformableModel {
   const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
   void force(const State& state, VectorX& out) const override;
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override;
+  double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
   ModelInfo info() const override { return model_.info(); }
 
   /// Sum over the holds of the normal force that they push the body with at x [N]; negative: they pull.

@@ -85,12 +85,11 @@ void NodeBlocks::make_pattern(const TangentModel& tangent, const FreeDofs& dofs)
       }
 }
 
-void NodeBlocks::update(const TangentModel& tangent, const FreeDofs& dofs) {
-  const std::array<Eigen::Index, 2> entries{tangent.dfdx.nonZeros(), tangent.dfdv.nonZeros()};
-  if (entries != entries_ || num_nodes() != dofs.size() / 3) {
-    make_pattern(tangent, dofs);
-    entries_ = entries;
-  }
+bool NodeBlocks::update(const TangentModel& tangent, const FreeDofs& dofs) {
+  // Both are asked: each remembers what it is shown.
+  const bool dfdx_changes = patterns_[0].changes_to(tangent.dfdx), dfdv_changes = patterns_[1].changes_to(tangent.dfdv);
+  const bool changes = dfdx_changes || dfdv_changes || num_nodes() != dofs.size() / 3;
+  if (changes) make_pattern(tangent, dofs);
   std::fill(values_.begin(), values_.end(), 0.0);
   for (std::size_t m = 0; m < 2; ++m) {
     const double* from = (m == 0 ? tangent.dfdx : tangent.dfdv).valuePtr();
@@ -106,6 +105,7 @@ void NodeBlocks::update(const TangentModel& tangent, const FreeDofs& dofs) {
       Eigen::Map<Mat3> d(values_.data() + kSize * static_cast<std::size_t>(begin_[j]) + 9 * m);
       d = (d + d.transpose()).eval();
     }
+  return changes;
 }
 
 namespace {

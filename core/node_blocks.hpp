@@ -2,6 +2,7 @@
 // Stiffness, damping and mass of the free nodes as symmetric 3 x 3 blocks, one for every two neighbours: half the
 // memory of sparse matrices, and products with several vectors at once go through it at the speed of memory.
 #include "core/free_dofs.hpp"
+#include "core/sparsity_pattern.hpp"
 #include "core/tangent_model.hpp"
 
 namespace kt {
@@ -14,9 +15,9 @@ class NodeBlocks {
  public:
   static constexpr int kSize = 18;  ///< numbers of a pair of blocks: stiffness, then damping, column by column
 
-  /// The symmetric parts of -dfdx and -dfdv on the free nodes. A body's matrices always have the same pattern and mass,
-  /// which are taken over at the first call (and when the numbers of entries change).
-  void update(const TangentModel& tangent, const FreeDofs& dofs);
+  /// The symmetric parts of -dfdx and -dfdv on the free nodes. Their pattern, and the mass, are taken over at the first
+  /// call and when the pattern changes: then true.
+  bool update(const TangentModel& tangent, const FreeDofs& dofs);
 
   int num_nodes() const { return static_cast<int>(begin_.size()) - 1; }
   /// Neighbours of free node j, itself among them, ascending: neighbour(k) for k = first(j) .. last(j) - 1.
@@ -50,8 +51,8 @@ class NodeBlocks {
     std::vector<Place> columns, rows;  // three entries along a column or a row of a block
     std::vector<Place> others;         // of matrices that are not in whole blocks
   };
-  std::array<Places, 2> places_;  // of dfdx and dfdv
-  std::array<Eigen::Index, 2> entries_{-1, -1};
+  std::array<Places, 2> places_;             // of dfdx and dfdv
+  std::array<SparsityPattern, 2> patterns_;  // of dfdx and dfdv
 };
 
 }  // namespace kt

@@ -14,6 +14,7 @@ namespace {
 constexpr double kRoundoff = 1e-10;     // of the largest spring: less is no instability
 constexpr double kProportional = 1e-9;  // off the diagonal, of the damping between two vibrations
 constexpr double kOnePass = 1e-5;       // [-] rank tolerance that one orthonormalization is good for
+constexpr double kAnswered = 1e-3;      // [-] of a load: a good factor leaves a millionth of it
 constexpr double kFirmness = 100;       // how much longer than the others firm motions count
 
 SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
@@ -89,10 +90,16 @@ MatrixX beside(const MatrixX& a, const MatrixX& b) {
   return out;
 }
 
+/// False: some motion meets no resistance, and rounding alone made the factorization pass.
+bool answers(const FreeBody& body, const SparseSolver& solver) {
+  const VectorX load = VectorX::Ones(body.stiffness.rows());
+  return (body.stiffness * solver.solve(load) - load).norm() <= kAnswered * load.norm();
+}
+
 void factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
   // Of a free body: high enough that its swimming does not outweigh, and so hide, how it yields under the tool.
   const double s = 2 * std::numbers::pi * hz, s_free = 2 * std::numbers::pi * 20;
-  bool good = solver.factor(dynamic_stiffness(body, s));
+  bool good = solver.factor(dynamic_stiffness(body, s)) && (s > 0 || answers(body, solver));
   if (!good && s == 0) good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
   // A body that gives way to some motion does not at a higher rate; the basis need not be exact at this one.
   for (double higher : {5.0, 15.0, 45.0})

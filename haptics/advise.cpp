@@ -19,6 +19,8 @@ void require(const Scene& scene) {
     throw InputError(
         text("advise chooses among the engine's own local models: it needs local.method \"multirate\" and a ",
              "contact.law other than \"penalty\", not ", scene.local.method, " with ", scene.contact.law));
+  if (scene.global.self_contact)
+    throw InputError("advise compares with a body that passes through itself; not with global.self_contact");
 }
 
 /// Along the normal of the undeformed surface, to where the tool is.

@@ -68,6 +68,7 @@ class PressedModel final : public DeformableModel {
   const SparseMatrix& mass() const override { return model_.mass(); }
   const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
   ModelInfo info() const override { return model_.info(); }
+  double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
 
   void force(const State& state, VectorX& out) const override {
     model_.force(state, out);

@@ -106,7 +106,9 @@ double predict_refresh_us(const LocalModel& model, const ReduceOptions& options)
 }
 
 ReducerChoice::ReducerChoice(const std::string& reducer, int rings, const ReducerNeeds& needs)
-    : is_auto_(reducer == "auto"), needs_(needs) {
+    : is_auto_(reducer == "auto"),
+      needs_(needs),
+      graded_(needs.whole ? GradingOptions{.margin = std::numeric_limits<double>::infinity()} : GradingOptions{}) {
   if (!is_auto_) candidates_ = {make_candidate(reducer, rings)};
   if (!is_auto_ && reducer == "krylov") candidates_.front().name = krylov_name(candidates_.front().options.shifts_hz);
 }

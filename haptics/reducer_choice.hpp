@@ -23,6 +23,7 @@ struct ReducerNeeds {
   double tolerance = 0.05;         ///< largest certified error
   double budget_us = 200;          ///< of a haptic tick
   double refresh_per_tick = 0.03;  ///< global rate over haptic rate
+  bool whole = false;              ///< no node follows others: they may be those of a piece that only touches its own
 };
 
 /// What local.reducer takes: core/reducers.def, and "auto".

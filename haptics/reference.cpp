@@ -41,6 +41,8 @@ FullOptions full_options(const Session& session, std::span<const Vec3> tool, con
 
 Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options) {
   const Scene& scene = session.scene();
+  if (scene.global.self_contact)
+    throw InputError("reference: the full model in fine steps passes through itself; not with global.self_contact");
   const int n = steps_per_tick(scene, options.rate_hz), ticks = static_cast<int>(tool.size()) - 1;
   const double started = cpu_seconds();
   FullSimulation full(session.model(), session.surface(), session.tool(),

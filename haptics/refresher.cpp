@@ -8,6 +8,7 @@
 #include "core/damping.hpp"
 #include "core/sparse_solver.hpp"
 #include "haptics/foresight.hpp"
+#include "self_contact/crossings.hpp"
 
 namespace kt {
 namespace {
@@ -18,9 +19,13 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Diagonal ones are so by construction.
+/// Diagonal ones are so by construction. To within rounding: a piece that nothing holds moves without resistance.
 bool is_positive_semidefinite(const SparseMatrix& matrix) {
-  return matrix.nonZeros() <= matrix.rows() || make_sparse_solver()->factor(matrix);
+  constexpr double kRoundoff = 1e-10;  // of the stiffest entry
+  if (matrix.nonZeros() <= matrix.rows() || make_sparse_solver()->factor(matrix)) return true;
+  SparseMatrix one(matrix.rows(), matrix.cols());
+  one.setIdentity();
+  return make_sparse_solver()->factor(SparseMatrix(matrix + kRoundoff * matrix.diagonal().maxCoeff() * one));
 }
 
 }  // namespace
@@ -54,20 +59,31 @@ std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolSh
   return make_haptic_method(haptic_method_name(scene.local.method, c.law), options);
 }
 
+namespace {
+
+std::unique_ptr<Integrator> global_integrator(const SceneGlobal& global, SelfContact* self_contact) {
+  const IntegratorOptions options{.solver = global.solver, .tolerance = global.tolerance, .definite = global.definite};
+  if (self_contact) return std::make_unique<TouchingEuler>(*self_contact, options);
+  return make_integrator(global.integrator, options);
+}
+
+}  // namespace
+
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-                     double max_speed, const State& start)
+                     double max_speed, const State& start, SelfContact* self_contact)
     : surface_(surface),
       scene_(scene),
       tool_(tool),
       max_speed_(max_speed),
       method_(make_scene_method(scene, tool)),
-      global_(model,
-              make_integrator(scene.global.integrator, {.solver = scene.global.solver,
-                                                        .tolerance = scene.global.tolerance,
-                                                        .definite = scene.global.definite}),
-              1 / scene.global.rate_hz, start),
+      self_contact_(self_contact),
+      global_(model, global_integrator(scene.global, self_contact), 1 / scene.global.rate_hz, start),
+      before_(start),
       choice_(scene.local.reducer, scene.local.rings,
-              {scene.local.tolerance, scene.local.budget_us, scene.global.rate_hz / scene.local.rate_hz}),
+              {.tolerance = scene.local.tolerance,
+               .budget_us = scene.local.budget_us,
+               .refresh_per_tick = scene.global.rate_hz / scene.local.rate_hz,
+               .whole = self_contact != nullptr}),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)) {}
 
@@ -115,11 +131,29 @@ void Refresher::count_inverted() {
   inverted_tetrahedra = std::max(inverted_tetrahedra, count);
 }
 
+void Refresher::report_self_contact() {
+  const State& now = global_.state();
+  self_contacts.push_back(TouchingModel(global_.model(), *self_contact_, now, now.t - before_.t).report(now.x));
+  if (!look_for_crossings) return;
+  const auto found = find_crossings(*self_contact_, surface_.triangles, now.x);
+  crossings = std::max(crossings, static_cast<int>(found.size()));
+}
+
+/// A body in contact with itself: with its contacts there, and the friction of the step that led there.
+void Refresher::linearize_at(const State& state, TangentKind kind) {
+  if (!self_contact_) return linearize(global_.model(), state, kind, tangent_);
+  const State& from = state.t > global_.state().t ? global_.state() : before_;
+  const double dt = state.t > from.t ? state.t - from.t : 1 / scene_.global.rate_hz;
+  const TouchingModel touching(global_.model(), *self_contact_, from, dt);
+  touching.find_near(state.x);
+  linearize(touching, state, kind, tangent_);
+}
+
 /// Throws IndefiniteTangent.
 LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch,
                                 const ContactSite& site) {
   auto start = std::chrono::steady_clock::now();
-  linearize(global_.model(), state, kind, tangent_);
+  linearize_at(state, kind);
   linearize_ms.push_back(milliseconds_since(start));
   start = std::chrono::steady_clock::now();
   if (frame_ == 0) choice_.set_up(tangent_, patch, site);
@@ -193,8 +227,10 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   const std::vector<ContactHold> holds = last_holds(reports, scene_.local.rate_hz);
   std::optional<State> ahead;
   if (t > global_.state().t) {
+    before_ = global_.state();
     global_.advance(t, history, holds);
     count_inverted();
+    if (self_contact_) report_self_contact();
     judge_linearization();
     if (motion && scene_.global.look_ahead) ahead = foresee(t, holds, tool_velocity(reports, scene_.local.rate_hz));
     global_ms.push_back(milliseconds_since(start));

@@ -7,14 +7,16 @@
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
 #include "io/scene.hpp"
+#include "self_contact/touching_euler.hpp"
 
 namespace kt {
 
 class Refresher {
  public:
-  /// @param max_speed  of the tool [m/s]: with the time that a local model is in use it gives the size of the patch
+  /// @param max_speed     of the tool [m/s]: with the time that a local model is in use it gives the size of the patch
+  /// @param self_contact  none: the body passes through itself
   Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-            double max_speed, const State& start);
+            double max_speed, const State& start, SelfContact* self_contact = nullptr);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
   /// `motion`, that of the local model in use then; without one, from the body's own.
@@ -32,17 +34,22 @@ class Refresher {
   std::vector<double> linearize_ms, reduce_ms, certify_ms, prepare_ms;  ///< parts of refresh_ms
   std::vector<double> linearization_error;  ///< of each interval that ended in contact, see GlobalSimulation
   int definite_tangents = 0;
-  double coupling = 0;          ///< of the last local model's vibrations, see damping_coupling()
-  int exact_steps = 0;          ///< local models that are stepped exactly
-  int looked_ahead = 0;         ///< local models of where the body was expected to be
-  int inverted_tetrahedra = 0;  ///< most at any refresh
-  double inverted_from = -1;    ///< time of the first one [s]
+  double coupling = 0;                           ///< of the last local model's vibrations, see damping_coupling()
+  int exact_steps = 0;                           ///< local models that are stepped exactly
+  int looked_ahead = 0;                          ///< local models of where the body was expected to be
+  std::vector<SelfContactReport> self_contacts;  ///< after each global step, with self-contact
+  bool look_for_crossings = false;               ///< after each of these
+  int crossings = 0;                             ///< most that were found
+  int inverted_tetrahedra = 0;                   ///< most at any refresh
+  double inverted_from = -1;                     ///< time of the first one [s]
 
  private:
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
+  void linearize_at(const State& state, TangentKind kind);
   LocalScheme choose_scheme(LocalModel& local);
   void count_inverted();
+  void report_self_contact();
   void judge_linearization();
   std::optional<State> foresee(double t, std::span<const ContactHold> holds, const Vec3& velocity);
   double interval(double t) const;
@@ -53,7 +60,9 @@ class Refresher {
   ToolShape tool_;
   double max_speed_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
+  SelfContact* self_contact_;             // none: the body passes through itself
   GlobalSimulation global_;
+  State before_;  // where the last global step began
   ReducerChoice choice_;
   TangentModel tangent_;               // of the last refresh: its storage
   std::optional<LocalScheme> scheme_;  // none: whichever fits

@@ -13,6 +13,7 @@
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"
+#include "self_contact/crossings.hpp"
 
 namespace kt {
 namespace {
@@ -106,6 +107,10 @@ void check_methods(const Scene& scene) {
   require_backend("global.integrator", scene.global.integrator, integrator_backends());
   require_backend("global.solver", scene.global.solver, step_solver_backends());
   require_backend("contact.law", scene.contact.law, contact_laws());
+  if (scene.global.self_contact && scene.global.integrator != "newton_euler")
+    throw InputError(text("global.integrator \"", scene.global.integrator,
+                          "\" steps through a body's contacts with itself; global.self_contact needs newton_euler (the "
+                          "default beside it)"));
   if (local_scheme(scene.local.integrator) == LocalScheme::exact && is_geometric(scene.contact.law))
     throw InputError(text("local.integrator \"exact\" is none of the paper's; contact.law \"", scene.contact.law,
                           "\" needs symplectic_euler or implicit_euler"));
@@ -156,10 +161,33 @@ void warn_of_lag(const Scene& scene, SessionResult& result) {
                                    " ms; use a coarser mesh, or lower global.rate_hz and the tool's speed"));
 }
 
+/// A body that lies on itself has no equilibrium to solve for until it does: it falls, in long steps, which are damped.
+State settled_by_falling(const Scene& scene, const DeformableModel& model, SelfContact& contact,
+                         std::vector<std::string>& warnings) {
+  constexpr int kMostSteps = 100;
+  constexpr double kStep = 0.03;  // [s]
+  TouchingEuler integrator(contact, {.solver = scene.global.solver, .tolerance = scene.global.tolerance});
+  State state = rest_state(model);
+  const VectorX none = VectorX::Zero(state.x.size());
+  double speed = 0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    state.v.setZero();  // what it has fallen it has lost: only where it lies counts
+    integrator.step(model, none, kStep, state);
+    speed = state.v.lpNorm<Eigen::Infinity>();
+    if (speed <= 0.01 * contact.options.creep) break;
+  }
+  if (speed > contact.options.creep)
+    warnings.push_back(text("object.gravity: after ", kMostSteps * kStep, " s the body still moves, at up to ", speed,
+                            " m/s; it starts where it is then, at rest"));
+  return {0, state.x, none};
+}
+
 /// A body with weight has hung in it before the session; without a clamped part it falls.
-State settled(const Scene& scene, const DeformableModel& model, std::vector<std::string>& warnings) {
+State settled(const Scene& scene, const DeformableModel& model, SelfContact* self_contact,
+              std::vector<std::string>& warnings) {
   State state = rest_state(model);
   if (scene.object.gravity.isZero(0) || model.fixed_nodes().empty()) return state;
+  if (self_contact) return settled_by_falling(scene, model, *self_contact, warnings);
   const auto equilibrium = make_integrator("quasistatic", {.solver = scene.global.solver});
   try {
     equilibrium->step(model, VectorX::Zero(state.x.size()), 0, state);
@@ -194,7 +222,8 @@ void Session::build(Mesh mesh) {
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
   model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));
   surface_ = make_surface(model_->mesh());
-  start_ = settled(scene, *model_, warnings_);
+  if (scene.global.self_contact) set_up_self_contact();
+  start_ = settled(scene, *model_, self_contact_.get(), warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
   const ScenePath& p = scene.tool.path;
@@ -208,7 +237,45 @@ void Session::build(Mesh mesh) {
   warn_of_instability(scene, *model_, warnings_);
 }
 
+void Session::set_up_self_contact() {
+  const SceneSelfContact& s = *scene_.global.self_contact;
+  self_contact_ = std::make_unique<SelfContact>(*model_, SelfContactOptions{.reach = s.reach.value_or(0),
+                                                                            .stiffness = s.stiffness.value_or(0),
+                                                                            .mu = s.mu,
+                                                                            .creep = s.creep,
+                                                                            .backend = scene_.collision.backend});
+  const auto found = find_crossings(*self_contact_, surface_.triangles, model_->mesh().x);
+  if (found.empty()) return;
+  const Crossing& first = found.front();
+  throw InputError(text("global.self_contact: ", scene_.object.mesh,
+                        ": the surface crosses or touches itself at the start in ", found.size(),
+                        found.size() == 1 ? " pair" : " pairs", " of triangles: first at (", first.at.x(), ", ",
+                        first.at.y(), ", ", first.at.z(), "), triangles ", first.triangles[0], " ", first.triangles[1],
+                        "; move the pieces apart"));
+}
+
 Session::~Session() = default;
+
+namespace {
+
+SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher) {
+  SelfContactRun out{.extremes = {}, .reach = contact.options.reach, .stiffness = contact.options.stiffness};
+  if (refresher.look_for_crossings) out.crossings = refresher.crossings;
+  out.extremes.nearest = std::numeric_limits<double>::infinity();
+  const auto steps = std::max(1.0, static_cast<double>(refresher.self_contacts.size()));
+  for (const SelfContactReport& r : refresher.self_contacts) {
+    out.extremes.contacts = std::max(out.extremes.contacts, r.contacts);
+    out.extremes.nearest = std::min(out.extremes.nearest, r.nearest);
+    out.extremes.normal = std::max(out.extremes.normal, r.normal);
+    out.extremes.energy = std::max(out.extremes.energy, r.energy);
+    out.mean_normal += r.normal / steps;
+    out.touching_share += r.contacts > 0;
+  }
+  out.touching_share /= steps;
+  return out;
+}
+
+}  // namespace
 
 SessionResult Session::run(const SessionOptions& options) {
   SessionResult result;
@@ -219,7 +286,8 @@ SessionResult Session::run(const SessionOptions& options) {
 
   auto device = scene_device(scene_, path_);
   result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
-  Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed, start_);
+  Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed, start_, self_contact_.get());
+  refresher.look_for_crossings = used.check_contacts;
   HapticLoop haptic(scene_, tool_, std::move(device), used);
   result.start = haptic.tool_position();
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
@@ -242,6 +310,7 @@ SessionResult Session::run(const SessionOptions& options) {
   result.exact_steps = refresher.exact_steps;
   result.linearization_error = std::move(refresher.linearization_error);
   if (threaded) warn_of_lag(scene_, result);
+  if (self_contact_) result.self_contact = summarize(*self_contact_, refresher);
   result.definite_tangents = refresher.definite_tangents;
   result.looked_ahead = refresher.looked_ahead;
   result.global_steps = refresher.statistics();

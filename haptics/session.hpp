@@ -8,6 +8,7 @@
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
 #include "io/scene.hpp"
+#include "self_contact/touching_model.hpp"
 
 namespace kt {
 
@@ -22,6 +23,16 @@ struct Snapshot {
   double t = 0;
   Vec3 tool = Vec3::Zero();
   VectorX x;  ///< [m], (3n)
+};
+
+/// The body's contacts with itself, over the refreshes of a run.
+struct SelfContactRun {
+  SelfContactReport extremes;  ///< most contacts, nearest pair, largest sum of normal forces, most energy
+  double mean_normal = 0;      ///< of the sums of normal forces [N]
+  double touching_share = 0;   ///< of the global steps, those that end with a contact [-]
+  double reach = 0;            ///< in use [m]
+  double stiffness = 0;        ///< of the barrier, in use [N/m]
+  int crossings = -1;  ///< most pairs of triangles that crossed after a global step: 0, or a bug; -1: not looked
 };
 
 struct SessionResult {
@@ -43,24 +54,26 @@ struct SessionResult {
   std::vector<Snapshot> snapshots;
   std::vector<std::string> warnings;
   int last_dof = 0, last_patch_vertices = 0;
-  StepStatistics global_steps;        ///< what the implicit steps took
-  int definite_tangents = 0;          ///< refreshes whose exact tangent was indefinite
-  int looked_ahead = 0;               ///< refreshes that linearized the body where it was expected to be
-  int limited_forces = 0;             ///< ticks whose force was cut to the device's limit
-  int missed_impacts = 0;             ///< ticks without contact that end inside the body, by contact_check
-  int deadline_misses = 0;            ///< ticks whose compute time exceeded the haptic period
-  long long allocations = -1;         ///< in the haptic ticks; -1: not counted
-  bool stopped = false;               ///< by the stop flag
-  bool real_time_scheduling = false;  ///< thread link: SCHED_FIFO was granted
-  double max_speed = 0;               ///< bound of the tool's speed that the patches were made for [m/s]
-  std::uint64_t hash = 0;             ///< of every frame's position, force, mode and place
+  StepStatistics global_steps;                 ///< what the implicit steps took
+  std::optional<SelfContactRun> self_contact;  ///< of a scene that asks for it
+  int definite_tangents = 0;                   ///< refreshes whose exact tangent was indefinite
+  int looked_ahead = 0;                        ///< refreshes that linearized the body where it was expected to be
+  int limited_forces = 0;                      ///< ticks whose force was cut to the device's limit
+  int missed_impacts = 0;                      ///< ticks without contact that end inside the body, by contact_check
+  int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
+  long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
+  bool stopped = false;                        ///< by the stop flag
+  bool real_time_scheduling = false;           ///< thread link: SCHED_FIFO was granted
+  double max_speed = 0;                        ///< bound of the tool's speed that the patches were made for [m/s]
+  std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place
 };
 
 struct SessionOptions {
-  bool check_contacts = true;                    ///< run contact_check after each tick (lockstep only)
-  std::vector<RefreshEvent> refreshes;           ///< replay: this schedule instead of the scene's; lockstep
-  double max_speed = 0;                          ///< replay: the first run's tool speed bound [m/s]; 0: the device's
-  std::vector<double> snapshot_times;            ///< [s]
+  bool check_contacts = true;           ///< run contact_check after each tick, and look for triangles that cross
+                                        ///< after each global step, with self-contact (lockstep only)
+  std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
+  double max_speed = 0;                 ///< replay: the first run's tool speed bound [m/s]; 0: the device's
+  std::vector<double> snapshot_times;   ///< [s]
   std::function<long long()> count_allocations;  ///< allocations of this thread so far
   std::function<void(double)> progress;          ///< share done, 0..1
   const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there
@@ -83,8 +96,10 @@ class Session {
 
  private:
   void build(Mesh mesh);
+  void set_up_self_contact();
   Scene scene_;
   std::unique_ptr<DeformableModel> model_;
+  std::unique_ptr<SelfContact> self_contact_;  // none: the body passes through itself
   Surface surface_;
   State start_;  // at rest, hanging in its weight
   ToolShape tool_;

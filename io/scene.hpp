@@ -148,6 +148,15 @@ struct SceneContact {
   bool operator==(const SceneContact&) const = default;
 };
 
+/// The surface does not pass through itself; a mesh of several pieces is several bodies.
+struct SceneSelfContact {
+  double mu = 0.3;                  ///< coefficient of friction [-]
+  std::optional<double> reach;      ///< distance from which on surfaces repel [m]; absent: a fiftieth of the mean edge
+  std::optional<double> stiffness;  ///< of their barrier [N/m]; absent: that of the body at its surface nodes
+  double creep = 1e-3;              ///< what seems to stick slides, at most so fast [m/s]
+  bool operator==(const SceneSelfContact&) const = default;
+};
+
 struct SceneGlobal {
   double rate_hz = 30.0;  ///< the paper: 10
   std::string integrator = "implicit_euler";
@@ -157,6 +166,7 @@ struct SceneGlobal {
                                      ///< local.tolerance when an interval ends, and at the edge of the patch
   bool look_ahead = true;            ///< linearizes where the body will be half-way through the local model's use
   bool definite = true;              ///< implicit_euler: with the definite tangent always, else only where it must
+  std::optional<SceneSelfContact> self_contact;  ///< with the integrator newton_euler, the file's default then
   bool operator==(const SceneGlobal&) const = default;
 };
 

@@ -112,6 +112,13 @@ void fields(A& a, SceneContact& s) {
   a("penalty", s.penalty);
 }
 template <class A>
+void fields(A& a, SceneSelfContact& s) {
+  a("mu", s.mu);
+  a("reach", s.reach);
+  a("stiffness", s.stiffness);
+  a("creep", s.creep);
+}
+template <class A>
 void fields(A& a, SceneGlobal& s) {
   a("rate_hz", s.rate_hz);
   a("integrator", s.integrator);
@@ -120,6 +127,7 @@ void fields(A& a, SceneGlobal& s) {
   a("early_refresh", s.early_refresh);
   a("look_ahead", s.look_ahead);
   a("definite", s.definite);
+  a("self_contact", s.self_contact);
 }
 template <class A>
 void fields(A& a, SceneLocal& s) {
@@ -253,11 +261,19 @@ void settle_calibrate(nlohmann::json& document) {
   if (model.contains("stiffness") && !model.contains("calibrate")) model["calibrate"] = false;
 }
 
+/// Self-contact takes steps that are solved to the end, unless the file names others (and the session refuses).
+void settle_integrator(nlohmann::json& document) {
+  if (!document.contains("global") || !document["global"].contains("self_contact")) return;
+  nlohmann::json& global = document["global"];
+  if (!global.contains("integrator")) global["integrator"] = "newton_euler";
+}
+
 }  // namespace
 
 Scene scene_from_json(const nlohmann::json& document) {
   nlohmann::json settled = document;
   split_mu(settled);
+  settle_integrator(settled);
   settle_calibrate(settled);
   Scene scene;
   Reader reader(settled);

@@ -188,11 +188,11 @@ def broken_meshes():
     write_text("broken/empty.off", "")
 
 
-def block_tetrahedra():
-    """The paper's kind of body: a regular block, 80 x 50 x 20 mm, nodes every 5 mm, six tetrahedra a cube."""
-    nx, ny, nz, h = 16, 10, 4, 0.005
-    index = lambda i, k, l: 1 + (i * (ny + 1) + k) * (nz + 1) + l
-    nodes = [(i * h, k * h, l * h) for i in range(nx + 1) for k in range(ny + 1) for l in range(nz + 1)]
+def block_cells(nx, ny, nz, h, origin=(0.0, 0.0, 0.0), first=1):
+    """Nodes and tetrahedra of a regular block of cubes, six tetrahedra each; nodes are counted from `first`."""
+    index = lambda i, k, l: first + (i * (ny + 1) + k) * (nz + 1) + l
+    nodes = [(origin[0] + i * h, origin[1] + k * h, origin[2] + l * h)
+             for i in range(nx + 1) for k in range(ny + 1) for l in range(nz + 1)]
     walks = [(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)]  # Kuhn: one tetrahedron a walk
     cells = []
     for i in range(nx):
@@ -207,15 +207,28 @@ def block_tetrahedra():
                     if walk in ((0, 2, 1), (1, 0, 2), (2, 1, 0)):  # an odd walk is mirrored: keep volumes positive
                         cell[2], cell[3] = cell[3], cell[2]
                     cells.append(cell)
+    return nodes, cells
+
+
+def write_msh(name, nodes, cells):
     lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(nodes))]
     lines += [f"{i + 1} {number(x)} {number(y)} {number(z)}" for i, (x, y, z) in enumerate(nodes)]
     lines += ["$EndNodes", "$Elements", str(len(cells))]
     lines += [f"{i + 1} 4 2 1 1 {' '.join(map(str, c))}" for i, c in enumerate(cells)]
     lines += ["$EndElements", ""]
-    write_text("block.msh", "\n".join(lines))
+    write_text(name, "\n".join(lines))
+
+
+def tetrahedra():
+    # The paper's kind of body: 80 x 50 x 20 mm.
+    write_msh("block.msh", *block_cells(16, 10, 4, 0.005))
+    # Two bodies in one mesh, 0.3 mm apart: 30 x 30 x 10 mm over 40 x 40 x 15 mm.
+    below = block_cells(8, 8, 3, 0.005)
+    above = block_cells(6, 6, 2, 0.005, (0.0055, 0.0045, 0.0153), first=1 + len(below[0]))
+    write_msh("two_blocks.msh", below[0] + above[0], below[1] + above[1])
 
 
 if __name__ == "__main__":
     good_meshes()
-    block_tetrahedra()
+    tetrahedra()
     broken_meshes()

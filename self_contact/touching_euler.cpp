@@ -12,14 +12,13 @@ IntegratorOptions with_direct_solver(IntegratorOptions options) {
 
 }  // namespace
 
-TouchingEuler::TouchingEuler(SelfContactOptions contact, const IntegratorOptions& options)
-    : options_(std::move(contact)), newton_(make_integrator("newton_euler", with_direct_solver(options))) {}
+TouchingEuler::TouchingEuler(SelfContact& contact, const IntegratorOptions& options)
+    : contact_(contact), newton_(make_integrator("newton_euler", with_direct_solver(options))) {}
 
 TouchingEuler::~TouchingEuler() = default;
 
 void TouchingEuler::step(const DeformableModel& model, const VectorX& external, double dt, State& state) {
-  if (!contact_) contact_ = std::make_unique<SelfContact>(model, options_);
-  const TouchingModel touching(model, *contact_, state, dt);
+  const TouchingModel touching(model, contact_, state, dt);
   newton_->step(touching, external, dt, state);
   report_ = touching.report(state.x);
 }

@@ -8,11 +8,12 @@
 namespace kt {
 
 /// Free of intersections after every step when it was before, converged or not. Friction is that of the contacts at the
-/// start of each step. Whether the body intersects itself before the first step is not checked: `kilotouch mesh info`
-/// says it of a file.
+/// start of each step. Whether the body intersects itself before the first step is not checked here: find_crossings()
+/// does.
 class TouchingEuler final : public Integrator {
  public:
-  explicit TouchingEuler(SelfContactOptions contact, const IntegratorOptions& options = {});
+  /// Borrows the contact, which one thread at a time may use.
+  explicit TouchingEuler(SelfContact& contact, const IntegratorOptions& options = {});
   ~TouchingEuler() override;
   void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override;
   double stable_step(const FastestMode& mode) const override;
@@ -20,8 +21,7 @@ class TouchingEuler final : public Integrator {
   const SelfContactReport& report() const { return report_; }  ///< of the last step
 
  private:
-  SelfContactOptions options_;
-  std::unique_ptr<SelfContact> contact_;
+  SelfContact& contact_;
   std::unique_ptr<Integrator> newton_;
   SelfContactReport report_;
 };

@@ -41,8 +41,8 @@ SelfContact::SelfContact(const DeformableModel& model, SelfContactOptions given)
 }
 
 TouchingModel::TouchingModel(const DeformableModel& model, SelfContact& contact, const State& start, double dt)
-    : model_(model), contact_(contact), x_start_(start.x), slip_scale_(contact.options.creep * dt) {
-  candidates_ = contact_.pairs.find(start.x, start.x, contact_.options.reach);
+    : model_(model), contact_(contact), x_start_(start.x), dt_(dt), slip_scale_(contact.options.creep * dt) {
+  find_near(start.x);
   for (const Touch& touch : touches(start.x))
     if (contact_.options.mu > 0) rubs_.push_back({touch.nodes, touch.weight, touch.normal, -touch.slope});
 }
@@ -100,33 +100,45 @@ void TouchingModel::force(const State& state, VectorX& out) const {
 
 void TouchingModel::update_tangent(const State& state, TangentKind kind, Tangent& out) const {
   model_.update_tangent(state, kind, own_);
-  std::vector<Eigen::Triplet<double>> entries;
-  const auto add = [&](const std::array<int, 4>& nodes, const std::array<double, 4>& weight, const Mat3& k) {
+  using Entries = std::vector<Eigen::Triplet<double>>;
+  Entries springs, dampers;
+  const auto add = [](Entries& to, const std::array<int, 4>& nodes, const std::array<double, 4>& weight,
+                      const Mat3& k) {
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < 4; ++b)
         for (int r = 0; r < 3; ++r)
           for (int c = 0; c < 3; ++c)
-            entries.emplace_back(3 * nodes[a] + r, 3 * nodes[b] + c, -weight[a] * weight[b] * k(r, c));
+            to.emplace_back(3 * nodes[a] + r, 3 * nodes[b] + c, -weight[a] * weight[b] * k(r, c));
   };
   for (const Touch& touch : touches(state.x))
-    add(touch.nodes, touch.weight, touch.bend * touch.normal * touch.normal.transpose());
+    add(springs, touch.nodes, touch.weight, touch.bend * touch.normal * touch.normal.transpose());
   for (const Rub& rub : rubs_) {
     const Vec3 u = slip(rub, state.x);
     const double length = u.norm(), y = length / slip_scale_, most = contact_.options.mu * rub.normal_force;
     const Mat3 plane = Mat3::Identity() - rub.normal * rub.normal.transpose();
-    if (length == 0) {
-      add(rub.nodes, rub.weight, 2 * most / slip_scale_ * plane);
-      continue;
+    const double over_slip = most * (length > 0 ? grip(y) / length : 2 / slip_scale_);
+    if (kind != TangentKind::exact && y < 1) {
+      add(springs, rub.nodes, rub.weight, over_slip * plane);
+    } else if (kind != TangentKind::exact) {
+      add(dampers, rub.nodes, rub.weight, over_slip * dt_ * plane);
+    } else {
+      const Vec3 along = length > 0 ? Vec3(u / length) : Vec3(Vec3::Zero());
+      const double rise = y < 1 ? 2 * (1 - y) / slip_scale_ : 0;
+      add(springs, rub.nodes, rub.weight, over_slip * plane + (most * rise - over_slip) * along * along.transpose());
     }
-    const Vec3 along = u / length;
-    const double rise = y < 1 ? 2 * (1 - y) / slip_scale_ : 0;
-    add(rub.nodes, rub.weight,
-        most * (grip(y) / length * (plane - along * along.transpose()) + rise * along * along.transpose()));
   }
-  SparseMatrix extra(own_.dfdx.rows(), own_.dfdx.cols());
-  extra.setFromTriplets(entries.begin(), entries.end());
-  out.dfdx = own_.dfdx + extra;
-  out.dfdv = own_.dfdv;
+  const auto sum = [](const SparseMatrix& own, const Entries& entries) -> SparseMatrix {
+    if (entries.empty()) return own;
+    SparseMatrix extra(own.rows(), own.cols());
+    extra.setFromTriplets(entries.begin(), entries.end());
+    return own + extra;
+  };
+  out.dfdx = sum(own_.dfdx, springs);
+  out.dfdv = sum(own_.dfdv, dampers);
+}
+
+void TouchingModel::find_near(const VectorX& x) const {
+  candidates_ = contact_.pairs.find(x, x, contact_.options.reach);
 }
 
 double TouchingModel::free_share(const VectorX& x, const VectorX& dx) const {
@@ -136,7 +148,7 @@ double TouchingModel::free_share(const VectorX& x, const VectorX& dx) const {
 }
 
 SelfContactReport TouchingModel::report(const VectorX& x) const {
-  candidates_ = contact_.pairs.find(x, x, contact_.options.reach);
+  find_near(x);
   SelfContactReport out{.nearest = std::numeric_limits<double>::infinity()};
   for (const Touch& touch : touches(x)) {
     ++out.contacts;

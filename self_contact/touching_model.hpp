@@ -37,9 +37,13 @@ struct SelfContact {
 };
 
 /// Borrows the model and the contact; for one step, from one thread: friction is that of the contacts at its start.
+///
+/// For a local model, linearize it at the end of the step, after find_near(): with the tangents that are not exact,
+/// what sticks is a spring that ends where the step began, and what slides a damper. Both have the step's friction and
+/// can only take energy that they were given, where the exact derivative of sliding would push on when it turns back.
 class TouchingModel final : public DeformableModel {
  public:
-  /// @param start  free of intersections
+  /// @param start  free of intersections      @param dt  of the step [s], > 0
   TouchingModel(const DeformableModel& model, SelfContact& contact, const State& start, double dt);
   const Mesh& mesh() const override { return model_.mesh(); }
   const SparseMatrix& mass() const override { return model_.mass(); }
@@ -49,6 +53,9 @@ class TouchingModel final : public DeformableModel {
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override;
   double free_share(const VectorX& x, const VectorX& dx) const override;
 
+  /// From here on forces and tangents are asked for at x, (3n), only.
+  void find_near(const VectorX& x) const;
+  /// Of the contacts at x. Asks find_near().
   SelfContactReport report(const VectorX& x) const;
 
  private:
@@ -73,9 +80,10 @@ class TouchingModel final : public DeformableModel {
   const DeformableModel& model_;
   SelfContact& contact_;
   VectorX x_start_;
+  double dt_;
   double slip_scale_ = 0;  // slip from which on friction is full [m]
   std::vector<Rub> rubs_;
-  // The pairs that may touch during the motion that free_share() was asked for last.
+  // The pairs that may touch during the motion that free_share() or find_near() was asked for last.
   mutable std::vector<SurfacePair> candidates_;
   mutable Tangent own_;
 };

@@ -79,6 +79,13 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("local.certified_error", "certified error of the local model", percent, "against the full model, 0–500 Hz; people notice 7–10 %"),
         ("local.reason", "why this local model", PLAIN, ""),
     ]),
+    ("The body's contacts with itself", [
+        ("self_contact.contacts", "most pairs in contact", PLAIN, "vertex and triangle, or two edges, nearer than the reach"),
+        ("self_contact.nearest_m", "nearest pair", with_unit("µm", 1e6), "never 0: the surface does not pass through itself"),
+        ("self_contact.normal_n", "largest sum of normal forces", with_unit("N"), ""),
+        ("self_contact.mean_normal_n", "… mean", with_unit("N"), "of all global steps"),
+        ("self_contact.intersections", "triangles that cross", PLAIN, "after any global step; must be 0"),
+    ]),
     ("Against the reference", [
         ("reference.force_error", "force error", percent, "over the whole run, against the full model with a fine step"),
         ("reference.jnd_fraction", "time with a noticeable error", percent, "share of the run in which the force is off by more than 10 %"),

@@ -46,6 +46,34 @@ TEST(GradedBody, IsTheWholeOneConfinedToTheMotionsThatItExpandsTo) {
   }
 }
 
+/// The body with a spring between two nodes that were not coupled, as a contact of the body with itself adds.
+TangentModel with_contact(TangentModel tangent, int a, int b, double k) {
+  SparseMatrix contact(tangent.dfdx.rows(), tangent.dfdx.cols());
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int c = 0; c < 3; ++c)
+    for (const auto& [i, j, sign] : {std::tuple{a, a, -1}, {b, b, -1}, {a, b, 1}, {b, a, 1}})
+      for (int r = 0; r < 3; ++r) entries.emplace_back(3 * i + r, 3 * j + c, r == c ? sign * k : 0.0);
+  contact.setFromTriplets(entries.begin(), entries.end());
+  tangent.dfdx = SparseMatrix(tangent.dfdx + contact);
+  return tangent;
+}
+
+TEST(GradedBody, FollowsContactsThatComeAndGo) {
+  const LinearizedBlock b(6, "fem");
+  const int n = b.mesh.num_nodes();
+  GradedBody graded;
+  graded.update(b.tangent, b.patch());
+  ASSERT_FALSE(graded.is_whole());
+  // The second pair has as many entries as the first.
+  for (const auto& [i, k] : {std::pair{n - 1, n / 2}, {n - 3, n / 2 + 1}}) {
+    const TangentModel tangent = with_contact(b.tangent, i, k, 1e3);
+    const FreeBody whole(tangent);
+    const FreeBody& body = graded.update(tangent, b.patch());
+    const MatrixX E = dense_expansion(graded, body.force.size());
+    EXPECT_LE(relative_error(body.stiffness, E.transpose() * (whole.stiffness * E)), kRoundoff) << i;
+  }
+}
+
 TEST(GradedBody, FollowsAffineMotionsAboutTheFixedBase) {
   const LinearizedBlock b(7, "msd", 0);
   GradedBody graded;

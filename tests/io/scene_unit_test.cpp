@@ -74,7 +74,8 @@ TEST(Scene, EveryKeyIsRead) {
     "tool": {"shape": "capsule", "radius": 0.001, "path": {"hand": {"stiffness": 1, "damping": 2, "mass": 3,
              "target": [[0, 1, 2, 3], [0.5, 4, 5, 6]]}}},
     "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass", "penalty": {"stiffness": 150, "damping": 0.1}},
-    "global": {"rate_hz": 10, "integrator": "a", "solver": "f", "tolerance": 1e-4, "early_refresh": false, "look_ahead": false, "definite": false}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "catch_up": false, "blend_ms": 3,
+    "global": {"rate_hz": 10, "integrator": "a", "solver": "f", "tolerance": 1e-4, "early_refresh": false, "look_ahead": false, "definite": false,
+               "self_contact": {"mu": 0.1, "reach": 1e-4, "stiffness": 50, "creep": 2e-3}}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "catch_up": false, "blend_ms": 3,
     "integrator": "c"}, "link": {"type": "d", "latency_ms": 5, "loss": 0.25}, "collision": {"backend": "e"}})");
   EXPECT_EQ(s.title, "all");
   EXPECT_EQ(s.duration, 2.0);
@@ -93,7 +94,7 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.tool.path.press_drag.has_value());
   EXPECT_EQ(s.tool.path.hand, (SceneHand{1, 2, 3, {{0.0, Vec3(1, 2, 3)}, {0.5, Vec3(4, 5, 6)}}}));
   EXPECT_EQ(s.contact, (SceneContact{"paper_slide", 0.9, 0.4, "mass", {150, 0.1}}));
-  EXPECT_EQ(s.global, (SceneGlobal{10, "a", "f", 1e-4, false, false, false}));
+  EXPECT_EQ(s.global, (SceneGlobal{10, "a", "f", 1e-4, false, false, false, SceneSelfContact{0.1, 1e-4, 50, 2e-3}}));
   EXPECT_EQ(s.local, (SceneLocal{500, "b", 2, 0.1, 90, false, 3, "c", "frozen"}));
   EXPECT_EQ(s.link, (SceneLink{"d", 5, 0.25}));
   EXPECT_EQ(s.collision.backend, "e");
@@ -103,6 +104,16 @@ TEST(Scene, OneFrictionCoefficientSetsBoth) {
   const Scene s = parse_scene(kSmallest, {"contact.mu=0.8"});
   EXPECT_EQ(s.contact.mu_static, 0.8);
   EXPECT_EQ(s.contact.mu_kinetic, 0.8);
+}
+
+TEST(Scene, SelfContactTakesStepsThatAreSolvedToTheEnd) {
+  EXPECT_FALSE(parse_scene(kSmallest).global.self_contact.has_value());
+  EXPECT_EQ(parse_scene(kSmallest).global.integrator, "implicit_euler");
+  const Scene s = parse_scene(kSmallest, {"global.self_contact={}"});
+  EXPECT_EQ(s.global.self_contact, SceneSelfContact{});
+  EXPECT_EQ(s.global.integrator, "newton_euler");
+  // Another one by name stays, for the session to refuse.
+  EXPECT_EQ(parse_scene(kSmallest, {"global.self_contact={}", "global.integrator=sdirk2"}).global.integrator, "sdirk2");
 }
 
 TEST(Scene, AnEmptyFixedGroupClampsNothing) {
@@ -123,6 +134,8 @@ TEST(Scene, WritesAndReadsItselfBack) {
       {"tool.path.waypoints=[[0,0,0,0],[1.5,1e-3,0.1,-2]]", "object.fixed={}", "seed=9007199254740991"},
       {"tool.path.recording=a \"b\".csv", "title=\xc3\xa9t\xc3\xa9", "object.fixed.box=[[0,0,0],[1,1,1]]"},
       {"tool.path.hand.target=[[0,0.1,0.2,0.3]]", "duration=0.1234567890123456", "object.model.damper=0.25"},
+      {"global.self_contact={}"},
+      {"global.self_contact.mu=0", "global.self_contact.reach=1e-4", "global.integrator=sdirk2"},
       {"tool.path.press_drag.at=[0.02,0.05]", "object.model.calibrate=false"}};
   for (const auto& overrides : variants) {
     const Scene scene = parse_scene(kSmallest, overrides);
@@ -289,6 +302,19 @@ TEST(SceneError, WrongOverridesSayWhichOne) {
        "the network matches young)"},
       {"global.rate_hz=2000",
        "--set global.rate_hz=2000: global.rate_hz is 2000, must be at most local.rate_hz (1000)"},
+      {"global.self_contact.mu=-0.1",
+       "--set global.self_contact.mu=-0.1: global.self_contact.mu is -0.1, must be a number at least 0, at most 100 "
+       "(friction coefficient of the body with itself)"},
+      {"global.self_contact.reach=0",
+       "--set global.self_contact.reach=0: global.self_contact.reach is 0, must be a number above 0, at most 1 "
+       "(distance from which on surfaces repel, m)"},
+      {"global.self_contact.creep=1e999",
+       "--set global.self_contact.creep=1e999: global.self_contact.creep is \"1e999\", must be a number above 0, at "
+       "most 10 (speed below which friction is smoothed, m/s)"},
+      {"global.self_contact.range=1",
+       "--set global.self_contact.range=1: global.self_contact.range is not a key of a scene (known here: "
+       "mu, reach, stiffness, creep)"},
+      {"global.self_contact=true", "--set global.self_contact=true: global.self_contact is true, must be a group..."},
       {"duration.x=1", "--set duration.x=1: duration is a value, not a group with keys inside"},
       {"duration", "--set duration: write key=value, as in object.model.young=2e4"},
       {"=1", "--set =1: write key=value, as in object.model.young=2e4"},

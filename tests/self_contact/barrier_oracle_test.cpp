@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "bench/pressed_bodies.hpp"
@@ -96,9 +97,39 @@ TEST(TouchingModel, TangentOfFrictionIsItsDerivative) {
   EXPECT_LE(relative_error(MatrixX(difference), central_differences(friction, s.x, 1e-9)), 1e-4);
 }
 
+TEST(TouchingModel, LocalModelsFrictionIsASpringOrADamperWithTheStepsForce) {
+  constexpr double kStep = 0.01;
+  Near near(5e-4, 1e-4);
+  const TouchingModel touching(*near.model, near.contact, near.state, kStep);
+  Near same(5e-4, 1e-4);
+  same.contact.options.mu = 0;
+  const TouchingModel smooth(*same.model, same.contact, same.state, kStep);
+  // All slip by a third or three times the slip at which friction is full.
+  const int half = near.model->mesh().num_nodes() / 2;
+  for (const double slip : {0.3, 3.0}) {
+    State s = near.state;
+    VectorX motion = VectorX::Zero(s.x.size());
+    for (int i = half; i < 2 * half; ++i)
+      node(motion, i) = slip * near.contact.options.creep * kStep * Vec3(0.6, 0.8, 0);
+    s.x += motion;
+    for (const TouchingModel* model : {&touching, &smooth}) model->find_near(s.x);
+    const VectorX friction = near.force(touching, s.x) - same.force(smooth, s.x);
+    ASSERT_GT(friction.norm(), 0);
+    for (const TangentKind kind : {TangentKind::symmetric, TangentKind::definite}) {
+      const Tangent with = touching.tangent(s, kind), without = smooth.tangent(s, kind);
+      const VectorX springs = (with.dfdx - without.dfdx) * motion,
+                    dampers = (with.dfdv - without.dfdv) * motion / kStep;
+      EXPECT_LE(relative_error(slip < 1 ? springs : dampers, friction), 1e-9) << slip;
+      EXPECT_LE((slip < 1 ? dampers : springs).norm(), 0.3 * friction.norm()) << slip;  // pairs that face another way
+      EXPECT_LE((with.dfdv - without.dfdv).toDense().selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff(), 1e-9);
+    }
+  }
+}
+
 TEST(TouchingEuler, KeepsMomentumInFlight) {
   PressedBodies scene = flying_blocks(4);
-  TouchingEuler integrator({.mu = 0.3}, {.convergence = 1e-12});
+  SelfContact contact(*scene.model, {.mu = 0.3});
+  TouchingEuler integrator(contact, {.convergence = 1e-12});
   const auto momentum = [&] {
     const VectorX p = scene.model->mass() * scene.state.v;
     Eigen::Matrix<double, 6, 1> out = Eigen::Matrix<double, 6, 1>::Zero();
@@ -129,7 +160,8 @@ TEST(TouchingEuler, KeepsBodiesFromPassingThroughOneAnother) {
   for (const auto& make : scenes) {
     PressedBodies scene = make();
     scene.dt = 0.04;  // as long as a global step gets
-    TouchingEuler integrator({.mu = 0.3}, {.convergence = 1e-6});
+    SelfContact contact(*scene.model, {.mu = 0.3});
+    TouchingEuler integrator(contact, {.convergence = 1e-6});
     Mesh now = scene.model->mesh();
     int contacts = 0;
     for (int i = 0; i < 110; ++i) {

@@ -1,0 +1,17 @@
+#pragma once
+// Where a surface already passes through itself: a barrier cannot part what has crossed.
+#include "self_contact/touching_model.hpp"
+
+namespace kt {
+
+/// Two triangles that cross or touch where they have no common node.
+struct Crossing {
+  std::array<int, 2> triangles{};  ///< ascending
+  Vec3 at = Vec3::Zero();          ///< [m]
+};
+
+/// All of them at the positions x, (3n), by triangle numbers. Nearer than a millionth of the contact's reach is a
+/// touch: there the barrier's force is beyond any use, and rounding cannot tell on which side a node is.
+std::vector<Crossing> find_crossings(SelfContact& contact, std::span<const Triangle> triangles, const VectorX& x);
+
+}  // namespace kt
