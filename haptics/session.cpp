@@ -7,6 +7,7 @@
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
+#include "haptics/scene_friction.hpp"
 #include "haptics/session_run.hpp"
 #include "haptics/tool_turn.hpp"
 #include "io/mesh_io.hpp"
@@ -194,6 +195,7 @@ void Session::build(Mesh mesh) {
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
   model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));
   surface_ = make_surface(model_->mesh());
+  friction_ = scene_friction(scene.contact, surface_, model_->mesh().x, warnings_);
   start_ = settled(scene, *model_, warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
@@ -220,10 +222,10 @@ SessionResult Session::run(const SessionOptions& options) {
   auto device = scene_device(scene_, path_);
   result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
   Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed, start_);
-  HapticLoop haptic(scene_, tool_, std::move(device), used);
+  HapticLoop haptic(scene_, tool_, friction_, std::move(device), used);
   result.start = haptic.tool_position();
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
-  const RunParts parts{scene_, used, refresher, haptic, result, ticks};
+  const RunParts parts{scene_, friction_, used, refresher, haptic, result, ticks};
   threaded ? run_threads(parts) : run_lockstep(parts);
   haptic.finish(result);
   result.global_ms = std::move(refresher.global_ms);

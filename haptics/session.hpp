@@ -78,6 +78,7 @@ class Session {
   const DeformableModel& model() const { return *model_; }
   const Surface& surface() const { return surface_; }
   const ToolShape& tool() const { return tool_; }
+  const SurfaceFriction& friction() const { return friction_; }
   const State& start() const { return start_; }
   const std::vector<TimedPoint>& path() const { return path_; }  ///< of a scripted tool
 
@@ -86,6 +87,7 @@ class Session {
   Scene scene_;
   std::unique_ptr<DeformableModel> model_;
   Surface surface_;
+  SurfaceFriction friction_;
   State start_;  // at rest, hanging in its weight
   ToolShape tool_;
   std::vector<TimedPoint> path_;
