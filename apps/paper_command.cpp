@@ -44,7 +44,9 @@ Scene paper_scene(const std::string& mesh, const Experiment& e, const std::vecto
   scene.tool.shape = "point";
   scene.tool.path.press_drag->depth = 0.002;
   scene.tool.path.press_drag->speed = 0.02;
-  scene.contact = {e.law, e.mu, e.mu, e.metric, {}};
+  scene.contact.law = e.law;
+  scene.contact.mu_static = scene.contact.mu_kinetic = e.mu;
+  scene.contact.metric = e.metric;
   scene.global.rate_hz = 30;
   scene.global.integrator = "implicit_euler";
   scene.local.integrator = e.integrator;

@@ -48,7 +48,8 @@ struct HapticMethodOptions {
   std::string law = "coulomb";  ///< contact.law
   Friction friction;
   VirtualCoupling coupling;
-  double blend = 0;  ///< multirate: over which a new local model's force fades in [s]
+  std::vector<Friction> friction_of_triangle{};  ///< of the surface; empty: `friction` everywhere
+  double blend = 0;                              ///< multirate: over which a new local model's force fades in [s]
 };
 
 std::vector<BackendInfo> haptic_method_backends();

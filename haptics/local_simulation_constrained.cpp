@@ -202,6 +202,7 @@ bool LocalSimulation::fill_problem(double h_left) noexcept {
     const Triangle& t = triangles[contact.triangle];
     const Vec3& n = contact.normal;
     problem_.normal[i] = n;
+    problem_.triangle[i] = m.model.patch.global_triangle[contact.triangle];
     // The gap there would be without contact impulses, to first order.
     const double gap_free = contact.gap + allowed_overlap() + h_left * n.dot(interpolate(w.du, t, contact.bary));
     const Vec3 place = contact.core - (tool_.shape().radius + contact.gap) * n;  // on the tool's surface

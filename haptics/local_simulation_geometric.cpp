@@ -62,6 +62,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
 
   problem_.count = 1;
   problem_.h = h_left;
+  problem_.triangle[0] = patch.global_triangle[contact.triangle];
   contact.normal = problem_.normal[0] = face_normal(patch, w.x_end, contact.triangle);
   problem_.velocity.setZero(3);
   problem_.force.setZero();

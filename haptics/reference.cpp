@@ -45,9 +45,10 @@ Reference run_reference(const Session& session, std::span<const Vec3> tool, cons
     throw InputError("reference: the full model in fine steps passes through itself; not with global.self_contact");
   const int n = steps_per_tick(scene, options.rate_hz), ticks = static_cast<int>(tool.size()) - 1;
   const double started = cpu_seconds();
-  FullSimulation full(session.model(), session.surface(), session.tool(),
-                      make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic}),
-                      full_options(session, tool, options, n), session.start());
+  FullSimulation full(
+      session.model(), session.surface(), session.tool(),
+      make_contact_solver(scene.contact.law, session.friction().everywhere, session.friction().of_triangle),
+      full_options(session, tool, options, n), session.start());
   const ToolTurn turn{scene.tool.turn, scene.tool.spin};
   std::vector<Vec3> forces;
   int exhausted = 0, lost = 0;
@@ -126,6 +127,11 @@ std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool) 
   if (is_geometric(contact.law)) add_words(contact.metric);
   hash.add(contact.mu_static);
   hash.add(contact.mu_kinetic);
+  if (contact.stribeck > 0) hash.add(contact.stribeck);
+  for (const Friction& f : session.friction().of_triangle) {
+    hash.add(f.mu_static);
+    hash.add(f.mu_kinetic);
+  }
   add_words(session.scene().tool.shape);
   hash.add(session.tool().radius);
   for (const Vec3& corner : session.tool().corners) hash.add(corner);

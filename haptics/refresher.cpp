@@ -8,6 +8,7 @@
 #include "core/damping.hpp"
 #include "core/sparse_solver.hpp"
 #include "haptics/foresight.hpp"
+#include "haptics/scene_friction.hpp"
 #include "self_contact/crossings.hpp"
 
 namespace kt {
@@ -47,13 +48,15 @@ Metric contact_metric(const std::string& name) {
 
 bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
 
-std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool) {
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool,
+                                                std::vector<Friction> friction_of_triangle) {
   const SceneContact& c = scene.contact;
   HapticMethodOptions options;
   options.tool = tool;
   options.h = 1 / scene.local.rate_hz;
   if (c.law != "penalty") options.law = c.law;  // a method with friction of its own: Coulomb's
-  options.friction = {c.mu_static, c.mu_kinetic};
+  options.friction = base_friction(c);
+  options.friction_of_triangle = std::move(friction_of_triangle);
   options.blend = 1e-3 * scene.local.blend_ms;
   options.coupling = {c.penalty.stiffness, c.penalty.damping};
   return make_haptic_method(haptic_method_name(scene.local.method, c.law), options);

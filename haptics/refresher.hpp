@@ -77,7 +77,8 @@ class Refresher {
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
 
 /// The method that the scene asks for. Throws InputError.
-std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool);
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool,
+                                                std::vector<Friction> friction_of_triangle = {});
 
 /// None: "auto".
 std::optional<LocalScheme> local_scheme(const std::string& integrator);

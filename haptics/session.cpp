@@ -7,6 +7,7 @@
 #include "haptics/device/press_drag.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
+#include "haptics/scene_friction.hpp"
 #include "haptics/session_run.hpp"
 #include "haptics/tool_turn.hpp"
 #include "io/mesh_io.hpp"
@@ -223,6 +224,7 @@ void Session::build(Mesh mesh) {
   model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));
   surface_ = make_surface(model_->mesh());
   if (scene.global.self_contact) set_up_self_contact();
+  friction_ = scene_friction(scene.contact, surface_, model_->mesh().x, warnings_);
   start_ = settled(scene, *model_, self_contact_.get(), warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
@@ -288,10 +290,10 @@ SessionResult Session::run(const SessionOptions& options) {
   result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
   Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed, start_, self_contact_.get());
   refresher.look_for_crossings = used.check_contacts;
-  HapticLoop haptic(scene_, tool_, std::move(device), used);
+  HapticLoop haptic(scene_, tool_, friction_, std::move(device), used);
   result.start = haptic.tool_position();
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
-  const RunParts parts{scene_, used, refresher, haptic, result, ticks};
+  const RunParts parts{scene_, friction_, used, refresher, haptic, result, ticks};
   threaded ? run_threads(parts) : run_lockstep(parts);
   haptic.finish(result);
   result.global_ms = std::move(refresher.global_ms);

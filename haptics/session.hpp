@@ -91,6 +91,7 @@ class Session {
   const DeformableModel& model() const { return *model_; }
   const Surface& surface() const { return surface_; }
   const ToolShape& tool() const { return tool_; }
+  const SurfaceFriction& friction() const { return friction_; }
   const State& start() const { return start_; }
   const std::vector<TimedPoint>& path() const { return path_; }  ///< of a scripted tool
 
@@ -101,6 +102,7 @@ class Session {
   std::unique_ptr<DeformableModel> model_;
   std::unique_ptr<SelfContact> self_contact_;  // none: the body passes through itself
   Surface surface_;
+  SurfaceFriction friction_;
   State start_;  // at rest, hanging in its weight
   ToolShape tool_;
   std::vector<TimedPoint> path_;

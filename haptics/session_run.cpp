@@ -25,17 +25,17 @@ bool catches_up(const Scene& scene) {
   return scene.local.catch_up && haptic_method_name(scene.local.method, scene.contact.law) == "multirate";
 }
 
-std::unique_ptr<ContactSolver> scene_solver(const Scene& scene) {
+std::unique_ptr<ContactSolver> scene_solver(const Scene& scene, const SurfaceFriction& friction) {
   if (!catches_up(scene)) return {};
-  return make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic});
+  return make_contact_solver(scene.contact.law, friction.everywhere, friction.of_triangle);
 }
 
-HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device,
-                       const SessionOptions& options)
+HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, const SurfaceFriction& friction,
+                       std::unique_ptr<HapticDevice> device, const SessionOptions& options)
     : options_(options),
       device_(std::move(device)),
-      local_(make_scene_method(scene, tool)),
-      catch_up_(tool, 1 / scene.local.rate_hz, scene_solver(scene)),
+      local_(make_scene_method(scene, tool, friction.of_triangle)),
+      catch_up_(tool, 1 / scene.local.rate_hz, scene_solver(scene, friction)),
       turn_{scene.tool.turn, scene.tool.spin},
       limits_(device_->limits()),
       start_(device_->position(0)),

@@ -10,8 +10,8 @@ namespace kt {
 /// The haptic side of one run: device, local simulation, records. One thread uses it.
 class HapticLoop {
  public:
-  HapticLoop(const Scene& scene, const ToolShape& tool, std::unique_ptr<HapticDevice> device,
-             const SessionOptions& options);
+  HapticLoop(const Scene& scene, const ToolShape& tool, const SurfaceFriction& friction,
+             std::unique_ptr<HapticDevice> device, const SessionOptions& options);
 
   /// One tick: device -> sweep -> local step -> device. Fills the next row of the records; nothing is allocated.
   LocalReport tick() noexcept;
@@ -53,6 +53,7 @@ class HapticLoop {
 /// Everything a run needs, made from the session.
 struct RunParts {
   const Scene& scene;
+  const SurfaceFriction& friction;
   const SessionOptions& options;
   Refresher& refresher;
   HapticLoop& haptic;
@@ -63,7 +64,7 @@ struct RunParts {
 /// New local models are brought to the present before they are adopted; baselines know nothing of that.
 bool catches_up(const Scene& scene);
 /// For CatchUp; none when nothing catches up.
-std::unique_ptr<ContactSolver> scene_solver(const Scene& scene);
+std::unique_ptr<ContactSolver> scene_solver(const Scene& scene, const SurfaceFriction& friction);
 
 void run_lockstep(const RunParts& run);
 void run_threads(const RunParts& run);

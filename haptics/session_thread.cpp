@@ -46,7 +46,7 @@ class ThreadedRun {
       : run_(run),
         up_(4096),
         catches_up_(catches_up(run.scene)),
-        catch_up_(run.haptic.tool(), 1 / run.scene.local.rate_hz, scene_solver(run.scene)),
+        catch_up_(run.haptic.tool(), 1 / run.scene.local.rate_hz, scene_solver(run.scene, run.friction)),
         motion_every_(std::max(1, run.ticks_per_refresh / 4)),
         interval_(run.ticks_per_refresh) {}
 

@@ -139,12 +139,21 @@ struct ScenePenalty {
   bool operator==(const ScenePenalty&) const = default;
 };
 
+/// A part of the surface with friction of its own.
+struct SceneRegion {
+  std::array<Vec3, 2> box{Vec3::Zero(), Vec3::Zero()};  ///< two opposite corners [m], of the body at rest
+  double mu_static = -1, mu_kinetic = -1;               ///< as in SceneContact; below 0: not given, an error
+  bool operator==(const SceneRegion&) const = default;
+};
+
 struct SceneContact {
   std::string law = "coulomb";      ///< name in haptics/contact/contact_solver.def, or penalty
   double mu_static = 0.5;           ///< friction coefficients [-]; "mu" in the file sets both
   double mu_kinetic = 0.5;          ///< at most mu_static
   std::string metric = "implicit";  ///< identity (the paper), mass, implicit
   ScenePenalty penalty;
+  double stribeck = 0;               ///< [m/s] sliding speed over which mu_static falls to mu_kinetic; 0: at once
+  std::vector<SceneRegion> regions;  ///< the last one that holds a triangle's middle wins
   bool operator==(const SceneContact&) const = default;
 };
 

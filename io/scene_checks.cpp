@@ -43,6 +43,17 @@ Found check_contact(const SceneContact& contact) {
   if (contact.mu_kinetic > contact.mu_static)
     return JsonProblem{"contact.mu_kinetic",
                        text("is ", contact.mu_kinetic, ", must be at most mu_static (", contact.mu_static, ")")};
+  for (std::size_t i = 0; i < contact.regions.size(); ++i) {
+    const SceneRegion& region = contact.regions[i];
+    const std::string name = text("contact.regions[", i, "]");
+    if ((region.box[1] - region.box[0]).minCoeff() < 0.0)
+      return JsonProblem{name + ".box", "has a max below its min: write [[min x, y, z], [max x, y, z]]"};
+    if (region.mu_static < 0)
+      return JsonProblem{name, "has no friction coefficient: give mu, or mu_static and mu_kinetic"};
+    if (region.mu_kinetic > region.mu_static)
+      return JsonProblem{name + ".mu_kinetic",
+                         text("is ", region.mu_kinetic, ", must be at most mu_static (", region.mu_static, ")")};
+  }
   return std::nullopt;
 }
 

@@ -104,12 +104,20 @@ void fields(A& a, ScenePenalty& s) {
   a("damping", s.damping);
 }
 template <class A>
+void fields(A& a, SceneRegion& s) {
+  a("box", s.box);
+  a("mu_static", s.mu_static);
+  a("mu_kinetic", s.mu_kinetic);
+}
+template <class A>
 void fields(A& a, SceneContact& s) {
   a("law", s.law);
   a("mu_static", s.mu_static);
   a("mu_kinetic", s.mu_kinetic);
   a("metric", s.metric);
   a("penalty", s.penalty);
+  a("stribeck", s.stribeck);
+  a("regions", s.regions);
 }
 template <class A>
 void fields(A& a, SceneSelfContact& s) {
@@ -227,8 +235,8 @@ class Writer {
   Ordered json = Ordered::object();
 
  private:
-  static Ordered written(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-  static Ordered written(const Waypoint& w) { return {w.t, w.position.x(), w.position.y(), w.position.z()}; }
+  static Ordered written(Vec3& v) { return {v.x(), v.y(), v.z()}; }
+  static Ordered written(Waypoint& w) { return {w.t, w.position.x(), w.position.y(), w.position.z()}; }
 
   template <class T>
   static Ordered written(T& value) {
@@ -238,7 +246,7 @@ class Writer {
       return writer.json;
     } else if constexpr (requires { value.size(); } && !std::is_same_v<T, std::string>) {
       Ordered list = Ordered::array();
-      for (const auto& entry : value) list.push_back(written(entry));
+      for (auto& entry : value) list.push_back(written(entry));
       return list;
     } else {
       return value;
@@ -247,10 +255,16 @@ class Writer {
 };
 
 /// "mu" in the file stands for both coefficients.
-void split_mu(nlohmann::json& document) {
-  if (!document.contains("contact") || !document["contact"].contains("mu")) return;
+void split_mu(nlohmann::json& group) {
+  if (group.contains("mu")) group["mu_static"] = group["mu_kinetic"] = group["mu"];
+}
+
+void split_all_mu(nlohmann::json& document) {
+  if (!document.contains("contact")) return;
   nlohmann::json& contact = document["contact"];
-  contact["mu_static"] = contact["mu_kinetic"] = contact["mu"];
+  split_mu(contact);
+  if (contact.contains("regions"))
+    for (nlohmann::json& region : contact["regions"]) split_mu(region);
 }
 
 /// A spring that is given is not calibrated, unless the file asks for it (and find_scene_problem refuses).
@@ -272,7 +286,7 @@ void settle_integrator(nlohmann::json& document) {
 
 Scene scene_from_json(const nlohmann::json& document) {
   nlohmann::json settled = document;
-  split_mu(settled);
+  split_all_mu(settled);
   settle_integrator(settled);
   settle_calibrate(settled);
   Scene scene;

@@ -7,15 +7,9 @@
 
 #include "collision/surface_contacts.hpp"
 #include "core/backend.hpp"
+#include "haptics/contact/friction.hpp"
 
 namespace kt {
-
-enum class ContactMode { free, stick, slide, frictional_slide };  ///< paper, section IV.A
-const char* name_of(ContactMode mode);
-
-struct Friction {
-  double mu_static = 0, mu_kinetic = 0;  ///< mu_static >= mu_kinetic >= 0
-};
 
 /// Stacked over contacts, with room for kMaxContacts and no heap.
 using ContactVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxContacts, 1>;
@@ -28,11 +22,12 @@ struct ContactProblem {
                                           ///< coefficient alone holds until it sticks
   double h = 0;                           ///< [s], over which the impulses act as forces
   std::array<Vec3, kMaxContacts> normal;  ///< unit, from the body towards the tool
-  ContactVector velocity;                 ///< of the body's contact points without contact, relative to the tool [m/s];
-                                          ///< its normal part is -gap/h, so that v+ = 0 closes the gap exactly
-  ContactMatrix W;                        ///< velocity change per impulse through the chosen metric [1/kg]
-  Vec3 force = Vec3::Zero();              ///< J f / s: what the paper's operators project [N]; geometric laws only
-  Mat3 inertia = Mat3::Zero();            ///< J M^-1 J^T [1/kg]; geometric laws only
+  std::array<int, kMaxContacts> triangle{};  ///< of the body's surface: where it has regions, their friction holds
+  ContactVector velocity;       ///< of the body's contact points without contact, relative to the tool [m/s];
+                                ///< its normal part is -gap/h, so that v+ = 0 closes the gap exactly
+  ContactMatrix W;              ///< velocity change per impulse through the chosen metric [1/kg]
+  Vec3 force = Vec3::Zero();    ///< J f / s: what the paper's operators project [N]; geometric laws only
+  Mat3 inertia = Mat3::Zero();  ///< J M^-1 J^T [1/kg]; geometric laws only
 };
 
 struct ContactSolution {
@@ -42,7 +37,7 @@ struct ContactSolution {
   Vec3 inertial_impulse = Vec3::Zero();     ///< on the body through its inertia [N s]; geometric laws only
   Vec3 force_on_tool = Vec3::Zero();        ///< [N]
   int iterations = 0;
-  double residual = 0;  ///< largest change of an impulse in the last iteration / largest impulse
+  double residual = 0;  ///< how far from the law's conditions, relative: natural_residual in contact_sweeps.hpp
 };
 
 /// How the surface is put under the tool before forces are computed.
@@ -52,18 +47,20 @@ enum class Deformation {
   full     ///< carried along with the tool (paper, with friction)
 };
 
-/// solve() runs in the haptic tick: no allocation, no exception, bounded work.
+/// solve() runs in the haptic tick: no allocation, no exception, bounded work. A solver belongs to one thread.
 class ContactSolver {
  public:
   virtual ~ContactSolver() = default;
   virtual Deformation deformation() const noexcept = 0;
   /// @param solution  in: impulses to start from (or zero); out: the result
-  virtual void solve(const ContactProblem& problem, ContactSolution& solution) const noexcept = 0;
+  virtual void solve(const ContactProblem& problem, ContactSolution& solution) noexcept = 0;
 };
 
 std::vector<BackendInfo> contact_solver_backends();
 
+/// @param of_triangle  friction of each surface triangle; empty: `friction` everywhere
 /// Throws InputError for an unknown law or coefficients outside 0 <= mu_kinetic <= mu_static.
-std::unique_ptr<ContactSolver> make_contact_solver(const std::string& law, const Friction& friction);
+std::unique_ptr<ContactSolver> make_contact_solver(const std::string& law, const Friction& friction,
+                                                   std::vector<Friction> of_triangle = {});
 
 }  // namespace kt

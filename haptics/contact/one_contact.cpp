@@ -1,10 +1,17 @@
 #include "haptics/contact/one_contact.hpp"
 
-#include <Eigen/LU>
-#include <cmath>
+#include <limits>
 
 namespace kt {
 namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kImmovable = 1e-13;  // of the trace: a direction that gives way less has lost its digits
+constexpr double kNearly = 1e-7;      // of h: its square is rounding, so one more step needs no evaluation
+constexpr int kMaxSteps = 120;        // bisection alone ends in 60 from any bracket
 
 /// Orthonormal frame with m as its first column (Duff et al. 2017, branch on the sign).
 Mat3 frame_of(const Vec3& m) {
@@ -17,150 +24,156 @@ Mat3 frame_of(const Vec3& m) {
   return frame;
 }
 
-using Vec2 = Eigen::Vector2d;
-
-Vec2 turned(const Vec2& d) { return {-d.y(), d.x()}; }
-double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-/// The slip problem in the contact frame (m, t1, t2). With p_t = mu p_m d and u_m = 0, p_m = -b_m / D(d) and
-/// D u_t = r(d); friction opposes sliding when r is antiparallel to d: across(d) = 0 with d.r(d) <= 0.
+/// Slip as a function of lambda, in the eigenvectors of S.
 struct Slip {
-  const Mat3& W;
-  const Vec3& b;
-  double mu;
-  double D(const Vec2& d) const { return W(0, 0) + mu * W.block<1, 2>(0, 1).dot(d); }
-  Vec2 r(const Vec2& d) const {
-    return D(d) * b.tail<2>() - b[0] * (W.block<2, 1>(1, 0) + mu * (W.bottomRightCorner<2, 2>() * d));
+  double b_m, inverse_m;  // 1 / W_mm
+  Vec2 w, s, c;
+  const Friction& friction;
+  bool weakens;  // else mu is the kinetic one
+
+  double lambda = 0;
+  Vec2 q{}, dq{};  // p_t, and its derivative by lambda
+  double p_m = 0, dp_m = 0, mu = 0;
+  double h = 0, slope = 0, noise = 0;  // of ((mu p_m / |p_t|)^2 - 1) / 2; its rounding
+
+  void evaluate() {
+    const double a0 = 1 / (s[0] + lambda), a1 = 1 / (s[1] + lambda);
+    q = Vec2(-c[0] * a0, -c[1] * a1);
+    dq = Vec2(-q[0] * a0, -q[1] * a1);
+    const double inverse_sq = 1 / q.squaredNorm(), along = w.dot(q);
+    p_m = -(b_m + along) * inverse_m;
+    dp_m = -w.dot(dq) * inverse_m;
+    mu = friction.mu_kinetic;
+    double dmu = 0;
+    if (weakens) {
+      const double length = q.norm(), speed = lambda * length;
+      mu = friction.mu_at(speed);
+      dmu = -2 * speed / (friction.stribeck * friction.stribeck) * (mu - friction.mu_kinetic) *
+            (length + lambda * q.dot(dq) / length);
+    }
+    const double factor = mu * mu * p_m * inverse_sq;
+    h = p_m > 0 ? 0.5 * (factor * p_m - 1) : -1;  // a pull is further from a solution than no impulse
+    slope = factor * (dp_m - p_m * q.dot(dq) * inverse_sq) + mu * dmu * p_m * p_m * inverse_sq;
+    noise = 4 * kEps * (1 + std::abs(factor) * inverse_m * (std::abs(b_m) + std::abs(along)));
   }
-  double across(const Vec2& d) const { return cross(d, r(d)); }
-  /// Derivative of across by the angle of d.
-  double across_slope(const Vec2& d) const {
-    const Vec2 e = turned(d);
-    const Vec2 change = mu * W.block<1, 2>(0, 1).dot(e) * b.tail<2>() - b[0] * mu * (W.bottomRightCorner<2, 2>() * e);
-    return cross(e, r(d)) + cross(d, change);
+
+  /// Newton's step for mu p_m / |p_t| - 1, which is nearly a straight line, told from its square without a root.
+  double step() const { return p_m > 0 ? -2 * h * (1 + h) / ((2 + h) * slope) : kInfinity; }
+
+  /// The last step, so small that the curvature over it does not count.
+  void finish() {
+    const double step = this->step();
+    lambda += step;
+    q += step * dq;
+    p_m += step * dp_m;
+  }
+
+  /// Newton's method, kept between `low` and `high`, where h is negative and positive.
+  void solve(double start, double low, double high) {
+    lambda = start;
+    for (int i = 0; i < kMaxSteps; ++i) {
+      evaluate();
+      if (std::abs(h) <= noise) return;
+      if (std::abs(h) < kNearly && !weakens && slope * lambda > 0.1) return finish();
+      (h < 0 ? low : high) = lambda;
+      double next = lambda + step();
+      if (!(next > low && next < high)) next = high < kInfinity ? 0.5 * (low + high) : 2 * lambda + s[0] + s[1];
+      if (next == lambda) return;
+      lambda = next;
+    }
+  }
+
+  /// From where the kinetic coefficient alone would have it down to the first speed that suits its own coefficient.
+  bool solve_from_above() {
+    double high = lambda;
+    for (int i = 0; i < kMaxSteps; ++i) {
+      evaluate();
+      if (std::abs(h) <= noise) return true;
+      if (h < 0) {
+        solve(0.5 * (lambda + high), lambda, high);
+        return true;
+      }
+      high = lambda;
+      if (slope <= 0) return false;
+      lambda += step();
+      if (!(lambda > 0)) return false;
+    }
+    return false;
   }
 };
 
-constexpr int kSamples = 24;  // a polynomial of degree two has at most four roots and as many extrema; two roots
-                              // between neighbouring samples show in the slopes
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kAligned = 1e-13;  // of |r|: the angle between friction and sliding, in radians
-
-/// Newton from the last tick's or sweep's direction: nearly always the answer, in two or three steps.
-bool polish(const Slip& slip, Vec2& d) {
-  for (int i = 0; i < 6; ++i) {
-    const Vec2 r = slip.r(d);
-    const double f = cross(d, r);
-    if (std::abs(f) <= kAligned * r.norm()) return d.dot(r) <= 0 && slip.D(d) > 0;
-    const double slope = slip.across_slope(d);
-    if (!(std::abs(f) < 0.5 * std::abs(slope))) return false;  // half a radian: not near a root
-    d = (d - f / slope * turned(d)).normalized();
-  }
-  return false;
-}
-
-/// Root of the sign change between two directions less than a right angle apart: regula falsi on the chord, Illinois
-/// variant with every third step a bisection, to the last bits.
-Vec2 refine(const Slip& slip, const Vec2& from, const Vec2& to, double f_low, double f_high) {
-  double low = 0, high = 1;
-  const auto at = [&](double s) { return Vec2(((1 - s) * from + s * to).normalized()); };
-  for (int i = 0; i < 60 && high - low > 1e-16; ++i) {
-    const double s = i % 3 == 2 ? 0.5 * (low + high) : (low * f_high - high * f_low) / (f_high - f_low);
-    if (!(s > low && s < high)) break;
-    const double f = slip.across(at(s));
-    if (f == 0) return at(s);
-    if ((f > 0) == (f_low > 0)) {
-      low = s;
-      f_low = f;
-      f_high *= 0.5;
-    } else {
-      high = s;
-      f_high = f;
-      f_low *= 0.5;
-    }
-  }
-  return at(0.5 * (low + high));
-}
-
-/// Extremum between two directions whose slopes differ in sign, by bisection.
-Vec2 turning_point(const Slip& slip, Vec2 low, Vec2 high, double slope_low) {
-  for (int i = 0; i < 30; ++i) {
-    const Vec2 middle = (low + high).normalized();
-    ((slip.across_slope(middle) > 0) == (slope_low > 0) ? low : high) = middle;
-  }
-  return (low + high).normalized();
-}
-
-const std::array<Vec2, kSamples + 1> kDirections = [] {
-  std::array<Vec2, kSamples + 1> out;
-  for (int i = 0; i <= kSamples; ++i)
-    out[i] = {std::cos(2 * kPi * (i % kSamples) / kSamples), std::sin(2 * kPi * (i % kSamples) / kSamples)};
-  return out;
-}();
-
-/// Unit direction of the friction impulse: from `guess` if that is near one, else of all directions the most
-/// dissipative root; against the velocity without contact when none is found.
-Vec2 slip_direction(const Slip& slip, const Vec2& guess) {
-  if (const double length = guess.norm(); length > 0) {
-    Vec2 d = guess / length;
-    if (polish(slip, d)) return d;
-  }
-  Vec2 best = -slip.b.tail<2>();
-  best = best.norm() > 0 ? Vec2(best.normalized()) : Vec2(1, 0);
-  double strongest = 0;
-  const auto consider = [&](const Vec2& from, const Vec2& to, double f_low, double f_high) {
-    const Vec2 d = refine(slip, from, to, f_low, f_high);
-    const double along = d.dot(slip.r(d));
-    if (slip.D(d) > 0 && along < strongest) {
-      strongest = along;
-      best = d;
-    }
-  };
-  double f_low = slip.across(kDirections[0]), slope_low = slip.across_slope(kDirections[0]);
-  for (int i = 0; i < kSamples; ++i) {
-    const Vec2 &from = kDirections[i], &to = kDirections[i + 1];
-    const double f_high = slip.across(to), slope_high = slip.across_slope(to);
-    if ((f_low <= 0) != (f_high <= 0)) {
-      consider(from, to, f_low, f_high);
-    } else if (f_low * slope_low < 0 && f_high * slope_high > 0) {  // towards zero and back: beyond it?
-      const Vec2 turn = turning_point(slip, from, to, slope_low);
-      const double f_turn = slip.across(turn);
-      if ((f_turn <= 0) != (f_low <= 0)) {
-        consider(from, turn, f_low, f_turn);
-        consider(turn, to, f_turn, f_high);
-      }
-    }
-    f_low = f_high;
-    slope_low = slope_high;
-  }
-  return best;
-}
-
 }  // namespace
 
-OneContact::OneContact(const Mat3& W, const Vec3& normal) noexcept
-    : frame_(frame_of(-normal)), W_(frame_.transpose() * W * frame_), inverse_(W_.inverse()) {}
-
-OneContactSolution OneContact::solve(const Vec3& b_world, const Friction& friction, const Vec3& guess) const noexcept {
-  const Vec3 b = frame_.transpose() * b_world;
-  if (b[0] >= 0) return {};  // the body leaves the tool by itself
-  const bool frictionless = friction.mu_static == 0;
-  if (!frictionless) {
-    const Vec3 p = -(inverse_ * b);
-    if (p[0] > 0 && p.tail<2>().norm() <= friction.mu_static * p[0]) return {frame_ * p, ContactMode::stick};
+OneContact::OneContact(const Mat3& W, const Vec3& normal) noexcept {
+  const Mat3 frame = frame_of(-normal);
+  const Mat3 own = frame.transpose() * W * frame;
+  const double least = std::max(kImmovable * own.trace(), std::numeric_limits<double>::min());
+  inverse_m_ = 1 / std::max(own(0, 0), least);
+  const double w1 = own(1, 0), w2 = own(2, 0);
+  const double s11 = own(1, 1) - w1 * w1 * inverse_m_, s22 = own(2, 2) - w2 * w2 * inverse_m_,
+               s12 = own(2, 1) - w1 * w2 * inverse_m_;
+  // Jacobi's rotation makes S diagonal.
+  double t = 0;
+  if (s12 != 0) {
+    const double half = 0.5 * (s22 - s11) / s12;
+    t = std::copysign(1.0, half) / (std::abs(half) + std::sqrt(1 + half * half));
   }
-  const double mu = friction.mu_kinetic;
-  if (mu == 0)
-    return {frame_.col(0) * (-b[0] / W_(0, 0)), frictionless ? ContactMode::slide : ContactMode::frictional_slide};
-  const Slip slip{W_, b, mu};
-  const Vec2 d = slip_direction(slip, frame_.rightCols<2>().transpose() * guess);
-  const double p_m = -b[0] / std::max(slip.D(d), 1e-3 * W_(0, 0));
-  return {frame_ * Vec3(p_m, mu * p_m * d.x(), mu * p_m * d.y()), ContactMode::frictional_slide};
+  const double cosine = 1 / std::sqrt(1 + t * t), sine = t * cosine;
+  frame_.col(0) = frame.col(0);
+  frame_.col(1) = cosine * frame.col(1) - sine * frame.col(2);
+  frame_.col(2) = sine * frame.col(1) + cosine * frame.col(2);
+  w_ = Vec2(cosine * w1 - sine * w2, sine * w1 + cosine * w2);
+  s_ = Vec2(std::max(s11 - t * s12, least), std::max(s22 + t * s12, least));
+  inverse_s_ = Vec2(1 / s_[0], 1 / s_[1]);
 }
 
-OneContactSolution solve_one_contact(const Mat3& W, const Vec3& b, const Vec3& normal, const Friction& friction,
-                                     const Vec3& guess) noexcept {
-  return OneContact(W, normal).solve(b, friction, guess);
+double OneContact::slip_ratio(const Vec3& b, const Vec3& impulse) const noexcept {
+  const Vec2 q(frame_.col(1).dot(impulse), frame_.col(2).dot(impulse));
+  const double length_sq = q.squaredNorm(), b_m = frame_.col(0).dot(b) * inverse_m_;
+  if (!(length_sq > 0)) return 0;
+  const Vec2 c(frame_.col(1).dot(b) - w_[0] * b_m, frame_.col(2).dot(b) - w_[1] * b_m);
+  return -(q.dot(c) + q[0] * q[0] * s_[0] + q[1] * q[1] * s_[1]) / length_sq;
+}
+
+OneContactSolution OneContact::solve(const Vec3& b_world, const Friction& friction, bool sliding,
+                                     double start) const noexcept {
+  const double b_m = frame_.col(0).dot(b_world);
+  if (b_m >= 0) return {};  // the body leaves the tool by itself
+  const double frictionless = -b_m * inverse_m_;
+  if (friction.mu_static == 0) return {frame_.col(0) * frictionless, ContactMode::slide};
+
+  const Vec2 c(frame_.col(1).dot(b_world) + w_[0] * frictionless, frame_.col(2).dot(b_world) + w_[1] * frictionless);
+  const Vec2 held(-c[0] * inverse_s_[0], -c[1] * inverse_s_[1]);  // sticking
+  const double held_m = frictionless - w_.dot(held) * inverse_m_, held_sq = held.squaredNorm();
+  const auto holds = [&](double mu) { return held_m >= 0 && held_sq <= mu * mu * held_m * held_m; };
+  const auto stick = [&](double mu) -> OneContactSolution {
+    return {frame_.col(0) * held_m + frame_.col(1) * held[0] + frame_.col(2) * held[1], ContactMode::stick, mu};
+  };
+  const bool weakens = friction.stribeck > 0;
+  if (!sliding && holds(friction.mu_static)) return stick(friction.mu_static);
+  if (sliding && holds(friction.mu_kinetic)) return stick(weakens ? friction.mu_static : friction.mu_kinetic);
+  if (friction.mu_kinetic == 0 && !weakens) return {frame_.col(0) * frictionless, ContactMode::frictional_slide};
+
+  if (!(start > 0)) {  // as if normal and tangential impulses were independent
+    const double mu = std::max(friction.mu_kinetic, 0.01 * friction.mu_static);
+    start = std::max(0.0, c.norm() / (mu * frictionless) - 0.5 * (s_[0] + s_[1]));
+  }
+  Slip slip{b_m, inverse_m_, w_, s_, c, friction, weakens};
+  if (weakens && sliding) {  // of several self-consistent speeds the fastest: it stays on its branch
+    slip.weakens = false;
+    if (friction.mu_kinetic > 0) slip.solve(start, 0, kInfinity);
+    slip.weakens = true;
+    const bool found = friction.mu_kinetic > 0 && slip.solve_from_above();
+    if (!found && holds(friction.mu_static)) return stick(friction.mu_static);
+    if (!found) slip.solve(start, 0, kInfinity);
+  } else {
+    slip.solve(start, 0, kInfinity);
+  }
+  // Onto the cone to the last digit: slip.q has that length up to the accuracy, so that a root is not needed.
+  const double p_m = std::max(slip.p_m, 0.0);
+  const double t = 0.5 + 0.5 * slip.mu * slip.mu * p_m * p_m / slip.q.squaredNorm();
+  return {frame_.col(0) * p_m + frame_.col(1) * (t * slip.q[0]) + frame_.col(2) * (t * slip.q[1]),
+          ContactMode::frictional_slide, slip.mu, slip.lambda};
 }
 
 }  // namespace kt

@@ -40,7 +40,7 @@ bool pulls(const ContactProblem& problem) { return problem.force.dot(problem.nor
 class PaperSlide final : public ContactSolver {
  public:
   Deformation deformation() const noexcept override { return Deformation::normal; }
-  void solve(const ContactProblem& problem, ContactSolution& out) const noexcept override {
+  void solve(const ContactProblem& problem, ContactSolution& out) noexcept override {
     if (pulls(problem)) return release(out);
     out.mode[kFirst] = ContactMode::slide;
     out.inertial_impulse.setZero();
@@ -52,7 +52,7 @@ class PaperSlide final : public ContactSolver {
 class PaperStick final : public ContactSolver {
  public:
   Deformation deformation() const noexcept override { return Deformation::full; }
-  void solve(const ContactProblem& problem, ContactSolution& out) const noexcept override {
+  void solve(const ContactProblem& problem, ContactSolution& out) noexcept override {
     if (pulls(problem)) return release(out);
     stick(problem, out);
   }
@@ -60,29 +60,30 @@ class PaperStick final : public ContactSolver {
 
 class PaperStickSlip final : public ContactSolver {
  public:
-  explicit PaperStickSlip(double mu) : mu_(mu) {}
+  explicit PaperStickSlip(SurfaceFriction friction) : friction_(std::move(friction)) {}
   Deformation deformation() const noexcept override { return Deformation::full; }
-  void solve(const ContactProblem& problem, ContactSolution& out) const noexcept override {
+  void solve(const ContactProblem& problem, ContactSolution& out) noexcept override {
     if (pulls(problem)) return release(out);
+    const double mu = friction_.at(problem.triangle[kFirst]).mu_static;
     const auto [f_n, f_t] = split(problem.force, problem.normal[kFirst]);
-    if (f_t.norm() <= mu_ * f_n) return stick(problem, out);  // eq. (5)
+    if (f_t.norm() <= mu * f_n) return stick(problem, out);  // eq. (5)
     out.mode[kFirst] = ContactMode::frictional_slide;
-    out.force_on_tool = clip_to_cone(problem.force, problem.normal[kFirst], mu_);              // eq. (28)
+    out.force_on_tool = clip_to_cone(problem.force, problem.normal[kFirst], mu);               // eq. (28)
     out.inertial_impulse = -problem.h * out.force_on_tool;                                     // eqs. (24)-(25)
     slide(problem, problem.velocity.head<3>() + problem.inertia * out.inertial_impulse, out);  // eq. (26)
   }
 
  private:
-  double mu_;
+  SurfaceFriction friction_;
 };
 
 }  // namespace
 
 // The paper has one coefficient: the static one decides and clips.
-std::unique_ptr<ContactSolver> make_paper_slide_solver(const Friction&) { return std::make_unique<PaperSlide>(); }
-std::unique_ptr<ContactSolver> make_paper_stick_solver(const Friction&) { return std::make_unique<PaperStick>(); }
-std::unique_ptr<ContactSolver> make_paper_stick_slip_solver(const Friction& friction) {
-  return std::make_unique<PaperStickSlip>(friction.mu_static);
+std::unique_ptr<ContactSolver> make_paper_slide_solver(SurfaceFriction) { return std::make_unique<PaperSlide>(); }
+std::unique_ptr<ContactSolver> make_paper_stick_solver(SurfaceFriction) { return std::make_unique<PaperStick>(); }
+std::unique_ptr<ContactSolver> make_paper_stick_slip_solver(SurfaceFriction friction) {
+  return std::make_unique<PaperStickSlip>(std::move(friction));
 }
 
 }  // namespace kt

@@ -142,6 +142,7 @@ class Frozen final : public HapticMethod {
       const double gap_free = contact.gap + n.dot(tool - model_->tool) - n.dot(free);
       const Vec3 way = free - u_.segment<3>(3 * i) - (tool - before_);
       problem_.normal[i] = n;
+      problem_.triangle[i] = model_->model.patch.global_triangle[contact.triangle];
       problem_.velocity.segment<3>(3 * i) = (way - n.dot(way) * n - gap_free * n) / h_;
     }
   }

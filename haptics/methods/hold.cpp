@@ -12,7 +12,9 @@ namespace {
 class Hold final : public HapticMethod {
  public:
   explicit Hold(const HapticMethodOptions& options)
-      : body_(options.tool, options.h, make_contact_solver(options.law, options.friction)), past_(kRemembered) {}
+      : body_(options.tool, options.h,
+              make_contact_solver(options.law, options.friction, options.friction_of_triangle)),
+        past_(kRemembered) {}
 
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override {
     held_ = at_time(next->model.t);

@@ -84,6 +84,7 @@ class Legacy final : public HapticMethod {
     problem_.h = h_;
     problem_.sliding = sliding_;
     problem_.normal[0] = n;
+    problem_.triangle[0] = m.model.patch.global_triangle[contact.triangle];
     problem_.velocity = relative - n.dot(relative) * n - gap_free / h_ * n;
     problem_.W = m.dynamics->metric().C.block<3, 3>(3 * vertex, 3 * vertex);
     const Mat3 moves = problem_.W;

@@ -4,8 +4,9 @@
 namespace kt {
 
 std::unique_ptr<HapticMethod> make_multirate_method(const HapticMethodOptions& options) {
-  return std::make_unique<LocalSimulation>(options.tool, options.h, make_contact_solver(options.law, options.friction),
-                                           options.blend);
+  return std::make_unique<LocalSimulation>(
+      options.tool, options.h, make_contact_solver(options.law, options.friction, options.friction_of_triangle),
+      options.blend);
 }
 
 }  // namespace kt

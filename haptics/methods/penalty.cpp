@@ -124,6 +124,7 @@ class Penalty final : public HapticMethod {
       const Vec3& n = contact.normal;
       const Vec3 relative = at_point(w.x_end, t, contact.bary) - at_point(w.x, t, contact.bary) - way;
       problem_.normal[i] = n;
+      problem_.triangle[i] = model_->model.patch.global_triangle[contact.triangle];
       problem_.velocity.segment<3>(3 * i) = (relative - n.dot(relative) * n - (contact.gap + n.dot(back)) * n) / h_;
       for (int k = 0; k < c; ++k)  // one proxy: all its contacts stretch the same coupling
         problem_.W.block<3, 3>(3 * i, 3 * k) = Mat3::Identity() / (resistance() * h_ * h_);

@@ -3,7 +3,7 @@
 namespace kt {
 
 std::unique_ptr<ContactSolver> make_cone_solver(const std::string& method, const HapticMethodOptions& options) {
-  auto solver = make_contact_solver(options.law, options.friction);
+  auto solver = make_contact_solver(options.law, options.friction, options.friction_of_triangle);
   if (solver->deformation() != Deformation::none)
     throw InputError(text("local.method \"", method, "\" needs contact.law \"coulomb\", not \"", options.law,
                           "\": it has no place for the paper's operators"));

@@ -73,7 +73,8 @@ TEST(Scene, EveryKeyIsRead) {
                 "damping": {"mass": 1, "stiffness": 0.1, "law": "rayleigh"}, "stiffness": 300, "damper": 0.5}},
     "tool": {"shape": "capsule", "radius": 0.001, "path": {"hand": {"stiffness": 1, "damping": 2, "mass": 3,
              "target": [[0, 1, 2, 3], [0.5, 4, 5, 6]]}}},
-    "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass", "penalty": {"stiffness": 150, "damping": 0.1}},
+    "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass", "penalty": {"stiffness": 150, "damping": 0.1},
+      "stribeck": 0.02, "regions": [{"box": [[0, 0, 0], [1, 1, 1]], "mu": 0.8}, {"box": [[0, 0, 0], [2, 2, 2]], "mu_static": 0.3, "mu_kinetic": 0.2}]},
     "global": {"rate_hz": 10, "integrator": "a", "solver": "f", "tolerance": 1e-4, "early_refresh": false, "look_ahead": false, "definite": false,
                "self_contact": {"mu": 0.1, "reach": 1e-4, "stiffness": 50, "creep": 2e-3}}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "catch_up": false, "blend_ms": 3,
     "integrator": "c"}, "link": {"type": "d", "latency_ms": 5, "loss": 0.25}, "collision": {"backend": "e"}})");
@@ -93,7 +94,14 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_EQ(s.tool.shape, "capsule");
   EXPECT_FALSE(s.tool.path.press_drag.has_value());
   EXPECT_EQ(s.tool.path.hand, (SceneHand{1, 2, 3, {{0.0, Vec3(1, 2, 3)}, {0.5, Vec3(4, 5, 6)}}}));
-  EXPECT_EQ(s.contact, (SceneContact{"paper_slide", 0.9, 0.4, "mass", {150, 0.1}}));
+  EXPECT_EQ(s.contact,
+            (SceneContact{"paper_slide",
+                          0.9,
+                          0.4,
+                          "mass",
+                          {150, 0.1},
+                          0.02,
+                          {{{Vec3::Zero(), Vec3::Ones()}, 0.8, 0.8}, {{Vec3::Zero(), 2 * Vec3::Ones()}, 0.3, 0.2}}}));
   EXPECT_EQ(s.global, (SceneGlobal{10, "a", "f", 1e-4, false, false, false, SceneSelfContact{0.1, 1e-4, 50, 2e-3}}));
   EXPECT_EQ(s.local, (SceneLocal{500, "b", 2, 0.1, 90, false, 3, "c", "frozen"}));
   EXPECT_EQ(s.link, (SceneLink{"d", 5, 0.25}));
@@ -136,6 +144,7 @@ TEST(Scene, WritesAndReadsItselfBack) {
       {"tool.path.hand.target=[[0,0.1,0.2,0.3]]", "duration=0.1234567890123456", "object.model.damper=0.25"},
       {"global.self_contact={}"},
       {"global.self_contact.mu=0", "global.self_contact.reach=1e-4", "global.integrator=sdirk2"},
+      {"contact.stribeck=0.05", "contact.regions=[{\"box\":[[0,0,0],[1,1,1]],\"mu\":0.2}]"},
       {"tool.path.press_drag.at=[0.02,0.05]", "object.model.calibrate=false"}};
   for (const auto& overrides : variants) {
     const Scene scene = parse_scene(kSmallest, overrides);
@@ -249,6 +258,21 @@ TEST(SceneError, WrongValuesSayWhatIsAllowed) {
        "a.json: contact.mu_static needs mu_kinetic beside it"},
       {R"({"object": {"mesh": "a"}, "contact": {"mu_static": 0.2, "mu_kinetic": 0.4}})",
        "a.json: contact.mu_kinetic is 0.4, must be at most mu_static (0.2)"},
+      {R"({"object": {"mesh": "a"}, "contact": {"stribeck": -1}})",
+       "a.json: contact.stribeck is -1, must be a number at least 0, at most 100 (sliding speed over which mu_static "
+       "falls to mu_kinetic, m/s; 0: at once)"},
+      {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"mu": 1}]}})",
+       "a.json: contact.regions[0].box is missing ([[min], [max]] at rest, m)"},
+      {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"box": [[0,0,0],[1,1,1]]}]}})",
+       "a.json: contact.regions[0] has no friction coefficient: give mu, or mu_static and mu_kinetic"},
+      {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"box": [[0,0,0],[1,-1,1]], "mu": 1}]}})",
+       "a.json: contact.regions[0].box has a max below its min: write [[min x, y, z], [max x, y, z]]"},
+      {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"box": [[0,0,0],[1,1,1]], "mu_static": 0.2, "mu_kinetic": 0.4}]}})",
+       "a.json: contact.regions[0].mu_kinetic is 0.4, must be at most mu_static (0.2)"},
+      {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"box": [[0,0,0],[1,1,1]], "mu": 1, "mu_static": 0.2, "mu_kinetic": 0.1}]}})",
+       "a.json: contact.regions[0] has both mu and mu_static: give one of them"},
+      {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"box": [[0,0,0],[1,1,1]], "mu": 1, "name": "skin"}]}})",
+       "a.json: contact.regions[0].name is not a key of a scene ..."},
   };
   for (const WrongScene& wrong : cases) EXPECT_EQ(as_long_as(wrong.message, error_of(wrong.json)), wrong.message);
 }

@@ -18,4 +18,16 @@ double coulomb_residual(const MatrixX& W, const VectorX& b, const std::vector<Ve
 /// Solution by the fixed-point iteration of that map from zero: slow and simple.
 VectorX project_iterate(const MatrixX& W, const VectorX& b, const std::vector<Vec3>& normal, double mu, int steps);
 
+/// Solution by a method of another kind: with the sliding speeds s held, friction is a convex problem,
+///   min 1/2 p.W p + p.(b + mu s m) over the product of the cones,
+/// solved by accelerated projected gradients; s is then the speed found, until it stays (Acary, Cadoux and Lemarechal
+/// 2011). No contact is ever solved by itself, no direction of sliding is looked for.
+/// @param mu  per contact
+struct ConvexSolution {
+  VectorX p;
+  double change = 0;  ///< of the speeds in the last round, relative to the largest velocity in b
+};
+ConvexSolution solve_by_convex_rounds(const MatrixX& W, const VectorX& b, const std::vector<Vec3>& normal,
+                                      const std::vector<double>& mu, int rounds = 200);
+
 }  // namespace kt

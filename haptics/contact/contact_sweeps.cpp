@@ -1,0 +1,205 @@
+#include "haptics/contact/contact_sweeps.hpp"
+
+#include <algorithm>
+
+namespace kt {
+namespace {
+
+constexpr double kFar = 100;      // an extrapolation that multiplies a change by more also multiplies its rounding
+constexpr double kWorse = 4;      // squared change against the last sweep's: below it, extrapolation only wavers
+constexpr int kSlipsToLetGo = 3;  // static friction that gave way so often in one solve is overcome
+
+/// v += A s for three columns of A. Column by column rather than row by row: each entry is its own sum, so that the
+/// result is the same whatever the width of the machine's vectors.
+void add_columns(double* __restrict v, const double* __restrict a, Eigen::Index stride, const Vec3& s,
+                 Eigen::Index n) noexcept {
+  const double s0 = s[0], s1 = s[1], s2 = s[2];
+  const double* __restrict a1 = a + stride, * __restrict a2 = a1 + stride;
+  for (Eigen::Index i = 0; i < n; ++i) v[i] += a[i] * s0 + a1[i] * s1 + a2[i] * s2;
+}
+
+/// Nearest point of the cone |p_t| <= mu p_m around m.
+Vec3 project_to_cone(const Vec3& p, const Vec3& m, double mu) noexcept {
+  const double p_m = m.dot(p);
+  const Vec3 p_t = p - p_m * m;
+  const double length = p_t.norm();
+  if (length <= mu * p_m) return p;
+  if (mu * length <= -p_m) return Vec3::Zero();
+  const double along = (p_m + mu * length) / (1 + mu * mu);
+  return along * (m + mu / length * p_t);
+}
+
+}  // namespace
+
+double natural_residual(const ContactSystem& system, const Eigen::Ref<const VectorX>& p,
+                        const Eigen::Ref<const VectorX>& u, std::span<const double> mu) noexcept {
+  const int c = static_cast<int>(system.normal.size());
+  double largest_p = 0, largest_b = 0;
+  for (int i = 0; i < c; ++i) {
+    largest_p = std::max(largest_p, p.segment<3>(3 * i).squaredNorm());
+    largest_b = std::max(largest_b, system.velocity.segment<3>(3 * i).squaredNorm());
+  }
+  largest_p = std::sqrt(largest_p);
+  largest_b = std::sqrt(largest_b);
+  double impulse = 0, velocity = 0;  // largest e, largest e / r
+  for (int i = 0; i < c; ++i) {
+    const Vec3 m = -system.normal[i], own = u.segment<3>(3 * i), p_i = p.segment<3>(3 * i);
+    const double trace = system.W(3 * i, 3 * i) + system.W(3 * i + 1, 3 * i + 1) + system.W(3 * i + 2, 3 * i + 2);
+    const double u_m = m.dot(own);
+    if (!(trace > 0)) {  // immovable: nothing helps against overlap
+      velocity = std::max(velocity, -u_m);
+      continue;
+    }
+    if (u_m >= 0 && p_i.isZero(0)) continue;
+    const double r = 3 / trace, u_t = (own - u_m * m).norm();
+    const double e = (p_i - project_to_cone(p_i - r * (own + mu[i] * u_t * m), m, mu[i])).norm();
+    impulse = std::max(impulse, e);
+    velocity = std::max(velocity, e / r);
+  }
+  const auto relative = [](double value, double scale) { return value > 0 ? (scale > 0 ? value / scale : 1.0) : 0.0; };
+  return std::max(largest_p > 0 ? relative(impulse, largest_p) : 0.0, relative(velocity, largest_b));
+}
+
+ContactSweeps::ContactSweeps(int capacity)
+    : contact_(static_cast<std::size_t>(capacity)),
+      mu_(contact_.size()),
+      slips_(contact_.size()),
+      lambda_(contact_.size()),
+      velocity_(3 * capacity),
+      before_(3 * capacity),
+      step_(3 * capacity),
+      last_step_(3 * capacity),
+      last_impulse_(3 * capacity),
+      last_velocity_(3 * capacity),
+      steps_(3 * capacity, kDepth),
+      impulses_(3 * capacity, kDepth),
+      velocities_(3 * capacity, kDepth) {}
+
+void ContactSweeps::find_velocity(const ContactSystem& system, const Eigen::Ref<const VectorX>& impulse) noexcept {
+  const Eigen::Index n = system.velocity.size(), stride = system.W.outerStride();
+  velocity_.head(n) = system.velocity;
+  for (Eigen::Index i = 0; i < n; i += 3)
+    if (const Vec3 p = impulse.segment<3>(i); !p.isZero(0))
+      add_columns(velocity_.data(), system.W.data() + i * stride, stride, p, n);
+  drifted_ = false;
+}
+
+/// One pass over the contacts. Returns the largest change, relative like the residual.
+double ContactSweeps::sweep(const ContactSystem& system, Eigen::Ref<VectorX> impulse,
+                            std::span<ContactMode> mode) noexcept {
+  const int c = static_cast<int>(system.normal.size());
+  const Eigen::Index stride = system.W.outerStride();
+  double change = 0, largest = 0;
+  for (int i = 0; i < c; ++i) {
+    const Vec3 old = impulse.segment<3>(3 * i);
+    const double* column = system.W.data() + 3 * i * stride;
+    Vec3 free = velocity_.segment<3>(3 * i);
+    if (!old.isZero(0)) free -= system.W.block<3, 3>(3 * i, 3 * i) * old;
+    const bool sliding = system.sliding || slips_[i] >= kSlipsToLetGo;
+    if (lambda_[i] < 0) lambda_[i] = contact_[i].slip_ratio(free, old);
+    const OneContactSolution one = contact_[i].solve(free, system.friction[i], sliding, lambda_[i]);
+    if (mode[i] == ContactMode::stick && one.mode == ContactMode::frictional_slide) ++slips_[i];
+    mode[i] = one.mode;
+    mu_[i] = one.mu;
+    if (one.lambda > 0) lambda_[i] = one.lambda;
+    const Vec3 step = one.impulse - old;
+    step_.segment<3>(3 * i) = step;
+    largest = std::max(largest, one.impulse.squaredNorm());
+    if (step.isZero(0)) continue;
+    impulse.segment<3>(3 * i) = one.impulse;
+    add_columns(velocity_.data(), column, stride, step, 3 * c);
+    change = std::max(change, step.squaredNorm());
+  }
+  return largest > 0 ? std::sqrt(change / largest) : 0.0;
+}
+
+/// Files what the last sweep did as a difference to the sweep before.
+void ContactSweeps::remember(const Eigen::Ref<const VectorX>& impulse, int n) noexcept {
+  if (has_last_) {
+    auto column = steps_.col(next_).head(n);
+    column = step_.head(n) - last_step_.head(n);
+    impulses_.col(next_).head(n) = impulse - last_impulse_.head(n);
+    velocities_.col(next_).head(n) = velocity_.head(n) - last_velocity_.head(n);
+    remembered_ = std::min(remembered_ + 1, kDepth);
+    for (int k = 0; k < remembered_; ++k) {
+      const double product = steps_.col(k).head(n).dot(column);
+      gram_(k, next_) = gram_(next_, k) = product;
+      along_[k] += product;
+    }
+    along_[next_] = column.dot(step_.head(n));
+    next_ = (next_ + 1) % kDepth;
+  }
+  last_step_.head(n) = step_.head(n);
+  last_impulse_.head(n) = impulse;
+  last_velocity_.head(n) = velocity_.head(n);
+  has_last_ = true;
+}
+
+/// The combination of the remembered sweeps whose changes cancel best. Velocities are affine in the impulses, so they
+/// are combined alike, without W.
+void ContactSweeps::extrapolate(Eigen::Ref<VectorX> impulse, int n) noexcept {
+  const int m = remembered_;
+  if (m == 0) return;
+  // Cholesky's factor of the Gram matrix, in which a column that depends on others is left out.
+  double lower[kDepth][kDepth], right[kDepth];
+  for (int k = 0; k < m; ++k) {
+    double rhs = along_[k];
+    for (int j = 0; j < k; ++j) {
+      double sum = gram_(k, j);
+      for (int l = 0; l < j; ++l) sum -= lower[k][l] * lower[j][l];
+      lower[k][j] = lower[j][j] > 0 ? sum / lower[j][j] : 0.0;
+      rhs -= lower[k][j] * right[j];
+    }
+    double own = gram_(k, k);
+    for (int l = 0; l < k; ++l) own -= lower[k][l] * lower[k][l];
+    lower[k][k] = own > 1e-10 * gram_(k, k) ? std::sqrt(own) : 0.0;
+    right[k] = lower[k][k] > 0 ? rhs / lower[k][k] : 0.0;
+  }
+  for (int k = m - 1; k >= 0; --k) {
+    for (int l = k + 1; l < m; ++l) right[k] -= lower[l][k] * right[l];
+    right[k] = lower[k][k] > 0 ? right[k] / lower[k][k] : 0.0;
+  }
+  for (int k = 0; k < m; ++k) {
+    if (right[k] == 0) continue;
+    drifted_ |= std::abs(right[k]) > kFar;
+    impulse -= right[k] * impulses_.col(k).head(n);
+    velocity_.head(n) -= right[k] * velocities_.col(k).head(n);
+  }
+}
+
+SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
+                                 std::span<ContactMode> mode) noexcept {
+  const int c = static_cast<int>(system.normal.size()), n = 3 * c;
+  SweepResult out;
+  for (int i = 0; i < c; ++i) {
+    contact_[i] = OneContact(system.W.block<3, 3>(3 * i, 3 * i), system.normal[i]);
+    slips_[i] = 0;
+    lambda_[i] = -1;
+    mode[i] = ContactMode::free;
+  }
+  find_velocity(system, impulse);
+  remembered_ = next_ = 0;
+  has_last_ = false;
+  double last_change = 0;
+  for (;;) {
+    ++out.sweeps;
+    const double change = sweep(system, impulse, mode);
+    const bool is_last = out.sweeps == limits.sweeps || c == 1;
+    if (change <= 3 * limits.residual || is_last) {
+      if (drifted_) find_velocity(system, impulse);
+      out.residual = natural_residual(system, impulse, velocity_.head(n), {mu_.data(), mode.size()});
+      if (out.residual <= limits.residual || is_last) return out;
+    }
+    const double now = step_.head(n).squaredNorm();
+    if (has_last_ &&
+        now > kWorse * last_change) {  // another piece of the law: what is remembered belongs to the last one
+      remembered_ = next_ = 0;
+      has_last_ = false;
+    }
+    last_change = now;
+    remember(impulse, n);
+    extrapolate(impulse, n);
+  }
+}
+
+}  // namespace kt

@@ -1,0 +1,36 @@
+#pragma once
+// The friction law of one contact, and what a contact can do.
+#include <cmath>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace kt {
+
+enum class ContactMode { free, stick, slide, frictional_slide };  ///< paper, section IV.A
+const char* name_of(ContactMode mode);
+
+struct Friction {
+  double mu_static = 0, mu_kinetic = 0;  ///< mu_static >= mu_kinetic >= 0
+  double stribeck = 0;  ///< [m/s] sliding speed over which the static coefficient falls to the kinetic one; 0: at once
+
+  /// Coefficient at a sliding speed [m/s].                           Stribeck's curve in the form of Armstrong 1994.
+  double mu_at(double speed) const noexcept {
+    if (stribeck == 0) return mu_kinetic;
+    const double v = speed / stribeck;
+    return mu_kinetic + (mu_static - mu_kinetic) * std::exp(-v * v);
+  }
+  bool operator==(const Friction&) const = default;
+};
+
+/// Friction by place: of the tool's material with that of each part of the surface.
+struct SurfaceFriction {
+  Friction everywhere;
+  std::vector<Friction> of_triangle;  ///< by surface triangle; empty: the same everywhere
+  const Friction& at(int triangle) const noexcept {
+    const auto i = static_cast<std::size_t>(triangle);  // a negative one: no place known
+    return i < of_triangle.size() ? of_triangle[i] : everywhere;
+  }
+};
+
+}  // namespace kt
