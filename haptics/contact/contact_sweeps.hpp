@@ -33,7 +33,7 @@ struct SweepResult {
 /// K the projection on its friction cone (De Saxce and Feng 1998), as an impulse relative to the largest impulse, or,
 /// where that is more, as a velocity e / r relative to the largest velocity without contact. Zero exactly at solutions:
 /// no penetration, no pull, in the cone, free or touching, slip against friction. Nothing in it depends on units.
-/// @param mu  per contact, of the cone it is to lie in: the static coefficient where it sticks
+/// @param mu  per contact, of the cone it is to lie in: the static coefficient where it sticks, 0 where it is free
 double natural_residual(const ContactSystem& system, const Eigen::Ref<const VectorX>& p,
                         const Eigen::Ref<const VectorX>& u, std::span<const double> mu) noexcept;
 

@@ -34,7 +34,7 @@ Solved solve(const Problem& p, bool sliding = false, const SweepLimits& limits =
   return out;
 }
 
-/// The coefficient of the cone that each contact's impulse has to lie in.
+/// The coefficient of the cone that each contact's impulse has to lie in; a free one counts by its overlap.
 std::vector<double> cones(const Problem& p, const Solved& s, bool sliding = false) {
   std::vector<double> out;
   const VectorX u = p.W * s.impulse + p.velocity;
@@ -42,7 +42,8 @@ std::vector<double> cones(const Problem& p, const Solved& s, bool sliding = fals
     const Vec3 own = u.segment<3>(3 * i), &n = p.normal[i];
     const Friction& f = p.friction[i];
     const double speed = (own - n.dot(own) * n).norm();
-    out.push_back(s.mode[i] == ContactMode::stick && !sliding ? f.mu_static : f.mu_at(speed));
+    const bool sticks = s.mode[i] == ContactMode::stick && !sliding;
+    out.push_back(s.mode[i] == ContactMode::free ? 0 : sticks ? f.mu_static : f.mu_at(speed));
   }
   return out;
 }
