@@ -5,7 +5,6 @@
 namespace kt {
 namespace {
 
-constexpr double kFar = 100;      // an extrapolation that multiplies a change by more also multiplies its rounding
 constexpr double kLook = 10;      // times the residual that is asked for: a sweep leaves less than it changed
 constexpr double kWorse = 4;      // squared change against the last sweep's: below it, extrapolation only wavers
 constexpr int kSlipsToLetGo = 3;  // static friction that gave way so often in one solve is overcome
@@ -90,7 +89,6 @@ void ContactSweeps::find_velocity(const ContactSystem& system, const Eigen::Ref<
   for (Eigen::Index i = 0; i < n; i += 3)
     if (const Vec3 p = impulse.segment<3>(i); !p.isZero(0))
       add_columns(velocity_.data(), system.W.data() + i * stride, stride, p, n);
-  drifted_ = false;
 }
 
 /// One pass over the contacts. Returns the largest change, relative like the residual.
@@ -170,7 +168,6 @@ void ContactSweeps::extrapolate(Eigen::Ref<VectorX> impulse, int n) noexcept {
   }
   for (int k = 0; k < m; ++k) {
     if (right[k] == 0) continue;
-    drifted_ |= std::abs(right[k]) > kFar;
     impulse -= right[k] * impulses_.col(k).head(n);
     velocity_.head(n) -= right[k] * velocities_.col(k).head(n);
   }
@@ -195,7 +192,7 @@ SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits&
     const double change = sweep(system, impulse, mode);
     const bool is_last = out.sweeps == limits.sweeps || c == 1;
     if (change <= kLook * limits.residual || is_last) {
-      if (drifted_) find_velocity(system, impulse);
+      if (c > 1 && out.sweeps > 1) find_velocity(system, impulse);  // extrapolations leave it behind by their rounding
       out.residual = natural_residual(system, impulse, velocity_.head(n), {mu_.data(), mode.size()});
       if (out.residual <= limits.residual || is_last) return out;
     }

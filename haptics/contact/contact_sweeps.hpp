@@ -66,7 +66,7 @@ class ContactSweeps {
   Eigen::Matrix<double, kDepth, kDepth> gram_;
   std::array<double, kDepth> along_{};  // products of steps_ with the last sweep's step
   int remembered_ = 0, next_ = 0;
-  bool has_last_ = false, drifted_ = false;  // the velocity has lost digits since it was summed up
+  bool has_last_ = false;
 };
 
 }  // namespace kt

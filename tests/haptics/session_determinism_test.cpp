@@ -119,8 +119,8 @@ std::uint64_t golden_hash(const std::string& shape, const std::string& law) {
 
 // A change here means that recorded sessions no longer replay: say so in the changelog. The values are those of x86-64.
 TEST(GoldenHash, IsThatOfTheRecordedDays) {
-  EXPECT_EQ(golden_hash("point", "coulomb"), 13951787900019965336u);
-  EXPECT_EQ(golden_hash("sphere", "coulomb"), 16669068383876590972u);
+  EXPECT_EQ(golden_hash("point", "coulomb"), 5111148590754255674u);
+  EXPECT_EQ(golden_hash("sphere", "coulomb"), 9507120042648195310u);
   EXPECT_EQ(golden_hash("point", "paper_stick_slip"), 2258526207914856581u);
 }
 
