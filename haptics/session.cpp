@@ -54,6 +54,7 @@ ModelOptions model_options(const SceneObject& object, const std::vector<int>& fi
   out.consistent_mass = m.consistent_mass;
   out.rayleigh = m.damping.law == "rayleigh";
   out.gravity = object.gravity;
+  for (const SceneInclusion& i : m.inclusions) out.inclusions.push_back({i.center, i.radius, i.stiffer});
   out.fixed_nodes = fixed_nodes;
   return out;
 }

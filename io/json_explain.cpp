@@ -92,6 +92,7 @@ class Explainer {
   std::string plural(const Rules& maybe_reference) const {
     const Rules& rules = resolve(maybe_reference);
     if (rules.value("type", "") == "array") return "lists of " + count(rules) + plural(rules.at("items"));
+    if (rules.value("type", "") == "object") return "groups { } with keys from " + join(own_keys(rules));
     return rules.value("type", "") == "integer" ? "whole numbers" + range(rules) : "numbers" + range(rules);
   }
 

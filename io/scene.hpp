@@ -54,6 +54,14 @@ struct SceneDamping {
   bool operator==(const SceneDamping&) const = default;
 };
 
+/// A ball inside the body, stiffer or softer than the rest.
+struct SceneInclusion {
+  Vec3 center = Vec3::Zero();  ///< [m], in the body's coordinates after size or scale
+  double radius = 0.0;         ///< [m]
+  double stiffer = 1.0;        ///< factor of Young's modulus, and of springs' stiffness [-]
+  bool operator==(const SceneInclusion&) const = default;
+};
+
 struct SceneModel {
   std::string type = "msd";              ///< name in models/models.def
   std::string material = "neo_hookean";  ///< of a continuum model
@@ -66,6 +74,7 @@ struct SceneModel {
   std::optional<double> stiffness;  ///< msd: of every spring [N/m]; absent: calibrated, or the model's own default
   std::optional<double> damper;     ///< msd: of every spring [N.s/m]; absent: from damping
   bool calibrate = true;  ///< msd: choose each spring so that the network matches young (false with stiffness)
+  std::vector<SceneInclusion> inclusions;  ///< where several hold an element, the last
   bool operator==(const SceneModel&) const = default;
 };
 

@@ -39,6 +39,12 @@ void fields(A& a, SceneDamping& s) {
   a("law", s.law);
 }
 template <class A>
+void fields(A& a, SceneInclusion& s) {
+  a("center", s.center);
+  a("radius", s.radius);
+  a("stiffer", s.stiffer);
+}
+template <class A>
 void fields(A& a, SceneModel& s) {
   a("type", s.type);
   a("material", s.material);
@@ -51,6 +57,7 @@ void fields(A& a, SceneModel& s) {
   a("stiffness", s.stiffness);
   a("damper", s.damper);
   a("calibrate", s.calibrate);
+  a("inclusions", s.inclusions);
 }
 template <class A>
 void fields(A& a, SceneObject& s) {
@@ -240,9 +247,11 @@ class Writer {
 
   template <class T>
   static Ordered written(T& value) {
-    if constexpr (requires(Writer w) { fields(w, value); }) {
+    using Plain = std::remove_const_t<T>;  // entries of a list come as const
+    if constexpr (requires(Writer w, Plain plain) { fields(w, plain); }) {
       Writer writer;
-      fields(writer, value);
+      Plain plain = value;
+      fields(writer, plain);
       return writer.json;
     } else if constexpr (requires { value.size(); } && !std::is_same_v<T, std::string>) {
       Ordered list = Ordered::array();

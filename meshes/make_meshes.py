@@ -82,6 +82,21 @@ def box(nx, ny, nz, size):
     return voxel_surface(cells + inner, (size[0] / nx, size[1] / ny, size[2] / nz))
 
 
+def graded_slab():
+    """A slab of 100 x 60 x 30 mm below the plane z = 0, its middle below the origin. Grid lines every 2.5 mm around the
+    middle line of the top, farther and farther apart away from it."""
+    def lines(fine, *rest):  # from the middle outward
+        half = [0.0025 * i for i in range(int(round(fine / 0.0025)) + 1)] + list(rest)
+        return [-c for c in reversed(half[1:])] + half
+
+    x = lines(0.02, 0.026, 0.036, 0.05)
+    y = lines(0.0075, 0.0125, 0.02, 0.03)
+    z = [-0.03, -0.02, -0.0125, -0.007, -0.003, 0.0]
+    cells = [(i, j, k) for i in range(len(x) - 1) for j in range(len(y) - 1) for k in range(len(z) - 1)]
+    points, faces = voxel_surface(cells, (1, 1, 1))
+    return [(x[int(i)], y[int(j)], z[int(k)]) for i, j, k in points], faces
+
+
 def icosphere(level, shape):
     """Subdivided icosahedron; shape(unit vector) -> position."""
     t = (1 + math.sqrt(5)) / 2
@@ -154,6 +169,7 @@ def joined(*meshes):
 def good_meshes():
     write_off("slab_coarse.off", *box(20, 20, 6, (0.1, 0.1, 0.03)), "slab 0.1 x 0.1 x 0.03, 5 mm triangles")
     write_off("slab_fine.off", *box(40, 40, 12, (0.1, 0.1, 0.03)), "slab 0.1 x 0.1 x 0.03, 2.5 mm triangles")
+    write_off("slab_graded.off", *graded_slab(), "slab 0.1 x 0.06 x 0.03, finest along the middle of its top")
     write_off("sphere.off", *icosphere(3, lambda p: tuple(0.03 * c for c in p)), "icosphere, radius 0.03")
     write_off("organ.off", *icosphere(3, organ_shape), "smooth kidney-like lobe")
     write_off("sheet.off", *box(20, 20, 1, (0.1, 0.1, 0.002)), "closed thin plate 0.1 x 0.1 x 0.002")

@@ -5,6 +5,7 @@
 
 #include "core/backend.hpp"
 #include "core/deformable_model.hpp"
+#include "models/inclusions.hpp"
 
 namespace kt {
 
@@ -18,11 +19,12 @@ struct ModelOptions {
   std::optional<double> stiffness = {};  ///< msd: of every spring [N/m]; absent: calibrated from young, poisson
   std::optional<double> damper = {};     ///< msd: of every spring [N s/m]; absent: damping_stiffness * stiffness
   std::vector<int> fixed_nodes = {};
-  std::string material = "neo_hookean";  ///< fem: models/fem/materials.def
-  std::string element = "tet4";          ///< fem: tet4, tet10
-  bool consistent_mass = false;          ///< fem: else lumped to the nodes
-  bool rayleigh = false;                 ///< fem: damping_stiffness damps turning too; else the rate of strain only
-  Vec3 gravity = Vec3::Zero();           ///< [m/s^2]
+  std::string material = "neo_hookean";    ///< fem: models/fem/materials.def
+  std::string element = "tet4";            ///< fem: tet4, tet10
+  bool consistent_mass = false;            ///< fem: else lumped to the nodes
+  bool rayleigh = false;                   ///< fem: damping_stiffness damps turning too; else the rate of strain only
+  Vec3 gravity = Vec3::Zero();             ///< [m/s^2]
+  std::vector<Inclusion> inclusions = {};  ///< stiffer or softer balls
 };
 
 std::vector<BackendInfo> model_backends();

@@ -16,7 +16,7 @@ template <int N>
 struct Batch {
   struct Point {
     std::array<LaneVec3, N> g;  ///< rest gradients of the shape functions [1/m], their sum zero
-    Lanes volume;               ///< weight of the point [m^3]
+    Lanes volume;  ///< weight of the point [m^3], times the element's factor: stress is proportional to young
   };
   int count = 0;  ///< elements: fewer than four at the end of a slab; lanes beyond repeat the first one
   std::array<std::array<int, N>, Lanes::kCount> nodes;
@@ -28,13 +28,14 @@ class Batches {
  public:
   using Point = typename Batch<N>::Point;
 
-  Batches(const ElementTable<N>& table, const BlockPattern& pattern)
+  /// @param factors  of the elements' stress; empty: 1
+  Batches(const ElementTable<N>& table, const BlockPattern& pattern, const std::vector<double>& factors)
       : points_per_element_(static_cast<std::size_t>(table.points_per_element)) {
     const Slabs slabs = make_slabs<N>(table.mesh.num_nodes(), table.nodes);
     for (int s = 0; s < slabs.count(); ++s) {
       slab_begin_.push_back(static_cast<int>(batches_.size()));
       for (int k = slabs.begin[s]; k < slabs.begin[s + 1]; k += Lanes::kCount)
-        append(table, pattern, {slabs.elements.data() + k, slabs.elements.data() + slabs.begin[s + 1]});
+        append(table, pattern, factors, {slabs.elements.data() + k, slabs.elements.data() + slabs.begin[s + 1]});
     }
     slab_begin_.push_back(static_cast<int>(batches_.size()));
   }
@@ -54,12 +55,14 @@ class Batches {
 
  private:
   /// One batch of the first of `elements`.
-  void append(const ElementTable<N>& table, const BlockPattern& pattern, std::span<const int> elements) {
+  void append(const ElementTable<N>& table, const BlockPattern& pattern, const std::vector<double>& factors,
+              std::span<const int> elements) {
     Batch<N> batch;
     batch.count = static_cast<int>(std::min<std::size_t>(Lanes::kCount, elements.size()));
     std::vector<Point> points(points_per_element_);
     for (int lane = 0; lane < Lanes::kCount; ++lane) {
       const std::size_t e = static_cast<std::size_t>(elements[lane < batch.count ? lane : 0]);
+      const double factor = factors.empty() ? 1 : factors[e];
       std::array<int, N> order;
       std::iota(order.begin(), order.end(), 0);
       std::sort(order.begin(), order.end(), [&](int a, int b) { return table.nodes[e][a] < table.nodes[e][b]; });
@@ -69,7 +72,7 @@ class Batches {
           batch.blocks[lane][pair++] = pattern.block(batch.nodes[lane][a], batch.nodes[lane][b]);
       for (std::size_t q = 0; q < points_per_element_; ++q) {
         const auto& from = table.points[points_per_element_ * e + q];
-        points[q].volume.set(lane, from.volume);
+        points[q].volume.set(lane, factor * from.volume);
         for (int a = 0; a < N; ++a) set_lane(points[q].g[a], lane, from.gradient.col(order[a]));
       }
     }

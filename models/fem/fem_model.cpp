@@ -12,14 +12,17 @@ namespace {
 template <int N>
 class FemModel final : public DeformableModel {
  public:
-  FemModel(const ElementTable<N>& elements, std::vector<int> fixed, const ModelOptions& options)
+  /// @param factors  of the elements' stiffness and damping; empty: 1. Every material is proportional to young.
+  FemModel(const ElementTable<N>& elements, const std::vector<double>& factors, std::vector<int> fixed,
+           const ModelOptions& options)
       : mesh_(elements.mesh),
         options_(options),
         material_(make_material(options.material, lame(options.young, options.poisson))),
         viscosity_(lame(options.young, options.poisson), options.damping_stiffness,
                    !options.rayleigh && material_->is_frame_indifferent()),
         pattern_(mesh_.num_nodes(), elements.nodes),
-        batches_(elements, pattern_) {
+        batches_(elements, pattern_, factors),
+        stiffened_(num_stiffened(factors)) {
     options_.fixed_nodes = std::move(fixed);
     make_mass(elements);
   }
@@ -102,7 +105,8 @@ class FemModel final : public DeformableModel {
              {"damping_mass", options_.damping_mass},
              {"damping_stiffness", options_.damping_stiffness},
              {"nodes_per_element", N},
-             {"elements", static_cast<double>(mesh_.tetrahedra.size())}}};
+             {"elements", static_cast<double>(mesh_.tetrahedra.size())},
+             {"stiffened_elements", stiffened_}}};
   }
 
  private:
@@ -187,6 +191,7 @@ class FemModel final : public DeformableModel {
   Viscosity viscosity_;
   BlockPattern pattern_;
   Batches<N> batches_;
+  int stiffened_ = 0;  // elements in inclusions
   SparseMatrix mass_, undamped_{pattern_.zero().rows(), pattern_.zero().cols()};
   std::vector<int> mass_slots_;  // of its entries in the pattern
   VectorX weight_;               // [N]
@@ -197,13 +202,14 @@ class FemModel final : public DeformableModel {
 std::unique_ptr<DeformableModel> make_fem_model(Mesh mesh, const ModelOptions& options) {
   if (mesh.tetrahedra.empty())
     throw InputError("object.model.type \"fem\" needs tetrahedra: give a solid mesh, or object.tetrahedralize");
+  const std::vector<double> factors = stiffness_factors(mesh, options.inclusions);
   if (options.element == "tet10") {
     ElementTable<10> elements = make_quadratic_elements(mesh);
     std::vector<int> fixed = fixed_with_edges(elements, options.fixed_nodes);
-    return std::make_unique<FemModel<10>>(elements, std::move(fixed), options);
+    return std::make_unique<FemModel<10>>(elements, factors, std::move(fixed), options);
   }
   if (options.element != "tet4") throw_unknown("object.model.element", options.element, {"tet4", "tet10"});
-  return std::make_unique<FemModel<4>>(make_linear_elements(std::move(mesh)), options.fixed_nodes, options);
+  return std::make_unique<FemModel<4>>(make_linear_elements(std::move(mesh)), factors, options.fixed_nodes, options);
 }
 
 }  // namespace kt

@@ -15,6 +15,10 @@ class MsdModel final : public DeformableModel {
       for (Spring& s : springs_) s.stiffness = *options.stiffness;
     else
       calibration_ = calibrate_springs(mesh_, options.young, options.poisson, springs_);
+    // After calibration: that is a statement about the body without them.
+    const std::vector<double> factors = stiffness_factors(mesh_, options.inclusions);
+    stiffen(mesh_, factors, springs_);
+    stiffened_ = num_stiffened(factors);
     for (Spring& s : springs_) s.damper = options.damper.value_or(options.damping_stiffness * s.stiffness);
     make_pattern();
   }
@@ -48,7 +52,8 @@ class MsdModel final : public DeformableModel {
       double tension = s.stiffness * (1 - s.rest_length / now.length);  // per length: the geometric stiffness
       if (kind == TangentKind::definite) tension = std::max(0.0, tension);
       Mat3 k = s.stiffness * along + tension * across;
-      if (kind != TangentKind::definite)  // the damper turns with the spring; not symmetric, left out of the definite one
+      if (kind !=
+          TangentKind::definite)  // the damper turns with the spring; not symmetric, left out of the definite one
         k += s.damper / now.length * (now.direction * (across * now.velocity).transpose() + now.rate * across);
       add_blocks(dfdx, i, k);
       add_blocks(dfdv, i, s.damper * along);
@@ -61,6 +66,7 @@ class MsdModel final : public DeformableModel {
     ModelInfo out{"msd", "", {}};
     out.parameters = {{"springs", static_cast<double>(springs_.size())},
                       {"density", options_.density},
+                      {"stiffened_elements", stiffened_},
                       {"damping_mass", options_.damping_mass},
                       {"damping_stiffness", options_.damping_stiffness}};
     if (options_.stiffness) {
@@ -153,6 +159,7 @@ class MsdModel final : public DeformableModel {
   ModelOptions options_;
   std::vector<Spring> springs_;
   Calibration calibration_;
+  int stiffened_ = 0;  // elements in inclusions
   VectorX mass_diagonal_;
   SparseMatrix mass_, pattern_;
   std::vector<std::array<int, 12>> slots_;

@@ -1,11 +1,19 @@
 #include "models/msd/springs.hpp"
 
 #include <algorithm>
-#include <set>
+#include <map>
 
 #include "core/error.hpp"
 
 namespace kt {
+namespace {
+
+double area(const VectorX& x, const Triangle& t) {
+  const Vec3 a = node(x, t[0]);
+  return 0.5 * (node(x, t[1]) - a).cross(node(x, t[2]) - a).norm();
+}
+
+}  // namespace
 
 std::vector<Spring> make_springs(const Mesh& mesh) {
   std::vector<std::pair<int, int>> edges;
@@ -28,16 +36,37 @@ std::vector<Spring> make_springs(const Mesh& mesh) {
   return springs;
 }
 
+void stiffen(const Mesh& mesh, const std::vector<double>& factors, std::vector<Spring>& springs) {
+  if (factors.empty()) return;
+  struct Around {
+    double size = 0, stiff_size = 0;  // of the elements; times their factors
+  };
+  std::map<std::pair<int, int>, Around> around;
+  const auto add = [&](const auto& cell, double size, double factor) {
+    for (std::size_t i = 0; i < cell.size(); ++i)
+      for (std::size_t k = i + 1; k < cell.size(); ++k) {
+        Around& sum = around[std::minmax(cell[i], cell[k])];
+        sum.size += size;
+        sum.stiff_size += size * factor;
+      }
+  };
+  if (mesh.tetrahedra.empty())
+    for (std::size_t e = 0; e < factors.size(); ++e)
+      add(mesh.triangles[e], area(mesh.x, mesh.triangles[e]), factors[e]);
+  for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e)
+    add(mesh.tetrahedra[e], std::abs(tetrahedron_volume(mesh.x, mesh.tetrahedra[e])), factors[e]);
+  for (Spring& s : springs)
+    if (const auto it = around.find({s.a, s.b}); it != around.end() && it->second.size > 0)
+      s.stiffness *= it->second.stiff_size / it->second.size;
+}
+
 VectorX lumped_masses(const Mesh& mesh, double density, double thickness) {
   VectorX mass = VectorX::Zero(mesh.num_nodes());
   for (const Tetrahedron& t : mesh.tetrahedra)
     for (int i : t) mass[i] += density * std::abs(tetrahedron_volume(mesh.x, t)) / 4;
   if (mesh.tetrahedra.empty())
-    for (const Triangle& t : mesh.triangles) {
-      const Vec3 a = node(mesh.x, t[0]);
-      const double area = 0.5 * (node(mesh.x, t[1]) - a).cross(node(mesh.x, t[2]) - a).norm();
-      for (int i : t) mass[i] += density * thickness * area / 3;
-    }
+    for (const Triangle& t : mesh.triangles)
+      for (int i : t) mass[i] += density * thickness * area(mesh.x, t) / 3;
   return mass;
 }
 

@@ -17,6 +17,10 @@ struct Spring {
 /// damper are left 0. Throws InputError for an edge of zero length.
 std::vector<Spring> make_springs(const Mesh& mesh);
 
+/// Multiplies each spring's stiffness by the mean factor of the elements around it, weighted by their volumes (areas).
+/// @param factors  of the tetrahedra, or of the triangles of a mesh without; empty: nothing changes
+void stiffen(const Mesh& mesh, const std::vector<double>& factors, std::vector<Spring>& springs);
+
 /// Lumped node masses [kg], (n): a quarter of each tetrahedron, or a third of each triangle times `thickness` [m].
 VectorX lumped_masses(const Mesh& mesh, double density, double thickness);
 

@@ -70,7 +70,8 @@ TEST(Scene, EveryKeyIsRead) {
       "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5, "max_edge": 0.004}, "layers": {"count": 3, "thickness": 0.002},
       "gravity": [0, 1, -9.81],
       "model": {"type": "fem", "material": "linear", "element": "tet10", "consistent_mass": true, "young": 2e4, "poisson": 0.45, "density": 900,
-                "damping": {"mass": 1, "stiffness": 0.1, "law": "rayleigh"}, "stiffness": 300, "damper": 0.5}},
+                "damping": {"mass": 1, "stiffness": 0.1, "law": "rayleigh"}, "stiffness": 300, "damper": 0.5,
+                "inclusions": [{"center": [0.05, 0.03, 0.02], "radius": 0.005, "stiffer": 5}, {"center": [0, 0, 0], "radius": 1, "stiffer": 0.5}]}},
     "tool": {"shape": "capsule", "radius": 0.001, "path": {"hand": {"stiffness": 1, "damping": 2, "mass": 3,
              "target": [[0, 1, 2, 3], [0.5, 4, 5, 6]]}}},
     "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass", "penalty": {"stiffness": 150, "damping": 0.1},
@@ -86,10 +87,18 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.object.fixed.below.has_value());
   EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5, 0.004}));
   EXPECT_EQ(s.object.layers, (SceneLayers{3, 0.002}));
-  EXPECT_EQ(
-      s.object.model,
-      (SceneModel{
-          "fem", "linear", "tet10", true, 2e4, 0.45, 900, {1, 0.1, "rayleigh"}, 300.0, 0.5, /*calibrate=*/false}));
+  EXPECT_EQ(s.object.model, (SceneModel{"fem",
+                                        "linear",
+                                        "tet10",
+                                        true,
+                                        2e4,
+                                        0.45,
+                                        900,
+                                        {1, 0.1, "rayleigh"},
+                                        300.0,
+                                        0.5,
+                                        /*calibrate=*/false,
+                                        {{Vec3(0.05, 0.03, 0.02), 0.005, 5}, {Vec3(0, 0, 0), 1, 0.5}}}));
   EXPECT_EQ(s.object.gravity, Vec3(0, 1, -9.81));
   EXPECT_EQ(s.tool.shape, "capsule");
   EXPECT_FALSE(s.tool.path.press_drag.has_value());
@@ -145,7 +154,8 @@ TEST(Scene, WritesAndReadsItselfBack) {
       {"global.self_contact={}"},
       {"global.self_contact.mu=0", "global.self_contact.reach=1e-4", "global.integrator=sdirk2"},
       {"contact.stribeck=0.05", "contact.regions=[{\"box\":[[0,0,0],[1,1,1]],\"mu\":0.2}]"},
-      {"tool.path.press_drag.at=[0.02,0.05]", "object.model.calibrate=false"}};
+      {"tool.path.press_drag.at=[0.02,0.05]", "object.model.calibrate=false"},
+      {R"(object.model.inclusions=[{"center": [0.1, 0, 1e-3], "radius": 0.005, "stiffer": 5}])"}};
   for (const auto& overrides : variants) {
     const Scene scene = parse_scene(kSmallest, overrides);
     EXPECT_EQ(parse_scene(to_json(scene)), scene) << to_json(scene);
@@ -324,6 +334,19 @@ TEST(SceneError, WrongOverridesSayWhichOne) {
       {"object.model.calibrate=1",
        "--set object.model.calibrate=1: object.model.calibrate is 1, must be true or false (choose each spring so that "
        "the network matches young)"},
+      {R"(object.model.inclusions=[{"center":[0,0,0],"radius":-1,"stiffer":5}])",
+       R"(--set object.model.inclusions=[{"center":[0,0,0],"radius":-1,"stiffer":5}]: )"
+       "object.model.inclusions[0].radius is -1, must be a number above 0, at most 1000 (m)"},
+      {R"(object.model.inclusions=[{"center":[0,0,0],"radius":1,"stifer":5}])",
+       R"(--set object.model.inclusions=[{"center":[0,0,0],"radius":1,"stifer":5}]: )"
+       "object.model.inclusions[0].stifer is not a key of a scene, did you mean stiffer? (known here: center, radius, "
+       "stiffer)"},
+      {R"(object.model.inclusions=[{"center":[0,0],"radius":1,"stiffer":5}])",
+       R"(--set object.model.inclusions=[{"center":[0,0],"radius":1,"stiffer":5}]: )"
+       "object.model.inclusions[0].center has 2 entries, must be a list of 3 numbers"},
+      {"object.model.inclusions=5",
+       "--set object.model.inclusions=5: object.model.inclusions is 5, must be a list of groups { } with keys from "
+       "center, radius, stiffer (balls that are stiffer or softer than the rest)"},
       {"global.rate_hz=2000",
        "--set global.rate_hz=2000: global.rate_hz is 2000, must be at most local.rate_hz (1000)"},
       {"global.self_contact.mu=-0.1",
