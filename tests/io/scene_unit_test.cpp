@@ -87,18 +87,20 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.object.fixed.below.has_value());
   EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5, 0.004}));
   EXPECT_EQ(s.object.layers, (SceneLayers{3, 0.002}));
-  EXPECT_EQ(s.object.model, (SceneModel{"fem",
-                                        "linear",
-                                        "tet10",
-                                        true,
-                                        2e4,
-                                        0.45,
-                                        900,
-                                        {1, 0.1, "rayleigh"},
-                                        300.0,
-                                        0.5,
-                                        /*calibrate=*/false,
-                                        {{Vec3(0.05, 0.03, 0.02), 0.005, 5}, {Vec3(0, 0, 0), 1, 0.5}}}));
+  SceneModel model;
+  model.type = "fem";
+  model.material = "linear";
+  model.element = "tet10";
+  model.consistent_mass = true;
+  model.young = 2e4;
+  model.poisson = 0.45;
+  model.density = 900;
+  model.damping = {1, 0.1, "rayleigh"};
+  model.stiffness = 300;
+  model.damper = 0.5;
+  model.calibrate = false;
+  model.inclusions = {{Vec3(0.05, 0.03, 0.02), 0.005, 5}, {Vec3(0, 0, 0), 1, 0.5}};
+  EXPECT_EQ(s.object.model, model);
   EXPECT_EQ(s.object.gravity, Vec3(0, 1, -9.81));
   EXPECT_EQ(s.tool.shape, "capsule");
   EXPECT_FALSE(s.tool.path.press_drag.has_value());
