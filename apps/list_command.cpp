@@ -30,6 +30,7 @@ std::vector<Family> all_families() {
           {"global integrators", "global.integrator", integrator_backends()},
           {"reducers", "local.reducer", reducer_names()},
           {"collision", "collision.backend", triangle_index_backends()},
+          {"contact surfaces", "contact.surface", contact_surface_backends()},
           {"methods", "local.method", haptic_method_backends()},
           {"contact laws", "contact.law", contact_laws()},
           {"devices", "tool.path", device_backends()},

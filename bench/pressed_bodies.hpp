@@ -61,8 +61,7 @@ inline std::vector<ContactHold> hold_triangles(const Mesh& mesh, const std::func
   for (const Triangle& t : mesh.triangles) {
     const Vec3 a = node(mesh.x, t[0]), b = node(mesh.x, t[1]), c = node(mesh.x, t[2]), middle = (a + b + c) / 3;
     if (!chosen(middle)) continue;
-    out.push_back({.nodes = {t[0], t[1], t[2]},
-                   .bary = Vec3::Constant(1. / 3),
+    out.push_back({.moves = {t, Vec3::Constant(1. / 3)},
                    .normal = (b - a).cross(c - a).normalized(),
                    .point = middle,
                    .sticks = true});

@@ -224,6 +224,19 @@ void find_point_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3
   if (is_between && first.gap < 0) first.gap = face.dot(p - node(x, own[0]));
 }
 
+namespace {
+
+/// The smooth surface's normal: where a sphere rolls into a fold of two pieces the nearest point leaps, and with it the
+/// direction to the centre. At sharp edges that direction is right: at most so far from it.
+Vec3 smoothed(const Vec3& to_centre, const Vec3& blended) noexcept {
+  constexpr double kMost = 0.2;  // [rad]
+  const Vec3 off = blended - to_centre;
+  const double size = off.norm();
+  return size > kMost ? Vec3((to_centre + kMost / size * off).normalized()) : blended;
+}
+
+}  // namespace
+
 std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,
                                            double radius, double margin, int triangle) noexcept {
   const double limit = radius + margin;
@@ -242,7 +255,9 @@ std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const Vect
   const Vec3 offset = centre - at.point;
   const double distance = std::sqrt(at.distance_sq);
   if (offset.dot(outward) <= 0) return std::nullopt;  // the far side of the body, seen through it
-  return Contact{triangle, at.bary, Vec3(offset / distance), distance - radius, 0, centre};
+  Contact contact{triangle, at.bary, Vec3(offset / distance), distance - radius, 0, centre};
+  if (patch.is_curved) contact.normal = smoothed(contact.normal, blended_normal(patch, x, triangle, at.bary));
+  return contact;
 }
 
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,

@@ -26,7 +26,7 @@ std::optional<State> GlobalSimulation::foresee(double dt, std::span<const Contac
   if (!unconditional_ || holds.empty() || dt <= 0) return {};
   VectorX friction = VectorX::Zero(state_.x.size());
   for (const ContactHold& hold : holds)
-    for (int c = 0; c < 3; ++c) node(friction, hold.nodes[c]) += friction_scale_ * hold.bary[c] * hold.friction;
+    hold.moves.add_to(friction, friction_scale_ * hold.friction);
   const HeldModel held(model_, holds, kHoldStiffness);
   State ahead = state_;
   integrator_->step(held, friction, dt, ahead);
@@ -46,8 +46,7 @@ bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample>
     const double along = s.normal.dot(s.impulse);
     normal_impulse -= along;
     if (all_stick || s.sticks) continue;  // what sticks is held in all directions
-    const Vec3 tangential = friction_scale_ / dt * (s.impulse - along * s.normal);
-    for (int c = 0; c < 3; ++c) node(friction, s.nodes[c]) += s.bary[c] * tangential;
+    s.moves.add_to(friction, friction_scale_ / dt * (s.impulse - along * s.normal));
   }
   const HeldModel held(model_, holds, kHoldStiffness);
   const State before = state_;
@@ -79,8 +78,7 @@ void GlobalSimulation::advance(double t_end, std::span<const ContactSample> hist
     const double t_next = i + 1 == steps ? t_end : t_begin + (i + 1) * dt;
     external.setZero();
     for (; next < history.size() && (i + 1 == steps || history[next].t < t_next - 1e-9 * dt); ++next)
-      for (int c = 0; c < 3; ++c)
-        node(external, history[next].nodes[c]) += history[next].bary[c] * history[next].impulse / dt;
+      history[next].moves.add_to(external, history[next].impulse / dt);
     integrator_->step(model_, external, dt, state_);
     state_.t = t_next;
   }

@@ -5,6 +5,7 @@
 
 #include "core/held_model.hpp"
 #include "core/integrator.hpp"
+#include "core/node_weights.hpp"
 
 namespace kt {
 
@@ -12,8 +13,8 @@ namespace kt {
 struct ContactSample {
   double t = 0;                 ///< start of the tick [s]
   int triangle = -1;            ///< of the body's surface
-  std::array<int, 3> nodes{};   ///< its global nodes
-  Vec3 bary = Vec3::Zero();     ///< their weights
+  Vec3 bary = Vec3::Zero();     ///< where on it
+  NodeWeights moves{};          ///< global nodes that move the contact point
   Vec3 impulse = Vec3::Zero();  ///< given to the body during the tick [N s]
   Vec3 normal = Vec3::Zero();   ///< unit, from the body towards the tool
   Vec3 point = Vec3::Zero();    ///< contact point at the end of the tick [m]

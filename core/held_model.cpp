@@ -1,12 +1,13 @@
 #include "core/held_model.hpp"
 
+#include <algorithm>
+#include <vector>
+
 namespace kt {
 namespace {
 
 Vec3 offset(const ContactHold& hold, const VectorX& x) {
-  Vec3 d = hold.point;
-  for (int c = 0; c < 3; ++c) d -= hold.bary[c] * node(x, hold.nodes[c]);
-  return d;
+  return hold.point - hold.moves.of(x);
 }
 
 }  // namespace
@@ -21,21 +22,34 @@ Mat3 HeldModel::spring(const ContactHold& hold) const {
 void HeldModel::force(const State& state, VectorX& out) const {
   model_.force(state, out);
   for (const ContactHold& hold : holds_) {
-    const Vec3 f = spring(hold) * offset(hold, state.x);
-    for (int c = 0; c < 3; ++c) node(out, hold.nodes[c]) += hold.bary[c] * f;
+    hold.moves.add_to(out, spring(hold) * offset(hold, state.x));
   }
 }
 
 void HeldModel::update_tangent(const State& state, TangentKind kind, Tangent& out) const {
   model_.update_tangent(state, kind, out);
+  std::vector<Eigen::Triplet<double>> springs;
   for (const ContactHold& hold : holds_) {
     const Mat3 k = spring(hold);
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
+    const NodeWeights& m = hold.moves;
+    for (int a = 0; a < m.count; ++a)
+      for (int b = 0; b < m.count; ++b)
         for (int r = 0; r < 3; ++r)
           for (int c = 0; c < 3; ++c)
-            out.dfdx.coeffRef(3 * hold.nodes[a] + r, 3 * hold.nodes[b] + c) -= hold.bary[a] * hold.bary[b] * k(r, c);
+            springs.emplace_back(3 * m.node[a] + r, 3 * m.node[b] + c, -m.weight[a] * m.weight[b] * k(r, c));
   }
+  const auto is_known = [&](const Eigen::Triplet<double>& t) {
+    const int* const begin = out.dfdx.innerIndexPtr() + out.dfdx.outerIndexPtr()[t.col()];
+    const int* const end = out.dfdx.innerIndexPtr() + out.dfdx.outerIndexPtr()[t.col() + 1];
+    return std::binary_search(begin, end, t.row());
+  };
+  if (std::ranges::all_of(springs, is_known)) {
+    for (const auto& t : springs) out.dfdx.coeffRef(t.row(), t.col()) += t.value();
+    return;
+  }
+  SparseMatrix added(out.dfdx.rows(), out.dfdx.cols());
+  added.setFromTriplets(springs.begin(), springs.end());
+  out.dfdx += added;
 }
 
 double HeldModel::push(const VectorX& x) const {

@@ -8,13 +8,13 @@
 #include <span>
 
 #include "core/deformable_model.hpp"
+#include "core/node_weights.hpp"
 
 namespace kt {
 
 /// One contact at the end of a refresh interval.
 struct ContactHold {
-  std::array<int, 3> nodes{};  ///< of the touched triangle
-  Vec3 bary = Vec3::Zero();
+  NodeWeights moves{};           ///< the nodes that move the contact point
   Vec3 normal = Vec3::Zero();    ///< unit, from the body towards the tool
   Vec3 point = Vec3::Zero();     ///< where the contact point is [m]
   bool sticks = false;           ///< held in all directions; else along the normal only
@@ -22,8 +22,8 @@ struct ContactHold {
   Vec3 friction = Vec3::Zero();  ///< its tangential force on the body [N]; of what does not stick
 };
 
-/// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent, since a triangle's nodes
-/// are coupled anyway.
+/// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent where the nodes of each
+/// hold are coupled anyway, as those of a triangle.
 class HeldModel final : public DeformableModel {
  public:
   /// @param stiffness  of each spring [N/m], > 0

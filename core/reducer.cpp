@@ -28,9 +28,10 @@ ReduceFn find_reducer(const std::string& name) {
   return {};
 }
 
-Surface make_surface(const Mesh& mesh) {
-  Surface out{mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes()), {}};
+Surface make_surface(const Mesh& mesh, double ridge_angle) {
+  Surface out{mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes()), {}, {}};
   out.wall = find_walls(out.triangles, mesh.x, out.topology);
+  out.crease = find_creases(out.triangles, mesh.x, out.topology, ridge_angle);
   return out;
 }
 
@@ -65,7 +66,7 @@ std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, c
 
 }  // namespace
 
-SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site) {
+SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site, bool smooth) {
   SurfacePatch patch;
   patch.global_triangle = reachable_triangles(surface, x, site);
   std::map<int, int> local;
@@ -85,9 +86,10 @@ SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactS
       for (int other : surface.topology.triangles_of(v)) rim |= !inside[other];
     patch.on_rim.push_back(rim);
     if (!surface.wall.empty()) patch.wall.push_back(surface.wall[t]);
+    if (!surface.crease.empty()) patch.crease.push_back(surface.crease[t]);
   }
   patch.topology = make_topology(patch.triangles, patch.num_vertices());
-  const bool all = std::ranges::count(patch.on_rim, 0) == 0;
+  const bool all = smooth || std::ranges::count(patch.on_rim, 0) == 0;
   patch.in_reach.assign(patch.global_node.size(), all);
   for (std::size_t t = 0; t < patch.triangles.size(); ++t)
     for (int v : patch.triangles[t]) patch.in_reach[static_cast<std::size_t>(v)] |= !patch.on_rim[t];

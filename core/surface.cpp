@@ -1,6 +1,8 @@
 #include "core/surface.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <tuple>
 
 namespace kt {
@@ -8,15 +10,20 @@ namespace {
 
 constexpr double kGroove = 0.7;  // cosine of the angle between the faces' normals
 
-bool is_groove(std::span<const Triangle> triangles, const VectorX& x, int a, int b) {
+/// `ridge`: cosine of the least angle of a ridge.
+Crease crease_between(std::span<const Triangle> triangles, const VectorX& x, int a, int b, double ridge) {
   const auto area = [&](const Triangle& t) {
     const Vec3 o = node(x, t[0]);
     return Vec3((node(x, t[1]) - o).cross(node(x, t[2]) - o));
   };
   const Vec3 n = area(triangles[a]), m = area(triangles[b]);
+  const double turn = n.dot(m), full = n.norm() * m.norm();
+  if (!(turn < std::max(kGroove, ridge) * full)) return Crease::none;
   Vec3 from_a_to_b = Vec3::Zero();
   for (int c = 0; c < 3; ++c) from_a_to_b += node(x, triangles[b][c]) - node(x, triangles[a][c]);
-  return n.dot(m) < kGroove * n.norm() * m.norm() && n.dot(from_a_to_b) > 0 && m.dot(from_a_to_b) < 0;
+  const bool is_concave = n.dot(from_a_to_b) > 0 && m.dot(from_a_to_b) < 0;
+  if (is_concave) return turn < kGroove * full ? Crease::groove : Crease::none;
+  return turn < ridge * full ? Crease::ridge : Crease::none;
 }
 
 }  // namespace
@@ -57,15 +64,31 @@ SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes
   return out;
 }
 
+std::vector<std::array<Crease, 3>> find_creases(std::span<const Triangle> triangles, const VectorX& x,
+                                                const SurfaceTopology& topology, double ridge_angle) {
+  std::vector<std::array<Crease, 3>> out(triangles.size(), {Crease::none, Crease::none, Crease::none});
+  for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
+    for (int c = 0; c < 3; ++c)
+      if (const int other = topology.across[t][c]; other >= 0)
+        out[t][c] = crease_between(triangles, x, t, other, std::cos(ridge_angle));
+  return out;
+}
+
 std::vector<std::array<int, 3>> find_walls(std::span<const Triangle> triangles, const VectorX& x,
                                            const SurfaceTopology& topology) {
-  std::vector<std::array<bool, 3>> groove(triangles.size());
+  std::vector<std::array<bool, 3>> groove;
+  for (const auto& c : find_creases(triangles, x, topology, std::numbers::pi))
+    groove.push_back({c[0] == Crease::groove, c[1] == Crease::groove, c[2] == Crease::groove});
+  return number_walls(triangles, groove, topology);
+}
+
+std::vector<std::array<int, 3>> number_walls(std::span<const Triangle> triangles,
+                                             std::span<const std::array<bool, 3>> groove,
+                                             const SurfaceTopology& topology) {
   std::vector<char> at_groove(topology.first.size(), 0);
   bool any = false;
   for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
     for (int c = 0; c < 3; ++c) {
-      const int other = topology.across[t][c];
-      groove[t][c] = other >= 0 && is_groove(triangles, x, t, other);
       if (!groove[t][c]) continue;
       any = true;
       at_groove[triangles[t][c]] = at_groove[triangles[t][(c + 1) % 3]] = 1;

@@ -2,15 +2,26 @@
 
 namespace kt {
 
+namespace {
+
+/// Ticks in which a new local model finds its balance: the parts of the body that it follows and the one before did not
+/// start from rest. Its force in the first one can be a quarter off and says little about the difference of the two.
+constexpr int kSettling = 4;
+
+}  // namespace
+
 ForceBlend::ForceBlend(double h, double duration) noexcept : per_tick_(std::min(1.0, h / duration)) {}
 
 Vec3 ForceBlend::apply(const Vec3& force, bool touches, bool lost, const Vec3& moved) noexcept {
   const bool starts_fading_out = lost && touched_ && !fading_out_;
   const bool comes_back = touches && fading_out_;
-  if ((begins_ && touches && touched_) || starts_fading_out || comes_back) {
+  const bool begins = begins_ && touches && touched_;
+  if (begins) settling_ = kSettling;
+  if (begins || starts_fading_out || comes_back || (settling_ > 0 && touches)) {
     difference_ = last_ - force;
     left_ = 1;
   }
+  settling_ = touches ? std::max(0, settling_ - 1) : 0;
   if (!touches && !lost) left_ = 0;
   begins_ = false;
   fading_out_ = lost;

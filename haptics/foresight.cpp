@@ -13,8 +13,7 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double
   for (const ContactSample& s : std::span(last.samples).first(static_cast<std::size_t>(last.count))) {
     const Vec3 force = rate_hz * s.impulse;
     const double along = s.normal.dot(force);
-    out.push_back({.nodes = s.nodes,
-                   .bary = s.bary,
+    out.push_back({.moves = s.moves,
                    .normal = s.normal,
                    .point = s.point,
                    .sticks = s.sticks,
@@ -30,26 +29,29 @@ Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz) {
   return rate_hz / static_cast<double>(ticks) * (reports.back().tool - reports[reports.size() - 1 - ticks].tool);
 }
 
-std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const VectorX& rest,
-                                     const Vec3& step) {
+std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const Smoothing& smoothing,
+                                     const VectorX& rest, const Vec3& step) {
   for (ContactHold& hold : holds) {
     hold.point += step;
     if (hold.sticks) {
       hold.friction.setZero();
       continue;
     }
-    Vec3 place = step;
-    for (int c = 0; c < 3; ++c) place += hold.bary[c] * node(rest, hold.nodes[c]);
+    const Vec3 place = hold.moves.of(rest) + step;
+    int triangle = -1;
+    Vec3 bary;
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Triangle& t : surface.triangles) {
+    for (int i = 0; i < static_cast<int>(surface.triangles.size()); ++i) {
+      const Triangle& t = surface.triangles[i];
       const Vec3 a = node(rest, t[0]), b = node(rest, t[1]), c = node(rest, t[2]);
       if ((b - a).cross(c - a).dot(hold.normal) <= 0) continue;  // the other side of a thin body
       const ClosestPoint at = closest_point_on_triangle(place, a, b, c);
       if (at.distance_sq >= nearest) continue;
       nearest = at.distance_sq;
-      hold.nodes = {t[0], t[1], t[2]};
-      hold.bary = at.bary;
+      triangle = i;
+      bary = at.bary;
     }
+    if (triangle >= 0) hold.moves = moved_by(surface, smoothing, triangle, bary);
   }
   return holds;
 }

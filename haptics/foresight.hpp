@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/contact_surface.hpp"
 #include "core/held_model.hpp"
 #include "core/reducer.hpp"
 #include "haptics/local_report.hpp"
@@ -21,8 +22,9 @@ constexpr int kVelocityTicks = 10;  ///< a hand's tremor, about 10 Hz, is follow
 
 /// The contacts after the tool has moved by `step` [m]. What sticks goes with it on its triangle. What slides moves
 /// over the undeformed surface by as much, to the nearest triangle that faces the tool.
-/// @param rest  positions of the undeformed body [m], (3n)
-std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const VectorX& rest,
-                                     const Vec3& step);
+/// @param smoothing  of the surface that the tool touches
+/// @param rest       positions of the undeformed body [m], (3n)
+std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const Smoothing& smoothing,
+                                     const VectorX& rest, const Vec3& step);
 
 }  // namespace kt

@@ -40,12 +40,13 @@ void FullSimulation::renew_matrix(const Vec3& tool) {
   steps_left_ = std::max(1, static_cast<int>(std::lround(options_.matrix_time / options_.h)));
   const double reach = 1.5 * tool_reach(local_.tool()) + options_.max_speed * steps_left_ * options_.h;
   const ContactSite site = find_contact_site(surface_, state_.x, tool, triangle_, reach);
-  const SurfacePatch patch = make_patch(surface_, state_.x, site);
+  const SurfacePatch patch = make_patch(surface_, state_.x, site, options_.smoothing.levels > 0);
   const auto prepare_with = [&](TangentKind kind) {
     LocalModel model = find_reducer("full")(linearize(model_, state_, kind), patch, site, {});
     model.frame = num_matrices_;
     return prepare(std::move(model), LocalScheme::implicit_euler, options_.metric, options_.h,
-                   options_.collision_backend, model_.mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
+                   options_.collision_backend, model_.mesh().num_nodes(), static_cast<int>(surface_.triangles.size()),
+                   options_.smoothing);
   };
   std::unique_ptr<PreparedLocalModel> next;
   try {

@@ -19,6 +19,7 @@ struct FullOptions {
   bool exact_force = true;                   ///< false: linear while the matrix serves, to see what that alone does
   double max_speed = 0;                      ///< bound of the tool's speed [m/s]: how far it gets in that time
   Metric metric = Metric::implicit;          ///< in which contact constraints act
+  Smoothing smoothing{};                     ///< of the surface that the tool touches
   std::string collision_backend = "embree";  ///< name in collision/triangle_index.def
 };
 

@@ -44,10 +44,11 @@ void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> co
   LocalState& s = model.state;
   s.anchors.count = 0;
   for (const ContactSample& sample : contacts) {
-    const int triangle = model.local_triangle[sample.triangle];
-    if (triangle < 0) continue;
+    const auto [piece, bary] = piece_at(model.surface.levels, sample.bary);
+    const int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
+    if (facet < 0) continue;
     s.impulse[s.anchors.count] = sample.impulse;
-    s.anchors.add({.triangle = triangle, .bary = sample.bary, .normal = sample.normal});
+    s.anchors.add({.triangle = facet, .bary = bary, .normal = sample.normal});
   }
   s.sliding = sliding;
 }

@@ -40,7 +40,7 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   now.state.anchors.count = 0;
   for (int i = 0; i < old.state.anchors.count; ++i) {
     Contact anchor = old.state.anchors.contacts[i];
-    anchor.triangle = now.local_triangle[old.model.patch.global_triangle[anchor.triangle]];
+    anchor.triangle = now.local_facet(old.surface.global_facet(anchor.triangle));
     if (anchor.triangle < 0) {
       flags_ |= kLostAnchor;
       continue;
@@ -60,11 +60,13 @@ void LocalSimulation::sweep_refresh(const PreparedLocalModel& old) noexcept {
   LocalWorkspace& w = m.work;
   if (t_ == 0 || m.state.anchors.count > 0 || solver_->deformation() != Deformation::none) return;
   record_motion(old, 0, motion_);
-  m.recover_patch(m.state.q, w.x);
-  w.x += m.model.x0.head(w.x.size());
-  w.x_event = w.x_end = w.x;
+  m.recover_patch(m.state.q, w.motion);
+  w.motion += m.model.x0.head(w.motion.size());
+  m.surface.follow(w.motion, w.x);
+  w.x_end = w.x;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i)
-    if (const int row = motion_.row[m.model.patch.global_node[i]]; row >= 0) node(w.x_event, i) = node(motion_.x, row);
+    if (const int row = motion_.row[m.model.patch.global_node[i]]; row >= 0) node(w.motion, i) = node(motion_.x, row);
+  m.surface.follow(w.motion, w.x_event);
   const ToolSweep& last = tool_.sweep();
   tool_.move({last.x_t1, last.x_t1, last.r_t1, last.r_t1});
   std::fill(w.ignored.begin(), w.ignored.end(), 0);
@@ -86,8 +88,9 @@ void LocalSimulation::set_force(const VectorX& force) noexcept {
 void LocalSimulation::find_free_motion() noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
-  m.recover_patch(m.state.q, w.x);
-  w.x += m.model.x0.head(w.x.size());
+  m.recover_patch(m.state.q, w.motion);
+  w.motion += m.model.x0.head(w.motion.size());
+  m.surface.follow(w.motion, w.x);
   m.dynamics->free_motion(m.state.q, m.state.q_rate, w.v_free, w.v_free_end);
   m.recover_patch(w.v_free, w.u_free);
 }
@@ -96,7 +99,7 @@ void LocalSimulation::find_free_motion() noexcept {
 bool LocalSimulation::find_impact(Contact& impact) noexcept {
   PreparedLocalModel& m = *model_;
   m.index->refit(m.work.x_event, m.work.x_end);
-  const MovingTriangles surface{m.model.patch.triangles, m.work.x_event, m.work.x_end};
+  const MovingTriangles surface{m.surface.facets.triangles, m.work.x_event, m.work.x_end};
   const auto found = find_first_contact(*m.index, surface, tool_, m.work.ignored, m.work.candidates);
   if (found) impact = *found;
   return found.has_value();
@@ -158,7 +161,7 @@ int LocalSimulation::find_overlap() noexcept {
   Contact deepest;
   deepest.gap = tool_.shape().radius;
   for (const Vec3& corner : tool_.corners_t0())
-    if (const Contact nearest = nearest_point_contact(m.model.patch, m.work.x, corner); nearest.gap < deepest.gap)
+    if (const Contact nearest = nearest_point_contact(m.surface.facets, m.work.x, corner); nearest.gap < deepest.gap)
       deepest = nearest;
   if (deepest.triangle < 0) return -1;
   overlap_start_ = tool_.shape().radius - deepest.gap;
@@ -172,9 +175,19 @@ double LocalSimulation::allowed_overlap() const noexcept {
   return overlap_start_ * left * left * (3 - 2 * left);
 }
 
+/// Where a contact is on the surface at x.
+Vec3 LocalSimulation::place_of(const Contact& contact, const VectorX& x) const noexcept {
+  const SurfacePatch& facets = model_->surface.facets;
+  if (!facets.is_curved) return contact.core - (tool_.shape().radius + contact.gap) * contact.normal;
+  Vec3 out = Vec3::Zero();
+  for (int c = 0; c < 3; ++c) out += contact.bary[c] * node(x, facets.triangles[contact.triangle][c]);
+  return out;
+}
+
 /// Splits the tick's impulses into what is reported and what goes to the global side.
 void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
-  const SurfacePatch& patch = model_->model.patch;
+  const ContactSurface& surface = model_->surface;
+  const SurfacePatch& facets = surface.facets;
   Vec3 normal_sum = Vec3::Zero(), tangential_sum = Vec3::Zero();
   double largest = 0;
   frame.contacts = contacts_.count;
@@ -188,26 +201,27 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     tangential_sum += f_t;
     frame.gap = std::min(frame.gap, contact.gap);
     if (f_n > 0) frame.cone_ratio = std::max(frame.cone_ratio, f_t.norm() / f_n);
-    const Vec3 point = contact.core - (tool_.shape().radius + contact.gap) * contact.normal;
+    const Vec3 point = place_of(contact, model_->work.x_end);
     frame.torque += (point - frame.tool).cross(force);
     if (f_n > largest) {
       largest = f_n;
-      frame.triangle = patch.global_triangle[contact.triangle];
+      frame.triangle = facets.global_triangle[contact.triangle];
+      frame.facet = surface.global_facet(contact.triangle);
       frame.mode = solution_.mode[i];
       frame.normal = contact.normal;
       frame.point = point;
-      if (patch.on_rim[contact.triangle]) flags_ |= kLeftPatch;
+      if (facets.on_rim[contact.triangle]) flags_ |= kLeftPatch;
     }
-    const Triangle& t = patch.triangles[contact.triangle];
     ContactSample& sample = samples_[num_samples_++];
-    sample.triangle = patch.global_triangle[contact.triangle];
+    sample.triangle = facets.global_triangle[contact.triangle];
     sample.t = t_ - h_;
-    sample.bary = contact.bary;
+    sample.bary =
+        weights_in_triangle(contact.triangle % surface.facets_per_triangle(), surface.levels, contact.bary);
+    sample.moves = surface.moved_by(model_->model.patch, contact.triangle, contact.bary);
     sample.impulse = impulse;
     sample.normal = contact.normal;
     sample.sticks = solution_.mode[i] == ContactMode::stick;
     sample.point = point;
-    for (int c = 0; c < 3; ++c) sample.nodes[c] = patch.global_node[t[c]];
   }
   frame.f_n = normal_sum.norm();
   frame.f_t = tangential_sum.norm();

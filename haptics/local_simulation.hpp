@@ -33,6 +33,7 @@ struct LocalFrame {
   double cone_ratio = 0;       ///< largest |f_t| / f_n over the contacts
   ContactMode mode = ContactMode::free;
   int triangle = -1;  ///< of the body's surface: the contact that carries most
+  int facet = -1;     ///< of the contact surface, see ContactSurface::global_facet()
   double toi = 0;     ///< of the first impact in this tick, 0 when already in contact
   double gap = 0;     ///< smallest gap of a held contact after the tick [m]
   int model_frame = -1;
@@ -76,6 +77,8 @@ class LocalSimulation final : public HapticMethod {
   void step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_constrained.cpp
   void resolve_contacts(double h_left, int start) noexcept;
   void find_contacts(const VectorX& x, int start) noexcept;
+  Vec3 place_of(const Contact& contact, const VectorX& x) const noexcept;
+  void place_surface(double h_left, VectorX& out) noexcept;
   bool fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;

@@ -16,22 +16,6 @@ constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and 
 constexpr double kHeaviest = 1;         // [kg] a contact with an immovable part feels this mass: 1e6 N/m at 1 kHz
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
 
-void add_at(VectorX& stacked, const Triangle& t, const Vec3& bary, const Vec3& value) noexcept {
-  for (int c = 0; c < 3; ++c) node(stacked, t[c]) += bary[c] * value;
-}
-
-Vec3 interpolate(const VectorX& stacked, const Triangle& t, const Vec3& bary) noexcept {
-  return bary[0] * node(stacked, t[0]) + bary[1] * node(stacked, t[1]) + bary[2] * node(stacked, t[2]);
-}
-
-/// J_a C J_b^T for two contacts.
-Mat3 couple(const MatrixX& C, const Triangle& a, const Vec3& bary_a, const Triangle& b, const Vec3& bary_b) noexcept {
-  Mat3 out = Mat3::Zero();
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) out += bary_a[i] * bary_b[k] * C.block<3, 3>(3 * a[i], 3 * b[k]);
-  return out;
-}
-
 }  // namespace
 
 void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept {
@@ -62,13 +46,14 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
     ++frame.events;
   };
   const auto ignore_around = [&](int triangle) {  // the solver holds these as constraints: no collision pairs
-    for (int v : m.model.patch.triangles[triangle])
-      for (int t : m.model.patch.topology.triangles_of(v)) w.ignored[t] = 1;
+    for (int v : m.surface.facets.triangles[triangle])
+      for (int t : m.surface.facets.topology.triangles_of(v)) w.ignored[t] = 1;
   };
 
   // Without contact: free motion up to the first impact, if there is one.
   if (start < 0) {
-    w.x_end = w.x + h_ * w.u_free;
+    m.surface.follow(w.u_free, w.u);
+    w.x_end = w.x + h_ * w.u;
     Contact impact;
     if (!find_impact(impact)) return accept_free_motion();
     rewind_to(impact);
@@ -129,7 +114,7 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
 }
 
 void LocalSimulation::find_contacts(const VectorX& x, int start) noexcept {
-  const SurfacePatch& patch = model_->model.patch;
+  const SurfacePatch& patch = model_->surface.facets;
   const ToolShape& shape = tool_.shape();
   const Vec3& tool = tool_.sweep().x_t1;
   if (shape.kind == ToolShape::Kind::point) {
@@ -155,7 +140,7 @@ void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
   ContactSet before = m.state.anchors;
   double relaxed = 1;
   for (int iteration = 0; iteration < kGeometryIterations; ++iteration) {
-    w.x_guess = w.x_event + h_left * (w.u_free + w.du);
+    place_surface(h_left, w.x_guess);
     if (tool_.shape().kind != ToolShape::Kind::point && iteration == 0) m.index->refit(w.x_event, w.x_guess);
     find_contacts(w.x_guess, start);
     if (!fill_problem(h_left)) flags_ |= kRigidContact;
@@ -167,7 +152,7 @@ void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
 
     w.du_guess = w.du;
     spread_impulses();
-    w.x_end = w.x_event + h_left * (w.u_free + w.du);
+    place_surface(h_left, w.x_end);
     w.step_before.swap(w.step);
     w.step = w.du - w.du_guess;
     const bool is_settled = h_left * w.step.lpNorm<Eigen::Infinity>() < kSettled;
@@ -184,11 +169,18 @@ void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
   close_gaps(h_left, start);
 }
 
+/// Where the surface is after a rest of the step with the motion that is known so far.
+void LocalSimulation::place_surface(double h_left, VectorX& out) noexcept {
+  LocalWorkspace& w = model_->work;
+  w.motion = w.u_free + w.du;
+  model_->surface.follow(w.motion, w.u);
+  out = w.x_event + h_left * w.u;
+}
+
 /// False when a contact had to be softened because nothing there can move.
 bool LocalSimulation::fill_problem(double h_left) noexcept {
   const PreparedLocalModel& m = *model_;
   const LocalWorkspace& w = m.work;
-  const auto& triangles = m.model.patch.triangles;
   const MatrixX& C = m.dynamics->metric().C;
   const int c = contacts_.count;
   problem_.count = c;
@@ -199,18 +191,18 @@ bool LocalSimulation::fill_problem(double h_left) noexcept {
   bool all_move = true;
   for (int i = 0; i < c; ++i) {
     const Contact& contact = contacts_.contacts[i];
-    const Triangle& t = triangles[contact.triangle];
+    const auto motion = [&](const VectorX& patch) { return m.surface.at(patch, contact.triangle, contact.bary); };
     const Vec3& n = contact.normal;
     problem_.normal[i] = n;
-    problem_.triangle[i] = m.model.patch.global_triangle[contact.triangle];
+    problem_.triangle[i] = m.surface.facets.global_triangle[contact.triangle];
     // The gap there would be without contact impulses, to first order.
-    const double gap_free = contact.gap + allowed_overlap() + h_left * n.dot(interpolate(w.du, t, contact.bary));
-    const Vec3 place = contact.core - (tool_.shape().radius + contact.gap) * n;  // on the tool's surface
-    const Vec3 relative = interpolate(w.u_free, t, contact.bary) - tool_.way(place) / h_;
+    const double gap_free = contact.gap + allowed_overlap() + h_left * n.dot(motion(w.du));
+    const Vec3 place = place_of(contact, w.x_guess);
+    const Vec3 relative = motion(w.u_free) - tool_.way(place) / h_;
     problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
     for (int k = 0; k <= i; ++k) {
       const Contact& other = contacts_.contacts[k];
-      const Mat3 W = couple(C, t, contact.bary, triangles[other.triangle], other.bary);
+      const Mat3 W = m.surface.couple(C, contact.triangle, contact.bary, other.triangle, other.bary);
       problem_.W.block<3, 3>(3 * i, 3 * k) = W;
       problem_.W.block<3, 3>(3 * k, 3 * i) = W.transpose();
     }
@@ -239,8 +231,8 @@ void LocalSimulation::spread_impulses() noexcept {
   LocalWorkspace& w = m.work;
   w.impulse.setZero();
   for (int i = 0; i < contacts_.count; ++i)
-    add_at(w.impulse, m.model.patch.triangles[contacts_.contacts[i].triangle], contacts_.contacts[i].bary,
-           solution_.impulse.segment<3>(3 * i));
+    m.surface.add_at(w.impulse, contacts_.contacts[i].triangle, contacts_.contacts[i].bary,
+                     solution_.impulse.segment<3>(3 * i));
   w.du.setZero();
   const MatrixX& C = m.dynamics->metric().C;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i)

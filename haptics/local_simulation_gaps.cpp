@@ -78,15 +78,16 @@ bool push_apart(const Matrix& A, Vector gap, Vector& impulse) noexcept {
   return false;
 }
 
-/// How the gap changes as the surface yields: a sphere's normal; for a point the face's, not the blended one, unless
+/// How the gap changes as the surface yields: towards a sphere's centre; for a point the face's, not the blended one, unless
 /// the gap is the distance from a plane.
 Vec3 gap_slope(const SurfacePatch& patch, const VectorX& x, const Contact& contact, double radius) noexcept {
-  if (radius > 0) return contact.normal;
+  if (radius > 0 && !patch.is_curved) return contact.normal;
   const Triangle& t = patch.triangles[contact.triangle];
   Vec3 offset = contact.core;
   for (int c = 0; c < 3; ++c) offset -= contact.bary[c] * node(x, t[c]);
   const double distance = offset.norm();
   constexpr double kRoundoff = 1e-12;  // [m]
+  if (radius > 0 && contact.gap > -radius) return offset / distance;
   if (std::abs(distance - std::abs(contact.gap)) > kRoundoff) return face_normal(patch, x, contact.triangle);
   return distance > 0 ? Vec3(offset / std::copysign(distance, contact.gap)) : contact.normal;
 }
@@ -106,12 +107,12 @@ bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
     contacts_ = held;
     const bool is_closed = std::all_of(now.begin(), now.end(), [&](const Contact& c) {
       if (gap_of(c) < -kClosed) return false;
-      const int i = gap_of(c) > kOpen ? before(m.model.patch, held, c) : -1;
+      const int i = gap_of(c) > kOpen ? before(m.surface.facets, held, c) : -1;
       return i < 0 || solution_.mode[i] == ContactMode::free;
     });
     if (is_closed) {
       for (const Contact& c : now)
-        if (const int i = before(m.model.patch, held, c); i >= 0) contacts_.contacts[i].gap = c.gap;
+        if (const int i = before(m.surface.facets, held, c); i >= 0) contacts_.contacts[i].gap = c.gap;
       return true;
     }
     if (correction == kCorrections) return false;
@@ -123,7 +124,7 @@ bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
     Vector gap(kMaxContacts);
     int n = 0;
     for (const Contact& c : now) {
-      const int i = before(m.model.patch, held, c);
+      const int i = before(m.surface.facets, held, c);
       if (i < 0 && gap_of(c) < -kClosed) return false;
       const bool pushes = i >= 0 && solution_.mode[i] != ContactMode::free;
       if (!pushes && gap_of(c) >= -kClosed) continue;
@@ -131,7 +132,7 @@ bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
       if (row[i] < 0) place[row[i] = n++] = i;
       const Vec3 impulse = solution_.impulse.segment<3>(3 * i), into = -held.contacts[i].normal;
       direction[row[i]] = pushes ? Vec3(impulse / impulse.dot(into)) : into;
-      slope[row[i]] = gap_slope(m.model.patch, m.work.x_end, c, tool_.shape().radius);
+      slope[row[i]] = gap_slope(m.surface.facets, m.work.x_end, c, tool_.shape().radius);
       gap[row[i]] = gap_of(c);
     }
     Matrix A(n, n);
@@ -151,7 +152,7 @@ bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
         mode = ContactMode::slide;
     }
     spread_impulses();
-    m.work.x_end = m.work.x_event + h_left * (m.work.u_free + m.work.du);
+    place_surface(h_left, m.work.x_end);
   }
   return true;
 }

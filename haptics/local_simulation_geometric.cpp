@@ -97,7 +97,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
     s.impulse[0].setZero();
     report_contacts(frame);
     frame.mode = solver_->deformation() == Deformation::full ? ContactMode::stick : ContactMode::slide;
-    frame.triangle = patch.global_triangle[next.triangle];
+    frame.triangle = frame.facet = patch.global_triangle[next.triangle];
     return;
   }
 

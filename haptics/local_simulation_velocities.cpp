@@ -47,20 +47,13 @@ void LocalSimulation::settle_velocities() noexcept {
   ContactVector wanted(n);
   for (int a = 0; a < n; ++a) {
     const Contact& c = contacts_.contacts[condition[a].contact];
-    const Triangle& t = m.model.patch.triangles[c.triangle];
-    const Vec3 place = c.core - (tool_.shape().radius + c.gap) * c.normal;
-    Vec3 speed = -tool_.way(place) / h_;
-    for (int k = 0; k < 3; ++k) speed += c.bary[k] * node(rate, t[k]);
+    const Vec3 place = place_of(c, m.work.x_end);
+    const Vec3 speed = m.surface.at(rate, c.triangle, c.bary) - tool_.way(place) / h_;
     wanted[a] = -speed.dot(condition[a].along);
     for (int b = 0; b < n; ++b) {
       const Contact& other = contacts_.contacts[condition[b].contact];
-      const Triangle& v = m.model.patch.triangles[other.triangle];
-      double sum = 0;
-      for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k)
-          sum += c.bary[i] * other.bary[k] *
-                 condition[a].along.dot(kick.C.block<3, 3>(3 * t[i], 3 * v[k]) * condition[b].impulse);
-      A(a, b) = sum;
+      const Mat3 C = m.surface.couple(kick.C, c.triangle, c.bary, other.triangle, other.bary);
+      A(a, b) = condition[a].along.dot(C * condition[b].impulse);
     }
   }
   const ContactVector size = A.partialPivLu().solve(wanted);
@@ -78,9 +71,10 @@ void LocalSimulation::settle_velocities() noexcept {
   }
   for (int i = 0; i < contacts_.count; ++i) {
     const Vec3 added = impulse[i] - s.impulse[i];
-    const Triangle& t = m.model.patch.triangles[contacts_.contacts[i].triangle];
-    for (int k = 0; k < 3; ++k)
-      s.q_rate.noalias() += kick.Y.middleCols<3>(3 * t[k]) * (contacts_.contacts[i].bary[k] * added);
+    const Contact& c = contacts_.contacts[i];
+    const NodeWeights moves = m.surface.moved_by(c.triangle, c.bary);
+    for (int k = 0; k < moves.count; ++k)
+      s.q_rate.noalias() += kick.Y.middleCols<3>(3 * moves.node[k]) * (moves.weight[k] * added);
     s.impulse[i] = impulse[i];
     solution_.impulse.segment<3>(3 * i) = impulse[i];
   }

@@ -105,7 +105,7 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
     const double jump = (f.force - before.force).norm();
     if (f.model_frame != before.model_frame)
       out.refresh_jump = std::max(out.refresh_jump, jump);
-    else if (f.triangle != before.triangle)
+    else if (f.facet != before.facet)
       out.crossing_jump = std::max(out.crossing_jump, jump);
   }
   if (stretch_open) close_stretch(frames.size());

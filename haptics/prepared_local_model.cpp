@@ -10,19 +10,24 @@ void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) con
 }
 
 std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
-                                            const std::string& collision_backend, int num_nodes, int num_triangles) {
+                                            const std::string& collision_backend, int num_nodes, int num_triangles,
+                                            const Smoothing& smoothing) {
   auto out = std::make_unique<PreparedLocalModel>();
   out->model = std::move(model);
   const LocalModel& m = out->model;
   const int p3 = 3 * m.patch.num_vertices(), r = m.dof();
   const int triangles = static_cast<int>(m.patch.triangles.size());
+  out->surface = make_contact_surface(m.patch, smoothing);
+  const ContactSurface& surface = out->surface;
   out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
   out->patch_basis = m.basis.topRows(p3);
   if (2 * out->patch_basis.nonZeros() > out->patch_basis.rows() * out->patch_basis.cols())
     out->dense_patch_basis = out->patch_basis;
 
   out->index = make_triangle_index(collision_backend);
-  out->index->build(m.patch.triangles, m.x0.head(p3));
+  VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
+  surface.follow(m.x0.head(p3), x0);
+  out->index->build(surface.facets.triangles, x0);
 
   VectorX row_weight = VectorX::Zero(p3);
   for (int c = 0; c < out->patch_basis.outerSize(); ++c)
@@ -39,13 +44,13 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   out->state.q_rate = m.q_rate0;
   LocalWorkspace& w = out->work;
   w.v_free = w.v_free_end = w.q_trial = w.force = VectorX::Zero(r);
-  w.x = m.x0.head(p3);
-  w.x_event = w.x_end = w.x_guess = w.x;
+  w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
+  w.motion = VectorX::Zero(p3);
   w.u_free = w.du = w.du_guess = w.step = w.step_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
   w.x_recovered = m.x0;
   w.v_recovered = m.v0;
-  w.candidates.resize(triangles);
-  w.ignored.resize(triangles);
+  w.candidates.resize(surface.facets.triangles.size());
+  w.ignored.resize(surface.facets.triangles.size());
   return out;
 }
 

@@ -4,6 +4,7 @@
 
 #include "collision/surface_contacts.hpp"
 #include "collision/triangle_index.hpp"
+#include "core/contact_surface.hpp"
 #include "core/local_dynamics.hpp"
 #include "core/reducer.hpp"
 
@@ -17,17 +18,20 @@ struct LocalState {
   bool sliding = false;                      ///< the contact that carried most slid in the last tick
 };
 
-/// Room for one tick's intermediate values; (p) patch vertices, (r) reduced coordinates.
+/// Room for one tick's intermediate values; (p) patch vertices, (f) those of the contact surface, (r) reduced
+/// coordinates.
 struct LocalWorkspace {
   VectorX v_free, v_free_end;           ///< without contact: mean velocity over the tick, and at its end [m/s], (r)
   VectorX q_trial, force;               ///< (r)
-  VectorX x, x_event, x_end, x_guess;   ///< patch positions: start of tick, last event, end of tick, guess [m], (3p)
+  VectorX x, x_event, x_end, x_guess;   ///< surface: start of tick, last event, end of tick, guess [m], (3f)
+  VectorX u;                            ///< velocity of the surface [m/s], (3f)
+  VectorX motion;                       ///< (3p)
   VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
   VectorX du_guess, step, step_before;  ///< iterates of du
   VectorX impulse, impulse_weighted;   ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
   VectorX x_recovered, v_recovered;    ///< (3 recovered)
-  std::vector<int> candidates;         ///< (triangles)
-  std::vector<unsigned char> ignored;  ///< (triangles)
+  std::vector<int> candidates;         ///< (facets)
+  std::vector<unsigned char> ignored;  ///< (facets)
 };
 
 /// What one haptic method adds to a local model; it alone knows the type.
@@ -37,8 +41,9 @@ struct MethodData {
 
 struct PreparedLocalModel {
   LocalModel model;
+  ContactSurface surface;  ///< what tools touch; contacts name its facets
   std::unique_ptr<LocalDynamics> dynamics;
-  std::unique_ptr<TriangleIndex> index;
+  std::unique_ptr<TriangleIndex> index;  ///< of the surface
   SparseMatrix patch_basis;                ///< first 3p rows of the basis
   MatrixX dense_patch_basis;               ///< the same when most entries are not zero: several times faster
   std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move
@@ -52,10 +57,17 @@ struct PreparedLocalModel {
 
   /// Motion of the patch vertices, (3p), for reduced coordinates or velocities, (r). No allocation.
   void recover_patch(const VectorX& reduced, VectorX& out) const noexcept;
+
+  /// The facet with this number in the body, -1 where the patch does not reach.
+  int local_facet(int global_facet) const noexcept {
+    const int pieces = surface.facets_per_triangle(), triangle = local_triangle[global_facet / pieces];
+    return triangle < 0 ? -1 : triangle * pieces + global_facet % pieces;
+  }
 };
 
 /// @param num_nodes, num_triangles  of the whole body
 std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
-                                            const std::string& collision_backend, int num_nodes, int num_triangles);
+                                            const std::string& collision_backend, int num_nodes, int num_triangles,
+                                            const Smoothing& smoothing = {});
 
 }  // namespace kt

@@ -34,6 +34,7 @@ FullOptions full_options(const Session& session, std::span<const Vec3> tool, con
   // The paper's laws are their metric; the others agree as the step shrinks, and the implicit one is the most accurate.
   if (is_geometric(scene.contact.law)) out.metric = contact_metric(scene.contact.metric);
   out.collision_backend = scene.collision.backend;
+  out.smoothing = scene_smoothing(scene);
   return out;
 }
 
@@ -128,6 +129,11 @@ std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool) 
   hash.add(contact.mu_static);
   hash.add(contact.mu_kinetic);
   if (contact.stribeck > 0) hash.add(contact.stribeck);
+  if (contact.surface != "flat") {
+    add_words(contact.surface);
+    hash.add(contact.surface_levels);
+    hash.add(contact.ridge_deg);
+  }
   for (const Friction& f : session.friction().of_triangle) {
     hash.add(f.mu_static);
     hash.add(f.mu_kinetic);

@@ -48,6 +48,18 @@ Metric contact_metric(const std::string& name) {
 
 bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
 
+Smoothing scene_smoothing(const Scene& scene) {
+  const SceneContact& c = scene.contact;
+  require_backend("contact.surface", c.surface, contact_surface_backends());
+  if (c.surface == "flat") return {};
+  const std::string method = haptic_method_name(scene.local.method, c.law);
+  if (method != "multirate" || is_geometric(c.law))
+    throw InputError(text("contact.surface \"", c.surface, "\" needs local.method \"multirate\" and contact.law ",
+                          "\"coulomb\"; local.method \"", method, "\" with contact.law \"", c.law,
+                          "\" touches the triangles: \"flat\""));
+  return {c.surface, c.surface_levels};
+}
+
 std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool,
                                                 std::vector<Friction> friction_of_triangle) {
   const SceneContact& c = scene.contact;
@@ -78,6 +90,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       scene_(scene),
       tool_(tool),
       max_speed_(max_speed),
+      smoothing_(scene_smoothing(scene)),
       method_(make_scene_method(scene, tool)),
       self_contact_(self_contact),
       global_(model, global_integrator(scene.global, self_contact), 1 / scene.global.rate_hz, start),
@@ -218,7 +231,7 @@ int Refresher::next_interval(int usual) const { return std::max(1, usual / haste
 std::optional<State> Refresher::foresee(double t, std::span<const ContactHold> holds, const Vec3& velocity) {
   const double lead = delay(t) + 0.5 * interval(t) / haste_;
   return global_.foresee(
-      lead, moved_holds({holds.begin(), holds.end()}, surface_, global_.model().mesh().x, lead * velocity));
+      lead, moved_holds({holds.begin(), holds.end()}, surface_, smoothing_, global_.model().mesh().x, lead * velocity));
 }
 
 std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool, std::span<const LocalReport> reports,
@@ -243,13 +256,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   const ContactSite site =
       find_contact_site(surface_, global_.state().x, tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
   last_ = t;
-  const SurfacePatch patch = make_patch(surface_, global_.state().x, site);
+  const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   local.frame = frame_++;
   const auto prepare_start = std::chrono::steady_clock::now();
   const LocalScheme scheme = choose_scheme(local);
   auto out = prepare(std::move(local), scheme, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
-                     global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()));
+                     global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
   out->tool = tool;
   method_->complete(*out, 1 / scene_.global.rate_hz);
   if (motion) {

@@ -59,6 +59,7 @@ class Refresher {
   Scene scene_;
   ToolShape tool_;
   double max_speed_;
+  Smoothing smoothing_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   SelfContact* self_contact_;             // none: the body passes through itself
   GlobalSimulation global_;
@@ -79,6 +80,9 @@ ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Ve
 /// The method that the scene asks for. Throws InputError.
 std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool,
                                                 std::vector<Friction> friction_of_triangle = {});
+
+/// Of the surface that the tool touches.
+Smoothing scene_smoothing(const Scene& scene);
 
 /// None: "auto".
 std::optional<LocalScheme> local_scheme(const std::string& integrator);

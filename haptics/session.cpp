@@ -1,6 +1,7 @@
 #include "haptics/session.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "collision/moving_tool.hpp"
 #include "core/step_solver.hpp"
@@ -223,7 +224,7 @@ void Session::build(Mesh mesh) {
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
   model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));
-  surface_ = make_surface(model_->mesh());
+  surface_ = make_surface(model_->mesh(), scene_.contact.ridge_deg * std::numbers::pi / 180);
   if (scene.global.self_contact) set_up_self_contact();
   friction_ = scene_friction(scene.contact, surface_, model_->mesh().x, warnings_);
   start_ = settled(scene, *model_, self_contact_.get(), warnings_);

@@ -64,8 +64,9 @@ LocalReport HapticLoop::tick() noexcept {
   frames_[tick_] = frame;
   if (!penetration_.empty()) {
     const PreparedLocalModel& m = local_->model();
-    const VectorX x = m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q;
-    penetration_[tick_] = penetration_depth(m.model.patch, x, local_->tool(), next, sweep.r_t1);
+    VectorX x(3 * m.surface.facets.num_vertices());
+    m.surface.follow(m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q, x);
+    penetration_[tick_] = penetration_depth(m.surface.facets, x, local_->tool(), next, sweep.r_t1);
     missed_ += frame.mode == ContactMode::free && penetration_[tick_] > kInside;
   }
 

@@ -163,6 +163,9 @@ struct SceneContact {
   ScenePenalty penalty;
   double stribeck = 0;               ///< [m/s] sliding speed over which mu_static falls to mu_kinetic; 0: at once
   std::vector<SceneRegion> regions;  ///< the last one that holds a triangle's middle wins
+  std::string surface = "flat";      ///< that the tool touches; core/contact_surface.hpp
+  int surface_levels = 2;            ///< of a smooth one: each splits a triangle in four
+  double ridge_deg = 60;             ///< [deg] of a smooth one: convex edges that turn by more stay sharp
   bool operator==(const SceneContact&) const = default;
 };
 

@@ -124,6 +124,9 @@ void fields(A& a, SceneContact& s) {
   a("metric", s.metric);
   a("penalty", s.penalty);
   a("stribeck", s.stribeck);
+  a("surface", s.surface);
+  a("surface_levels", s.surface_levels);
+  a("ridge_deg", s.ridge_deg);
   a("regions", s.regions);
 }
 template <class A>

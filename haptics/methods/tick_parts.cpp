@@ -70,7 +70,7 @@ void report_contacts(const SurfacePatch& patch, const ContactSet& contacts, cons
     if (f_n > 0) frame.cone_ratio = std::max(frame.cone_ratio, f_t.norm() / f_n);
     if (f_n > largest) {
       largest = f_n;
-      frame.triangle = patch.global_triangle[contact.triangle];
+      frame.triangle = frame.facet = patch.global_triangle[contact.triangle];
       frame.mode = solution.mode[i];
       frame.normal = contact.normal;
       frame.point = point[i];
@@ -85,7 +85,8 @@ void report_contacts(const SurfacePatch& patch, const ContactSet& contacts, cons
     sample.normal = contact.normal;
     sample.sticks = solution.mode[i] == ContactMode::stick;
     sample.point = point[i];
-    for (int c = 0; c < 3; ++c) sample.nodes[c] = patch.global_node[patch.triangles[contact.triangle][c]];
+    const Triangle& t = patch.triangles[contact.triangle];
+    sample.moves = {{patch.global_node[t[0]], patch.global_node[t[1]], patch.global_node[t[2]]}, contact.bary};
   }
   frame.f_n = normal_sum.norm();
   frame.f_t = tangential_sum.norm();

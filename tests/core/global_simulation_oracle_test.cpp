@@ -22,9 +22,10 @@ std::vector<ContactSample> random_history(const Mesh& mesh, double begin, double
     const VectorX r = random_vector(7, static_cast<unsigned>(i));
     ContactSample s;
     s.t = begin + 1e-3 * i;
-    s.nodes = mesh.triangles[static_cast<std::size_t>((r[6] + 1) / 2 * static_cast<double>(mesh.triangles.size()))];
     s.bary = r.head<3>().cwiseAbs();
     s.bary /= s.bary.sum();
+    s.moves = {mesh.triangles[static_cast<std::size_t>((r[6] + 1) / 2 * static_cast<double>(mesh.triangles.size()))],
+               s.bary};
     s.impulse = size * r.segment<3>(3);
     s.normal = Vec3::UnitZ();
     out.push_back(s);
@@ -70,7 +71,7 @@ TEST(GlobalSimulation, HandsEachImpulseToTheBodyOnceHoweverTheTimeIsCut) {
 TEST(GlobalSimulation, SpreadsEachImpulseOverTheStepItFellInto) {
   const LinearModel model = oscillator(10, 0.1);
   ContactSample s;
-  s.bary = Vec3(1, 0, 0);
+  s.moves = {{0, 0, 0}, Vec3(1, 0, 0)};
   s.impulse = Vec3(0.3, -0.2, 0.1);
   std::vector<ContactSample> history{s, s, s};
   history[0].t = 0.005;
@@ -92,7 +93,7 @@ TEST(GlobalSimulation, StandsStillWhenAskedForThePast) {
   const LinearModel model = oscillator(10, 0.1);
   GlobalSimulation simulation(model, make_integrator("implicit_euler"), 0.01);
   ContactSample s;
-  s.bary = Vec3(1, 0, 0);
+  s.moves = {{0, 0, 0}, Vec3(1, 0, 0)};
   s.impulse = Vec3(1, 1, 1);
   simulation.advance(0.02, {&s, 1});
   const State before = simulation.state();
@@ -106,7 +107,7 @@ TEST(GlobalSimulation, SaysWhatToDoWhenTheBodyBlowsUp) {
   const LinearModel model(one, 0 * one, -1e6 * one);  // pushes itself apart
   GlobalSimulation simulation(model, make_integrator("symplectic_euler"), 0.01);
   ContactSample s;
-  s.bary = Vec3(1, 0, 0);
+  s.moves = {{0, 0, 0}, Vec3(1, 0, 0)};
   s.impulse = Vec3(1, 1, 1);
   try {
     simulation.advance(5, {&s, 1});
@@ -125,7 +126,7 @@ struct HeldBlock {
                  {.young = 5e3, .damping_mass = 1, .damping_stiffness = 2e-3, .fixed_nodes = nodes_below(mesh, 1e-6)});
   /// A point of the top triangle (22 23 26), pressed down by `depth`.
   ContactHold hold(double depth, bool sticks) const {
-    ContactHold out{{22, 23, 26}, Vec3(0.5, 0.3, 0.2), Vec3::UnitZ(), Vec3::Zero(), sticks};
+    ContactHold out{{{22, 23, 26}, Vec3(0.5, 0.3, 0.2)}, Vec3::UnitZ(), Vec3::Zero(), sticks};
     out.point = point(mesh.x) - depth * out.normal + (sticks ? Vec3(1e-4, 2e-4, 0) : Vec3(Vec3::Zero()));
     return out;
   }
@@ -135,7 +136,7 @@ struct HeldBlock {
 TEST(HeldModel, AddsAStiffSpringWhoseTangentIsItsDerivative) {
   const HeldBlock b;
   const std::vector<ContactHold> holds{
-      b.hold(1e-3, true), {{4, 5, 8}, Vec3(0.2, 0.2, 0.6), Vec3(1, 2, -2) / 3, Vec3(0.01, 0.01, 0), false}};
+      b.hold(1e-3, true), {{{4, 5, 8}, Vec3(0.2, 0.2, 0.6)}, Vec3(1, 2, -2) / 3, Vec3(0.01, 0.01, 0), false}};
   const HeldModel held(*b.model, holds, 300);
   State s = rest_state(*b.model);
   s.x += 1e-3 * random_vector(s.x.size(), 1);
@@ -152,6 +153,29 @@ TEST(HeldModel, AddsAStiffSpringWhoseTangentIsItsDerivative) {
   EXPECT_LE(relative_error(held.tangent(s, TangentKind::exact).dfdx, central_differences(force, s.x, 1e-7)), 1e-6);
   const std::vector<ContactHold> first(holds.begin(), holds.begin() + 1);
   EXPECT_NEAR(HeldModel(*b.model, first, 300).push(s.x), -pull.z(), kRoundoff);
+}
+
+/// On a smooth surface a point moves with nodes that no element couples.
+TEST(HeldModel, HoldsAPointOfManyNodes) {
+  const HeldBlock b;
+  ContactHold hold = b.hold(1e-3, true);
+  hold.moves = {};
+  for (const int i : {18, 20, 22, 24, 26}) hold.moves.add(i, 0.2);
+  const HeldModel held(*b.model, {&hold, 1}, 300);
+  State s = rest_state(*b.model);
+  s.x += 1e-3 * random_vector(s.x.size(), 1);
+  const auto force = [&](const VectorX& x) {
+    VectorX out;
+    held.force({0, x, s.v}, out);
+    return out;
+  };
+  Tangent tangent = held.tangent(s, TangentKind::exact);
+  EXPECT_GT(tangent.dfdx.nonZeros(), b.model->tangent(s, TangentKind::exact).dfdx.nonZeros());
+  EXPECT_LE(relative_error(tangent.dfdx, central_differences(force, s.x, 1e-7)), 1e-6);
+  held.update_tangent(s, TangentKind::exact, tangent);  // into its own storage
+  EXPECT_LE(relative_error(tangent.dfdx, central_differences(force, s.x, 1e-7)), 1e-6);
+  b.model->update_tangent(s, TangentKind::exact, tangent);
+  EXPECT_LE(relative_error(tangent.dfdx, MatrixX(b.model->tangent(s, TangentKind::exact).dfdx)), 1e-15);
 }
 
 TEST(HeldModel, LeavesTheSparsityOfTheTangentAsItIs) {

@@ -111,8 +111,7 @@ TEST(GlobalSimulation, KeepsAStronglyDampedBodyStableUnderExplicitSteps) {
       make_model("msd", mesh, {.damping_stiffness = 0.02, .fixed_nodes = nodes_below(mesh, 1e-6)});  // zeta about 10
   GlobalSimulation simulation(*model, make_integrator("symplectic_euler"), 0.01);
   ContactSample poke;
-  poke.nodes = {26, 25, 23};
-  poke.bary = Vec3(1, 0, 0);
+  poke.moves = {{26, 25, 23}, Vec3(1, 0, 0)};
   poke.impulse = Vec3(0, 0, -1e-4);
   simulation.advance(0.5, {&poke, 1});
   EXPECT_LE((simulation.state().x - mesh.x).norm(), 0.01);

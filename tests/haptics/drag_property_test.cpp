@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 
+#include "haptics/metrics.hpp"
 #include "haptics/session.hpp"
 
 namespace kt {
@@ -74,6 +75,60 @@ TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
       const double allowed = 0.01 * scene.tool.radius;  // of the default radius for a point too
       EXPECT_LT(*std::ranges::max_element(r.penetration), allowed);
     }
+}
+
+class SmoothDrags : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Meshes, SmoothDrags, testing::Values("block.msh", "sphere.off", "organ.off", "torus.off"),
+                         [](const auto& mesh) { return std::string(mesh.param).substr(0, std::string(mesh.param).find('.')); });
+
+/// On Loop's surface, with mu = 0: no energy comes out of a press and a drag either, and the tool stays outside.
+TEST_P(SmoothDrags, StayOutsideAndGiveNoEnergy) {
+  for (const char* shape : {"sphere", "point"})
+    for (const double mu : {0.0, 0.5}) {
+      Scene scene;
+      scene.duration = 0.4;
+      scene.object.mesh = KT_SOURCE_DIR "/meshes/" + std::string(GetParam());
+      if (scene.object.mesh.ends_with(".off")) scene.object.layers = SceneLayers{1, 0.005};
+      scene.object.fixed.below->fraction = 0.3;
+      scene.tool.shape = shape;
+      scene.tool.path.press_drag =
+          PressDrag{.at = {}, .depth = 0.0015, .press_time = 0.1, .direction = {0.6, 0.8, 0}, .speed = 0.05};
+      scene.contact.mu_static = scene.contact.mu_kinetic = mu;
+      scene.contact.surface = "loop";
+      scene.collision.backend = "brute_force";
+      scene.local.reducer = "condensed";
+      SCOPED_TRACE(testing::Message() << shape << ", mu " << mu);
+      const SessionResult r = Session(scene).run();
+      const ForceMetrics m = measure_forces(r.frames, 0.15, 1e-3);
+      EXPECT_GT(m.max_n, 1e-3);
+      EXPECT_GT(m.energy_min, -1e-9);  // [J]
+      EXPECT_LE(m.max_t_over_n, mu * (1 + 1e-9) + 1e-12);
+      EXPECT_EQ(m.lost_contacts, 0);
+      EXPECT_EQ(r.missed_impacts, 0);
+      EXPECT_LT(*std::ranges::max_element(r.penetration), 1e-6);  // [m]
+    }
+}
+
+/// A sphere smaller than the triangles that it is dragged over.
+TEST(SmoothDrag, FeelsNoFoldsOfTheMesh) {
+  if (!KT_WITH_TETGEN) GTEST_SKIP() << "needs tetgen";
+  std::array<ForceMetrics, 2> metrics;
+  for (const bool smooth : {false, true}) {
+    Scene scene;
+    scene.duration = 0.6;
+    scene.object.mesh = KT_SOURCE_DIR "/meshes/slab_coarse.off";
+    scene.object.fixed.below->fraction = 0.05;
+    scene.tool.shape = "sphere";
+    scene.tool.radius = 0.002;
+    scene.tool.path.press_drag =
+        PressDrag{.at = {}, .depth = 0.003, .press_time = 0.2, .direction = {1, 0, 0}, .speed = 0.05};
+    scene.contact.mu_static = scene.contact.mu_kinetic = 0;
+    scene.contact.surface = smooth ? "loop" : "flat";
+    scene.local.reducer = "condensed";
+    metrics[smooth] = measure_forces(Session(scene).run().frames, 0.2, 1e-3);
+  }
+  EXPECT_LT(metrics[1].buzz, 0.01);
+  EXPECT_LT(metrics[1].crossing_jump, 0.4 * metrics[0].crossing_jump);
 }
 
 }  // namespace

@@ -75,7 +75,8 @@ TEST(Scene, EveryKeyIsRead) {
     "tool": {"shape": "capsule", "radius": 0.001, "path": {"hand": {"stiffness": 1, "damping": 2, "mass": 3,
              "target": [[0, 1, 2, 3], [0.5, 4, 5, 6]]}}},
     "contact": {"law": "paper_slide", "mu_static": 0.9, "mu_kinetic": 0.4, "metric": "mass", "penalty": {"stiffness": 150, "damping": 0.1},
-      "stribeck": 0.02, "regions": [{"box": [[0, 0, 0], [1, 1, 1]], "mu": 0.8}, {"box": [[0, 0, 0], [2, 2, 2]], "mu_static": 0.3, "mu_kinetic": 0.2}]},
+      "stribeck": 0.02, "regions": [{"box": [[0, 0, 0], [1, 1, 1]], "mu": 0.8}, {"box": [[0, 0, 0], [2, 2, 2]], "mu_static": 0.3, "mu_kinetic": 0.2}],
+      "surface": "h", "surface_levels": 3, "ridge_deg": 50},
     "global": {"rate_hz": 10, "integrator": "a", "solver": "f", "tolerance": 1e-4, "early_refresh": false, "look_ahead": false, "definite": false,
                "self_contact": {"mu": 0.1, "reach": 1e-4, "stiffness": 50, "creep": 2e-3}}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "catch_up": false, "blend_ms": 3,
     "integrator": "c"}, "link": {"type": "d", "latency_ms": 5, "loss": 0.25}, "collision": {"backend": "e"}})");
@@ -112,7 +113,10 @@ TEST(Scene, EveryKeyIsRead) {
                           "mass",
                           {150, 0.1},
                           0.02,
-                          {{{Vec3::Zero(), Vec3::Ones()}, 0.8, 0.8}, {{Vec3::Zero(), 2 * Vec3::Ones()}, 0.3, 0.2}}}));
+                          {{{Vec3::Zero(), Vec3::Ones()}, 0.8, 0.8}, {{Vec3::Zero(), 2 * Vec3::Ones()}, 0.3, 0.2}},
+                          "h",
+                          3,
+                          50}));
   EXPECT_EQ(s.global, (SceneGlobal{10, "a", "f", 1e-4, false, false, false, SceneSelfContact{0.1, 1e-4, 50, 2e-3}}));
   EXPECT_EQ(s.local, (SceneLocal{500, "b", 2, 0.1, 90, false, 3, "c", "frozen"}));
   EXPECT_EQ(s.link, (SceneLink{"d", 5, 0.25}));

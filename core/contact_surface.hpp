@@ -1,0 +1,62 @@
+#pragma once
+// The surface that tools touch: the patch's own triangles, or a smoother one over them whose vertices are weighted
+// means of the patch's. Linear in the nodes, so that a force on it and the motion it causes belong together: no
+// contact creates energy.
+#include "core/backend.hpp"
+#include "core/local_model.hpp"
+#include "core/node_weights.hpp"
+#include "core/reducer.hpp"
+
+namespace kt {
+
+/// How smooth; "flat": the triangles themselves.
+struct Smoothing {
+  std::string scheme = "flat";  ///< contact_surface_backends()
+  int levels = 0;               ///< each splits a triangle in four; 0: flat
+};
+
+std::vector<BackendInfo> contact_surface_backends();
+
+struct ContactSurface {
+  /// As if it were a patch of the body; global_triangle is that which a facet is a piece of, nodes have no number.
+  SurfacePatch facets;
+  int levels = 0;
+  int num_nodes = 0;  ///< of the patch
+  /// Who moves with facet t: patch vertices moved_node[k] with moved_weight[k] of its three corners, first_moved[t] <= k
+  /// < first_moved[t+1].
+  std::vector<int> first_moved, moved_node;
+  std::vector<Vec3> moved_weight;
+  std::vector<int> first, from;  ///< see Subdivision
+  std::vector<double> weight;
+
+  /// Positions or velocities of its vertices from those of the patch's. No allocation.
+  void follow(const VectorX& patch, VectorX& out) const noexcept;
+  /// Of the point of a facet. No allocation.
+  Vec3 at(const VectorX& patch, int facet, const Vec3& bary) const noexcept;
+  void add_at(VectorX& patch, int facet, const Vec3& bary, const Vec3& value) const noexcept;
+  /// J_a C J_b^T for two of its points and a matrix (3p x 3p) of the patch.
+  /// The patch vertices that move it.
+  NodeWeights moved_by(int facet, const Vec3& bary) const noexcept;
+  /// The same as nodes of the body.
+  NodeWeights moved_by(const SurfacePatch& patch, int facet, const Vec3& bary) const noexcept;
+  Mat3 couple(const MatrixX& C, int facet_a, const Vec3& bary_a, int facet_b, const Vec3& bary_b) const noexcept;
+
+  int facets_per_triangle() const { return 1 << (2 * levels); }
+  /// Numbers that stay from patch to patch: piece of the body's triangle.
+  int global_facet(int facet) const noexcept {
+    return facets.global_triangle[facet] * facets_per_triangle() + facet % facets_per_triangle();
+  }
+};
+
+/// Throws InputError for an unknown scheme.
+ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& smoothing);
+
+/// The nodes of the body that move a point of its smooth surface.   bary: weights in the triangle
+NodeWeights moved_by(const Surface& surface, const Smoothing& smoothing, int triangle, const Vec3& bary);
+
+/// The point of the triangle that `bary` of its piece is.
+Vec3 weights_in_triangle(int piece, int levels, const Vec3& bary);
+/// The piece that holds the point of a triangle, and the weights in it.
+std::pair<int, Vec3> piece_at(int levels, const Vec3& bary);
+
+}  // namespace kt
