@@ -53,11 +53,11 @@ ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& 
   out.num_nodes = patch.num_vertices();
   if (out.levels == 0) out.facets = patch;
   std::vector<std::array<bool, 3>> sharp;
-  for (const auto& c : patch.crease) sharp.push_back({c[0] != Crease::none, c[1] != Crease::none, c[2] != Crease::none});
+  for (const auto& c : patch.crease)
+    sharp.push_back({c[0] != Crease::none, c[1] != Crease::none, c[2] != Crease::none});
   sharp.resize(patch.triangles.size());
-  const Subdivision fine = out.levels == 0
-                               ? make_flat(patch)
-                               : subdivide_loop(patch.triangles, patch.num_vertices(), sharp, out.levels);
+  const Subdivision fine =
+      out.levels == 0 ? make_flat(patch) : subdivide_loop(patch.triangles, patch.num_vertices(), sharp, out.levels);
   if (out.levels > 0) {
     SurfacePatch& f = out.facets;
     f.triangles = fine.triangles;
@@ -81,8 +81,9 @@ ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& 
       for (int k = fine.first[t[c]]; k < fine.first[t[c] + 1]; ++k)
         moved.try_emplace(fine.from[k], Vec3::Zero()).first->second[c] += fine.weight[k];
     if (moved.size() > NodeWeights::kMost)
-      throw InputError(text("contact.surface ", smoothing.scheme, ": a point near node ", patch.global_node[moved.begin()->first],
-                            " moves with ", moved.size(), " nodes, at most ", NodeWeights::kMost, ": use flat"));
+      throw InputError(text("contact.surface ", smoothing.scheme, ": a point near node ",
+                            patch.global_node[moved.begin()->first], " moves with ", moved.size(), " nodes, at most ",
+                            NodeWeights::kMost, ": use flat"));
     for (const auto& [node, weight] : moved) {
       out.moved_node.push_back(node);
       out.moved_weight.push_back(weight);
@@ -130,8 +131,7 @@ Mat3 ContactSurface::couple(const MatrixX& C, int facet_a, const Vec3& bary_a, i
 
 NodeWeights ContactSurface::moved_by(int facet, const Vec3& bary) const noexcept {
   NodeWeights out;
-  for (int k = first_moved[facet]; k < first_moved[facet + 1]; ++k)
-    out.add(moved_node[k], bary.dot(moved_weight[k]));
+  for (int k = first_moved[facet]; k < first_moved[facet + 1]; ++k) out.add(moved_node[k], bary.dot(moved_weight[k]));
   return out;
 }
 
@@ -156,10 +156,17 @@ Vec3 weights_in_triangle(int piece, int levels, const Vec3& bary) {
   for (int i = 0; i < levels; ++i, piece /= 4) {
     const Vec3 half = 0.5 * w;
     switch (piece % 4) {
-      case 0: w = {w[0] + half[1] + half[2], half[1], half[2]}; break;
-      case 1: w = {half[0], w[1] + half[0] + half[2], half[2]}; break;
-      case 2: w = {half[0], half[1], w[2] + half[0] + half[1]}; break;
-      default: w = {half[0] + half[2], half[0] + half[1], half[1] + half[2]};
+      case 0:
+        w = {w[0] + half[1] + half[2], half[1], half[2]};
+        break;
+      case 1:
+        w = {half[0], w[1] + half[0] + half[2], half[2]};
+        break;
+      case 2:
+        w = {half[0], half[1], w[2] + half[0] + half[1]};
+        break;
+      default:
+        w = {half[0] + half[2], half[0] + half[1], half[1] + half[2]};
     }
   }
   return w;

@@ -22,8 +22,8 @@ struct ContactSurface {
   SurfacePatch facets;
   int levels = 0;
   int num_nodes = 0;  ///< of the patch
-  /// Who moves with facet t: patch vertices moved_node[k] with moved_weight[k] of its three corners, first_moved[t] <= k
-  /// < first_moved[t+1].
+  /// Who moves with facet t: patch vertices moved_node[k] with moved_weight[k] of its three corners, first_moved[t] <=
+  /// k < first_moved[t+1].
   std::vector<int> first_moved, moved_node;
   std::vector<Vec3> moved_weight;
   std::vector<int> first, from;  ///< see Subdivision

@@ -25,8 +25,7 @@ GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr
 std::optional<State> GlobalSimulation::foresee(double dt, std::span<const ContactHold> holds) {
   if (!unconditional_ || holds.empty() || dt <= 0) return {};
   VectorX friction = VectorX::Zero(state_.x.size());
-  for (const ContactHold& hold : holds)
-    hold.moves.add_to(friction, friction_scale_ * hold.friction);
+  for (const ContactHold& hold : holds) hold.moves.add_to(friction, friction_scale_ * hold.friction);
   const HeldModel held(model_, holds, kHoldStiffness);
   State ahead = state_;
   integrator_->step(held, friction, dt, ahead);

@@ -6,9 +6,7 @@
 namespace kt {
 namespace {
 
-Vec3 offset(const ContactHold& hold, const VectorX& x) {
-  return hold.point - hold.moves.of(x);
-}
+Vec3 offset(const ContactHold& hold, const VectorX& x) { return hold.point - hold.moves.of(x); }
 
 }  // namespace
 

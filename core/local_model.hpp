@@ -15,7 +15,7 @@ struct SurfacePatch {
   std::vector<int> global_node;      ///< of each local vertex, (p)
   std::vector<char> on_rim;          ///< per triangle: it touches the edge of the patch, not of the body
   SurfaceTopology topology;
-  std::vector<std::array<int, 3>> wall;  ///< see find_walls(): of the body at rest, not of its dents
+  std::vector<std::array<int, 3>> wall;       ///< see find_walls(): of the body at rest, not of its dents
   std::vector<std::array<Crease, 3>> crease;  ///< of its edges, of the body at rest; empty: none
   /// Vertices that a tool within reach touches: not those of rim triangles alone, which are there for the normals. (p)
   std::vector<char> in_reach;

@@ -21,11 +21,11 @@ struct Edge {
 struct Level {
   std::vector<Triangle> triangles;
   std::vector<std::array<bool, 3>> sharp;
-  std::vector<Row> rows;                        // of each vertex
-  std::vector<Edge> edges;                      // of these triangles
-  std::vector<std::array<int, 3>> edge_of;      // edge (v[i], v[i+1]) of each triangle
-  std::vector<std::vector<int>> neighbours;     // of each vertex, in no order
-  std::vector<std::vector<int>> sharp_to;       // those over sharp edges
+  std::vector<Row> rows;                     // of each vertex
+  std::vector<Edge> edges;                   // of these triangles
+  std::vector<std::array<int, 3>> edge_of;   // edge (v[i], v[i+1]) of each triangle
+  std::vector<std::vector<int>> neighbours;  // of each vertex, in no order
+  std::vector<std::vector<int>> sharp_to;    // those over sharp edges
 };
 
 void find_edges(Level& level) {
@@ -36,7 +36,8 @@ void find_edges(Level& level) {
   for (int t = 0; t < static_cast<int>(level.triangles.size()); ++t)
     for (int c = 0; c < 3; ++c) {
       const int a = level.triangles[t][c], b = level.triangles[t][(c + 1) % 3];
-      const auto [at, is_new] = known.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<int>(level.edges.size()));
+      const auto [at, is_new] =
+          known.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<int>(level.edges.size()));
       if (is_new) level.edges.push_back({std::min(a, b), std::max(a, b), {}, false});
       Edge& edge = level.edges[at->second];
       edge.sides.emplace_back(t, (c + 2) % 3);
@@ -82,17 +83,22 @@ double loop_share(std::size_t neighbours) {
 
 Row loop_vertex(const Level& level, int v) {
   switch (kind_of(level, v)) {
-    case VertexKind::corner: return level.rows[v];
-    case VertexKind::crease: return mean_with(level, v, 1.0 / 4, level.sharp_to[v]);
-    default: return mean_with(level, v, loop_share(level.neighbours[v].size()), level.neighbours[v]);
+    case VertexKind::corner:
+      return level.rows[v];
+    case VertexKind::crease:
+      return mean_with(level, v, 1.0 / 4, level.sharp_to[v]);
+    default:
+      return mean_with(level, v, loop_share(level.neighbours[v].size()), level.neighbours[v]);
   }
 }
 
 /// Where endless refinement takes the vertex: the eigenvector of its ring's refinement.
 Row loop_limit(const Level& level, int v) {
   switch (kind_of(level, v)) {
-    case VertexKind::corner: return level.rows[v];
-    case VertexKind::crease: return mean_with(level, v, 1.0 / 3, level.sharp_to[v]);
+    case VertexKind::corner:
+      return level.rows[v];
+    case VertexKind::crease:
+      return mean_with(level, v, 1.0 / 3, level.sharp_to[v]);
     default: {
       const double share = loop_share(level.neighbours[v].size());
       return mean_with(level, v, share / (3.0 / 8 + share), level.neighbours[v]);
@@ -120,10 +126,9 @@ Level refine(const Level& level) {
     const std::array<bool, 3> sharp{level.edges[e[0]].sharp, level.edges[e[1]].sharp, level.edges[e[2]].sharp};
     const int ab = n + e[0], bc = n + e[1], ca = n + e[2];
     out.triangles.insert(out.triangles.end(), {{v[0], ab, ca}, {ab, v[1], bc}, {ca, bc, v[2]}, {ab, bc, ca}});
-    out.sharp.insert(out.sharp.end(), {{sharp[0], false, sharp[2]},
-                                       {sharp[0], sharp[1], false},
-                                       {false, sharp[1], sharp[2]},
-                                       {false, false, false}});
+    out.sharp.insert(
+        out.sharp.end(),
+        {{sharp[0], false, sharp[2]}, {sharp[0], sharp[1], false}, {false, sharp[1], sharp[2]}, {false, false, false}});
   }
   return out;
 }
@@ -131,7 +136,7 @@ Level refine(const Level& level) {
 }  // namespace
 
 Subdivision subdivide_loop(std::span<const Triangle> triangles, int num_vertices,
-                      std::span<const std::array<bool, 3>> sharp, int levels) {
+                           std::span<const std::array<bool, 3>> sharp, int levels) {
   Level level;
   level.triangles.assign(triangles.begin(), triangles.end());
   level.sharp.assign(sharp.begin(), sharp.end());

@@ -21,8 +21,8 @@ struct Subdivision {
 /// than six neighbours, where its normal is. It lies within the hull of the triangles, so inside a convex body. The
 /// vertices are those that endless refinement leads to.
 ///
-/// Sharp edges stay edges, and vertices where one or more than two of them meet stay where they are, as do vertices with
-/// more than ten neighbours; edges of one triangle or of more than two are sharp.
+/// Sharp edges stay edges, and vertices where one or more than two of them meet stay where they are, as do vertices
+/// with more than ten neighbours; edges of one triangle or of more than two are sharp.
 /// @param sharp   per triangle: of its edges (v[i], v[i+1])
 /// @param levels  >= 1
 Subdivision subdivide_loop(std::span<const Triangle> triangles, int num_vertices,

@@ -21,8 +21,8 @@ SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes
 
 enum class Crease : char { none, ridge, groove };
 
-/// Of each edge (v[i], v[i+1]) of each triangle: ridges are convex edges over which the faces' normals turn by more than
-/// `ridge_angle`, grooves concave ones with more than 45 degrees.
+/// Of each edge (v[i], v[i+1]) of each triangle: ridges are convex edges over which the faces' normals turn by more
+/// than `ridge_angle`, grooves concave ones with more than 45 degrees.
 /// @param x            positions at rest [m], (3n)
 /// @param ridge_angle  [rad]
 std::vector<std::array<Crease, 3>> find_creases(std::span<const Triangle> triangles, const VectorX& x,

@@ -215,8 +215,7 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     ContactSample& sample = samples_[num_samples_++];
     sample.triangle = facets.global_triangle[contact.triangle];
     sample.t = t_ - h_;
-    sample.bary =
-        weights_in_triangle(contact.triangle % surface.facets_per_triangle(), surface.levels, contact.bary);
+    sample.bary = weights_in_triangle(contact.triangle % surface.facets_per_triangle(), surface.levels, contact.bary);
     sample.moves = surface.moved_by(model_->model.patch, contact.triangle, contact.bary);
     sample.impulse = impulse;
     sample.normal = contact.normal;

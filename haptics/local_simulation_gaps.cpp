@@ -78,8 +78,8 @@ bool push_apart(const Matrix& A, Vector gap, Vector& impulse) noexcept {
   return false;
 }
 
-/// How the gap changes as the surface yields: towards a sphere's centre; for a point the face's, not the blended one, unless
-/// the gap is the distance from a plane.
+/// How the gap changes as the surface yields: towards a sphere's centre; for a point the face's, not the blended one,
+/// unless the gap is the distance from a plane.
 Vec3 gap_slope(const SurfacePatch& patch, const VectorX& x, const Contact& contact, double radius) noexcept {
   if (radius > 0 && !patch.is_curved) return contact.normal;
   const Triangle& t = patch.triangles[contact.triangle];

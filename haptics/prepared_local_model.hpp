@@ -43,7 +43,7 @@ struct PreparedLocalModel {
   LocalModel model;
   ContactSurface surface;  ///< what tools touch; contacts name its facets
   std::unique_ptr<LocalDynamics> dynamics;
-  std::unique_ptr<TriangleIndex> index;  ///< of the surface
+  std::unique_ptr<TriangleIndex> index;    ///< of the surface
   SparseMatrix patch_basis;                ///< first 3p rows of the basis
   MatrixX dense_patch_basis;               ///< the same when most entries are not zero: several times faster
   std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move

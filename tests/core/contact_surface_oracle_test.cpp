@@ -34,7 +34,8 @@ TEST(ContactSurface, FlatIsThePatch) {
   EXPECT_EQ(flat.facets.triangles, b.patch.triangles);
   const Vec3 bary(0.2, 0.3, 0.5);
   const Triangle& t = b.patch.triangles[3];
-  EXPECT_LT((flat.at(b.x, 3, bary) - 0.2 * node(b.x, t[0]) - 0.3 * node(b.x, t[1]) - 0.5 * node(b.x, t[2])).norm(), 1e-17);
+  EXPECT_LT((flat.at(b.x, 3, bary) - 0.2 * node(b.x, t[0]) - 0.3 * node(b.x, t[1]) - 0.5 * node(b.x, t[2])).norm(),
+            1e-17);
 }
 
 TEST(ContactSurface, APointIsWhereItsFacetIs) {
@@ -96,7 +97,8 @@ TEST(ContactSurface, PiecesCoverTheirTriangle) {
 std::vector<Vec3> loop_of(const Mesh& mesh, int levels, double ridge_angle) {
   const Surface surface = make_surface(mesh, ridge_angle);
   std::vector<std::array<bool, 3>> sharp;
-  for (const auto& c : surface.crease) sharp.push_back({c[0] != Crease::none, c[1] != Crease::none, c[2] != Crease::none});
+  for (const auto& c : surface.crease)
+    sharp.push_back({c[0] != Crease::none, c[1] != Crease::none, c[2] != Crease::none});
   const Subdivision s = subdivide_loop(surface.triangles, mesh.num_nodes(), sharp, levels);
   std::vector<Vec3> out;
   for (int v = 0; v < s.num_vertices(); ++v) {

@@ -79,7 +79,9 @@ TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
 
 class SmoothDrags : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Meshes, SmoothDrags, testing::Values("block.msh", "sphere.off", "organ.off", "torus.off"),
-                         [](const auto& mesh) { return std::string(mesh.param).substr(0, std::string(mesh.param).find('.')); });
+                         [](const auto& mesh) {
+                           return std::string(mesh.param).substr(0, std::string(mesh.param).find('.'));
+                         });
 
 /// On Loop's surface, with mu = 0: no energy comes out of a press and a drag either, and the tool stays outside.
 TEST_P(SmoothDrags, StayOutsideAndGiveNoEnergy) {

@@ -78,7 +78,7 @@ TEST(Buzz, LooksAtSteadyContactOnly) {
 
 TEST(Jumps, AreTheLargestChangeAtACrossingAndAtARefreshOverTheMean) {
   auto frames = contact(std::vector<double>(1000, 0.0));  // |F| = 2
-  for (int i = 400; i < 1000; ++i) frames[i].triangle = 7;
+  for (int i = 400; i < 1000; ++i) frames[i].triangle = frames[i].facet = 7;
   for (int i = 700; i < 1000; ++i) frames[i].model_frame = 3;
   frames[200].force.z() = 9;  // neither
   frames[400].force.z() = 2.5;

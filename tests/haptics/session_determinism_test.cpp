@@ -119,9 +119,9 @@ std::uint64_t golden_hash(const std::string& shape, const std::string& law) {
 
 // A change here means that recorded sessions no longer replay: say so in the changelog. The values are those of x86-64.
 TEST(GoldenHash, IsThatOfTheRecordedDays) {
-  EXPECT_EQ(golden_hash("point", "coulomb"), 5111148590754255674u);
-  EXPECT_EQ(golden_hash("sphere", "coulomb"), 9507120042648195310u);
-  EXPECT_EQ(golden_hash("point", "paper_stick_slip"), 2258526207914856581u);
+  EXPECT_EQ(golden_hash("point", "coulomb"), 4242518874433435859u);
+  EXPECT_EQ(golden_hash("sphere", "coulomb"), 6426956750389214694u);
+  EXPECT_EQ(golden_hash("point", "paper_stick_slip"), 15355083661638184136u);
 }
 
 }  // namespace
