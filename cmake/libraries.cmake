@@ -21,7 +21,7 @@ endfunction()
 
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
 set(kt_off)
-foreach(pair "CHOLMOD=core/cholmod" "EMBREE=collision/embree" "OPENMESH=io/[a-z_]*openmesh"
+foreach(pair "CHOLMOD=core/cholmod" "EMBREE=collision/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
              "CGAL=io/[a-z_]*cgal" "CGAL=collision/cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen" )
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
