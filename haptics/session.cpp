@@ -118,6 +118,7 @@ void check_methods(const Scene& scene) {
     throw InputError(text("local.integrator \"exact\" is none of the paper's; contact.law \"", scene.contact.law,
                           "\" needs symplectic_euler or implicit_euler"));
   make_scene_method(scene, {});
+  scene_smoothing(scene);
   const bool is_round = scene.tool.shape == "point" || scene.tool.shape == "sphere";
   const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
   if (!is_round && (is_geometric(scene.contact.law) || method == "frozen" || method == "penalty" || method == "legacy"))
