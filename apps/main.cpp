@@ -73,7 +73,10 @@ int main(int argc, char** argv) {
   kt::add_replay_command(app, exit_code);
   kt::add_mesh_command(app, exit_code);
   kt::add_advise_command(app, exit_code);
+  kt::add_chart_command(app, exit_code);
   kt::add_bench_command(app, exit_code);
+  kt::add_stability_command(app, exit_code);
+  kt::add_check_command(app, exit_code);
   kt::add_list_command(app, exit_code);
   try {
     app.parse(argc, argv);

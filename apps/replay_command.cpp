@@ -35,6 +35,12 @@ void replay(std::string file, const std::string& out, int& exit_code) {
     const auto recording = std::filesystem::path(file).parent_path() / json["recording"].get<std::string>();
     scene.tool.path = {std::nullopt, std::nullopt, recording.string(), std::nullopt};
     settings.session.max_speed = json["max_speed"].get<double>();
+    if (scene.second_tool) {
+      const auto& second = json.at("second_tool");
+      const auto path = std::filesystem::path(file).parent_path() / second.at("recording").get<std::string>();
+      scene.second_tool->path = {std::nullopt, std::nullopt, path.string(), std::nullopt};
+      settings.session.second_max_speed = second.at("max_speed").get<double>();
+    }
     for (const auto& r : json["refreshes"]) settings.session.refreshes.push_back({r.at(0), r.at(1)});
     hash = json["hash"].get<std::string>();
   } catch (const nlohmann::json::exception& e) {

@@ -60,4 +60,12 @@ bool write_paper_report(const std::string& dir, const ReportSettings& settings) 
   return run_script(dir, {"--paper"}, settings);
 }
 
+bool write_chart_report(const std::string& dir) { return run_script(dir, {"--chart"}, {}); }
+
+bool write_stability_report(const std::string& dir, const ReportSettings& settings) {
+  return run_script(dir, {"--stability"}, settings);
+}
+
+bool write_check_page(const std::string& dir) { return run_script(dir, {"--check"}, {.seconds = 600}); }
+
 }  // namespace kt

@@ -19,4 +19,11 @@ bool write_report(const std::string& dir, const ReportSettings& settings = {});
 /// paper.png and paper.html in `dir`, from its folders slide, stick, stick_slip and coulomb.
 bool write_paper_report(const std::string& dir, const ReportSettings& settings = {});
 
+/// chart.html, and for each chart a .png and an .svg, in `dir`, from its chart.json.
+bool write_chart_report(const std::string& dir);
+/// <map>.png, <map>.svg and stability.html in `dir`, from stability.json and the maps' tables.
+bool write_stability_report(const std::string& dir, const ReportSettings& settings = {.seconds = 300.0});
+/// report.html in `dir`, from its report.json and outlines.json (`kilotouch check`).
+bool write_check_page(const std::string& dir);
+
 }  // namespace kt

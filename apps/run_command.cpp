@@ -34,6 +34,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->add_option("--reference-file", a->settings.reference.file,
                    "compare with the reference.csv of an earlier run on the same body and path")
       ->excludes(reference);
+  command->add_option(
+      "--truth", a->settings.reference.truth,
+      "also compare with reference.csv or trace.csv of a better run along the same tool path, as on a finer mesh");
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab");

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "haptics/contact_events.hpp"
@@ -15,10 +17,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr double kNoticeableDepth = 1e-4;  // [m] contact ends at micrometres: more is a fault, or a tool that a new
+                                           // patch has found inside
+
 Json percentiles(const std::vector<double>& values, bool tail) {
   Json out{{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
   if (tail) out["p999"] = percentile(values, 0.999);
   out["max"] = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+  return out;
+}
+
+/// What the processor has to do, whatever else runs on the machine. Without the refresh that sets the run up.
+Json cpu_json(const SessionResult& result) {
+  const std::vector<double> refreshes(result.slow_cpu_ms.begin() + 1, result.slow_cpu_ms.end());
+  const double ticks_s = 1e-6 * std::accumulate(result.step_us.begin(), result.step_us.end(), 0.0);
+  const double refreshes_s = 1e-3 * std::accumulate(refreshes.begin(), refreshes.end(), 0.0);
+  const double simulated = result.frames.empty() ? 0 : result.frames.back().t;
+  Json out = {{"refresh_ms", percentiles(refreshes, false)}, {"ticks_s", ticks_s}, {"refreshes_s", refreshes_s}};
+  out["per_simulated_second"] = simulated > 0 ? Json((ticks_s + refreshes_s) / simulated) : Json(nullptr);
   return out;
 }
 
@@ -39,7 +55,8 @@ Json model_json(const Session& session) {
 }
 
 /// The tick's flags as warnings, one line a kind.
-void add_flag_warnings(const SessionResult& result, Json& warnings) {
+/// @param keeps_outside  the method lets no tool into the body
+void add_flag_warnings(const SessionResult& result, bool keeps_outside, Json& warnings) {
   struct Kind {
     unsigned flag;
     const char* text;
@@ -51,12 +68,18 @@ void add_flag_warnings(const SessionResult& result, Json& warnings) {
       {kRigidContact, "contact with a clamped part, which cannot give way"},
       {kNotFinite, "the local model left the finite numbers and was reset (use local.integrator implicit_euler)"}};
   for (const Kind& kind : kKinds) {
-    const auto ticks = std::count_if(result.frames.begin(), result.frames.end(),
-                                     [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
-    if (ticks > 0) warnings.push_back(text(kind.text, ": ", ticks, " of ", result.frames.size(), " ticks"));
+    const auto warn = [&](const std::vector<LocalFrame>& frames, const std::string& who) {
+      const auto ticks = std::ranges::count_if(frames, [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
+      if (ticks > 0) warnings.push_back(text(who, kind.text, ": ", ticks, " of ", frames.size(), " ticks"));
+    };
+    warn(result.frames, "");
+    if (result.second_tool) warn(result.second_tool->frames, "second tool: ");
   }
-  if (result.limited_forces > 0)
-    warnings.push_back(text("the force was cut to the device's limit in ", result.limited_forces, " ticks"));
+  const auto warn_of_limit = [&](int ticks, const char* who) {
+    if (ticks > 0) warnings.push_back(text(who, "the force was cut to the device's limit in ", ticks, " ticks"));
+  };
+  warn_of_limit(result.limited_forces, "");
+  if (result.second_tool) warn_of_limit(result.second_tool->limited_forces, "second tool: ");
   if (const StepStatistics& steps = result.global_steps; steps.projected + steps.not_converged > 0)
     warnings.push_back(
         text("global steps: ", steps.projected, " of ", steps.iterations,
@@ -69,15 +92,26 @@ void add_flag_warnings(const SessionResult& result, Json& warnings) {
     warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
                             result.refreshes.size(),
                             " refreshes; clamped there, the local model is stiffer than the body"));
+  const auto warn_of_depth = [&](const std::vector<double>& depth, const char* who) {
+    if (depth.empty() || !keeps_outside) return;
+    const auto ticks = std::ranges::count_if(depth, [](double d) { return d > kNoticeableDepth; });
+    if (ticks > 0)
+      warnings.push_back(text(who, "the tool was up to ", 1e3 * std::ranges::max(depth), " mm inside the body, in ",
+                              ticks, " of ", depth.size(), " ticks: forces there are not to be trusted"));
+  };
+  warn_of_depth(result.penetration, "");
+  if (result.second_tool) warn_of_depth(result.second_tool->penetration, "second tool: ");
   if (result.stopped) warnings.push_back(text("stopped early, after ", result.frames.size(), " ticks"));
 }
 
-std::string trace_csv(const SessionResult& result) {
+/// @param frames   of one tool
+/// @param step_us  of the tick: that of both tools
+std::string trace_csv(const std::vector<LocalFrame>& frames, const std::vector<double>& step_us) {
   std::string out =
       "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
       "torque_x,torque_y,torque_z\n";
-  for (std::size_t i = 0; i < result.frames.size(); ++i) {
-    const LocalFrame& f = result.frames[i];
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const LocalFrame& f = frames[i];
     const auto number = [&](double value) {
       append_number(out, value);
       out += ',';
@@ -91,7 +125,7 @@ std::string trace_csv(const SessionResult& result) {
     number(f.toi);
     number(f.gap);
     out += text(f.model_frame, ',');
-    number(result.step_us[i]);
+    number(step_us[i]);
     for (int c = 0; c < 3; ++c) number(f.torque[c]);
     out.back() = '\n';
   }
@@ -113,7 +147,7 @@ std::string events_csv(std::span<const ContactEvent> events) {
 }
 
 /// The start position, then one line a tick: what the recorded device plays.
-std::string recording_csv(const SessionResult& result, const Vec3& start) {
+std::string recording_csv(const std::vector<LocalFrame>& frames, const Vec3& start) {
   std::string out = "t,x,y,z\n";
   const auto line = [&](double t, const Vec3& x) {
     append_number(out, t);
@@ -121,16 +155,19 @@ std::string recording_csv(const SessionResult& result, const Vec3& start) {
     out += '\n';
   };
   line(0, start);
-  for (const LocalFrame& f : result.frames) line(f.t, f.tool);
+  for (const LocalFrame& f : frames) line(f.t, f.tool);
   return out;
 }
 
 Json session_json(const Session& session, const SessionResult& result) {
   Json refreshes = Json::array();
   for (const RefreshEvent& r : result.refreshes) refreshes.push_back({r.linearized_tick, r.adopted_tick});
-  return {{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
-          {"recording", "recording.csv"}, {"max_speed", result.max_speed},
-          {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
+  Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
+           {"recording", "recording.csv"}, {"max_speed", result.max_speed},
+           {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
+  if (result.second_tool)
+    out["second_tool"] = {{"recording", "recording_2.csv"}, {"max_speed", result.second_tool->max_speed}};
+  return out;
 }
 
 /// Surface nodes only, renumbered: what a picture needs.
@@ -155,25 +192,87 @@ Json view_json(const Session& session, const SessionResult& result) {
   Json fixed = Json::array(), frames = Json::array(), path = Json::array();
   for (int i : session.model().fixed_nodes())
     if (local[i] >= 0) fixed.push_back(local[i]);
-  for (const Snapshot& s : result.snapshots)
+  for (const Snapshot& s : result.snapshots) {
     frames.push_back({{"t", s.t}, {"tool", point(s.tool)}, {"x", points(s.x)}});
+    if (s.second_tool) frames.back()["second_tool"] = point(*s.second_tool);
+  }
   const std::size_t stride = std::max<std::size_t>(1, result.frames.size() / 500);
   for (std::size_t i = 0; i < result.frames.size(); i += stride) path.push_back(point(result.frames[i].tool));
-  const SceneTool& tool = session.scene().tool;
-  Json corners = Json::array();
-  for (const Vec3& corner : session.tool().corners) corners.push_back(point(corner));
-  return {{"tool",
-           {{"shape", tool.shape},
-            {"radius", session.tool().radius},
-            {"corners", corners},
-            {"triangles", session.tool().triangles},
-            {"turn", point(tool.turn)},
-            {"spin", point(tool.spin)}}},
-          {"frames", frames},
-          {"rest", points(mesh.x)},
-          {"triangles", triangles},
-          {"fixed", fixed},
-          {"path", path}};
+  const auto tool_json = [&](const SceneTool& tool, const ToolShape& shape) {
+    Json corners = Json::array();
+    for (const Vec3& corner : shape.corners) corners.push_back(point(corner));
+    return Json{{"shape", tool.shape},          {"radius", shape.radius},   {"corners", corners},
+                {"triangles", shape.triangles}, {"turn", point(tool.turn)}, {"spin", point(tool.spin)}};
+  };
+  Json out{{"tool", tool_json(session.scene().tool, session.tool())},
+           {"frames", frames},
+           {"rest", points(mesh.x)},
+           {"triangles", triangles},
+           {"fixed", fixed},
+           {"path", path}};
+  if (!result.second_tool) return out;
+  out["second_tool"] = tool_json(*session.scene().second_tool, session.tools()[1]);
+  Json second_path = Json::array();
+  const std::vector<LocalFrame>& second = result.second_tool->frames;
+  for (std::size_t i = 0; i < second.size(); i += stride) second_path.push_back(point(second[i].tool));
+  out["second_path"] = second_path;
+  return out;
+}
+
+Json force_json(const ForceMetrics& force, const SceneContact& contact) {
+  return {{"mean_n", force.mean_n},
+          {"max_n", force.max_n},
+          {"mean_t", force.mean_t},
+          {"max_t", force.max_t},
+          {"max_t_over_mu_n", contact.mu_static > 0 ? force.max_t_over_n / contact.mu_static : 0.0},
+          {"buzz", force.buzz},
+          {"crossing_jump", force.crossing_jump},
+          {"refresh_jump", force.refresh_jump}};
+}
+
+Json ticks_json(const ForceMetrics& force, std::size_t total) {
+  return {{"free", force.ticks_free},
+          {"stick", force.ticks_stick},
+          {"slide", force.ticks_slide},
+          {"frictional_slide", force.ticks_frictional_slide},
+          {"total", total}};
+}
+
+Json events_json(const std::vector<LocalFrame>& frames) {
+  constexpr ContactEventKind kKinds[] = {ContactEventKind::touch, ContactEventKind::release,
+                                         ContactEventKind::stick_to_slip, ContactEventKind::slip_to_stick,
+                                         ContactEventKind::edge};
+  const std::vector<ContactEvent> events = find_contact_events(frames);
+  Json out;
+  for (const ContactEventKind kind : kKinds) out[name_of(kind)] = std::ranges::count(events, kind, &ContactEvent::kind);
+  return out;
+}
+
+/// Least work that all hands together have done on the body so far, over the run [J]; below 0: energy came out.
+double least_work_of_both(const SessionResult& result) {
+  double work = 0, least = 0;
+  for (std::size_t i = 1; i < result.frames.size(); ++i) {
+    for (const auto* frames : {&result.frames, &result.second_tool->frames})
+      work -= (*frames)[i].force.dot((*frames)[i].tool - (*frames)[i - 1].tool);
+    least = std::min(least, work);
+  }
+  return least;
+}
+
+Json second_tool_json(const Scene& scene, const SessionResult& result, double steady) {
+  const SecondToolRun& run = *result.second_tool;
+  const ForceMetrics force = measure_forces(run.frames, steady, 1 / scene.local.rate_hz);
+  const bool checked = !run.penetration.empty();
+  return {{"force", force_json(force, scene.contact)},
+          {"ticks", ticks_json(force, run.frames.size())},
+          {"events", events_json(run.frames)},
+          {"crossings", force.crossings},
+          {"lost_contacts", force.lost_contacts},
+          {"missed_impacts", checked ? Json(run.missed_impacts) : Json(nullptr)},
+          {"penetration_max_m",
+           checked ? Json(*std::max_element(run.penetration.begin(), run.penetration.end())) : Json(nullptr)},
+          {"energy_min_j", force.energy_min},
+          {"energy_min_of_both_j", least_work_of_both(result)}};
 }
 
 }  // namespace
@@ -240,26 +339,9 @@ Json make_summary(const Session& session, const SessionResult& result) {
          {"dof", c.dof},
          {"error", std::isfinite(c.error) ? Json(c.error) : Json(nullptr)},
          {"predicted_us", std::isfinite(c.tick_us) ? Json(c.tick_us) : Json(nullptr)}});
-  out["force"] = {{"mean_n", force.mean_n},
-                  {"max_n", force.max_n},
-                  {"mean_t", force.mean_t},
-                  {"max_t", force.max_t},
-                  {"max_t_over_mu_n", scene.contact.mu_static > 0 ? force.max_t_over_n / scene.contact.mu_static : 0.0},
-                  {"buzz", force.buzz},
-                  {"crossing_jump", force.crossing_jump},
-                  {"refresh_jump", force.refresh_jump}};
-  out["ticks"] = {{"free", force.ticks_free},
-                  {"stick", force.ticks_stick},
-                  {"slide", force.ticks_slide},
-                  {"frictional_slide", force.ticks_frictional_slide},
-                  {"total", result.frames.size()}};
-  constexpr ContactEventKind kKinds[] = {ContactEventKind::touch, ContactEventKind::release,
-                                         ContactEventKind::stick_to_slip, ContactEventKind::slip_to_stick,
-                                         ContactEventKind::edge};
-  const std::vector<ContactEvent> events = find_contact_events(result.frames);
-  for (const ContactEventKind kind : kKinds)
-    out["events"][name_of(kind)] =
-        std::count_if(events.begin(), events.end(), [&](const ContactEvent& e) { return e.kind == kind; });
+  out["force"] = force_json(force, scene.contact);
+  out["ticks"] = ticks_json(force, result.frames.size());
+  out["events"] = events_json(result.frames);
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
   const bool checked = !result.penetration.empty();
@@ -267,6 +349,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["penetration_max_m"] =
       checked ? Json(*std::max_element(result.penetration.begin(), result.penetration.end())) : Json(nullptr);
   out["energy_min_j"] = force.energy_min;
+  if (result.second_tool) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
   out["step_us"] = percentiles(result.step_us, true);
   if (!result.lateness_us.empty()) {
     out["lateness_us"] = percentiles(result.lateness_us, true);
@@ -277,6 +360,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["global_ms"] = percentiles(result.global_ms, false);
   out["refresh_ms"] = percentiles(result.refresh_ms, false);
   for (const auto& [part, ms] : result.refresh_parts_ms) out["refresh_parts_ms"][part] = percentile(ms, 0.5);
+  if (!result.slow_cpu_ms.empty()) out["cpu"] = cpu_json(result);
   out["refreshes"] = result.refreshes.size();
   out["deadline_misses"] = result.deadline_misses;
   out["allocations_per_tick"] =
@@ -285,7 +369,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
           : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
   out["warnings"] = Json::array();
   for (const std::string& warning : result.warnings) out["warnings"].push_back(warning);
-  add_flag_warnings(result, out["warnings"]);
+  add_flag_warnings(result, scene.local.method == "multirate" && scene.contact.law == "coulomb", out["warnings"]);
   out["settings"] = Json::parse(to_json(scene));
   return out;
 }
@@ -297,18 +381,41 @@ void add_reference(Json& summary, const SessionResult& result, const Reference& 
                           {"floor_n", error.floor},
                           {"rate_hz", reference.rate_hz},
                           {"seconds", reference.seconds}};
+  if (result.second_tool) {
+    const ForceError second = compare_forces(tick_forces(result.second_tool->frames), reference.second_force);
+    summary["reference"]["second_tool"] = {
+        {"force_error", second.force_error}, {"jnd_fraction", second.jnd_fraction}, {"floor_n", second.floor}};
+  }
   for (const std::string& warning : reference.warnings) summary["warnings"].push_back(warning);
+}
+
+void add_truth(Json& summary, const SessionResult& result, const Reference& truth) {
+  const std::vector<Vec3> forces = tick_forces(result.frames), path = tool_path(result);
+  const ForceError error = compare_forces(forces, truth);
+  const double work = tool_work(forces, path), true_work = tool_work(truth.force, path);
+  summary["truth"] = {{"force_error", error.force_error},
+                      {"jnd_fraction", error.jnd_fraction},
+                      {"work_j", work},
+                      {"true_work_j", true_work},
+                      {"work_error", true_work != 0 ? Json(std::abs(work / true_work - 1)) : Json(nullptr)}};
 }
 
 void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary) {
   make_folder(dir);
   const Vec3 start = result.start;
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
-  write_file_whole(dir + "/trace.csv", trace_csv(result));
+  write_file_whole(dir + "/trace.csv", trace_csv(result.frames, result.step_us));
   write_file_whole(dir + "/events.csv", events_csv(find_contact_events(result.frames)));
   write_file_whole(dir + "/summary.json", summary.dump(2) + "\n");
   write_file_whole(dir + "/view.json", view_json(session, result).dump());
-  write_file_whole(dir + "/recording.csv", recording_csv(result, start));
+  write_file_whole(dir + "/recording.csv", recording_csv(result.frames, start));
+  for (const char* name : {"/trace_2.csv", "/events_2.csv", "/recording_2.csv"})
+    std::filesystem::remove(dir + name);  // an earlier run's
+  if (const auto& second = result.second_tool) {
+    write_file_whole(dir + "/trace_2.csv", trace_csv(second->frames, result.step_us));
+    write_file_whole(dir + "/events_2.csv", events_csv(find_contact_events(second->frames)));
+    write_file_whole(dir + "/recording_2.csv", recording_csv(second->frames, second->start));
+  }
   write_file_whole(dir + "/session.json", session_json(session, result).dump(2) + "\n");
 }
 
@@ -341,6 +448,17 @@ void print_summary(const Json& s) {
        text("normal mean ", number(value("force", "mean_n"), "%.4g"), " N, max ",
             number(value("force", "max_n"), "%.4g"), " N; tangential mean ", number(value("force", "mean_t"), "%.4g"),
             " N, max ", number(value("force", "max_t"), "%.4g"), " N"));
+  if (s.contains("second_tool")) {
+    const auto& second = s["second_tool"];
+    const auto of_force = [&](const char* key) { return number(second["force"][key].get<double>(), "%.4g"); };
+    line("second tool",
+         text("normal mean ", of_force("mean_n"), " N, max ", of_force("max_n"), " N; tangential mean ",
+              of_force("mean_t"), " N, max ", of_force("max_t"), " N; ", second["lost_contacts"], " contacts lost",
+              second["penetration_max_m"].is_null()
+                  ? std::string()
+                  : text(", ", second["missed_impacts"], " missed impacts, deepest penetration ",
+                         number(1e6 * second["penetration_max_m"].get<double>(), "%.3g"), " um")));
+  }
   line("steadiness", text("buzz ", number(100 * value("force", "buzz"), "%.3g"), " %, jump at edges ",
                           number(100 * value("force", "crossing_jump"), "%.3g"), " %, at refreshes ",
                           number(100 * value("force", "refresh_jump"), "%.3g"), " % of the mean force"));
@@ -379,6 +497,11 @@ void print_summary(const Json& s) {
                            " %, noticeable in ", number(100 * value("reference", "jnd_fraction"), "%.3g"),
                            " % of the time, against ", number(1e-3 * value("reference", "rate_hz"), "%.3g"), " kHz (",
                            number(value("reference", "seconds"), "%.3g"), " s)"));
+  if (s.contains("reference") && s["reference"].contains("second_tool")) {
+    const auto& second = s["reference"]["second_tool"];
+    line("", text("second tool: force error ", number(100 * second["force_error"].get<double>(), "%.3g"),
+                  " %, noticeable in ", number(100 * second["jnd_fraction"].get<double>(), "%.3g"), " % of the time"));
+  }
   line("hash", s["hash"].get<std::string>());
   for (const auto& warning : s["warnings"]) std::cout << "  warning: " << warning.get<std::string>() << '\n';
 }

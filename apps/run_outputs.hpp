@@ -1,5 +1,6 @@
 #pragma once
-// What a run leaves in its folder: trace.csv, summary.json, view.json, session.json + recording.csv (for replay).
+// What a run leaves in its folder: trace.csv, summary.json, view.json, session.json + recording.csv (for replay); of a
+// second tool trace_2.csv and so on.
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -14,6 +15,10 @@ nlohmann::ordered_json make_summary(const Session& session, const SessionResult&
 
 /// The summary's `reference`: how far the run's forces are from it, and its warnings.
 void add_reference(nlohmann::ordered_json& summary, const SessionResult& result, const Reference& reference);
+
+/// The summary's `truth`: the same against forces of another body, law or mesh along the same tool path, and how far
+/// the tool's work is off.
+void add_truth(nlohmann::ordered_json& summary, const SessionResult& result, const Reference& truth);
 
 /// Writes every file; the folder is made. Throws InputError when it cannot be written.
 void write_run(const std::string& dir, const Session& session, const SessionResult& result,

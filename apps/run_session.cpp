@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -38,15 +39,26 @@ std::function<void(double)> progress_bar(const std::string& title) {
 static std::optional<Reference> find_reference(const Session& session, const SessionResult& result,
                                                const ReferenceSettings& settings, const std::string& title) {
   if (result.stopped) return {};
-  const std::vector<Vec3> path = tool_path(result);
-  if (!settings.file.empty()) return read_reference(settings.file, reference_key(session, path));
+  const std::vector<Vec3> path = tool_path(result), second = second_tool_path(result);
+  if (!settings.file.empty()) return read_reference(settings.file, reference_key(session, path, second));
   if (!settings.compute) return {};
   ReferenceOptions options;
   options.rate_hz = settings.rate_hz;
   options.progress = progress_bar(title + ", reference");
   options.stop = &stop_requested();
-  Reference out = run_reference(session, path, options);
+  Reference out = run_reference(session, path, options, second);
   if (out.force.size() < result.frames.size()) return {};
+  return out;
+}
+
+static std::optional<Reference> read_truth(const std::string& file, const Scene& scene) {
+  if (file.empty()) return {};
+  Reference out = read_forces(file);
+  const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
+  constexpr double kRoundoff = 1e-9;
+  if (std::abs(out.h * scene.local.rate_hz - 1) > kRoundoff || out.force.size() < ticks)
+    throw InputError(text("--truth: ", file, " has ", out.force.size(), " forces, one every ", out.h, " s; needed are ",
+                          ticks, ", one every ", 1 / scene.local.rate_hz, " s"));
   return out;
 }
 
@@ -58,7 +70,9 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
     throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
+  const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
   Session session(scene);
+  for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
   require_folder_of(settings.json_file);
   if (!settings.out.empty()) make_folder(settings.out);
   SessionOptions& options = settings.session;
@@ -76,6 +90,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   const auto reference =
       find_reference(session, out.result, settings.reference, scene.title.empty() ? "running" : scene.title);
   if (reference) add_reference(out.summary, out.result, *reference);
+  if (truth && !out.result.stopped) add_truth(out.summary, out.result, *truth);
   if (!settings.quiet) print_summary(out.summary);
   if (!settings.json_file.empty()) write_file_whole(settings.json_file, out.summary.dump(2) + "\n");
   if (settings.out.empty()) return out;

@@ -12,7 +12,8 @@ namespace kt {
 struct ReferenceSettings {
   bool compute = false;
   double rate_hz = 10000;
-  std::string file;  ///< one computed before; empty: none
+  std::string file;   ///< one computed before; empty: none
+  std::string truth;  ///< one of another body, law or mesh, along the same path; empty: none
 };
 
 struct RunSettings {

@@ -31,7 +31,7 @@ struct Tick {
   std::vector<Friction> friction;
   VectorX velocity;
   MatrixX W;
-  ContactSystem system() const { return {normal, friction, false, velocity, W}; }
+  ContactSystem system() const { return {normal, friction, {}, velocity, W}; }
 };
 
 struct Row {

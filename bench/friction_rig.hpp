@@ -67,7 +67,7 @@ inline StickSlipMotion closed_form(const StickSlip& s) {
 
 /// Over `periods` whole ones, after as many that settle.
 inline StickSlipMotion measure(const StickSlip& s, double h, int periods) {
-  LocalSimulation local({}, h, make_contact_solver("coulomb", s.friction));
+  LocalSimulation local(ToolShape{}, h, make_contact_solver("coulomb", s.friction));
   local.adopt(s.block.local_model(h));
   const double depth = s.normal_force / s.block.stiffness.z();
   Vec3 at(0, 0, 1e-4);

@@ -10,6 +10,8 @@ namespace kt {
 
 using Quaternion = Eigen::Quaterniond;
 
+constexpr int kMaxTools = 2;  ///< that touch one body at the same time: two hands
+
 /// The shape that touches the body: a core, rounded by `radius`. The reference point is the origin of the core.
 struct ToolShape {
   enum class Kind { point, sphere, capsule, mesh } kind = Kind::point;
@@ -40,6 +42,7 @@ struct Contact {
   double gap = 0;              ///< distance of the tool's surface from the triangle at `toi` [m]; negative: inside
   double toi = 0;              ///< fraction of the step, [0, 1]
   Vec3 core = Vec3::Zero();    ///< held contacts: the place on the tool's core that is nearest [m]
+  int tool = 0;                ///< which one of those that touch the body
   bool operator==(const Contact&) const = default;
 };
 

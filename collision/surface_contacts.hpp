@@ -9,7 +9,7 @@
 
 namespace kt {
 
-constexpr int kMaxContacts = 40;  ///< simultaneous contacts of one tool; those that say most are kept
+constexpr int kMaxContacts = 40;  ///< simultaneous contacts, of all tools together; those that say most are kept
 
 /// A small fixed-capacity list, so that the haptic tick allocates nothing.
 struct ContactSet {
@@ -51,12 +51,13 @@ void find_point_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3
                          ContactSet& out) noexcept;
 
 /// Contact of a sphere with one triangle, if that is nearer to its centre than the neighbours that share the nearest
-/// place, and seen from outside. Normal: from the surface to the centre.
+/// place, and seen from outside. Normal: from the surface to the centre; on a curved patch the blended one.
 std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,
                                            double radius, double margin, int triangle) noexcept;
 
 /// Contacts of a sphere: every local minimum of the distance from its centre to the surface with a gap below `margin`
-/// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre.
+/// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre; on a curved
+/// patch the blended one.
 /// `start` (or -1): a triangle touched before; when the centre has gone through the surface there, its plane counts.
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
                           std::span<const int> candidates, int start, ContactSet& out) noexcept;

@@ -45,6 +45,8 @@ std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& 
       if (is_movable(model, v) && (!only_inside || is_inside(model.patch, v))) candidates.push_back(v);
     if (!candidates.empty()) break;
   }
+  std::vector<Vec3> centres{site.centre};
+  for (const ContactSite& other : site.others) centres.push_back(other.centre);
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < count && chosen.size() < candidates.size()) {
     int best = -1;
@@ -53,7 +55,7 @@ std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& 
       const Vec3 p = node(model.x0, v);
       double apart = std::numeric_limits<double>::infinity();
       for (int c : chosen) apart = std::min(apart, (p - node(model.x0, c)).norm());
-      const double value = chosen.empty() ? 1 / (1e-12 + (p - site.centre).norm()) : apart;
+      const double value = chosen.size() < centres.size() ? 1 / (1e-12 + (p - centres[chosen.size()]).norm()) : apart;
       if (value > best_value && apart > 0) {
         best_value = value;
         best = v;

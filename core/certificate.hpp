@@ -19,7 +19,7 @@ struct Certificate {
 };
 
 /// Patch vertices that can move and be touched (not on the rim, unless there are no others), spread over the patch, the
-/// nearest to the site first: at most `count` local vertex numbers.
+/// nearest to the site first, to those of further tools next: at most `count` local vertex numbers.
 std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& site, int count = 4);
 
 /// In full, for set-up and tests: one factorization of the whole body for each frequency.

@@ -3,6 +3,8 @@
 #include <cholmod.h>
 #include <omp.h>
 
+#include <mutex>
+
 #include "core/sparse_product.hpp"
 #include "core/sparse_solver.hpp"
 #include "core/sparsity_pattern.hpp"
@@ -52,14 +54,22 @@ struct NodeGraph {
 
 /// CHOLMOD 3 starts four OpenMP threads per supernode, whatever the machine. On few cores they mostly wait for one
 /// another (a factorization takes twice as long) and take time from the haptic thread.
+///
+/// And one caller at a time: two threads that factor at once get wrong factors (a matrix that is positive definite is
+/// told not to be), since the OpenBLAS without threads below it may not be entered twice.
 class OneThread {
  public:
-  OneThread() : levels_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
+  OneThread() : lock_(mutex()), levels_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
   ~OneThread() { omp_set_max_active_levels(levels_); }
   OneThread(const OneThread&) = delete;
   OneThread& operator=(const OneThread&) = delete;
 
  private:
+  static std::mutex& mutex() {
+    static std::mutex one;
+    return one;
+  }
+  std::scoped_lock<std::mutex> lock_;
   int levels_;
 };
 

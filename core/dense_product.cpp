@@ -7,23 +7,31 @@ namespace {
 
 constexpr int kHigh = 4, kBroad = kGroup;  // entries of the product that are summed at a time
 
-/// sum_k A(i, k) B(k, j) for kHigh x kBroad entries; B's rows lie side by side, `broad` apart.
-KT_WIDE void sum_tile(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b,
-                      std::ptrdiff_t b_step, std::ptrdiff_t count, double* out) {
-  using Lanes = double __attribute__((vector_size(8 * kBroad / 2)));
-  Lanes s[kHigh][2] = {};
-  for (std::ptrdiff_t k = 0; k < count; ++k) {
-    Lanes b0, b1;
-    __builtin_memcpy(&b0, b + k * b_step, sizeof b0);
-    __builtin_memcpy(&b1, b + k * b_step + kBroad / 2, sizeof b1);
-    for (int i = 0; i < kHigh; ++i) {
-      const double x = a[i * a_row + k * a_step];
-      s[i][0] += x * b0;
-      s[i][1] += x * b1;
+/// sum_k A(i, k) B(k, j) for kHigh x kBroad entries; B's rows lie side by side, `broad` apart. As many columns at a
+/// time as their sums stay in the registers.
+template <int Width>
+KT_INLINE void sum_tile_in(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b,
+                           std::ptrdiff_t b_step, std::ptrdiff_t count, double* out) {
+  typedef double Lanes __attribute__((vector_size(8 * Width)));  // `using` would lose the size in a template
+  for (int column = 0; column < kBroad; column += 2 * Width) {
+    Lanes s[kHigh][2] = {};
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+      Lanes b0, b1;
+      __builtin_memcpy(&b0, b + k * b_step + column, sizeof b0);
+      __builtin_memcpy(&b1, b + k * b_step + column + Width, sizeof b1);
+      for (int i = 0; i < kHigh; ++i) {
+        const double x = a[i * a_row + k * a_step];
+        s[i][0] += x * b0;
+        s[i][1] += x * b1;
+      }
     }
+    for (int i = 0; i < kHigh; ++i) __builtin_memcpy(out + kBroad * i + column, s[i], sizeof s[i]);
   }
-  __builtin_memcpy(out, s, sizeof s);
 }
+KT_WIDTHS(sum_tile,
+          (const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
+           std::ptrdiff_t count, double* out),
+          (a, a_row, a_step, b, b_step, count, out))
 
 }  // namespace
 

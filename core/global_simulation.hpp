@@ -19,6 +19,7 @@ struct ContactSample {
   Vec3 normal = Vec3::Zero();   ///< unit, from the body towards the tool
   Vec3 point = Vec3::Zero();    ///< contact point at the end of the tick [m]
   bool sticks = false;          ///< the contact point went with the tool
+  int tool = 0;                 ///< which one of those that touch the body
 };
 
 /// Model + integrator + state. advance() catches up to t_end: in equal steps no longer than `max_step`, or in one step

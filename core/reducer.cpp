@@ -1,6 +1,7 @@
 #include "core/reducer.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <queue>
 
@@ -69,6 +70,12 @@ std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, c
 SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site, bool smooth) {
   SurfacePatch patch;
   patch.global_triangle = reachable_triangles(surface, x, site);
+  for (const ContactSite& other : site.others) {
+    const std::vector<int> more = reachable_triangles(surface, x, other);
+    std::vector<int> both;
+    std::ranges::set_union(patch.global_triangle, more, std::back_inserter(both));
+    patch.global_triangle = std::move(both);
+  }
   std::map<int, int> local;
   for (int t : patch.global_triangle)
     for (int i : surface.triangles[t]) local.emplace(i, 0);

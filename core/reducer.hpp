@@ -12,9 +12,10 @@ namespace kt {
 
 /// Where the tool is about to touch and how far it can get.
 struct ContactSite {
-  Vec3 centre = Vec3::Zero();  ///< a point on the surface [m]
-  int triangle = 0;            ///< the surface triangle that holds it
-  double reach = 0;            ///< radius around the centre that the patch must cover [m]
+  Vec3 centre = Vec3::Zero();         ///< a point on the surface [m]
+  int triangle = 0;                   ///< the surface triangle that holds it
+  double reach = 0;                   ///< radius around the centre that the patch must cover [m]
+  std::vector<ContactSite> others{};  ///< where further tools are: one patch covers them all, each with its own reach
 };
 
 class GradedBody;
@@ -47,7 +48,7 @@ struct Surface {
 Surface make_surface(const Mesh& mesh, double ridge_angle = kRidgeAngle);
 
 /// The connected triangles around the site with a point within its reach, plus one ring (so that the normals of every
-/// reachable vertex are complete). x: current node positions (3n).
+/// reachable vertex are complete); of several tools' sites all of them, each once. x: current node positions (3n).
 /// @param smooth  contact on a triangle also moves its neighbours' vertices: they are in reach, too
 SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site, bool smooth = false);
 

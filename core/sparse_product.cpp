@@ -7,22 +7,30 @@ namespace {
 
 /// Three rows of a group of A V: the sum of A's blocks in three columns (`height` numbers each), transposed, times V's
 /// rows.
-KT_WIDE void sum_blocks(const double* blocks, std::ptrdiff_t height, const int* rows, const double* group,
-                        double* out) {
-  using Lanes = double __attribute__((vector_size(8 * kGroup)));
-  Lanes s0 = {}, s1 = {}, s2 = {};
-  for (std::ptrdiff_t e = 0; e < height; e += 3) {
-    const double *c0 = blocks + e, *c1 = c0 + height, *c2 = c1 + height;
-    Lanes v[3];
-    __builtin_memcpy(v, group + kGroup * static_cast<std::ptrdiff_t>(rows[e]), sizeof v);
-    s0 += c0[0] * v[0] + c0[1] * v[1] + c0[2] * v[2];
-    s1 += c1[0] * v[0] + c1[1] * v[1] + c1[2] * v[2];
-    s2 += c2[0] * v[0] + c2[1] * v[1] + c2[2] * v[2];
+template <int Width>
+KT_INLINE void sum_blocks_in(const double* blocks, std::ptrdiff_t height, const int* rows, const double* group,
+                             double* out) {
+  typedef double Lanes __attribute__((vector_size(8 * Width)));  // `using` would lose the size in a template
+  for (int column = 0; column < kGroup; column += Width) {
+    Lanes s0 = {}, s1 = {}, s2 = {};
+    for (std::ptrdiff_t e = 0; e < height; e += 3) {
+      const double *c0 = blocks + e, *c1 = c0 + height, *c2 = c1 + height;
+      const double* row = group + kGroup * static_cast<std::ptrdiff_t>(rows[e]) + column;
+      Lanes v0, v1, v2;
+      __builtin_memcpy(&v0, row, sizeof v0);
+      __builtin_memcpy(&v1, row + kGroup, sizeof v1);
+      __builtin_memcpy(&v2, row + 2 * kGroup, sizeof v2);
+      s0 += c0[0] * v0 + c0[1] * v1 + c0[2] * v2;
+      s1 += c1[0] * v0 + c1[1] * v1 + c1[2] * v2;
+      s2 += c2[0] * v0 + c2[1] * v1 + c2[2] * v2;
+    }
+    __builtin_memcpy(out + column, &s0, sizeof s0);
+    __builtin_memcpy(out + kGroup + column, &s1, sizeof s1);
+    __builtin_memcpy(out + 2 * kGroup + column, &s2, sizeof s2);
   }
-  __builtin_memcpy(out, &s0, sizeof s0);
-  __builtin_memcpy(out + kGroup, &s1, sizeof s1);
-  __builtin_memcpy(out + 2 * kGroup, &s2, sizeof s2);
 }
+KT_WIDTHS(sum_blocks, (const double* blocks, std::ptrdiff_t height, const int* rows, const double* group, double* out),
+          (blocks, height, rows, group, out))
 
 }  // namespace
 

@@ -1,8 +1,20 @@
 #pragma once
-// KT_WIDE before a function: compiled for several vector widths, the widest that the processor has is taken when the
-// program starts. Only for loops whose lanes do not meet, so that every width gives the same bits.
+// Loops that are compiled for several vector widths: the widest that the processor has is taken when the program
+// starts. Only for loops whose lanes do not meet, so that every width gives the same bits.
+//
+// KT_WIDE before a function: the compiler finds the vectors by itself.
+// KT_WIDTHS(name, (parameters), (arguments)): defines name(parameters) as name_in<W>(arguments), W doubles to a
+// register. For sums that must stay in registers: vectors wider than a register would go through memory.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
 #define KT_WIDE __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#define KT_WIDTHS(name, parameters, arguments)                                               \
+  __attribute__((target("arch=x86-64-v4"))) void name parameters { name##_in<8> arguments; } \
+  __attribute__((target("avx2"))) void name parameters { name##_in<4> arguments; }           \
+  __attribute__((target("default"))) void name parameters { name##_in<2> arguments; }
+#define KT_INLINE __attribute__((always_inline)) inline
 #else
 #define KT_WIDE
+#define KT_WIDTHS(name, parameters, arguments) \
+  void name parameters { name##_in<2> arguments; }
+#define KT_INLINE inline
 #endif

@@ -21,6 +21,7 @@ void require(const Scene& scene) {
              "contact.law other than \"penalty\", not ", scene.local.method, " with ", scene.contact.law));
   if (scene.global.self_contact)
     throw InputError("advise compares with a body that passes through itself; not with global.self_contact");
+  if (scene.second_tool) throw InputError("advise judges by the force on one tool; not with second_tool");
 }
 
 /// Along the normal of the undeformed surface, to where the tool is.

@@ -2,12 +2,13 @@
 
 namespace kt {
 
-CatchUp::CatchUp(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver)
-    : local_(tool, h, std::move(solver)) {}
+CatchUp::CatchUp(std::span<const ToolShape> tools, double h, std::unique_ptr<ContactSolver> solver)
+    : local_(tools, h, std::move(solver)) {}
 
-void CatchUp::step(std::unique_ptr<PreparedLocalModel>& model, const ToolSweep& sweep) noexcept {
+void CatchUp::step(std::unique_ptr<PreparedLocalModel>& model, std::span<const ToolSweep> sweeps) noexcept {
+  std::array<LocalFrame, kMaxTools> frames;
   local_.swap_model(model);
-  local_.step(sweep);
+  local_.step_tools(sweeps, frames);
   local_.swap_model(model);
 }
 

@@ -9,9 +9,9 @@ namespace kt {
 /// Steps local models apart from the running one. One thread at a time.
 class CatchUp {
  public:
-  CatchUp(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver);
-  /// One tick of `model` with the tool moving along `sweep`. No allocation.
-  void step(std::unique_ptr<PreparedLocalModel>& model, const ToolSweep& sweep) noexcept;
+  CatchUp(std::span<const ToolShape> tools, double h, std::unique_ptr<ContactSolver> solver);
+  /// One tick of `model` with each tool moving along its sweep. No allocation.
+  void step(std::unique_ptr<PreparedLocalModel>& model, std::span<const ToolSweep> sweeps) noexcept;
 
  private:
   LocalSimulation local_;

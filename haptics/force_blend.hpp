@@ -1,6 +1,6 @@
 #pragma once
 // What the hand feels across a refresh: the difference between two local models, faded out over some ticks, and never
-// at the cost of energy that the hand did not put in.
+// at the cost of energy that hands did not put in.
 #include "core/types.hpp"
 
 namespace kt {
@@ -16,7 +16,9 @@ class ForceBlend {
   /// @param touches  the tool is in contact
   /// @param lost     contact ended at the edge of what the local model knows: the force fades instead of falling
   /// @param moved    by the tool in this tick [m]
-  Vec3 apply(const Vec3& force, bool touches, bool lost, const Vec3& moved) noexcept;
+  /// @param others   work done so far on the same body by other hands [J]: what one puts in another may take out
+  Vec3 apply(const Vec3& force, bool touches, bool lost, const Vec3& moved, double others = 0) noexcept;
+  double work() const noexcept { return work_; }  ///< done by the hand so far [J]
 
  private:
   double per_tick_;  // share of the difference that fades in a tick

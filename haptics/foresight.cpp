@@ -6,11 +6,12 @@
 
 namespace kt {
 
-std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double rate_hz) {
+std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double rate_hz, int tool) {
   std::vector<ContactHold> out;
   if (reports.empty()) return out;
   const LocalReport& last = reports.back();
   for (const ContactSample& s : std::span(last.samples).first(static_cast<std::size_t>(last.count))) {
+    if (s.tool != tool) continue;
     const Vec3 force = rate_hz * s.impulse;
     const double along = s.normal.dot(force);
     out.push_back({.moves = s.moves,
@@ -23,10 +24,11 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double
   return out;
 }
 
-Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz) {
+Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool) {
   if (reports.size() < 2) return Vec3::Zero();
   const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, kVelocityTicks);
-  return rate_hz / static_cast<double>(ticks) * (reports.back().tool - reports[reports.size() - 1 - ticks].tool);
+  const Vec3 way = reports.back().tools[tool].place - reports[reports.size() - 1 - ticks].tools[tool].place;
+  return rate_hz / static_cast<double>(ticks) * way;
 }
 
 std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const Smoothing& smoothing,

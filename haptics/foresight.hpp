@@ -11,12 +11,12 @@
 
 namespace kt {
 
-/// The contacts at the end of the reports, none without any.
+/// The contacts of a tool at the end of the reports, none without any.
 /// @param rate_hz  of the ticks
-std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double rate_hz);
+std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double rate_hz, int tool = 0);
 
 /// The tool's mean velocity [m/s] over the last reports, up to kVelocityTicks of them; zero for fewer than two.
-Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz);
+Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool = 0);
 
 constexpr int kVelocityTicks = 10;  ///< a hand's tremor, about 10 Hz, is followed; the noise of its encoder is not
 

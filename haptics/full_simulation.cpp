@@ -6,40 +6,54 @@
 
 namespace kt {
 
-FullSimulation::FullSimulation(const DeformableModel& model, const Surface& surface, const ToolShape& tool,
+FullSimulation::FullSimulation(const DeformableModel& model, const Surface& surface, std::span<const ToolShape> tools,
                                std::unique_ptr<ContactSolver> solver, const FullOptions& options, const State& start)
     : model_(model),
       surface_(surface),
       options_(options),
       dofs_(make_free_dofs(model.mesh().num_nodes(), model.fixed_nodes())),
-      local_(tool, options.h, std::move(solver)),
-      state_(start) {
+      local_(tools, options.h, std::move(solver)),
+      state_(start),
+      tools_(tools.begin(), tools.end()),
+      triangle_(tools.size(), -1) {
   for (int i : model.fixed_nodes()) node(state_.v, i).setZero();
 }
 
 LocalFrame FullSimulation::step(const ToolSweep& sweep) {
-  if (steps_left_ == 0) renew_matrix(sweep.x_t0);
+  LocalFrame frame;
+  step_tools({&sweep, 1}, {&frame, 1});
+  return frame;
+}
+
+void FullSimulation::step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) {
+  if (steps_left_ == 0) renew_matrix(sweeps);
   --steps_left_;
   if (options_.exact_force) {
     model_.force(state_, force_);
     local_.set_force(gather(dofs_, force_));
   }
-  LocalFrame frame = local_.step(sweep);
+  local_.step_tools(sweeps, frames);
   read_state();
   state_.t += options_.h;
-  frame.t = state_.t;
-  triangle_ = frame.mode == ContactMode::free ? -1 : frame.triangle;
-  if (frame.flags & kLeftPatch) steps_left_ = 0;  // a patch around the present place
-  if (frame.flags & kNotFinite)
-    throw RunError(text("full model: the state left the finite numbers at t = ", state_.t, " s; raise the rate"));
-  return frame;
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
+    LocalFrame& frame = frames[k];
+    frame.t = state_.t;
+    triangle_[k] = frame.mode == ContactMode::free ? -1 : frame.triangle;
+    if (frame.flags & kLeftPatch) steps_left_ = 0;  // a patch around the present place
+    if (frame.flags & kNotFinite)
+      throw RunError(text("full model: the state left the finite numbers at t = ", state_.t, " s; raise the rate"));
+  }
 }
 
 /// Linearizes where the body is now: the coordinates start again from zero, contacts go on.
-void FullSimulation::renew_matrix(const Vec3& tool) {
+void FullSimulation::renew_matrix(std::span<const ToolSweep> sweeps) {
   steps_left_ = std::max(1, static_cast<int>(std::lround(options_.matrix_time / options_.h)));
-  const double reach = 1.5 * tool_reach(local_.tool()) + options_.max_speed * steps_left_ * options_.h;
-  const ContactSite site = find_contact_site(surface_, state_.x, tool, triangle_, reach);
+  std::vector<ToolPlace> places;
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
+    const double reach = 1.5 * tool_reach(tools_[k]) + options_.max_speed * steps_left_ * options_.h;
+    places.push_back({sweeps[k].x_t0, triangle_[k], reach});
+  }
+  const ContactSite site = find_contact_sites(surface_, state_.x, places);
   const SurfacePatch patch = make_patch(surface_, state_.x, site, options_.smoothing.levels > 0);
   const auto prepare_with = [&](TangentKind kind) {
     LocalModel model = find_reducer("full")(linearize(model_, state_, kind), patch, site, {});

@@ -17,7 +17,7 @@ struct FullOptions {
   double matrix_time = 0.02;                 ///< time that one matrix A serves [s]
   TangentKind tangent = TangentKind::exact;  ///< of the matrix; definite where the exact one cannot be solved with
   bool exact_force = true;                   ///< false: linear while the matrix serves, to see what that alone does
-  double max_speed = 0;                      ///< bound of the tool's speed [m/s]: how far it gets in that time
+  double max_speed = 0;                      ///< bound of the tools' speed [m/s]: how far they get in that time
   Metric metric = Metric::implicit;          ///< in which contact constraints act
   Smoothing smoothing{};                     ///< of the surface that the tool touches
   std::string collision_backend = "embree";  ///< name in collision/triangle_index.def
@@ -25,18 +25,21 @@ struct FullOptions {
 
 class FullSimulation {
  public:
-  FullSimulation(const DeformableModel& model, const Surface& surface, const ToolShape& tool,
+  /// @param tools  1 to kMaxTools
+  FullSimulation(const DeformableModel& model, const Surface& surface, std::span<const ToolShape> tools,
                  std::unique_ptr<ContactSolver> solver, const FullOptions& options, const State& start);
 
   /// One step with the tool moving along `sweep`. Throws RunError when the step's matrix is not positive definite or
   /// the state leaves the finite numbers.
   LocalFrame step(const ToolSweep& sweep);
+  /// The same with each tool moving along its own sweep; a frame for each.
+  void step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames);
 
   const State& state() const { return state_; }
   int num_matrices() const { return num_matrices_; }
 
  private:
-  void renew_matrix(const Vec3& tool);
+  void renew_matrix(std::span<const ToolSweep> sweeps);
   void read_state();
   const DeformableModel& model_;
   const Surface& surface_;
@@ -46,7 +49,9 @@ class FullSimulation {
   State state_;
   VectorX force_;         // (3n)
   VectorX x_linearized_;  // of the matrix, (3n)
-  int steps_left_ = 0, num_matrices_ = 0, triangle_ = -1;
+  int steps_left_ = 0, num_matrices_ = 0;
+  std::vector<ToolShape> tools_;
+  std::vector<int> triangle_;  // that each tool touches, -1
 };
 
 }  // namespace kt

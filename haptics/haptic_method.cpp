@@ -1,11 +1,17 @@
 #include "haptics/haptic_method.hpp"
 
+#include "haptics/local_simulation.hpp"
+
 namespace kt {
 
 #define HAPTIC_METHOD(name, available, option, what) \
   std::unique_ptr<HapticMethod> make_##name##_method(const HapticMethodOptions& options);
 #include "haptics/methods/haptic_method.def"
 #undef HAPTIC_METHOD
+
+void HapticMethod::step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept {
+  frames[0] = step(sweeps[0]);
+}
 
 std::vector<BackendInfo> haptic_method_backends() {
   return {

@@ -2,6 +2,7 @@
 // What runs in the haptic tick: the engine's own method (LocalSimulation) and the baselines that it is charted against,
 // each the best honest form of its idea. docs/methods.md. Table: methods/haptic_method.def.
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,12 +29,14 @@ class HapticMethod {
   virtual std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept = 0;
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model.
   virtual LocalFrame step(const ToolSweep& sweep) noexcept = 0;
+  /// The same with several tools: one frame for each. A method that knows one tool steps that one.
+  virtual void step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept;
   /// What the last tick did to the body, for the global side.
   virtual std::span<const ContactSample> samples() const noexcept = 0;
   /// The local model with the body's state as this method sees it.
   virtual const PreparedLocalModel& model() const noexcept = 0;
   virtual double h() const noexcept = 0;
-  virtual const ToolShape& tool() const noexcept = 0;
+  virtual const ToolShape& tool() const noexcept = 0;  ///< the first one
 };
 
 /// Spring and damper between the tool and its proxy on the surface (method `penalty`).
@@ -44,8 +47,9 @@ struct VirtualCoupling {
 
 struct HapticMethodOptions {
   ToolShape tool;
-  double h = 1e-3;              ///< haptic step [s]
-  std::string law = "coulomb";  ///< contact.law
+  std::optional<ToolShape> second_tool{};  ///< multirate: of another hand, on the same body
+  double h = 1e-3;                         ///< haptic step [s]
+  std::string law = "coulomb";             ///< contact.law
   Friction friction;
   VirtualCoupling coupling;
   std::vector<Friction> friction_of_triangle{};  ///< of the surface; empty: `friction` everywhere

@@ -40,7 +40,8 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept
   }
 }
 
-void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> contacts, bool sliding) noexcept {
+void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> contacts,
+                    const std::array<bool, kMaxTools>& sliding) noexcept {
   LocalState& s = model.state;
   s.anchors.count = 0;
   for (const ContactSample& sample : contacts) {
@@ -48,7 +49,7 @@ void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> co
     const int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
     if (facet < 0) continue;
     s.impulse[s.anchors.count] = sample.impulse;
-    s.anchors.add({.triangle = facet, .bary = bary, .normal = sample.normal});
+    s.anchors.add({.triangle = facet, .bary = bary, .normal = sample.normal, .tool = sample.tool});
   }
   s.sliding = sliding;
 }

@@ -27,6 +27,8 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept
 
 /// Puts contacts of the body's surface into the state of a model that is not in use yet; those outside its patch are
 /// left out.
-void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> contacts, bool sliding) noexcept;
+/// @param sliding  of each tool
+void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> contacts,
+                    const std::array<bool, kMaxTools>& sliding) noexcept;
 
 }  // namespace kt

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "collision/first_contact.hpp"
 
@@ -10,10 +11,21 @@ namespace {
 
 constexpr double kPushOut = 0.06;  // [s] a tool that was found inside is out after it
 
+int count_of(const ContactSet& contacts, int tool) noexcept {
+  return static_cast<int>(
+      std::count_if(contacts.begin(), contacts.end(), [&](const Contact& c) { return c.tool == tool; }));
+}
+
 }  // namespace
 
 LocalSimulation::LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver, double blend)
-    : tool_(tool), h_(h), solver_(std::move(solver)), blend_(h, blend) {
+    : LocalSimulation(std::span<const ToolShape>(&tool, 1), h, std::move(solver), blend) {}
+
+LocalSimulation::LocalSimulation(std::span<const ToolShape> tools, double h, std::unique_ptr<ContactSolver> solver,
+                                 double blend)
+    : h_(h), solver_(std::move(solver)) {
+  KT_ASSERT(!tools.empty() && tools.size() <= static_cast<std::size_t>(kMaxTools));
+  for (const ToolShape& tool : tools) tools_.emplace_back(tool, h, blend);
   problem_.velocity.setZero(3 * kMaxContacts);
   problem_.W.setZero(3 * kMaxContacts, 3 * kMaxContacts);
   solution_.impulse.setZero(0);
@@ -28,9 +40,10 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   }
   PreparedLocalModel& now = *model_;
   PreparedLocalModel& old = *next;
-  blend_.begin();
+  for (TouchingTool& tool : tools_) tool.blend.begin();
   if (now.caught_up) {
-    if (now.state.anchors.count == 0 && old.state.anchors.count > 0) flags_ |= kLostAnchor;
+    for (int k = 0; k < num_tools(); ++k)
+      if (count_of(now.state.anchors, k) == 0 && count_of(old.state.anchors, k) > 0) tools_[k].flags |= kLostAnchor;
     sweep_refresh(old);
     return next;
   }
@@ -42,7 +55,7 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
     Contact anchor = old.state.anchors.contacts[i];
     anchor.triangle = now.local_facet(old.surface.global_facet(anchor.triangle));
     if (anchor.triangle < 0) {
-      flags_ |= kLostAnchor;
+      tools_[anchor.tool].flags |= kLostAnchor;
       continue;
     }
     now.state.impulse[now.state.anchors.count] = old.state.impulse[i];
@@ -58,7 +71,9 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
 void LocalSimulation::sweep_refresh(const PreparedLocalModel& old) noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
-  if (t_ == 0 || m.state.anchors.count > 0 || solver_->deformation() != Deformation::none) return;
+  std::array<bool, kMaxTools> is_free{};
+  for (int k = 0; k < num_tools(); ++k) is_free[k] = count_of(m.state.anchors, k) == 0;
+  if (t_ == 0 || std::ranges::count(is_free, true) == 0 || solver_->deformation() != Deformation::none) return;
   record_motion(old, 0, motion_);
   m.recover_patch(m.state.q, w.motion);
   w.motion += m.model.x0.head(w.motion.size());
@@ -67,14 +82,19 @@ void LocalSimulation::sweep_refresh(const PreparedLocalModel& old) noexcept {
   for (int i = 0; i < m.model.patch.num_vertices(); ++i)
     if (const int row = motion_.row[m.model.patch.global_node[i]]; row >= 0) node(w.motion, i) = node(motion_.x, row);
   m.surface.follow(w.motion, w.x_event);
-  const ToolSweep& last = tool_.sweep();
-  tool_.move({last.x_t1, last.x_t1, last.r_t1, last.r_t1});
-  std::fill(w.ignored.begin(), w.ignored.end(), 0);
-  Contact touched;
-  if (!find_impact(touched) || find_overlap() < 0) return;
-  m.state.impulse[0].setZero();
-  touched.core = last.x_t1;
-  m.state.anchors.add(touched);
+  m.index->refit(w.x_event, w.x_end);
+  for (int k = 0; k < num_tools(); ++k) {
+    if (!is_free[k]) continue;
+    MovingTool& tool = tools_[k].moving;
+    const ToolSweep last = tool.sweep();
+    tool.move({last.x_t1, last.x_t1, last.r_t1, last.r_t1});
+    std::ranges::fill(w.ignored[k], 0);
+    Contact touched;
+    if (!find_impact_of(k, touched) || find_overlap(k) < 0) continue;
+    m.state.impulse[m.state.anchors.count].setZero();
+    touched.core = last.x_t1;
+    m.state.anchors.add(touched);
+  }
 }
 
 void LocalSimulation::set_force(const VectorX& force) noexcept {
@@ -95,14 +115,29 @@ void LocalSimulation::find_free_motion() noexcept {
   m.recover_patch(w.v_free, w.u_free);
 }
 
-/// Of the tool along the sweep that it was last taken along.
+/// The earliest of all tools, each along the sweep that it was last taken along; of equal times that of the first tool.
 bool LocalSimulation::find_impact(Contact& impact) noexcept {
+  model_->index->refit(model_->work.x_event, model_->work.x_end);
+  bool is_hit = false;
+  for (int k = 0; k < num_tools(); ++k) {
+    Contact of_tool;
+    if (!find_impact_of(k, of_tool) || (is_hit && of_tool.toi >= impact.toi)) continue;
+    impact = of_tool;
+    is_hit = true;
+  }
+  return is_hit;
+}
+
+/// Of one tool, with the index at hand.
+bool LocalSimulation::find_impact_of(int tool, Contact& impact) noexcept {
   PreparedLocalModel& m = *model_;
-  m.index->refit(m.work.x_event, m.work.x_end);
   const MovingTriangles surface{m.surface.facets.triangles, m.work.x_event, m.work.x_end};
-  const auto found = find_first_contact(*m.index, surface, tool_, m.work.ignored, m.work.candidates);
-  if (found) impact = *found;
-  return found.has_value();
+  const auto found =
+      find_first_contact(*m.index, surface, tools_[tool].moving, m.work.ignored[tool], m.work.candidates);
+  if (!found) return false;
+  impact = *found;
+  impact.tool = tool;
+  return true;
 }
 
 void LocalSimulation::accept_free_motion() noexcept {
@@ -115,91 +150,112 @@ void LocalSimulation::accept_free_motion() noexcept {
 
 LocalFrame LocalSimulation::step(const ToolSweep& sweep) noexcept {
   LocalFrame frame;
+  step_tools({&sweep, 1}, {&frame, 1});
+  return frame;
+}
+
+void LocalSimulation::step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept {
   num_samples_ = 0;
   t_ += h_;
-  frame.t = t_;
-  frame.tool = sweep.x_t1;
-  frame.model_frame = model_->model.frame;
-
-  tool_.move(sweep);
+  for (int k = 0; k < num_tools(); ++k) {
+    frames[k] = {};
+    frames[k].t = t_;
+    frames[k].tool = sweeps[k].x_t1;
+    frames[k].model_frame = model_->model.frame;
+    tools_[k].moving.move(sweeps[k]);
+  }
   find_free_motion();
   if (solver_->deformation() == Deformation::none)
-    step_constrained(sweep, frame);
+    step_constrained(frames);
   else
-    step_geometric(sweep, frame);
+    step_geometric(sweeps[0], frames[0]);
 
   LocalState& s = model_->state;
-  if (!s.q.allFinite() || !s.q_rate.allFinite() || !frame.force.allFinite()) {
+  bool is_finite = s.q.allFinite() && s.q_rate.allFinite();
+  for (int k = 0; k < num_tools(); ++k) is_finite = is_finite && frames[k].force.allFinite();
+  if (!is_finite) {
     s.q.setZero();  // back to the linearization pose: the last state known to be good
     s.q_rate.setZero();
     s.anchors.count = 0;
     num_samples_ = 0;
-    frame.force.setZero();
-    frame.mode = ContactMode::free;
-    flags_ |= kNotFinite;
+    for (int k = 0; k < num_tools(); ++k) {
+      frames[k].force.setZero();
+      frames[k].mode = ContactMode::free;
+    }
+    add_flag(kNotFinite);
   }
-  shape_force(sweep, frame);
-  s.sliding = frame.mode == ContactMode::frictional_slide;
-  frame.flags = flags_;
-  flags_ = 0;
-  return frame;
+  for (int k = 0; k < num_tools(); ++k) {
+    shape_force(k, frames[k]);
+    s.sliding[k] = frames[k].mode == ContactMode::frictional_slide;
+    frames[k].flags = std::exchange(tools_[k].flags, 0u);
+  }
 }
 
 /// What leaves for the hand: no step at a refresh, and no fall where the tool ran off the patch.
-void LocalSimulation::shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept {
+void LocalSimulation::shape_force(int tool, LocalFrame& frame) noexcept {
+  TouchingTool& t = tools_[tool];
   const bool touches = frame.mode != ContactMode::free;
-  is_off_patch_ = !touches && (is_off_patch_ || was_on_rim_);
-  was_on_rim_ = touches && (flags_ & kLeftPatch);
-  if (is_off_patch_) flags_ |= kLeftPatch;
-  frame.force = blend_.apply(frame.force, touches, is_off_patch_, sweep.x_t1 - sweep.x_t0);
+  t.is_off_patch = !touches && (t.is_off_patch || t.was_on_rim);
+  t.was_on_rim = touches && (t.flags & kLeftPatch);
+  if (t.is_off_patch) t.flags |= kLeftPatch;
+  double others = 0;
+  for (int k = 0; k < num_tools(); ++k)
+    if (k != tool) others += tools_[k].blend.work();
+  const ToolSweep& sweep = t.moving.sweep();
+  frame.force = t.blend.apply(frame.force, touches, t.is_off_patch, sweep.x_t1 - sweep.x_t0, others);
 }
 
 /// The patch triangle that a tool has got into unseen at the start of its sweep, as while the patch did not reach
 /// there; -1: none. It is pushed out over some ticks: at once would be a blow.
-int LocalSimulation::find_overlap() noexcept {
+int LocalSimulation::find_overlap(int tool) noexcept {
   const PreparedLocalModel& m = *model_;
+  TouchingTool& t = tools_[tool];
   Contact deepest;
-  deepest.gap = tool_.shape().radius;
-  for (const Vec3& corner : tool_.corners_t0())
+  deepest.gap = t.moving.shape().radius;
+  for (const Vec3& corner : t.moving.corners_t0())
     if (const Contact nearest = nearest_point_contact(m.surface.facets, m.work.x, corner); nearest.gap < deepest.gap)
       deepest = nearest;
   if (deepest.triangle < 0) return -1;
-  overlap_start_ = tool_.shape().radius - deepest.gap;
-  overlap_left_ = kPushOut;
+  if (num_tools() > 1) {  // far away on the other side of a patch that is not its own: find_contact_sites()
+    const auto nodes = m.work.x.reshaped(3, m.work.x.size() / 3);
+    if (-deepest.gap > (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm()) return -1;
+  }
+  t.overlap_start = t.moving.shape().radius - deepest.gap;
+  t.overlap_left = kPushOut;
   return deepest.triangle;
 }
 
-/// Starts and ends with no speed, so that the push is felt and its ends are not.
-double LocalSimulation::allowed_overlap() const noexcept {
-  const double left = overlap_left_ / kPushOut;
-  return overlap_start_ * left * left * (3 - 2 * left);
+double TouchingTool::allowed_overlap() const noexcept {
+  const double left = overlap_left / kPushOut;
+  return overlap_start * left * left * (3 - 2 * left);
 }
 
 /// Where a contact is on the surface at x.
 Vec3 LocalSimulation::place_of(const Contact& contact, const VectorX& x) const noexcept {
   const SurfacePatch& facets = model_->surface.facets;
-  if (!facets.is_curved) return contact.core - (tool_.shape().radius + contact.gap) * contact.normal;
+  if (!facets.is_curved) return contact.core - (tool_of(contact).moving.shape().radius + contact.gap) * contact.normal;
   Vec3 out = Vec3::Zero();
   for (int c = 0; c < 3; ++c) out += contact.bary[c] * node(x, facets.triangles[contact.triangle][c]);
   return out;
 }
 
-/// Splits the tick's impulses into what is reported and what goes to the global side.
-void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
+/// Splits the tick's impulses of one tool into what is reported and what goes to the global side.
+void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
   const ContactSurface& surface = model_->surface;
   const SurfacePatch& facets = surface.facets;
   Vec3 normal_sum = Vec3::Zero(), tangential_sum = Vec3::Zero();
   double largest = 0;
-  frame.contacts = contacts_.count;
-  frame.gap = contacts_.count ? contacts_.contacts[0].gap : 0;
+  frame.contacts = 0;
+  frame.gap = 0;
   for (int i = 0; i < contacts_.count; ++i) {
     const Contact& contact = contacts_.contacts[i];
+    if (contact.tool != tool) continue;
     const Vec3 impulse = model_->state.impulse[i], force = -impulse / h_;
     const double f_n = force.dot(contact.normal);
     const Vec3 f_t = force - f_n * contact.normal;
     normal_sum += f_n * contact.normal;
     tangential_sum += f_t;
-    frame.gap = std::min(frame.gap, contact.gap);
+    frame.gap = frame.contacts++ == 0 ? contact.gap : std::min(frame.gap, contact.gap);
     if (f_n > 0) frame.cone_ratio = std::max(frame.cone_ratio, f_t.norm() / f_n);
     const Vec3 point = place_of(contact, model_->work.x_end);
     frame.torque += (point - frame.tool).cross(force);
@@ -210,7 +266,7 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
       frame.mode = solution_.mode[i];
       frame.normal = contact.normal;
       frame.point = point;
-      if (facets.on_rim[contact.triangle]) flags_ |= kLeftPatch;
+      if (facets.on_rim[contact.triangle]) tools_[tool].flags |= kLeftPatch;
     }
     ContactSample& sample = samples_[num_samples_++];
     sample.triangle = facets.global_triangle[contact.triangle];
@@ -221,6 +277,7 @@ void LocalSimulation::report_contacts(LocalFrame& frame) noexcept {
     sample.normal = contact.normal;
     sample.sticks = solution_.mode[i] == ContactMode::stick;
     sample.point = point;
+    sample.tool = tool;
   }
   frame.f_n = normal_sum.norm();
   frame.f_t = tangential_sum.norm();

@@ -1,6 +1,7 @@
 #pragma once
 // The 1 kHz side: free motion, first time of impact, rollback, stick or slip, force.          Paper section IV, fig. 2.
 #include <span>
+#include <vector>
 
 #include "collision/moving_tool.hpp"
 #include "core/global_simulation.hpp"
@@ -41,10 +42,31 @@ struct LocalFrame {
   unsigned flags = 0;
 };
 
+/// A tool, what a tick has found about it, and what goes on from tick to tick.
+struct TouchingTool {
+  TouchingTool(const ToolShape& shape, double h, double fade) : moving(shape), blend(h, fade) {}
+  MovingTool moving;
+  ForceBlend blend;
+  ToolSweep rest{};           ///< of this tick's sweep, after the last event
+  int start = -1;             ///< facet that it touches in this tick, -1: none yet
+  unsigned flags = 0;         ///< LocalFlag
+  bool was_on_rim = false;    ///< the last tick's contact was at the edge of the patch
+  bool is_off_patch = false;  ///< contact ended there: the tool may have got into the body unseen
+  double overlap_start = 0,   ///< that it was found to have [m]
+      overlap_left = 0;       ///< time that is left to end it [s]
+
+  /// In this tick [m]. Starts and ends with no speed, so that the push is felt and its ends are not.
+  double allowed_overlap() const noexcept;
+};
+
+/// One tool, or two that touch the same body at the same time: one local model, one W over all contacts, so that each
+/// hand feels what the other does in the same tick.
 class LocalSimulation final : public HapticMethod {
  public:
   /// @param blend  over which the difference between two local models fades from the force [s]; 0: not at all
   LocalSimulation(const ToolShape& tool, double h, std::unique_ptr<ContactSolver> solver, double blend = 0);
+  /// @param tools  1 to kMaxTools; the paper's laws know one
+  LocalSimulation(std::span<const ToolShape> tools, double h, std::unique_ptr<ContactSolver> solver, double blend = 0);
 
   /// Goes over to a new local model: patch motion and contacts are carried over by node and triangle, unless the new
   /// model is caught up already. No allocation; gives the old model back, to be freed elsewhere.
@@ -60,6 +82,9 @@ class LocalSimulation final : public HapticMethod {
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
   LocalFrame step(const ToolSweep& sweep) noexcept override;
 
+  /// The same with each tool moving along its own sweep; a frame for each.
+  void step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept override;
+
   /// What the last tick did to the body, for the global side.
   std::span<const ContactSample> samples() const noexcept override {
     return {samples_.data(), static_cast<std::size_t>(num_samples_)};
@@ -68,46 +93,52 @@ class LocalSimulation final : public HapticMethod {
   const PreparedLocalModel& model() const noexcept override { return *model_; }
   bool has_model() const { return model_ != nullptr; }
   double h() const noexcept override { return h_; }
-  const ToolShape& tool() const noexcept override { return tool_.shape(); }
+  const ToolShape& tool() const noexcept override { return tools_[0].moving.shape(); }
+  int num_tools() const noexcept { return static_cast<int>(tools_.size()); }
 
  private:
   void find_free_motion() noexcept;
   bool find_impact(Contact& impact) noexcept;
+  bool find_impact_of(int tool, Contact& impact) noexcept;
   void accept_free_motion() noexcept;
-  void step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_constrained.cpp
-  void resolve_contacts(double h_left, int start) noexcept;
-  void find_contacts(const VectorX& x, int start) noexcept;
+  void step_constrained(std::span<LocalFrame> frames) noexcept;  // local_simulation_constrained.cpp
+  void start_tick() noexcept;
+  void hold_contacts(double& toi, std::span<LocalFrame> frames) noexcept;
+  void rewind_to(const Contact& impact, double& toi, std::span<LocalFrame> frames) noexcept;
+  void ignore_around(const Contact& contact) noexcept;
+  void end_tick(double toi, std::span<LocalFrame> frames) noexcept;
+  void resolve_contacts(double h_left) noexcept;
+  void find_contacts(const VectorX& x) noexcept;
+  void find_contacts_of(int tool, const VectorX& x, ContactSet& out) noexcept;
   Vec3 place_of(const Contact& contact, const VectorX& x) const noexcept;
   void place_surface(double h_left, VectorX& out) noexcept;
-  bool fill_problem(double h_left) noexcept;
+  void fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
   void settle_velocities() noexcept;                                        // local_simulation_velocities.cpp
-  bool close_gaps(double h_left, int start) noexcept;                       // local_simulation_gaps.cpp
+  bool close_gaps(double h_left) noexcept;                                  // local_simulation_gaps.cpp
   void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
-  void report_contacts(LocalFrame& frame) noexcept;
-  int find_overlap() noexcept;
+  void report_contacts(int tool, LocalFrame& frame) noexcept;
+  int find_overlap(int tool) noexcept;
   void sweep_refresh(const PreparedLocalModel& old) noexcept;
-  double allowed_overlap() const noexcept;
-  void shape_force(const ToolSweep& sweep, LocalFrame& frame) noexcept;
+  void shape_force(int tool, LocalFrame& frame) noexcept;
+  const TouchingTool& tool_of(const Contact& contact) const noexcept { return tools_[contact.tool]; }
+  void add_flag(unsigned flag) noexcept {
+    for (TouchingTool& tool : tools_) tool.flags |= flag;
+  }
 
-  MovingTool tool_;
+  std::vector<TouchingTool> tools_;
   double h_, t_ = 0;
   std::unique_ptr<ContactSolver> solver_;
   std::unique_ptr<PreparedLocalModel> model_;
-  ContactSet contacts_;  // of this tick
+  ContactSet contacts_;  // of this tick, the first tool's first
+  ContactSet found_;     // room, of one tool
   ContactProblem problem_;
   ContactSolution solution_;
   std::array<ContactSample, kMaxContacts> samples_{};
   int num_samples_ = 0;
-  LocalMotion motion_;  // room, for the refresh
-  ForceBlend blend_;
-  bool was_on_rim_ = false;     // the last tick's contact was at the edge of the patch
-  bool is_off_patch_ = false;   // contact ended there: the tool may have got into the body unseen
+  LocalMotion motion_;          // room, for the refresh
   bool has_new_patch_ = false;  // since the last tick
-  double overlap_start_ = 0,
-         overlap_left_ = 0;  // that the tool was found to have [m], and the time that is left to end it [s]
-  unsigned flags_ = 0;
 };
 
 }  // namespace kt

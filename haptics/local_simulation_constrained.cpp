@@ -18,73 +18,108 @@ constexpr double kShortest = 1e-6;      // of the step: an impact this near to t
 
 }  // namespace
 
-void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame) noexcept {
+/// Where each tool touches at the start of the tick.
+void LocalSimulation::start_tick() noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
-  std::fill(w.ignored.begin(), w.ignored.end(), 0);
+  const bool is_first = t_ < 1.5 * h_;  // a session may begin with the tool inside
+  for (int k = 0; k < num_tools(); ++k) {
+    TouchingTool& tool = tools_[k];
+    std::ranges::fill(w.ignored[k], 0);
+    tool.rest = tool.moving.sweep();
+    const auto held = std::ranges::find(m.state.anchors, k, &Contact::tool);
+    tool.start = held == m.state.anchors.end() ? -1 : held->triangle;
+    if (tool.start < 0 && has_new_patch_ && (tool.is_off_patch || is_first)) {
+      tool.start = find_overlap(k);
+      tool.is_off_patch = false;
+    }
+    tool.overlap_left = std::max(0.0, tool.overlap_left - h_);
+  }
+  has_new_patch_ = false;
   w.impulse.setZero();
   w.impulse_weighted.setZero();
   w.x_event = w.x;
-  double toi = 0;  // of the last event
-  ToolSweep rest = sweep;
-  int start = m.state.anchors.count ? m.state.anchors.contacts[0].triangle : -1;
-  const bool is_first = t_ < 1.5 * h_;  // a session may begin with the tool inside
-  if (start < 0 && has_new_patch_ && (is_off_patch_ || is_first)) {
-    start = find_overlap();
-    is_off_patch_ = false;
-  }
-  has_new_patch_ = false;
-  overlap_left_ = std::max(0.0, overlap_left_ - h_);
+}
 
-  const auto rewind_to = [&](const Contact& impact) {
-    w.x_event += impact.toi * (w.x_end - w.x_event);
-    rest = rest_of(rest, impact.toi);
-    const double advanced = impact.toi * (1 - toi);
-    w.impulse_weighted += advanced * w.impulse;
-    toi += advanced;
-    start = impact.triangle;
-    ++frame.events;
-  };
-  const auto ignore_around = [&](int triangle) {  // the solver holds these as constraints: no collision pairs
-    for (int v : m.surface.facets.triangles[triangle])
-      for (int t : m.surface.facets.topology.triangles_of(v)) w.ignored[t] = 1;
-  };
+/// Body and tools back to the time of impact; what was held until then has acted until then.
+/// @param toi  of the last event, as a share of the tick
+void LocalSimulation::rewind_to(const Contact& impact, double& toi, std::span<LocalFrame> frames) noexcept {
+  LocalWorkspace& w = model_->work;
+  w.x_event += impact.toi * (w.x_end - w.x_event);
+  for (TouchingTool& tool : tools_) tool.rest = rest_of(tool.rest, impact.toi);
+  const double advanced = impact.toi * (1 - toi);
+  w.impulse_weighted += advanced * w.impulse;
+  toi += advanced;
+  tools_[impact.tool].start = impact.triangle;
+  ++frames[impact.tool].events;
+}
+
+/// The solver holds these as constraints of this tool: no collision pairs.
+void LocalSimulation::ignore_around(const Contact& contact) noexcept {
+  const SurfacePatch& facets = model_->surface.facets;
+  for (int v : facets.triangles[contact.triangle])
+    for (int t : facets.topology.triangles_of(v)) model_->work.ignored[contact.tool][t] = 1;
+}
+
+void LocalSimulation::step_constrained(std::span<LocalFrame> frames) noexcept {
+  LocalWorkspace& w = model_->work;
+  double toi = 0;  // of the last event
+  start_tick();
 
   // Without contact: free motion up to the first impact, if there is one.
-  if (start < 0) {
-    m.surface.follow(w.u_free, w.u);
+  if (std::ranges::none_of(tools_, [](const TouchingTool& tool) { return tool.start >= 0; })) {
+    model_->surface.follow(w.u_free, w.u);
     w.x_end = w.x + h_ * w.u;
     Contact impact;
     if (!find_impact(impact)) return accept_free_motion();
-    rewind_to(impact);
-    frame.toi = toi;
+    rewind_to(impact, toi, frames);
+    frames[impact.tool].toi = toi;
     w.du.setZero();
   }
+  hold_contacts(toi, frames);
+  end_tick(toi, frames);
+}
 
-  // With contact: hold it for the rest of the step; what else is hit on the way ends the hold early.
-  for (;;) {
+/// With contact: hold it for the rest of the step; what else is hit on the way ends the hold early.
+void LocalSimulation::hold_contacts(double& toi, std::span<LocalFrame> frames) noexcept {
+  LocalWorkspace& w = model_->work;
+  for (bool is_held = false;; is_held = true) {
     const double h_left = (1 - toi) * h_;
     if (1 - toi < kShortest) {
-      contacts_.count = 0;
+      if (num_tools() == 1 || !is_held) contacts_.count = 0;  // else the other hand's go on
       w.x_end = w.x_event;
-      break;
+      return;
     }
-    if (start >= 0) ignore_around(start);
-    resolve_contacts(h_left, start);
-    for (const Contact& contact : contacts_) ignore_around(contact.triangle);
+    for (int k = 0; k < num_tools(); ++k)
+      if (tools_[k].start >= 0) ignore_around({.triangle = tools_[k].start, .tool = k});
+    resolve_contacts(h_left);
+    for (const Contact& contact : contacts_) ignore_around(contact);
+    std::array<ToolSweep, kMaxTools> whole;
+    for (int k = 0; k < num_tools(); ++k) {
+      whole[k] = tools_[k].moving.sweep();
+      tools_[k].moving.move(tools_[k].rest);
+    }
     Contact impact;
-    tool_.move(rest);
     const bool is_hit = find_impact(impact);
-    tool_.move(sweep);  // the contact solver asks for the speed of the whole tick
-    if (!is_hit) break;
-    if (frame.events == kMaxEvents) {
-      flags_ |= kEventsExhausted;
-      break;
+    for (int k = 0; k < num_tools(); ++k)
+      tools_[k].moving.move(whole[k]);  // the contact solver asks for the speed of the whole tick
+    if (!is_hit) return;
+    int events = 0;
+    for (int k = 0; k < num_tools(); ++k) events += frames[k].events;
+    if (events == kMaxEvents) {
+      add_flag(kEventsExhausted);
+      return;
     }
-    rewind_to(impact);
+    const bool is_first = tools_[impact.tool].start < 0;
+    rewind_to(impact, toi, frames);
+    if (is_first) frames[impact.tool].toi = toi;
   }
+}
 
-  // q+ = q + h v_free + sum of what each impulse moved, and the velocity that goes with it.
+/// q+ = q + h v_free + sum of what each impulse moved, and the velocity that goes with it.
+void LocalSimulation::end_tick(double toi, std::span<LocalFrame> frames) noexcept {
+  PreparedLocalModel& m = *model_;
+  LocalWorkspace& w = m.work;
   w.impulse_weighted += (1 - toi) * w.impulse;
   LocalState& s = m.state;
   const MatrixX &Y = m.dynamics->metric().Y, &Y_end = m.dynamics->end_response();
@@ -108,47 +143,68 @@ void LocalSimulation::step_constrained(const ToolSweep& sweep, LocalFrame& frame
   }
   contacts_.count = kept;
   settle_velocities();
-  frame.force.setZero();
-  for (int i = 0; i < kept; ++i) frame.force -= s.impulse[i] / h_;
-  report_contacts(frame);
+  for (int k = 0; k < num_tools(); ++k) frames[k].force.setZero();
+  for (int i = 0; i < kept; ++i) frames[contacts_.contacts[i].tool].force -= s.impulse[i] / h_;
+  for (int k = 0; k < num_tools(); ++k) report_contacts(k, frames[k]);
 }
 
-void LocalSimulation::find_contacts(const VectorX& x, int start) noexcept {
+/// Of the tools that touch; another one is found when it hits.
+void LocalSimulation::find_contacts(const VectorX& x) noexcept {
+  if (num_tools() == 1) return find_contacts_of(0, x, contacts_);
+  contacts_.count = 0;
+  for (int k = 0; k < num_tools(); ++k) {
+    if (tools_[k].start < 0) continue;
+    find_contacts_of(k, x, found_);
+    for (Contact contact : found_) {
+      contact.tool = k;
+      contacts_.add(contact);
+    }
+  }
+}
+
+void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& out) noexcept {
   const SurfacePatch& patch = model_->surface.facets;
-  const ToolShape& shape = tool_.shape();
-  const Vec3& tool = tool_.sweep().x_t1;
+  const MovingTool& moving = tools_[tool].moving;
+  const ToolShape& shape = moving.shape();
+  const Vec3& place = moving.sweep().x_t1;
+  const int start = tools_[tool].start;
   if (shape.kind == ToolShape::Kind::point) {
-    find_point_contacts(patch, x, tool, start, contacts_);
+    find_point_contacts(patch, x, place, start, out);
     return;
   }
   // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick.
   const double margin = 0.05 * shape.radius;
   LocalWorkspace& w = model_->work;
-  const ToolSweep box = tool_.is_round() ? ToolSweep{tool, tool} : ToolSweep{tool_.box().low, tool_.box().high};
+  const ToolSweep box = moving.is_round() ? ToolSweep{place, place} : ToolSweep{moving.box().low, moving.box().high};
   const int found = model_->index->candidates(box, shape.radius + margin, w.candidates);
-  find_tool_contacts(patch, x, tool_.core(), shape.radius, margin,
-                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, contacts_);
+  find_tool_contacts(patch, x, moving.core(), shape.radius, margin,
+                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, out);
 }
 
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
 /// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing
 /// between two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two
 /// steps suggest. What is left of the gaps then is closed by close_gaps.
-void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
+void LocalSimulation::resolve_contacts(double h_left) noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
+  const auto is_extended = [](const TouchingTool& tool) {
+    return tool.start >= 0 && tool.moving.shape().kind != ToolShape::Kind::point;
+  };
   ContactSet before = m.state.anchors;
   double relaxed = 1;
   for (int iteration = 0; iteration < kGeometryIterations; ++iteration) {
     place_surface(h_left, w.x_guess);
-    if (tool_.shape().kind != ToolShape::Kind::point && iteration == 0) m.index->refit(w.x_event, w.x_guess);
-    find_contacts(w.x_guess, start);
-    if (!fill_problem(h_left)) flags_ |= kRigidContact;
+    if (iteration == 0 && std::ranges::any_of(tools_, is_extended)) m.index->refit(w.x_event, w.x_guess);
+    find_contacts(w.x_guess);
+    fill_problem(h_left);
     warm_start(before);
     solver_->solve(problem_, solution_);
     before = contacts_;
     for (int i = 0; i < contacts_.count; ++i) m.state.impulse[i] = solution_.impulse.segment<3>(3 * i);
-    if (tool_.shape().kind == ToolShape::Kind::point) start = contacts_.contacts[0].triangle;
+    for (int i = contacts_.count - 1; i >= 0; --i)  // the first of each point tool
+      if (TouchingTool& tool = tools_[contacts_.contacts[i].tool]; tool.moving.shape().kind == ToolShape::Kind::point)
+        tool.start = contacts_.contacts[i].triangle;
 
     w.du_guess = w.du;
     spread_impulses();
@@ -156,7 +212,7 @@ void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
     w.step_before.swap(w.step);
     w.step = w.du - w.du_guess;
     const bool is_settled = h_left * w.step.lpNorm<Eigen::Infinity>() < kSettled;
-    if (is_settled && close_gaps(h_left, start)) return;
+    if (is_settled && close_gaps(h_left)) return;
     if (is_settled) {
       relaxed = 1;
     } else if (iteration > 0) {
@@ -166,7 +222,7 @@ void LocalSimulation::resolve_contacts(double h_left, int start) noexcept {
     }
     if (iteration + 1 < kGeometryIterations) w.du = w.du_guess + relaxed * w.step;
   }
-  close_gaps(h_left, start);
+  close_gaps(h_left);
 }
 
 /// Where the surface is after a rest of the step with the motion that is known so far.
@@ -177,28 +233,27 @@ void LocalSimulation::place_surface(double h_left, VectorX& out) noexcept {
   out = w.x_event + h_left * w.u;
 }
 
-/// False when a contact had to be softened because nothing there can move.
-bool LocalSimulation::fill_problem(double h_left) noexcept {
+/// A contact is softened, and flagged, where nothing can move.
+void LocalSimulation::fill_problem(double h_left) noexcept {
   const PreparedLocalModel& m = *model_;
   const LocalWorkspace& w = m.work;
   const MatrixX& C = m.dynamics->metric().C;
   const int c = contacts_.count;
   problem_.count = c;
-  problem_.sliding = m.state.sliding;
   problem_.h = h_;
   problem_.velocity.resize(3 * c);
   problem_.W.resize(3 * c, 3 * c);
-  bool all_move = true;
   for (int i = 0; i < c; ++i) {
     const Contact& contact = contacts_.contacts[i];
     const auto motion = [&](const VectorX& patch) { return m.surface.at(patch, contact.triangle, contact.bary); };
     const Vec3& n = contact.normal;
     problem_.normal[i] = n;
+    problem_.sliding[i] = m.state.sliding[contact.tool];
     problem_.triangle[i] = m.surface.facets.global_triangle[contact.triangle];
     // The gap there would be without contact impulses, to first order.
-    const double gap_free = contact.gap + allowed_overlap() + h_left * n.dot(motion(w.du));
+    const double gap_free = contact.gap + tool_of(contact).allowed_overlap() + h_left * n.dot(motion(w.du));
     const Vec3 place = place_of(contact, w.x_guess);
-    const Vec3 relative = motion(w.u_free) - tool_.way(place) / h_;
+    const Vec3 relative = motion(w.u_free) - tool_of(contact).moving.way(place) / h_;
     problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
     for (int k = 0; k <= i; ++k) {
       const Contact& other = contacts_.contacts[k];
@@ -210,10 +265,9 @@ bool LocalSimulation::fill_problem(double h_left) noexcept {
     const double softest = h_ / (h_left * kHeaviest);
     if (own.trace() < 3 * softest) {
       own += softest * Mat3::Identity();
-      all_move = false;
+      tools_[contact.tool].flags |= kRigidContact;
     }
   }
-  return all_move;
 }
 
 /// Starts the solver from the impulses that the same triangles carried before.
@@ -221,7 +275,8 @@ void LocalSimulation::warm_start(const ContactSet& before) noexcept {
   solution_.impulse.setZero(3 * contacts_.count);
   for (int i = 0; i < contacts_.count; ++i)
     for (int k = 0; k < before.count; ++k)
-      if (before.contacts[k].triangle == contacts_.contacts[i].triangle)
+      if (before.contacts[k].triangle == contacts_.contacts[i].triangle &&
+          before.contacts[k].tool == contacts_.contacts[i].tool)
         solution_.impulse.segment<3>(3 * i) = model_->state.impulse[k];
 }
 

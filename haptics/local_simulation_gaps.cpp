@@ -25,7 +25,8 @@ int before(const SurfacePatch& patch, const ContactSet& held, const Contact& now
   int found = -1, next = -1;
   for (int i = 0; i < held.count; ++i) {  // of an extended tool, several may be on it
     const double apart_sq = (held.contacts[i].core - now.core).squaredNorm();
-    if (held.contacts[i].triangle != now.triangle || apart_sq >= nearest_sq) continue;
+    if (held.contacts[i].tool != now.tool || held.contacts[i].triangle != now.triangle || apart_sq >= nearest_sq)
+      continue;
     nearest_sq = apart_sq;
     found = i;
   }
@@ -33,7 +34,7 @@ int before(const SurfacePatch& patch, const ContactSet& held, const Contact& now
     const Contact& c = held.contacts[i];
     const double along = c.normal.dot(now.normal);
     const Triangle &a = patch.triangles[c.triangle], &b = patch.triangles[now.triangle];
-    if (along <= best || std::ranges::find_first_of(a, b) == a.end()) continue;
+    if (c.tool != now.tool || along <= best || std::ranges::find_first_of(a, b) == a.end()) continue;
     best = along;
     next = i;
   }
@@ -97,12 +98,12 @@ Vec3 gap_slope(const SurfacePatch& patch, const VectorX& x, const Contact& conta
 /// False when the tool touches elsewhere than where the impulses act: they have to be found anew.
 /// Impulses keep their directions, hence their place in the cone of friction; what changes is within the accuracy to
 /// which they are known.
-bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
+bool LocalSimulation::close_gaps(double h_left) noexcept {
   PreparedLocalModel& m = *model_;
   const ContactSet held = contacts_;
-  const auto gap_of = [&](const Contact& c) { return c.gap + allowed_overlap(); };
+  const auto gap_of = [&](const Contact& c) { return c.gap + tool_of(c).allowed_overlap(); };
   for (int correction = 0; correction <= kCorrections; ++correction) {
-    find_contacts(m.work.x_end, start);
+    find_contacts(m.work.x_end);
     const ContactSet now = contacts_;
     contacts_ = held;
     const bool is_closed = std::all_of(now.begin(), now.end(), [&](const Contact& c) {
@@ -132,7 +133,7 @@ bool LocalSimulation::close_gaps(double h_left, int start) noexcept {
       if (row[i] < 0) place[row[i] = n++] = i;
       const Vec3 impulse = solution_.impulse.segment<3>(3 * i), into = -held.contacts[i].normal;
       direction[row[i]] = pushes ? Vec3(impulse / impulse.dot(into)) : into;
-      slope[row[i]] = gap_slope(m.surface.facets, m.work.x_end, c, tool_.shape().radius);
+      slope[row[i]] = gap_slope(m.surface.facets, m.work.x_end, c, tool_of(c).moving.shape().radius);
       gap[row[i]] = gap_of(c);
     }
     Matrix A(n, n);

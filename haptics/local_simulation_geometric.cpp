@@ -12,7 +12,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   LocalWorkspace& w = m.work;
   LocalState& s = m.state;
   const SurfacePatch& patch = m.model.patch;
-  std::fill(w.ignored.begin(), w.ignored.end(), 0);
+  std::ranges::fill(w.ignored[0], 0);
   w.x_event = w.x;
   Contact contact;
   double toi = 0;
@@ -36,12 +36,12 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   const double weight = weight_square(contact.bary, moves);
   const Vec3 face = face_normal(patch, w.x, contact.triangle);
   if (weight < 1e-12 || face.isZero(0)) {  // nothing there can move: the geometric laws have no answer
-    flags_ |= kRigidContact;
+    tools_[0].flags |= kRigidContact;
     return accept_free_motion();
   }
 
   // Push the contact point onto the tool: dx = J^T d / s.
-  const Vec3 target = sweep.x_t1 - tool_.shape().radius * face;
+  const Vec3 target = sweep.x_t1 - tools_[0].moving.shape().radius * face;
   Vec3 d = target;
   for (int c = 0; c < 3; ++c) d -= contact.bary[c] * node(w.x, t[c]);
   if (solver_->deformation() == Deformation::normal) d = face.dot(d) * face;
@@ -95,7 +95,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
     contacts_.count = 0;
     contacts_.add(next);
     s.impulse[0].setZero();
-    report_contacts(frame);
+    report_contacts(0, frame);
     frame.mode = solver_->deformation() == Deformation::full ? ContactMode::stick : ContactMode::slide;
     frame.triangle = frame.facet = patch.global_triangle[next.triangle];
     return;
@@ -114,7 +114,7 @@ void LocalSimulation::step_geometric(const ToolSweep& sweep, LocalFrame& frame) 
   contact.core = sweep.x_t1;
   contacts_.count = 0;
   contacts_.add(contact);
-  report_contacts(frame);
+  report_contacts(0, frame);
 
   // Sticking keeps the material point; sliding takes the one that is under the tool now, perhaps on a neighbour.
   if (solution_.mode[0] != ContactMode::stick) {

@@ -48,7 +48,7 @@ void LocalSimulation::settle_velocities() noexcept {
   for (int a = 0; a < n; ++a) {
     const Contact& c = contacts_.contacts[condition[a].contact];
     const Vec3 place = place_of(c, m.work.x_end);
-    const Vec3 speed = m.surface.at(rate, c.triangle, c.bary) - tool_.way(place) / h_;
+    const Vec3 speed = m.surface.at(rate, c.triangle, c.bary) - tool_of(c).moving.way(place) / h_;
     wanted[a] = -speed.dot(condition[a].along);
     for (int b = 0; b < n; ++b) {
       const Contact& other = contacts_.contacts[condition[b].contact];

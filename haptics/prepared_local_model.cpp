@@ -50,7 +50,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   w.x_recovered = m.x0;
   w.v_recovered = m.v0;
   w.candidates.resize(surface.facets.triangles.size());
-  w.ignored.resize(surface.facets.triangles.size());
+  for (auto& of_tool : w.ignored) of_tool.resize(surface.facets.triangles.size());
   return out;
 }
 

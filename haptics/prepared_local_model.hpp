@@ -15,7 +15,7 @@ struct LocalState {
   VectorX q, q_rate;                         ///< reduced displacement [m] and velocity [m/s], (r)
   ContactSet anchors;                        ///< contacts held at the end of the last tick
   std::array<Vec3, kMaxContacts> impulse{};  ///< that they gave to the body then [N s]
-  bool sliding = false;                      ///< the contact that carried most slid in the last tick
+  std::array<bool, kMaxTools> sliding{};     ///< of each tool: its contact that carried most slid in the last tick
 };
 
 /// Room for one tick's intermediate values; (p) patch vertices, (f) those of the contact surface, (r) reduced
@@ -28,10 +28,10 @@ struct LocalWorkspace {
   VectorX motion;                       ///< (3p)
   VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
   VectorX du_guess, step, step_before;  ///< iterates of du
-  VectorX impulse, impulse_weighted;   ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
-  VectorX x_recovered, v_recovered;    ///< (3 recovered)
-  std::vector<int> candidates;         ///< (facets)
-  std::vector<unsigned char> ignored;  ///< (facets)
+  VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
+  VectorX x_recovered, v_recovered;   ///< (3 recovered)
+  std::vector<int> candidates;        ///< (facets)
+  std::array<std::vector<unsigned char>, kMaxTools> ignored;  ///< of each tool: facets that it is held at, (facets)
 };
 
 /// What one haptic method adds to a local model; it alone knows the type.
@@ -49,7 +49,7 @@ struct PreparedLocalModel {
   std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move
   std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
   std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1
-  Vec3 tool = Vec3::Zero();                ///< where the tool was when the body was linearized [m]
+  Vec3 tool = Vec3::Zero();                ///< where the first tool was when the body was linearized [m]
   std::unique_ptr<MethodData> data;        ///< by HapticMethod::complete
   LocalState state;
   bool caught_up = false;  ///< the state has been stepped to the present, from the linearization on

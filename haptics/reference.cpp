@@ -22,15 +22,17 @@ int steps_per_tick(const Scene& scene, double rate_hz) {
   return static_cast<int>(std::ceil(rate_hz / scene.local.rate_hz - 1e-9));
 }
 
-FullOptions full_options(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options, int n) {
+FullOptions full_options(const Session& session, std::span<const std::span<const Vec3>> paths,
+                         const ReferenceOptions& options, int n) {
   const Scene& scene = session.scene();
   FullOptions out;
   out.h = 1 / (n * scene.local.rate_hz);
   out.matrix_time = options.matrix_time;
   out.tangent = options.tangent;
   out.exact_force = options.exact_force;
-  for (std::size_t i = 1; i < tool.size(); ++i)
-    out.max_speed = std::max(out.max_speed, (tool[i] - tool[i - 1]).norm() * scene.local.rate_hz);
+  for (const std::span<const Vec3> path : paths)
+    for (std::size_t i = 1; i < path.size(); ++i)
+      out.max_speed = std::max(out.max_speed, (path[i] - path[i - 1]).norm() * scene.local.rate_hz);
   // The paper's laws are their metric; the others agree as the step shrinks, and the implicit one is the most accurate.
   if (is_geometric(scene.contact.law)) out.metric = contact_metric(scene.contact.metric);
   out.collision_backend = scene.collision.backend;
@@ -40,38 +42,54 @@ FullOptions full_options(const Session& session, std::span<const Vec3> tool, con
 
 }  // namespace
 
-Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options) {
+Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options,
+                        std::span<const Vec3> second_tool) {
   const Scene& scene = session.scene();
   if (scene.global.self_contact)
     throw InputError("reference: the full model in fine steps passes through itself; not with global.self_contact");
+  std::vector<std::span<const Vec3>> paths{tool};
+  std::vector<ToolTurn> turns{scene_turn(scene.tool)};
+  if (scene.second_tool) {
+    if (second_tool.size() != tool.size())
+      throw InputError(text("reference: the second tool's path has ", second_tool.size(), " places, must have ",
+                            tool.size(), " as the first one's"));
+    paths.push_back(second_tool);
+    turns.push_back(scene_turn(*scene.second_tool));
+  }
   const int n = steps_per_tick(scene, options.rate_hz), ticks = static_cast<int>(tool.size()) - 1;
   const double started = cpu_seconds();
   FullSimulation full(
-      session.model(), session.surface(), session.tool(),
+      session.model(), session.surface(), session.tools(),
       make_contact_solver(scene.contact.law, session.friction().everywhere, session.friction().of_triangle),
-      full_options(session, tool, options, n), session.start());
-  const ToolTurn turn{scene.tool.turn, scene.tool.spin};
-  std::vector<Vec3> forces;
+      full_options(session, paths, options, n), session.start());
+  std::array<std::vector<Vec3>, kMaxTools> forces;
+  std::array<ToolSweep, kMaxTools> sweeps;
+  std::array<LocalFrame, kMaxTools> frames;
   int exhausted = 0, lost = 0;
   for (int tick = 0; tick < ticks && !(options.stop && options.stop->load()); ++tick) {
     for (int k = 0; k < n; ++k) {
-      const auto place = [&](int step) { return Vec3(tool[tick] + step / double(n) * (tool[tick + 1] - tool[tick])); };
       const double t = tick / scene.local.rate_hz, dt = 1 / (n * scene.local.rate_hz);
-      const LocalFrame frame = full.step(turn.sweep(place(k), place(k + 1), t + k * dt, t + (k + 1) * dt));
-      forces.push_back(frame.force);
-      exhausted += (frame.flags & kEventsExhausted) != 0;
-      lost += (frame.flags & kLostAnchor) != 0;
+      for (std::size_t i = 0; i < paths.size(); ++i) {
+        const Vec3 &from = paths[i][tick], &to = paths[i][tick + 1];
+        const auto place = [&](int step) { return Vec3(from + step / double(n) * (to - from)); };
+        sweeps[i] = turns[i].sweep(place(k), place(k + 1), t + k * dt, t + (k + 1) * dt);
+      }
+      full.step_tools(std::span(sweeps).first(paths.size()), std::span(frames).first(paths.size()));
+      for (std::size_t i = 0; i < paths.size(); ++i) forces[i].push_back(frames[i].force);
+      exhausted += (frames[0].flags & kEventsExhausted) != 0;
+      lost += ((frames[0].flags | frames[1].flags) & kLostAnchor) != 0;
     }
     if (options.progress) options.progress((tick + 1.0) / ticks);
   }
   Reference out;
-  out.key = reference_key(session, tool);
+  out.key = reference_key(session, tool, second_tool);
   out.rate_hz = n * scene.local.rate_hz;
   out.h = 1 / scene.local.rate_hz;
-  out.force = resample_forces(forces, n);
+  out.force = resample_forces(forces[0], n);
+  out.second_force = resample_forces(forces[1], n);
   if (exhausted + lost > 0)
     out.warnings.push_back(text("reference: more impacts than are resolved in ", exhausted,
-                                " steps, contact lost at a new matrix in ", lost, " of ", forces.size(), " steps"));
+                                " steps, contact lost at a new matrix in ", lost, " of ", forces[0].size(), " steps"));
   int inverted = 0;
   for (const Tetrahedron& t : session.model().mesh().tetrahedra) inverted += tetrahedron_volume(full.state().x, t) < 0;
   if (inverted > 0) out.warnings.push_back(text("reference: ", inverted, " tetrahedra are inside out at its end"));
@@ -103,7 +121,15 @@ std::vector<Vec3> tool_path(const SessionResult& result) {
   return out;
 }
 
-std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool) {
+std::vector<Vec3> second_tool_path(const SessionResult& result) {
+  std::vector<Vec3> out;
+  if (!result.second_tool) return out;
+  out.push_back(result.second_tool->start);
+  for (const LocalFrame& f : result.second_tool->frames) out.push_back(f.tool);
+  return out;
+}
+
+std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool, std::span<const Vec3> second_tool) {
   const DeformableModel& model = session.model();
   const SceneContact& contact = session.scene().contact;
   StateHash hash;
@@ -138,15 +164,21 @@ std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool) 
     hash.add(f.mu_static);
     hash.add(f.mu_kinetic);
   }
-  add_words(session.scene().tool.shape);
-  hash.add(session.tool().radius);
-  for (const Vec3& corner : session.tool().corners) hash.add(corner);
-  if (!session.scene().tool.turn.isZero(0) || !session.scene().tool.spin.isZero(0)) {
-    hash.add(session.scene().tool.turn);
-    hash.add(session.scene().tool.spin);
-  }
+  const auto add_tool = [&](const SceneTool& described, const ToolShape& shape) {
+    add_words(described.shape);
+    hash.add(shape.radius);
+    for (const Vec3& corner : shape.corners) hash.add(corner);
+    if (described.turn.isZero(0) && described.spin.isZero(0)) return;
+    hash.add(described.turn);
+    hash.add(described.spin);
+  };
+  add_tool(session.scene().tool, session.tool());
   hash.add(session.scene().local.rate_hz);
   for (const Vec3& x : tool) hash.add(x);
+  if (session.scene().second_tool) {
+    add_tool(*session.scene().second_tool, session.tools()[1]);
+    for (const Vec3& x : second_tool) hash.add(x);
+  }
   return hash.value();
 }
 
@@ -156,23 +188,36 @@ std::vector<Vec3> tick_forces(std::span<const LocalFrame> frames) {
   return out;
 }
 
+double tool_work(std::span<const Vec3> forces, std::span<const Vec3> tool) {
+  double out = 0;
+  for (std::size_t i = 0; i < forces.size() && i + 1 < tool.size(); ++i) {
+    const Vec3 before = i > 0 ? forces[i - 1] : Vec3(Vec3::Zero());
+    out -= 0.5 * (before + forces[i]).dot(tool[i + 1] - tool[i]);
+  }
+  return out;
+}
+
 ForceError compare_forces(std::span<const Vec3> forces, const Reference& reference) {
+  return compare_forces(forces, reference.force);
+}
+
+ForceError compare_forces(std::span<const Vec3> forces, std::span<const Vec3> reference) {
   ForceError out;
-  const std::size_t count = std::min(forces.size(), reference.force.size());
+  const std::size_t count = std::min(forces.size(), reference.size());
   double difference_sq = 0, reference_sq = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    difference_sq += (forces[i] - reference.force[i]).squaredNorm();
-    reference_sq += reference.force[i].squaredNorm();
+    difference_sq += (forces[i] - reference[i]).squaredNorm();
+    reference_sq += reference[i].squaredNorm();
   }
   if (!(reference_sq > 0)) return out;
   out.force_error = std::sqrt(difference_sq / reference_sq);
   out.floor = kForceFloor * std::sqrt(reference_sq / static_cast<double>(count));
   int judged = 0, noticed = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const double size = reference.force[i].norm();
+    const double size = reference[i].norm();
     if (size <= out.floor) continue;
     ++judged;
-    noticed += (forces[i] - reference.force[i]).norm() > kNoticeableForce * size;
+    noticed += (forces[i] - reference[i]).norm() > kNoticeableForce * size;
   }
   if (judged > 0) out.jnd_fraction = static_cast<double>(noticed) / judged;
   return out;

@@ -26,18 +26,27 @@ struct Reference {
   /// On the tool [N], the mean over one tick's length around the end of each tick: fine steps see vibrations that no
   /// haptic tick can show, and an average to one side would be late.
   std::vector<Vec3> force;
+  std::vector<Vec3> second_force;  ///< the same on a second tool; empty: there is none
   std::vector<std::string> warnings;
 };
 
 /// @param tool  positions at the ends of the session's ticks, before them the start; in between they are linear
+/// @param second_tool  the same of the session's second tool; empty: it has none
 /// Throws InputError for a rate below the session's, RunError when the body leaves the finite numbers.
-Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options = {});
+Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options = {},
+                        std::span<const Vec3> second_tool = {});
 
 /// The start and the place at each tick: what run_reference takes.
 std::vector<Vec3> tool_path(const SessionResult& result);
+/// Of the second tool; empty without one.
+std::vector<Vec3> second_tool_path(const SessionResult& result);
 
 /// Equal for sessions whose references are the same: hash of body, contact law, tool and its path, not of the methods.
-std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool);
+std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool, std::span<const Vec3> second_tool = {});
+
+/// What the tool does on the body along `tool` (the start, then the place at each tick): - sum of F dx [J], F the
+/// mean over each tick. Of as many ticks as both have.
+double tool_work(std::span<const Vec3> forces, std::span<const Vec3> tool);
 
 struct ForceError {
   double force_error = 0;   ///< || F - F_ref || / || F_ref || over all ticks
@@ -50,16 +59,21 @@ constexpr double kNoticeableForce = 0.10;  // just noticeable difference of forc
 
 /// Of as many ticks as both have. @param forces  one a tick [N]
 ForceError compare_forces(std::span<const Vec3> forces, const Reference& reference);
+ForceError compare_forces(std::span<const Vec3> forces, std::span<const Vec3> reference);
 std::vector<Vec3> tick_forces(std::span<const LocalFrame> frames);
 
 /// One force a tick from n a tick: means over a tick's length around the end of every tick (n even: half of the two
 /// outermost); shorter at the end of the path.
 std::vector<Vec3> resample_forces(std::span<const Vec3> steps, int n);
 
-/// CSV: comment lines with key, rate and warnings, then t,force_x,force_y,force_z.
+/// CSV: comment lines with key, rate and warnings, then t,force_x,force_y,force_z, with a second tool also its force.
 void write_reference(const std::string& file, const Reference& reference);
 
 /// Throws InputError when the file cannot be read or belongs to another body, law or path than `key`.
 Reference read_reference(const std::string& file, std::uint64_t key);
+
+/// The columns t, force_x, force_y and force_z of any run's reference.csv or trace.csv: only `h` and `force` are set.
+/// Throws InputError when they are not there, or not one a tick.
+Reference read_forces(const std::string& file);
 
 }  // namespace kt

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <optional>
 
 #include "collision/closest_point.hpp"
@@ -60,11 +61,12 @@ Smoothing scene_smoothing(const Scene& scene) {
   return {c.surface, c.surface_levels};
 }
 
-std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool,
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, std::span<const ToolShape> tools,
                                                 std::vector<Friction> friction_of_triangle) {
   const SceneContact& c = scene.contact;
   HapticMethodOptions options;
-  options.tool = tool;
+  options.tool = tools[0];
+  if (tools.size() > 1) options.second_tool = tools[1];
   options.h = 1 / scene.local.rate_hz;
   if (c.law != "penalty") options.law = c.law;  // a method with friction of its own: Coulomb's
   options.friction = base_friction(c);
@@ -76,6 +78,12 @@ std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolSh
 
 namespace {
 
+std::vector<ToolShape> shapes_of(const std::vector<ReachingTool>& tools) {
+  std::vector<ToolShape> out;
+  for (const ReachingTool& tool : tools) out.push_back(tool.shape);
+  return out;
+}
+
 std::unique_ptr<Integrator> global_integrator(const SceneGlobal& global, SelfContact* self_contact) {
   const IntegratorOptions options{.solver = global.solver, .tolerance = global.tolerance, .definite = global.definite};
   if (self_contact) return std::make_unique<TouchingEuler>(*self_contact, options);
@@ -84,14 +92,13 @@ std::unique_ptr<Integrator> global_integrator(const SceneGlobal& global, SelfCon
 
 }  // namespace
 
-Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-                     double max_speed, const State& start, SelfContact* self_contact)
+Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene,
+                     std::vector<ReachingTool> tools, const State& start, SelfContact* self_contact)
     : surface_(surface),
       scene_(scene),
-      tool_(tool),
-      max_speed_(max_speed),
+      tools_(std::move(tools)),
       smoothing_(scene_smoothing(scene)),
-      method_(make_scene_method(scene, tool)),
+      method_(make_scene_method(scene, shapes_of(tools_))),
       self_contact_(self_contact),
       global_(model, global_integrator(scene.global, self_contact), 1 / scene.global.rate_hz, start),
       before_(start),
@@ -117,7 +124,9 @@ double Refresher::delay(double t) const {
 }
 
 /// How far the tool's surface gets while the model made at time t is in use [m].
-double Refresher::reach(double t) const { return 1.5 * tool_reach(tool_) + max_speed_ * (delay(t) + interval(t)); }
+double Refresher::reach(double t, const ReachingTool& tool) const {
+  return 1.5 * tool_reach(tool.shape) + tool.max_speed * (delay(t) + interval(t));
+}
 
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
   ContactSite site{tool, triangle, reach};
@@ -136,6 +145,22 @@ ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Ve
   else
     for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) consider(t);
   return site;
+}
+
+ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::span<const ToolPlace> tools) {
+  const auto nodes = x.reshaped(3, x.size() / 3);
+  const double size = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
+  std::vector<ContactSite> sites;
+  for (const ToolPlace& tool : tools) {
+    sites.push_back(find_contact_site(surface, x, tool.place, tool.triangle, tool.reach));
+    // Nearer than the body is large it could be taken for one inside, seen through the body from another tool's patch.
+    const bool is_far = (sites.back().centre - tool.place).norm() > std::max(2 * tool.reach, size);
+    if (is_far && tool.triangle < 0 && tools.size() > 1) sites.pop_back();
+  }
+  if (sites.empty()) return find_contact_site(surface, x, tools[0].place, -1, tools[0].reach);
+  ContactSite out = sites.front();
+  out.others.assign(sites.begin() + 1, sites.end());
+  return out;
 }
 
 /// Springs resist stretching only: a tetrahedron pushed through itself does not come back.
@@ -228,19 +253,28 @@ void Refresher::judge_linearization() {
 int Refresher::next_interval(int usual) const { return std::max(1, usual / haste_); }
 
 /// The body in the middle of the time that the model made at time t is used.
-std::optional<State> Refresher::foresee(double t, std::span<const ContactHold> holds, const Vec3& velocity) {
+std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
   const double lead = delay(t) + 0.5 * interval(t) / haste_;
-  return global_.foresee(
-      lead, moved_holds({holds.begin(), holds.end()}, surface_, smoothing_, global_.model().mesh().x, lead * velocity));
+  std::vector<ContactHold> all;
+  for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
+    const Vec3 step = lead * tool_velocity(reports, scene_.local.rate_hz, k);
+    std::ranges::move(
+        moved_holds(last_holds(reports, scene_.local.rate_hz, k), surface_, smoothing_, global_.model().mesh().x, step),
+        std::back_inserter(all));
+  }
+  return global_.foresee(lead, all);
 }
 
-std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& tool, std::span<const LocalReport> reports,
+std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vector<Vec3>& places,
+                                                       std::span<const LocalReport> reports,
                                                        const LocalMotion* motion) {
   auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
     history.insert(history.end(), report.samples.begin(), report.samples.begin() + report.count);
-  const std::vector<ContactHold> holds = last_holds(reports, scene_.local.rate_hz);
+  std::vector<ContactHold> holds;
+  for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
+    std::ranges::move(last_holds(reports, scene_.local.rate_hz, k), std::back_inserter(holds));
   std::optional<State> ahead;
   if (t > global_.state().t) {
     before_ = global_.state();
@@ -248,13 +282,15 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
     count_inverted();
     if (self_contact_) report_self_contact();
     judge_linearization();
-    if (motion && scene_.global.look_ahead) ahead = foresee(t, holds, tool_velocity(reports, scene_.local.rate_hz));
+    if (motion && scene_.global.look_ahead) ahead = foresee(t, reports);
     global_ms.push_back(milliseconds_since(start));
   }
 
   start = std::chrono::steady_clock::now();
-  const ContactSite site =
-      find_contact_site(surface_, global_.state().x, tool, reports.empty() ? -1 : reports.back().triangle, reach(t));
+  std::vector<ToolPlace> tools;
+  for (std::size_t k = 0; k < tools_.size(); ++k)
+    tools.push_back({places[k], reports.empty() ? -1 : reports.back().tools[k].triangle, reach(t, tools_[k])});
+  const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
@@ -263,12 +299,14 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const Vec3& too
   const LocalScheme scheme = choose_scheme(local);
   auto out = prepare(std::move(local), scheme, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
-  out->tool = tool;
+  out->tool = places[0];
   method_->complete(*out, 1 / scene_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);
+    std::array<bool, kMaxTools> sliding{};
+    for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = reports.back().tools[k].sliding;
     place_contacts(*out, std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)),
-                   reports.back().sliding);
+                   sliding);
   }
   prepare_ms.push_back(milliseconds_since(prepare_start));
   refresh_ms.push_back(milliseconds_since(start));

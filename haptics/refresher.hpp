@@ -11,16 +11,24 @@
 
 namespace kt {
 
+/// What the patch has to cover of one tool.
+struct ReachingTool {
+  ToolShape shape;
+  double max_speed = 0;  ///< [m/s]: with the time that a local model is in use it gives the size of the patch
+};
+
 class Refresher {
  public:
-  /// @param max_speed     of the tool [m/s]: with the time that a local model is in use it gives the size of the patch
+  /// @param tools         1 to kMaxTools
   /// @param self_contact  none: the body passes through itself
-  Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, const ToolShape& tool,
-            double max_speed, const State& start, SelfContact* self_contact = nullptr);
+  Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, std::vector<ReachingTool> tools,
+            const State& start, SelfContact* self_contact = nullptr);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
   /// `motion`, that of the local model in use then; without one, from the body's own.
-  std::unique_ptr<PreparedLocalModel> refresh(double t, const Vec3& tool, std::span<const LocalReport> reports,
+  /// @param places  of the tools [m]
+  std::unique_ptr<PreparedLocalModel> refresh(double t, const std::vector<Vec3>& places,
+                                              std::span<const LocalReport> reports,
                                               const LocalMotion* motion = nullptr);
 
   /// Ticks until the next refresh, of `usual` ones: fewer while the body bends more within them than the local model
@@ -51,14 +59,13 @@ class Refresher {
   void count_inverted();
   void report_self_contact();
   void judge_linearization();
-  std::optional<State> foresee(double t, std::span<const ContactHold> holds, const Vec3& velocity);
+  std::optional<State> foresee(double t, std::span<const LocalReport> reports);
   double interval(double t) const;
   double delay(double t) const;
-  double reach(double t) const;
+  double reach(double t, const ReachingTool& tool) const;
   const Surface& surface_;
   Scene scene_;
-  ToolShape tool_;
-  double max_speed_;
+  std::vector<ReachingTool> tools_;
   Smoothing smoothing_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   SelfContact* self_contact_;             // none: the body passes through itself
@@ -77,8 +84,20 @@ class Refresher {
 /// other side of a thin body.
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
 
+/// A tool as the patch sees it.
+struct ToolPlace {
+  Vec3 place = Vec3::Zero();  ///< [m]
+  int triangle = -1;          ///< of the surface, in contact with it; -1: none
+  double reach = 0;           ///< [m]
+};
+
+/// The sites of all tools in one, the first one's first. Left out are those that are further from the surface than
+/// twice their reach: nothing that such a tool could meet is worth a larger model. One is always there.
+ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::span<const ToolPlace> tools);
+
 /// The method that the scene asks for. Throws InputError.
-std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, const ToolShape& tool,
+/// @param tools  1 to kMaxTools
+std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, std::span<const ToolShape> tools,
                                                 std::vector<Friction> friction_of_triangle = {});
 
 /// Of the surface that the tool touches.

@@ -21,23 +21,30 @@ namespace kt {
 namespace {
 
 /// A mesh about the middle of its bounding box.
-ToolShape scene_mesh_tool(const SceneTool& tool) {
+/// @param name  of the tool in the scene
+ToolShape scene_mesh_tool(const SceneTool& tool, const std::string& name) {
   Mesh mesh = load_mesh(tool.mesh);
   mesh.x *= tool.scale.value_or(1);
   const Bounds box = bounds(mesh);
   const double longest = box.size().maxCoeff();
-  if (!(longest > 0)) throw InputError(text("tool.mesh: ", tool.mesh, ": all nodes lie on one point"));
+  if (!(longest > 0)) throw InputError(text(name, ".mesh: ", tool.mesh, ": all nodes lie on one point"));
   const double scale = tool.size ? *tool.size / longest : 1;
   for (int i = 0; i < mesh.num_nodes(); ++i) node(mesh.x, i) = scale * (node(mesh.x, i) - box.centre());
   return make_mesh_tool(mesh, tool.radius);
 }
 
-ToolShape scene_tool(const SceneTool& tool) {
+ToolShape scene_tool(const SceneTool& tool, const std::string& name) {
   if (tool.shape == "point") return {ToolShape::Kind::point, 0};
   if (tool.shape == "sphere") return {ToolShape::Kind::sphere, tool.radius};
   if (tool.shape == "capsule") return make_capsule(tool.radius, tool.length);
-  if (tool.shape == "mesh") return scene_mesh_tool(tool);
-  throw_unknown("tool.shape", tool.shape, {"point", "sphere", "capsule", "mesh"});
+  if (tool.shape == "mesh") return scene_mesh_tool(tool, name);
+  throw_unknown(name + ".shape", tool.shape, {"point", "sphere", "capsule", "mesh"});
+}
+
+std::vector<ToolShape> scene_tools(const Scene& scene) {
+  std::vector<ToolShape> out{scene_tool(scene.tool, "tool")};
+  if (scene.second_tool) out.push_back(scene_tool(*scene.second_tool, "second_tool"));
+  return out;
 }
 
 ModelOptions model_options(const SceneObject& object, const std::vector<int>& fixed_nodes) {
@@ -68,7 +75,7 @@ std::vector<TimedPoint> to_path(const std::vector<Waypoint>& waypoints) {
 
 int pressing_axis(const SceneFixed& fixed) { return fixed.below ? fixed.below->axis[0] - 'x' : 2; }
 
-PressDragOptions press_drag_options(const PressDrag& p, const Scene& scene) {
+PressDragOptions press_drag_options(const PressDrag& p, const SceneTool& tool, const Scene& scene) {
   PressDragOptions out;
   out.axis = pressing_axis(scene.object.fixed);
   out.at = p.at;
@@ -78,12 +85,21 @@ PressDragOptions press_drag_options(const PressDrag& p, const Scene& scene) {
   out.speed = p.speed;
   out.duration = scene.duration;
   out.clearance = 0.5 * p.depth;
-  out.turn = rotation(scene.tool.turn);
+  out.turn = rotation(tool.turn);
   return out;
 }
 
-std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const std::vector<TimedPoint>& path) {
-  const ScenePath& p = scene.tool.path;
+std::vector<TimedPoint> scene_path(const Scene& scene, const SceneTool& tool, const ToolShape& shape,
+                                   const Mesh& body) {
+  const ScenePath& p = tool.path;
+  if (p.press_drag) return make_press_drag(body, shape, press_drag_options(*p.press_drag, tool, scene));
+  if (p.waypoints) return to_path(*p.waypoints);
+  return p.hand ? to_path(p.hand->target) : std::vector<TimedPoint>();
+}
+
+std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool,
+                                           const std::vector<TimedPoint>& path) {
+  const ScenePath& p = tool.path;
   DeviceOptions options;
   options.h = 1 / scene.local.rate_hz;
   options.path = path;
@@ -95,6 +111,7 @@ std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const std::vector
   options.hand_stiffness = p.hand->stiffness;
   options.hand_damping = p.hand->damping;
   options.hand_mass = p.hand->mass;
+  options.hand_delay = 1e-3 * p.hand->delay_ms;
   return make_device("hand", options);
 }
 
@@ -117,10 +134,14 @@ void check_methods(const Scene& scene) {
   if (local_scheme(scene.local.integrator) == LocalScheme::exact && is_geometric(scene.contact.law))
     throw InputError(text("local.integrator \"exact\" is none of the paper's; contact.law \"", scene.contact.law,
                           "\" needs symplectic_euler or implicit_euler"));
-  make_scene_method(scene, {});
+  make_scene_method(scene, std::vector<ToolShape>(1));
   scene_smoothing(scene);
   const bool is_round = scene.tool.shape == "point" || scene.tool.shape == "sphere";
   const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  if (scene.second_tool && (method != "multirate" || is_geometric(scene.contact.law)))
+    throw InputError(text("second_tool: contact.law \"", scene.contact.law, "\" with local.method \"",
+                          scene.local.method,
+                          "\" knows one tool; two need local.method multirate with contact.law coulomb"));
   if (!is_round && (is_geometric(scene.contact.law) || method == "frozen" || method == "penalty" || method == "legacy"))
     throw InputError(
         text("tool.shape \"", scene.tool.shape, "\": contact.law \"", scene.contact.law, "\" with local.method \"",
@@ -143,18 +164,6 @@ Scene checked(Scene scene) {
   return scene;
 }
 
-/// Explicit steps beyond their limit are allowed (to show what happens), not silent.
-void warn_of_instability(const Scene& scene, const DeformableModel& model, std::vector<std::string>& warnings) {
-  if (local_scheme(scene.local.integrator) != LocalScheme::symplectic_euler) return;
-  const double h = 1 / scene.local.rate_hz;
-  const double limit = make_integrator("symplectic_euler")->stable_step(fastest_mode(model, rest_state(model)));
-  if (h > limit)
-    warnings.push_back(text("local.integrator symplectic_euler with a step of ", 1e3 * h,
-                            " ms may diverge: the body's "
-                            "fastest mode allows ",
-                            1e3 * limit, " ms; use implicit_euler or a softer, coarser body"));
-}
-
 /// The wall clock does not wait for a body that takes longer than its interval.
 void warn_of_lag(const Scene& scene, SessionResult& result) {
   const double seconds = static_cast<double>(result.frames.size()) / scene.local.rate_hz;
@@ -163,6 +172,19 @@ void warn_of_lag(const Scene& scene, SessionResult& result) {
     result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ",
                                    scene.global.rate_hz, ": one step takes ", percentile(result.global_ms, 0.5),
                                    " ms; use a coarser mesh, or lower global.rate_hz and the tool's speed"));
+}
+
+/// What a limit cycle feeds on. Pressing at rest the hold gives next to nothing.
+void warn_of_activity(const std::optional<PassivityRun>& energy, SessionResult& result) {
+  constexpr double kShare = 0.5;  // of the largest energy that the hand had put in
+  if (!energy) return;
+  const PassivityRun& p = *energy;
+  if (p.least < -kShare * p.most || p.most_debt > kShare * p.most)
+    result.warnings.push_back(
+        text("the haptic loop gave the hand energy: holding the force over a tick gave ", 1e3 * p.most_debt,
+             " mJ that nothing took back, the hand had put in ", 1e3 * p.most,
+             " mJ at most: expect a limit cycle; raise tool.path.hand.damping or local.rate_hz, or "
+             "set local.passivity_damping"));
 }
 
 /// A body that lies on itself has no equilibrium to solve for until it does: it falls, in long steps, which are damped.
@@ -212,11 +234,11 @@ std::vector<BackendInfo> link_backends() {
   };
 }
 
-Session::Session(const Scene& scene) : scene_(checked(scene)), tool_(scene_tool(scene.tool)) {
+Session::Session(const Scene& scene) : scene_(checked(scene)), tools_(scene_tools(scene)) {
   build(load_scene_mesh(scene, warnings_));
 }
 
-Session::Session(const Scene& scene, Mesh body) : scene_(checked(scene)), tool_(scene_tool(scene.tool)) {
+Session::Session(const Scene& scene, Mesh body) : scene_(checked(scene)), tools_(scene_tools(scene)) {
   build(std::move(body));
 }
 
@@ -231,15 +253,14 @@ void Session::build(Mesh mesh) {
   start_ = settled(scene, *model_, self_contact_.get(), warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
-  const ScenePath& p = scene.tool.path;
-  if (p.press_drag)
-    path_ = make_press_drag(hanging, tool_, press_drag_options(*p.press_drag, scene));
-  else if (p.waypoints)
-    path_ = to_path(*p.waypoints);
-  else if (p.hand)
-    path_ = to_path(p.hand->target);
-  scene_device(scene, path_);  // a wrong path is found now and not by run()
-  warn_of_instability(scene, *model_, warnings_);
+  path_ = scene_path(scene, scene.tool, tools_[0], hanging);
+  scene_device(scene, scene.tool, path_);  // a wrong path is found now and not by run()
+  if (scene.second_tool) {
+    second_path_ = scene_path(scene, *scene.second_tool, tools_[1], hanging);
+    scene_device(scene, *scene.second_tool, second_path_);
+  }
+  predictions_ = predict_failures(*this);
+  for (const Prediction& known : predictions_) warnings_.push_back(known.message);
 }
 
 void Session::set_up_self_contact() {
@@ -257,6 +278,16 @@ void Session::set_up_self_contact() {
                         found.size() == 1 ? " pair" : " pairs", " of triangles: first at (", first.at.x(), ", ",
                         first.at.y(), ", ", first.at.z(), "), triangles ", first.triangles[0], " ", first.triangles[1],
                         "; move the pieces apart"));
+}
+
+void Session::follow(std::vector<TimedPoint> path) {
+  if (path.empty() || !(path.back().t > 0)) throw InputError("tool.path: takes no time");
+  std::vector<Waypoint> waypoints;
+  for (const TimedPoint& p : path) waypoints.push_back({p.t, p.x});
+  scene_.tool.path = {.press_drag = {}, .waypoints = std::move(waypoints), .recording = {}, .hand = {}};
+  scene_.duration = path.back().t;
+  path_ = std::move(path);
+  scene_device(scene_, scene_.tool, path_);  // a wrong path is found now and not by run()
 }
 
 Session::~Session() = default;
@@ -289,14 +320,21 @@ SessionResult Session::run(const SessionOptions& options) {
   const bool threaded = scene_.link.type == "thread" && options.refreshes.empty();
   if (threaded) used.check_contacts = false;  // it would take the haptic thread's time
 
-  auto device = scene_device(scene_, path_);
-  result.max_speed = options.max_speed > 0 ? options.max_speed : device->max_speed();
-  Refresher refresher(*model_, surface_, scene_, tool_, result.max_speed, start_, self_contact_.get());
+  std::vector<std::unique_ptr<HapticDevice>> devices;
+  devices.push_back(scene_device(scene_, scene_.tool, path_));
+  if (scene_.second_tool) devices.push_back(scene_device(scene_, *scene_.second_tool, second_path_));
+  result.max_speed = options.max_speed > 0 ? options.max_speed : devices[0]->max_speed();
+  std::vector<ReachingTool> reaching{{tools_[0], result.max_speed}};
+  if (scene_.second_tool) {
+    SecondToolRun& second = result.second_tool.emplace();
+    second.max_speed = options.second_max_speed > 0 ? options.second_max_speed : devices[1]->max_speed();
+    reaching.push_back({tools_[1], second.max_speed});
+  }
+  Refresher refresher(*model_, surface_, scene_, std::move(reaching), start_, self_contact_.get());
   refresher.look_for_crossings = used.check_contacts;
-  HapticLoop haptic(scene_, tool_, friction_, std::move(device), used);
-  result.start = haptic.tool_position();
+  HapticLoop haptic(scene_, tools_, friction_, std::move(devices), used);
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
-  const RunParts parts{scene_, friction_, used, refresher, haptic, result, ticks};
+  const RunParts parts{scene_, tools_, friction_, used, refresher, haptic, result, ticks};
   threaded ? run_threads(parts) : run_lockstep(parts);
   haptic.finish(result);
   result.global_ms = std::move(refresher.global_ms);
@@ -315,6 +353,8 @@ SessionResult Session::run(const SessionOptions& options) {
   result.exact_steps = refresher.exact_steps;
   result.linearization_error = std::move(refresher.linearization_error);
   if (threaded) warn_of_lag(scene_, result);
+  warn_of_activity(result.passivity, result);
+  if (result.second_tool) warn_of_activity(result.second_tool->passivity, result);
   if (self_contact_) result.self_contact = summarize(*self_contact_, refresher);
   result.definite_tangents = refresher.definite_tangents;
   result.looked_ahead = refresher.looked_ahead;

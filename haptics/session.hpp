@@ -6,6 +6,7 @@
 
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/local_simulation.hpp"
+#include "haptics/predict.hpp"
 #include "haptics/reducer_choice.hpp"
 #include "io/scene.hpp"
 #include "self_contact/touching_model.hpp"
@@ -22,7 +23,8 @@ struct RefreshEvent {
 struct Snapshot {
   double t = 0;
   Vec3 tool = Vec3::Zero();
-  VectorX x;  ///< [m], (3n)
+  VectorX x;                          ///< [m], (3n)
+  std::optional<Vec3> second_tool{};  ///< of a scene that has one
 };
 
 /// The body's contacts with itself, over the refreshes of a run.
@@ -35,13 +37,34 @@ struct SelfContactRun {
   int crossings = -1;  ///< most pairs of triangles that crossed after a global step: 0, or a bug; -1: not looked
 };
 
+/// Energy between the tool and a device that moves with the force, as passivity.hpp counts it.
+struct PassivityRun {
+  double least = 0;      ///< smallest sum that the hand had put in [J]; below 0: it was given energy
+  double most = 0;       ///< largest such sum [J]
+  double most_debt = 0;  ///< largest sum that holding the force gave away and nothing took back [J]
+  double by_hold = 0;    ///< all that holding the force gave away [J]
+  int damped_ticks = 0;  ///< in which the controller added damping
+};
+
+/// A second tool in a run: as the fields of the same name in SessionResult are of the first one.
+struct SecondToolRun {
+  Vec3 start = Vec3::Zero();
+  std::vector<LocalFrame> frames;
+  std::vector<double> penetration;
+  int limited_forces = 0, missed_impacts = 0;
+  double max_speed = 0;
+  std::optional<PassivityRun> passivity;
+};
+
 struct SessionResult {
-  Vec3 start = Vec3::Zero();        ///< tool position before the first tick [m]
-  std::vector<LocalFrame> frames;   ///< one a tick
-  std::vector<double> step_us;      ///< CPU time of each tick [us]
-  std::vector<double> lateness_us;  ///< thread link: wall clock after the tick was due [us]
-  std::vector<double> penetration;  ///< per tick, by contact_check [m]; empty when not asked for
+  Vec3 start = Vec3::Zero();                 ///< tool position before the first tick [m]
+  std::vector<LocalFrame> frames;            ///< one a tick
+  std::vector<double> step_us;               ///< CPU time of each tick [us]
+  std::vector<double> lateness_us;           ///< thread link: wall clock after the tick was due [us]
+  std::vector<double> penetration;           ///< per tick, by contact_check [m]; empty when not asked for
+  std::optional<SecondToolRun> second_tool;  ///< of a scene that has one
   std::vector<double> global_ms, refresh_ms;
+  std::vector<double> slow_cpu_ms;  ///< lockstep: CPU time of all threads for each refresh, its global steps included
   std::vector<std::pair<std::string, std::vector<double>>> refresh_parts_ms;
   std::string reducer, reducer_name, reducer_reason;  ///< in use at the end
   std::vector<ReducerCandidate> reducer_candidates;
@@ -59,13 +82,14 @@ struct SessionResult {
   int definite_tangents = 0;                   ///< refreshes whose exact tangent was indefinite
   int looked_ahead = 0;                        ///< refreshes that linearized the body where it was expected to be
   int limited_forces = 0;                      ///< ticks whose force was cut to the device's limit
+  std::optional<PassivityRun> passivity;       ///< of a device that moves with the force
   int missed_impacts = 0;                      ///< ticks without contact that end inside the body, by contact_check
   int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
   long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
   bool stopped = false;                        ///< by the stop flag
   bool real_time_scheduling = false;           ///< thread link: SCHED_FIFO was granted
   double max_speed = 0;                        ///< bound of the tool's speed that the patches were made for [m/s]
-  std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place
+  std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools
 };
 
 struct SessionOptions {
@@ -73,6 +97,7 @@ struct SessionOptions {
                                         ///< after each global step, with self-contact (lockstep only)
   std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
   double max_speed = 0;                 ///< replay: the first run's tool speed bound [m/s]; 0: the device's
+  double second_max_speed = 0;          ///< the same of a second tool
   std::vector<double> snapshot_times;   ///< [s]
   std::function<long long()> count_allocations;  ///< allocations of this thread so far
   std::function<void(double)> progress;          ///< share done, 0..1
@@ -86,14 +111,19 @@ class Session {
   Session(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
   ~Session();
   SessionResult run(const SessionOptions& options = {});
+  /// The same body from its start on, along another path: until the time of its last point.
+  void follow(std::vector<TimedPoint> path);
 
   const Scene& scene() const { return scene_; }
   const DeformableModel& model() const { return *model_; }
   const Surface& surface() const { return surface_; }
-  const ToolShape& tool() const { return tool_; }
+  const ToolShape& tool() const { return tools_[0]; }
+  std::span<const ToolShape> tools() const { return tools_; }  ///< 1 or 2
   const SurfaceFriction& friction() const { return friction_; }
   const State& start() const { return start_; }
-  const std::vector<TimedPoint>& path() const { return path_; }  ///< of a scripted tool
+  const std::vector<TimedPoint>& path() const { return path_; }  ///< of the first tool, when it is scripted
+  /// What is known to go wrong in a run, found at set-up; each is a warning of the run's result too.
+  const std::vector<Prediction>& predictions() const { return predictions_; }
 
  private:
   void build(Mesh mesh);
@@ -104,9 +134,10 @@ class Session {
   Surface surface_;
   SurfaceFriction friction_;
   State start_;  // at rest, hanging in its weight
-  ToolShape tool_;
-  std::vector<TimedPoint> path_;
+  std::vector<ToolShape> tools_;
+  std::vector<TimedPoint> path_, second_path_;
   std::vector<std::string> warnings_;
+  std::vector<Prediction> predictions_;
 };
 
 /// Loads, scales and, where the model needs it, repairs and tetrahedralizes the scene's mesh. What was not taken over

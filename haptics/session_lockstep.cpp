@@ -1,5 +1,7 @@
 // Both rates in one thread: deterministic. Latency and loss of the link are simulated in ticks, from the scene's seed;
 // a replay brings its own schedule.
+#include <time.h>
+
 #include <cmath>
 #include <deque>
 #include <random>
@@ -8,6 +10,12 @@
 
 namespace kt {
 namespace {
+
+double process_time_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
 
 /// A local model on its way.
 struct Parcel {
@@ -66,8 +74,10 @@ void run_lockstep(const RunParts& run) {
       const RefreshEvent event = schedule.take(tick);
       const bool goes_on = tick > 0 && catches_up(run.scene);
       if (goes_on) haptic.record_motion(motion);
-      auto model = run.refresher.refresh(tick / run.scene.local.rate_hz, haptic.tool_position(), reports,
+      const double start = process_time_ms();
+      auto model = run.refresher.refresh(tick / run.scene.local.rate_hz, haptic.tool_positions(), reports,
                                          goes_on ? &motion : nullptr);
+      run.result.slow_cpu_ms.push_back(process_time_ms() - start);
       reports.clear();
       schedule.set_next(tick + run.refresher.next_interval(run.ticks_per_refresh));
       run.result.refreshes.push_back(event);

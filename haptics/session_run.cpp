@@ -2,6 +2,7 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "haptics/contact_check.hpp"
@@ -30,60 +31,98 @@ std::unique_ptr<ContactSolver> scene_solver(const Scene& scene, const SurfaceFri
   return make_contact_solver(scene.contact.law, friction.everywhere, friction.of_triangle);
 }
 
-HapticLoop::HapticLoop(const Scene& scene, const ToolShape& tool, const SurfaceFriction& friction,
-                       std::unique_ptr<HapticDevice> device, const SessionOptions& options)
+HapticLoop::HapticLoop(const Scene& scene, std::span<const ToolShape> tools, const SurfaceFriction& friction,
+                       std::vector<std::unique_ptr<HapticDevice>> devices, const SessionOptions& options)
     : options_(options),
-      device_(std::move(device)),
-      local_(make_scene_method(scene, tool, friction.of_triangle)),
-      catch_up_(tool, 1 / scene.local.rate_hz, scene_solver(scene, friction)),
-      turn_{scene.tool.turn, scene.tool.spin},
-      limits_(device_->limits()),
-      start_(device_->position(0)),
-      position_(start_) {
+      local_(make_scene_method(scene, tools, friction.of_triangle)),
+      catch_up_(tools, 1 / scene.local.rate_hz, scene_solver(scene, friction)) {
   const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
-  frames_.resize(ticks);
   step_us_.resize(ticks);
-  if (options.check_contacts) penetration_.resize(ticks);
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    Hand& hand = hands_.emplace_back();
+    hand.device = std::move(devices[k]);
+    hand.shape = tools[k];
+    hand.turn = scene_turn(k == 0 ? scene.tool : *scene.second_tool);
+    hand.limits = hand.device->limits();
+    if (hand.limits.yields)
+      hand.passivity.emplace(
+          PassivityOptions{scene.local.passivity_damping, 1 / scene.local.rate_hz, hand.limits.delay});
+    hand.start = hand.position = hand.device->position(0);
+    hand.frames.resize(ticks);
+    if (options.check_contacts) hand.penetration.resize(ticks);
+  }
+}
+
+std::vector<Vec3> HapticLoop::tool_positions() const {
+  std::vector<Vec3> out;
+  for (const Hand& hand : hands_) out.push_back(hand.position);
+  return out;
 }
 
 LocalReport HapticLoop::tick() noexcept {
   const double t_end = (tick_ + 1) * local_->h();
-  const Vec3 next = device_->position(t_end);
+  const std::size_t count = hands_.size();
+  std::array<ToolSweep, kMaxTools> sweeps;
+  std::array<LocalFrame, kMaxTools> frames;
+  for (std::size_t k = 0; k < count; ++k) sweeps[k].x_t1 = hands_[k].device->position(t_end);
   const long long before = options_.count_allocations ? options_.count_allocations() : 0;
   const double start = thread_time_us();
-  const ToolSweep sweep = turn_.sweep(position_, next, t_end - local_->h(), t_end);
-  LocalFrame frame = local_->step(sweep);
+  for (std::size_t k = 0; k < count; ++k)
+    sweeps[k] = hands_[k].turn.sweep(hands_[k].position, sweeps[k].x_t1, t_end - local_->h(), t_end);
+  local_->step_tools(std::span(sweeps).first(count), std::span(frames).first(count));
   step_us_[tick_] = thread_time_us() - start;
   if (options_.count_allocations) allocations_ += options_.count_allocations() - before;
 
-  bool limited = false;
-  device_->write(safe_force(frame.force, limits_, limited), local_->h());
-  limited_ += limited;
-  position_ = next;
-  frame.t = t_end;
-  frames_[tick_] = frame;
-  if (!penetration_.empty()) {
-    const PreparedLocalModel& m = local_->model();
-    VectorX x(3 * m.surface.facets.num_vertices());
-    m.surface.follow(m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q, x);
-    penetration_[tick_] = penetration_depth(m.surface.facets, x, local_->tool(), next, sweep.r_t1);
-    missed_ += frame.mode == ContactMode::free && penetration_[tick_] > kInside;
-  }
-
   LocalReport report;
-  report.tick = tick_++;
-  report.tool = next;
   for (const ContactSample& sample : local_->samples()) report.samples[report.count++] = sample;
-  report.triangle = report.count == 0 ? -1 : frame.triangle;  // where the body is touched, whatever force is shown
-  report.sliding = frame.mode == ContactMode::frictional_slide;
-  report.left_patch = (frame.flags & kLeftPatch) != 0;
+  VectorX x;
+  if (options_.check_contacts) {
+    const PreparedLocalModel& m = local_->model();
+    x.resize(3 * m.surface.facets.num_vertices());
+    m.surface.follow(m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q, x);
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    Hand& hand = hands_[k];
+    LocalFrame& frame = frames[k];
+    bool limited = false;
+    if (hand.passivity) frame.force = hand.passivity->tick(sweeps[k].x_t1, frame.force);
+    hand.device->write(safe_force(frame.force, hand.limits, limited), local_->h());
+    hand.limited += limited;
+    hand.position = sweeps[k].x_t1;
+    frame.t = t_end;
+    hand.frames[tick_] = frame;
+    if (options_.check_contacts) check_penetration(hand, sweeps[k], x);
+    const bool touches = std::any_of(report.samples.begin(), report.samples.begin() + report.count,
+                                     [&](const ContactSample& s) { return s.tool == static_cast<int>(k); });
+    report.tools[k] = {hand.position, touches ? frame.triangle : -1,  // where it touches, whatever force is shown
+                       frame.mode == ContactMode::frictional_slide};
+    report.left_patch = report.left_patch || (frame.flags & kLeftPatch) != 0;
+  }
+  report.tick = tick_++;
   return report;
 }
 
+/// @param x  of the surface that the tools touch, after the tick [m]
+void HapticLoop::check_penetration(Hand& hand, const ToolSweep& sweep, const VectorX& x) noexcept {
+  double& depth = hand.penetration[tick_];
+  depth = penetration_depth(local_->model().surface.facets, x, hand.shape, sweep.x_t1, sweep.r_t1);
+  if (hands_.size() > 1) {  // far away on the other side of the other hand's patch: find_contact_sites()
+    const auto nodes = x.reshaped(3, x.size() / 3);
+    if (depth > hand.shape.radius + (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm()) depth = 0;
+  }
+  hand.missed += hand.frames[tick_].mode == ContactMode::free && depth > kInside;
+}
+
 bool HapticLoop::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept {
-  for (int i = 0; i < most && at < tick_; ++i, ++at)
-    catch_up_.step(model, turn_.sweep(at > 0 ? frames_[at - 1].tool : start_, frames_[at].tool, at * local_->h(),
-                                      (at + 1) * local_->h()));
+  std::array<ToolSweep, kMaxTools> sweeps;
+  for (int i = 0; i < most && at < tick_; ++i, ++at) {
+    for (std::size_t k = 0; k < hands_.size(); ++k) {
+      const Hand& hand = hands_[k];
+      sweeps[k] = hand.turn.sweep(at > 0 ? hand.frames[at - 1].tool : hand.start, hand.frames[at].tool,
+                                  at * local_->h(), (at + 1) * local_->h());
+    }
+    catch_up_.step(model, std::span(sweeps).first(hands_.size()));
+  }
   model->caught_up = at == tick_;
   return model->caught_up;
 }
@@ -95,7 +134,8 @@ std::unique_ptr<PreparedLocalModel> HapticLoop::adopt(std::unique_ptr<PreparedLo
 }
 
 Snapshot HapticLoop::snapshot(const VectorX& global_x) const {
-  Snapshot out{tick_ * local_->h(), position_, global_x};
+  Snapshot out{tick_ * local_->h(), hands_[0].position, global_x};
+  if (hands_.size() > 1) out.second_tool = hands_[1].position;
   const PreparedLocalModel& m = local_->model();
   const VectorX x = m.model.x0 + m.model.basis * m.state.q;
   for (int i = 0; i < static_cast<int>(m.model.recovered_node.size()); ++i)
@@ -103,27 +143,47 @@ Snapshot HapticLoop::snapshot(const VectorX& global_x) const {
   return out;
 }
 
+std::optional<PassivityRun> HapticLoop::Hand::energy() const {
+  if (!passivity) return {};
+  return PassivityRun{passivity->least(), passivity->most(), passivity->most_debt(), passivity->given_by_hold(),
+                      passivity->damped_ticks()};
+}
+
 void HapticLoop::finish(SessionResult& out) {
-  frames_.resize(tick_);
   step_us_.resize(tick_);
-  if (!penetration_.empty()) penetration_.resize(tick_);
   StateHash hash;
-  const double period_us = 1e6 * local_->h();
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    const LocalFrame& f = frames_[i];
-    hash.add(f.tool);
-    hash.add(f.force);
-    hash.add(f.toi);
-    hash.add(static_cast<int>(f.mode));
-    hash.add(f.triangle);
-    out.deadline_misses += step_us_[i] > period_us;
+  for (Hand& hand : hands_) {
+    hand.frames.resize(tick_);
+    if (!hand.penetration.empty()) hand.penetration.resize(tick_);
+    for (const LocalFrame& f : hand.frames) {
+      hash.add(f.tool);
+      hash.add(f.force);
+      hash.add(f.toi);
+      hash.add(static_cast<int>(f.mode));
+      hash.add(f.triangle);
+    }
   }
   out.hash = hash.value();
-  out.frames = std::move(frames_);
+  const double period_us = 1e6 * local_->h();
+  out.deadline_misses = static_cast<int>(std::ranges::count_if(step_us_, [&](double us) { return us > period_us; }));
   out.step_us = std::move(step_us_);
-  out.penetration = std::move(penetration_);
-  out.limited_forces = limited_;
-  out.missed_impacts = missed_;
+  Hand& first = hands_[0];
+  out.start = first.start;
+  out.frames = std::move(first.frames);
+  out.penetration = std::move(first.penetration);
+  out.limited_forces = first.limited;
+  out.missed_impacts = first.missed;
+  out.passivity = first.energy();
+  if (out.second_tool) {
+    Hand& second = hands_[1];
+    *out.second_tool = {second.start,
+                        std::move(second.frames),
+                        std::move(second.penetration),
+                        second.limited,
+                        second.missed,
+                        out.second_tool->max_speed,
+                        second.energy()};
+  }
   out.last_dof = last_dof_;
   out.last_patch_vertices = last_vertices_;
   if (options_.count_allocations) out.allocations = allocations_;

@@ -1,19 +1,21 @@
 #pragma once
 // What both ways of running a session share: the haptic tick with its bookkeeping.
 #include "haptics/catch_up.hpp"
+#include "haptics/device/passivity.hpp"
 #include "haptics/refresher.hpp"
 #include "haptics/session.hpp"
 #include "haptics/tool_turn.hpp"
 
 namespace kt {
 
-/// The haptic side of one run: device, local simulation, records. One thread uses it.
+/// The haptic side of one run: devices, local simulation, records. One thread uses it.
 class HapticLoop {
  public:
-  HapticLoop(const Scene& scene, const ToolShape& tool, const SurfaceFriction& friction,
-             std::unique_ptr<HapticDevice> device, const SessionOptions& options);
+  /// @param tools, devices  as many as the scene has tools
+  HapticLoop(const Scene& scene, std::span<const ToolShape> tools, const SurfaceFriction& friction,
+             std::vector<std::unique_ptr<HapticDevice>> devices, const SessionOptions& options);
 
-  /// One tick: device -> sweep -> local step -> device. Fills the next row of the records; nothing is allocated.
+  /// One tick: devices -> sweeps -> local step -> devices. Fills the next row of the records; nothing is allocated.
   LocalReport tick() noexcept;
 
   /// Steps a model that stands at the start of tick `at` towards the present, by `most` ticks at most, and moves `at`
@@ -30,29 +32,39 @@ class HapticLoop {
   Snapshot snapshot(const VectorX& global_x) const;
 
   int next_tick() const { return tick_; }
-  int num_ticks() const { return static_cast<int>(frames_.size()); }
-  const ToolShape& tool() const { return local_->tool(); }
-  const Vec3& tool_position() const { return position_; }
+  int num_ticks() const { return static_cast<int>(step_us_.size()); }
+  std::vector<Vec3> tool_positions() const;
   void finish(SessionResult& out);
 
  private:
+  /// A tool with its device and its records.
+  struct Hand {
+    std::unique_ptr<HapticDevice> device;
+    ToolShape shape;
+    ToolTurn turn;
+    DeviceLimits limits;
+    Vec3 start, position;
+    std::vector<LocalFrame> frames;
+    std::vector<double> penetration;
+    int limited = 0, missed = 0;
+    std::optional<PassivityControl> passivity;  // of a device that moves with the force
+    std::optional<PassivityRun> energy() const;
+  };
+  void check_penetration(Hand& hand, const ToolSweep& sweep, const VectorX& x) noexcept;
   const SessionOptions& options_;
-  std::unique_ptr<HapticDevice> device_;
+  std::vector<Hand> hands_;
   std::unique_ptr<HapticMethod> local_;
   CatchUp catch_up_;
-  ToolTurn turn_;
-  DeviceLimits limits_;
-  Vec3 start_, position_;
   int tick_ = 0;
-  std::vector<LocalFrame> frames_;
-  std::vector<double> step_us_, penetration_;
-  int limited_ = 0, missed_ = 0, last_dof_ = 0, last_vertices_ = 0;
+  std::vector<double> step_us_;
+  int last_dof_ = 0, last_vertices_ = 0;
   long long allocations_ = 0;
 };
 
 /// Everything a run needs, made from the session.
 struct RunParts {
   const Scene& scene;
+  std::span<const ToolShape> tools;
   const SurfaceFriction& friction;
   const SessionOptions& options;
   Refresher& refresher;

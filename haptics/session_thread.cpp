@@ -46,12 +46,15 @@ class ThreadedRun {
       : run_(run),
         up_(4096),
         catches_up_(catches_up(run.scene)),
-        catch_up_(run.haptic.tool(), 1 / run.scene.local.rate_hz, scene_solver(run.scene, run.friction)),
+        catch_up_(run.tools, 1 / run.scene.local.rate_hz, scene_solver(run.scene, run.friction)),
         motion_every_(std::max(1, run.ticks_per_refresh / 4)),
-        interval_(run.ticks_per_refresh) {}
+        interval_(run.ticks_per_refresh) {
+    turns_.push_back(scene_turn(run.scene.tool));
+    if (run.scene.second_tool) turns_.push_back(scene_turn(*run.scene.second_tool));
+  }
 
   void go() {
-    Parcel first{0, 0, run_.refresher.refresh(0, run_.haptic.tool_position(), {})};
+    Parcel first{0, 0, run_.refresher.refresh(0, run_.haptic.tool_positions(), {})};
     run_.result.refreshes.push_back({0, 0});
     run_.haptic.adopt(std::move(first.model));
     run_.result.lateness_us.resize(run_.haptic.num_ticks());
@@ -136,12 +139,12 @@ class ThreadedRun {
       const std::span<const LocalReport> reports(pending.data(), count);
       auto parcel = std::make_unique<Parcel>();
       parcel->linearized_tick = parcel->at_tick = tick;
-      const Vec3 place = reports.back().tool;
-      parcel->model =
-          run_.refresher.refresh(tick / run_.scene.local.rate_hz, place, reports, catches_up_ ? motion.get() : nullptr);
+      std::vector<Vec3> places = places_in(reports.back());
+      parcel->model = run_.refresher.refresh(tick / run_.scene.local.rate_hz, places, reports,
+                                             catches_up_ ? motion.get() : nullptr);
       interval_ = run_.refresher.next_interval(run_.ticks_per_refresh);
       pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
-      if (catches_up_) bring_near(*parcel, place, pending);
+      if (catches_up_) bring_near(*parcel, std::move(places), pending);
       down_.put(std::move(parcel));
       linearized_.push_back(tick);
       last = tick;
@@ -163,16 +166,29 @@ class ThreadedRun {
 
   int num_nodes() const { return static_cast<int>(run_.refresher.state().x.size()) / 3; }
 
-  /// Replays what the haptic loop has reported meanwhile; its own thread does the last few ticks.
-  void bring_near(Parcel& parcel, Vec3 place, std::vector<LocalReport>& pending) {
+  std::vector<Vec3> places_in(const LocalReport& report) const {
+    std::vector<Vec3> out;
+    for (std::size_t k = 0; k < turns_.size(); ++k) out.push_back(report.tools[k].place);
+    return out;
+  }
+
+  /// Replays what the haptic loop has reported meanwhile, along the same sweeps as HapticLoop::catch_up; its own thread
+  /// does the last few ticks.
+  /// @param places  of the tools, where the model stands
+  void bring_near(Parcel& parcel, std::vector<Vec3> places, std::vector<LocalReport>& pending) {
+    const double h = 1 / run_.scene.local.rate_hz;
+    std::vector<ToolSweep> sweeps(turns_.size());
     std::size_t next = 0;
     for (int round = 0; round < 8; ++round) {
       receive(pending);
       if (next == pending.size()) return;
       for (; next < pending.size(); ++next) {
-        catch_up_.step(parcel.model, {place, pending[next].tool});
-        place = pending[next].tool;
-        parcel.at_tick = pending[next].tick + 1;
+        const LocalReport& report = pending[next];
+        for (std::size_t k = 0; k < turns_.size(); ++k)
+          sweeps[k] = turns_[k].sweep(places[k], report.tools[k].place, report.tick * h, (report.tick + 1) * h);
+        catch_up_.step(parcel.model, sweeps);
+        places = places_in(report);
+        parcel.at_tick = report.tick + 1;
       }
     }
   }
@@ -191,6 +207,7 @@ class ThreadedRun {
   Ring<LocalReport> up_;
   bool catches_up_;
   CatchUp catch_up_;                                         // of the refresher's thread
+  std::vector<ToolTurn> turns_;                              // of each tool
   int motion_every_;                                         // ticks
   int interval_;                                             // ticks to the next refresh
   std::unique_ptr<Parcel> arrived_;                          // of the haptic thread: not adopted yet

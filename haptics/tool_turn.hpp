@@ -1,6 +1,7 @@
 #pragma once
 // How the tool is turned over time: a fixed orientation, and an even spin about its reference point.
 #include "collision/contact.hpp"
+#include "io/scene.hpp"
 
 namespace kt {
 
@@ -19,5 +20,7 @@ struct ToolTurn {
     return {x_t0, x_t1, at(t0), at(t1)};
   }
 };
+
+inline ToolTurn scene_turn(const SceneTool& tool) { return {tool.turn, tool.spin}; }
 
 }  // namespace kt

@@ -10,11 +10,12 @@ namespace {
 using Rules = nlohmann::ordered_json;
 using Names = std::vector<std::string>;
 
-void collect_keys(const Rules& rules, const std::string& path, Names& out) {
-  for (const auto& [key, child] : rules.at("properties").items()) {
+void collect_keys(const Rules& schema, const Rules& rules, const std::string& path, Names& out) {
+  for (const auto& [key, reference] : rules.at("properties").items()) {
+    const Rules& child = resolve_rules(schema, reference);
     const std::string name = path.empty() ? key : path + "." + key;
     if (child.contains("properties"))
-      collect_keys(child, name, out);
+      collect_keys(schema, child, name, out);
     else
       out.push_back(name);
   }
@@ -29,7 +30,7 @@ const Rules& resolve_rules(const Rules& schema, const Rules& rules) {
 
 Names schema_keys(const Rules& schema) {
   Names keys;
-  collect_keys(schema, "", keys);
+  collect_keys(schema, schema, "", keys);
   return keys;
 }
 

@@ -100,9 +100,13 @@ Scene load_scene(const std::string& path, const std::vector<std::string>& overri
   std::string& mesh = scene.object.mesh;
   if (mesh.empty()) throw_problem({"object.mesh", "is empty: name a mesh file"}, overrides, path);
   mesh = resolve(mesh, folder, is_overridden("object.mesh", overrides));
-  scene.tool.mesh = resolve(scene.tool.mesh, folder, is_overridden("tool.mesh", overrides));
-  if (auto& recording = scene.tool.path.recording)
-    recording = resolve(*recording, folder, is_overridden("tool.path.recording", overrides));
+  const auto resolve_tool = [&](SceneTool& tool, const std::string& name) {
+    tool.mesh = resolve(tool.mesh, folder, is_overridden(name + ".mesh", overrides));
+    if (auto& recording = tool.path.recording)
+      recording = resolve(*recording, folder, is_overridden(name + ".path.recording", overrides));
+  };
+  resolve_tool(scene.tool, "tool");
+  if (scene.second_tool) resolve_tool(*scene.second_tool, "second_tool");
   return scene;
 }
 

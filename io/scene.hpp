@@ -115,6 +115,7 @@ struct SceneHand {
   double stiffness = 300.0;  ///< [N/m]
   double damping = 3.0;      ///< [N.s/m]
   double mass = 0.1;         ///< [kg]
+  double delay_ms = 0.0;     ///< from the tick to the motors: bus, driver, amplifier
   std::vector<Waypoint> target;
   bool operator==(const SceneHand&) const = default;
 };
@@ -200,6 +201,7 @@ struct SceneLocal {
   bool catch_up = true;          ///< a new local model is replayed from its linearization to the present; else the old
                                  ///< one's state is taken over
   double blend_ms = 12;          ///< the difference between two local models fades from the force over this time
+  double passivity_damping = 0;  ///< most that passivity control may add [N s/m]; 0: the energy is only watched
   std::string integrator = "auto";   ///< exact, implicit_euler, symplectic_euler, or whichever fits
   std::string method = "multirate";  ///< name in haptics/methods/haptic_method.def: this engine or a baseline
   bool operator==(const SceneLocal&) const = default;
@@ -223,6 +225,7 @@ struct Scene {
   std::uint64_t seed = 1;  ///< of everything random: hand tremor, link loss
   SceneObject object;
   SceneTool tool;
+  std::optional<SceneTool> second_tool;  ///< of another hand, on the same body at the same time
   SceneContact contact;
   SceneGlobal global;
   SceneLocal local;

@@ -23,19 +23,20 @@ Found check_times(const std::vector<Waypoint>& points, const std::string& path) 
   return std::nullopt;
 }
 
-Found check_tool(const SceneTool& tool) {
+/// @param name  of the tool in the file
+Found check_tool(const SceneTool& tool, const std::string& name) {
   if (tool.shape != "point" && tool.radius <= 0.0)
-    return JsonProblem{"tool.radius",
-                       text("is 0, must be above 0 for a ", tool.shape, " (or set tool.shape to point)")};
+    return JsonProblem{name + ".radius",
+                       text("is 0, must be above 0 for a ", tool.shape, " (or set ", name, ".shape to point)")};
   if (tool.shape == "mesh" && tool.mesh.empty())
-    return JsonProblem{"tool.mesh", "is empty: name the file of the mesh tool"};
+    return JsonProblem{name + ".mesh", "is empty: name the file of the mesh tool"};
   if (tool.shape != "mesh" && !tool.mesh.empty())
-    return JsonProblem{"tool.mesh", text("is given, but tool.shape is ", tool.shape, ": set it to mesh")};
+    return JsonProblem{name + ".mesh", text("is given, but ", name, ".shape is ", tool.shape, ": set it to mesh")};
   const ScenePath& path = tool.path;
   if (path.press_drag && path.press_drag->direction.norm() < 1e-12)
-    return JsonProblem{"tool.path.press_drag.direction", "is zero: which way does the tool go?"};
-  if (path.waypoints) return check_times(*path.waypoints, "tool.path.waypoints");
-  if (path.hand) return check_times(path.hand->target, "tool.path.hand.target");
+    return JsonProblem{name + ".path.press_drag.direction", "is zero: which way does the tool go?"};
+  if (path.waypoints) return check_times(*path.waypoints, name + ".path.waypoints");
+  if (path.hand) return check_times(path.hand->target, name + ".path.hand.target");
   return std::nullopt;
 }
 
@@ -67,8 +68,9 @@ Found check_rates(const Scene& scene) {
 }  // namespace
 
 std::optional<JsonProblem> find_scene_problem(const Scene& scene) {
-  for (const Found& found :
-       {check_object(scene.object), check_tool(scene.tool), check_contact(scene.contact), check_rates(scene)})
+  for (const Found& found : {check_object(scene.object), check_tool(scene.tool, "tool"),
+                             scene.second_tool ? check_tool(*scene.second_tool, "second_tool") : Found(),
+                             check_contact(scene.contact), check_rates(scene)})
     if (found) return found;
   return std::nullopt;
 }

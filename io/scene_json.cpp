@@ -84,6 +84,7 @@ void fields(A& a, SceneHand& s) {
   a("stiffness", s.stiffness);
   a("damping", s.damping);
   a("mass", s.mass);
+  a("delay_ms", s.delay_ms);
   a("target", s.target);
 }
 template <class A>
@@ -157,6 +158,7 @@ void fields(A& a, SceneLocal& s) {
   a("budget_us", s.budget_us);
   a("catch_up", s.catch_up);
   a("blend_ms", s.blend_ms);
+  a("passivity_damping", s.passivity_damping);
   a("integrator", s.integrator);
 }
 template <class A>
@@ -176,6 +178,7 @@ void fields(A& a, Scene& s) {
   a("seed", s.seed);
   a("object", s.object);
   a("tool", s.tool);
+  a("second_tool", s.second_tool);
   a("contact", s.contact);
   a("global", s.global);
   a("local", s.local);

@@ -170,6 +170,7 @@ def good_meshes():
     write_off("slab_coarse.off", *box(20, 20, 6, (0.1, 0.1, 0.03)), "slab 0.1 x 0.1 x 0.03, 5 mm triangles")
     write_off("slab_fine.off", *box(40, 40, 12, (0.1, 0.1, 0.03)), "slab 0.1 x 0.1 x 0.03, 2.5 mm triangles")
     write_off("slab_graded.off", *graded_slab(), "slab 0.1 x 0.06 x 0.03, finest along the middle of its top")
+    write_off("pad.off", *box(5, 5, 2, (0.05, 0.05, 0.02)), "pad 0.05 x 0.05 x 0.02, 10 mm triangles")
     write_off("sphere.off", *icosphere(3, lambda p: tuple(0.03 * c for c in p)), "icosphere, radius 0.03")
     write_off("organ.off", *icosphere(3, organ_shape), "smooth kidney-like lobe")
     write_off("sheet.off", *box(20, 20, 1, (0.1, 0.1, 0.002)), "closed thin plate 0.1 x 0.1 x 0.002")

@@ -3,6 +3,9 @@
 
     report.py DIR [--title T] [--compare DIR2 ...]    DIR/force.png, step_time.png, mesh.png, report.html
     report.py --paper DIR                             DIR/paper.png, paper.html
+    report.py --chart DIR                             DIR/chart.html, chart_*.png, chart_*.svg from DIR/chart.json
+    report.py --stability DIR                         DIR/<map>.png, <map>.svg, stability.html
+    report.py --check DIR                             DIR/report.html from its report.json (kilotouch check)
 
 Reads DIR/trace.csv, summary.json, view.json and scene.json; each may be missing, and what needs it is then left out.
 Needs numpy and matplotlib (Debian: python3-matplotlib). Without them the page still has all numbers, and the exit
@@ -14,9 +17,12 @@ import sys
 
 sys.dont_write_bytecode = True  # the folder may be one that others use
 
+from report_parts.chart import chart_report
+from report_parts.check_page import check_page
 from report_parts.drawing import CAN_DRAW, plt
 from report_parts.pages import report
 from report_parts.paper import paper_report
+from report_parts.stability import stability_report
 from report_parts.style import STYLE
 
 
@@ -26,13 +32,22 @@ def main():
     parser.add_argument("--title")
     parser.add_argument("--compare", metavar="DIR2", nargs="+", default=[])
     parser.add_argument("--paper", action="store_true", help="DIR holds slide, stick, stick_slip, coulomb_slide and coulomb")
+    parser.add_argument("--chart", action="store_true", help="DIR holds the chart.json of kilotouch chart")
+    parser.add_argument("--stability", action="store_true", help="DIR holds stability.json and the maps' tables")
+    parser.add_argument("--check", action="store_true", help="DIR holds what kilotouch check left")
     arguments = parser.parse_args()
     if not os.path.isdir(arguments.folder):
         raise SystemExit(f"report.py: {arguments.folder}: no such folder")
     if CAN_DRAW:
         plt.rcParams.update(STYLE)
-    if arguments.paper:
+    if arguments.chart:
+        chart_report(arguments.folder)
+    elif arguments.check:
+        check_page(arguments.folder)
+    elif arguments.paper:
         paper_report(arguments.folder, arguments.title)
+    elif arguments.stability:
+        stability_report(arguments.folder, arguments.title)
     else:
         report(arguments.folder, arguments.title, arguments.compare)
     if not CAN_DRAW:

@@ -33,7 +33,7 @@ bool may_include(const std::string& from, const std::string& to) {
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
   if (is_in(from, "haptics")) return is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
-  if (is_in(from, "bench") && is_in(to, "tests/support")) return true;  // the same truths
+  if (is_in_any(from, {"bench", "apps/check"}) && is_in(to, "tests/support")) return true;  // the same truths
   for (const char* leaf : {"apps", "bench", "python"})
     if (is_in(from, leaf))
       return is_in(to, leaf) || is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
@@ -101,6 +101,8 @@ TEST(IncludeOrder, TheRuleAllowsDownAndForbidsUpAndSideways) {
   EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "haptics/device/haptic_device.hpp"));
   EXPECT_FALSE(may_include("haptics/link/ring.hpp", "haptics/session.hpp"));
   EXPECT_FALSE(may_include("io/scene.cpp", "haptics/session.hpp"));
+  EXPECT_TRUE(may_include("apps/check/shots.cpp", "tests/support/shooting.hpp"));
+  EXPECT_FALSE(may_include("apps/main.cpp", "tests/support/shooting.hpp"));
   EXPECT_FALSE(may_include("apps/main.cpp", "bench/table.hpp"));
   EXPECT_FALSE(may_include("haptics/session.cpp", "tests/support/meshes.hpp"));
 }

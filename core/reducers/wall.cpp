@@ -1,6 +1,6 @@
-// The patch and k rings of nodes around the site; the springs to everything outside are tied to an immovable wall.
-// Paper section III. Differs from the paper: the whole patch moves, not only the nodes nearest to the contact, so that
-// the tool cannot run off the moving part within one refresh.
+// The patch and k rings of nodes around the site of each tool; the springs to everything outside are tied to an
+// immovable wall. Paper section III. Differs from the paper: the whole patch moves, not only the nodes nearest to the
+// contact, so that the tool cannot run off the moving part within one refresh.
 #include "core/reducer.hpp"
 
 namespace kt {
@@ -18,8 +18,10 @@ int nearest_patch_node(const TangentModel& tangent, const SurfacePatch& patch, c
 LocalModel reduce_wall(const TangentModel& tangent, SurfacePatch patch, const ContactSite& site,
                        const ReduceOptions& options) {
   std::vector<int> nodes{nearest_patch_node(tangent, patch, site.centre)};
+  for (const ContactSite& other : site.others)
+    if (const int near = nearest_patch_node(tangent, patch, other.centre); near != nodes.front()) nodes.push_back(near);
   std::vector<char> seen(tangent.f0.size() / 3, 0);
-  seen[nodes.front()] = 1;
+  for (const int i : nodes) seen[i] = 1;
   std::size_t begin = 0;
   for (int ring = 0; ring < options.rings; ++ring) {
     const std::size_t end = nodes.size();

@@ -18,10 +18,10 @@ using ContactMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3
 /// One tick's contacts as seen by a solver; c contacts, world frame. v+ = velocity + W p.
 struct ContactProblem {
   int count = 0;
-  bool sliding = false;                   ///< the tool slid in the last tick: static friction is overcome, the kinetic
-                                          ///< coefficient alone holds until it sticks
-  double h = 0;                           ///< [s], over which the impulses act as forces
-  std::array<Vec3, kMaxContacts> normal;  ///< unit, from the body towards the tool
+  std::array<bool, kMaxContacts> sliding{};  ///< its tool slid in the last tick: static friction is overcome, the
+                                             ///< kinetic coefficient alone holds until it sticks
+  double h = 0;                              ///< [s], over which the impulses act as forces
+  std::array<Vec3, kMaxContacts> normal;     ///< unit, from the body towards the tool
   std::array<int, kMaxContacts> triangle{};  ///< of the body's surface: where it has regions, their friction holds
   ContactVector velocity;       ///< of the body's contact points without contact, relative to the tool [m/s];
                                 ///< its normal part is -gap/h, so that v+ = 0 closes the gap exactly

@@ -102,7 +102,8 @@ double ContactSweeps::sweep(const ContactSystem& system, Eigen::Ref<VectorX> imp
     const double* column = system.W.data() + 3 * i * stride;
     Vec3 free = velocity_.segment<3>(3 * i);
     if (!old.isZero(0)) free -= system.W.block<3, 3>(3 * i, 3 * i) * old;
-    const bool sliding = system.sliding || slips_[i] >= kSlipsToLetGo;
+    const bool slid = !system.sliding.empty() && system.sliding[i];
+    const bool sliding = slid || slips_[i] >= kSlipsToLetGo;
     if (lambda_[i] < 0) lambda_[i] = contact_[i].slip_ratio(free, old);
     const OneContactSolution one = contact_[i].solve(free, system.friction[i], sliding, lambda_[i]);
     if (mode[i] == ContactMode::stick && one.mode == ContactMode::frictional_slide) ++slips_[i];

@@ -12,7 +12,7 @@ namespace kt {
 struct ContactSystem {
   std::span<const Vec3> normal;        ///< unit, from the body towards the tool, (c)
   std::span<const Friction> friction;  ///< (c)
-  bool sliding = false;                ///< the tool slid before: OneContact::solve
+  std::span<const bool> sliding;       ///< its tool slid before: OneContact::solve; empty: none did
   Eigen::Ref<const VectorX> velocity;  ///< of the body's contact points without contact, against the tool [m/s], (3c)
   Eigen::Ref<const MatrixX, 0, Eigen::OuterStride<>> W;  ///< [1/kg], symmetric positive semidefinite, (3c x 3c)
 };

@@ -17,10 +17,13 @@ class Coulomb final : public ContactSolver {
     out.inertial_impulse.setZero();
     for (int i = 0; i < c; ++i) {
       own_[i] = friction_.at(problem.triangle[i]);
-      out.grip[i] = problem.sliding ? own_[i].mu_kinetic : own_[i].mu_static;
+      out.grip[i] = problem.sliding[i] ? own_[i].mu_kinetic : own_[i].mu_static;
     }
-    const ContactSystem system{
-        {problem.normal.data(), count}, {own_.data(), count}, problem.sliding, problem.velocity, problem.W};
+    const ContactSystem system{{problem.normal.data(), count},
+                               {own_.data(), count},
+                               {problem.sliding.data(), count},
+                               problem.velocity,
+                               problem.W};
     const SweepResult result = sweeps_.solve(system, {}, out.impulse, {out.mode.data(), count});
     out.iterations = result.sweeps;
     out.residual = result.residual;

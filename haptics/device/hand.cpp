@@ -1,7 +1,8 @@
-// A simulated hand holding a device: m x'' = k (target - x) + d (target' - x') + force, stepped semi-implicitly with
-// the haptic step; the encoder reads multiples of its step; the force is what the device can give.
+// A simulated hand holding a device: m x'' = k (target - x) + d (target' - x') + force, solved exactly between writes;
+// the encoder reads multiples of its step; the force is what the device can give, and reaches the motors after a delay.
 #include <cmath>
 
+#include "haptics/device/hand_motion.hpp"
 #include "haptics/device/haptic_device.hpp"
 
 namespace kt {
@@ -9,7 +10,14 @@ namespace {
 
 class Hand final : public HapticDevice {
  public:
-  explicit Hand(const DeviceOptions& o) : o_(o), x_(o.path.front().x), speed_(path_speed(o.path)) {}
+  explicit Hand(const DeviceOptions& o) : o_(o), x_(o.path.front().x), speed_(path_speed(o.path)) {
+    const double ticks = o.hand_delay / o.h;
+    const double whole = std::floor(ticks * (1 + 1e-12));
+    late_ = std::max(0.0, ticks - whole) * o.h;
+    // The force of the last write and those that are still on their way, newest first.
+    forces_.assign(static_cast<std::size_t>(whole) + 2, Vec3::Zero());
+    set_step(o.h);
+  }
 
   Vec3 position(double) noexcept override {
     if (o_.encoder_step <= 0) return x_;
@@ -17,23 +25,37 @@ class Hand final : public HapticDevice {
   }
 
   void write(const Vec3& force, double h) noexcept override {
-    const Vec3 target = interpolate_path(o_.path, t_ + h);
-    const Vec3 target_velocity = (target - interpolate_path(o_.path, t_)) / h;
-    // Spring and damper at the end of the step: stable for any hand.
-    const double system = o_.hand_mass + h * o_.hand_damping + h * h * o_.hand_stiffness;
-    v_ = (o_.hand_mass * v_ + h * (force + o_.hand_stiffness * (target - x_) + o_.hand_damping * target_velocity)) /
-         system;
-    x_ += h * v_;
+    if (h != h_) set_step(h);
+    const Vec3 target_t0 = interpolate_path(o_.path, t_), target_t1 = interpolate_path(o_.path, t_ + h);
+    const Vec3 target_velocity = (target_t1 - target_t0) / h;
+    std::move_backward(forces_.begin(), forces_.end() - 1, forces_.end());
+    forces_.front() = force;
+    // Relative to the target, which moves evenly, the hand is an oscillator.
+    Vec3 y = x_ - target_t0, v = v_ - target_velocity;
+    if (late_ > 0) before_.step(y, v, forces_.back());
+    after_.step(y, v, forces_[forces_.size() - 2]);
+    x_ = target_t1 + y;
+    v_ = v + target_velocity;
     t_ += h;
   }
-  DeviceLimits limits() const override { return {o_.max_force}; }
+  DeviceLimits limits() const override { return {o_.max_force, o_.hand_delay, true}; }
   // The hand can overshoot its target's speed when it slips off something: twice is generous.
   double max_speed() const override { return 2 * speed_ + 0.05; }
 
  private:
+  void set_step(double h) noexcept {
+    h_ = h;
+    late_ = std::min(late_, h);
+    before_ = {o_.hand_mass, o_.hand_damping, o_.hand_stiffness, late_};
+    after_ = {o_.hand_mass, o_.hand_damping, o_.hand_stiffness, h - late_};
+  }
+
   DeviceOptions o_;
   Vec3 x_, v_ = Vec3::Zero();
   double t_ = 0, speed_;
+  double h_ = 0, late_ = 0;  // the step; how far into it an older force still acts [s]
+  std::vector<Vec3> forces_;
+  HandMotion before_, after_;
 };
 
 }  // namespace
@@ -41,6 +63,10 @@ class Hand final : public HapticDevice {
 std::unique_ptr<HapticDevice> make_hand_device(const DeviceOptions& options) {
   if (options.path.empty()) throw InputError("tool.path.hand.target: the path has no points");
   if (!(options.hand_mass > 0)) throw InputError(text("tool.path.hand.mass = ", options.hand_mass, " kg: must be > 0"));
+  if (!(options.hand_stiffness > 0))
+    throw InputError(text("tool.path.hand.stiffness = ", options.hand_stiffness, " N/m: must be > 0"));
+  if (!(options.hand_delay >= 0 && options.hand_delay <= 1))
+    throw InputError(text("tool.path.hand.delay_ms = ", 1e3 * options.hand_delay, ": must be in [0, 1000]"));
   return std::make_unique<Hand>(options);
 }
 

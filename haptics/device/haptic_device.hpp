@@ -12,6 +12,8 @@ namespace kt {
 
 struct DeviceLimits {
   double max_force = std::numeric_limits<double>::infinity();  ///< [N]
+  double delay = 0;                                            ///< from write() until the force acts [s]
+  bool yields = false;                                         ///< it moves with the force: energy goes back and forth
 };
 
 /// A device in the world frame. position() and write() run in the haptic tick: no allocation, no exception.
@@ -40,6 +42,7 @@ struct DeviceOptions {
   double h = 1e-3;               ///< haptic step [s]
   // hand: a mass held to the target by a spring and a damper
   double hand_stiffness = 300, hand_damping = 3, hand_mass = 0.1;  ///< [N/m], [N s/m], [kg]
+  double hand_delay = 0;       ///< [s] from write() to the motors: bus, driver, amplifier
   double encoder_step = 1e-5;  ///< [m] positions are read in multiples of this; 0: exact
   double max_force = 7.9;      ///< [N] what the simulated device can give
 };

@@ -131,7 +131,7 @@ class Frozen final : public HapticMethod {
   void fill_problem(const FrozenContacts& frozen, const Vec3& tool) noexcept {
     problem_.count = frozen.contacts.count;
     problem_.h = h_;
-    problem_.sliding = sliding_;
+    problem_.sliding.fill(sliding_);
     problem_.velocity.resize(3 * problem_.count);
     problem_.W = frozen.compliance / (h_ * h_);
     contacts_ = frozen.contacts;

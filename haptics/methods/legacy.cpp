@@ -82,7 +82,7 @@ class Legacy final : public HapticMethod {
 
     problem_.count = 1;
     problem_.h = h_;
-    problem_.sliding = sliding_;
+    problem_.sliding.fill(sliding_);
     problem_.normal[0] = n;
     problem_.triangle[0] = m.model.patch.global_triangle[contact.triangle];
     problem_.velocity = relative - n.dot(relative) * n - gap_free / h_ * n;

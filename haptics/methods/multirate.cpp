@@ -4,8 +4,10 @@
 namespace kt {
 
 std::unique_ptr<HapticMethod> make_multirate_method(const HapticMethodOptions& options) {
+  std::vector<ToolShape> tools{options.tool};
+  if (options.second_tool) tools.push_back(*options.second_tool);
   return std::make_unique<LocalSimulation>(
-      options.tool, options.h, make_contact_solver(options.law, options.friction, options.friction_of_triangle),
+      tools, options.h, make_contact_solver(options.law, options.friction, options.friction_of_triangle),
       options.blend);
 }
 

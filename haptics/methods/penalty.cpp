@@ -114,7 +114,7 @@ class Penalty final : public HapticMethod {
     const Vec3 way = sweep.x_t1 - sweep.x_t0 + back;
     problem_.count = c;
     problem_.h = h_;
-    problem_.sliding = sliding_;
+    problem_.sliding.fill(sliding_);
     problem_.velocity.resize(3 * c);
     problem_.W.resize(3 * c, 3 * c);
     solution_.impulse.setZero(3 * c);

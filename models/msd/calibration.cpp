@@ -147,7 +147,14 @@ void shape_from_volume(const Mesh& mesh, double young, std::vector<Spring>& spri
   for (const Tetrahedron& t : mesh.tetrahedra)
     for (int i = 0; i < 4; ++i)
       for (int j = i + 1; j < 4; ++j) volume[std::minmax(t[i], t[j])] += std::abs(tetrahedron_volume(mesh.x, t));
-  for (Spring& s : springs) s.stiffness = young * volume.at({s.a, s.b}) / (s.rest_length * s.rest_length);
+  double mean = 0;
+  for (Spring& s : springs) {
+    s.stiffness = young * volume[{s.a, s.b}] / (s.rest_length * s.rest_length);
+    mean += s.stiffness / static_cast<double>(springs.size());
+  }
+  // An edge of the surface that no tetrahedron has, as of a triangle without area, holds what it connects all the same.
+  for (Spring& s : springs)
+    if (s.stiffness == 0) s.stiffness = 0.1 * mean;
 }
 
 }  // namespace

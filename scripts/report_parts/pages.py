@@ -96,7 +96,8 @@ def report(folder, title, others):
     if CAN_DRAW:
         if run.trace is not None:
             draw_force_figure(run, where("force.png"))
-            drawn.append(("force.png", "Force on the tool over time; the background tells the contact's mode, ticks at the bottom "
+            whose = "the tool" if run.second_trace is None else "both tools (the rest is of the first)"
+            drawn.append(("force.png", f"Force on {whose} over time; the background tells the contact's mode, ticks at the bottom "
                           "a new local model from the slow side. Below: depth of the tool and its gap to the deformed surface."))
         if draw_mesh(run, where("mesh.png")):
             drawn.append(("mesh.png", "The deformed surface, coloured by how far each part has moved."))

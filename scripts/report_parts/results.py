@@ -44,6 +44,7 @@ class Run:
     def __init__(self, folder):
         self.folder = folder
         self.trace = read_trace(folder)
+        self.second_trace = read_trace(folder, "trace_2.csv")  # of a second tool
         self.reference = read_trace(folder, "reference.csv")
         self.summary = read_json(folder, "summary.json") or {}
         self.view = read_json(folder, "view.json")

@@ -119,10 +119,12 @@ def draw_frame(axes, view, frame, camera, colour_of, window, zoom):
     edges = 0.88 * faces
     whole = (corners >= window[0]).all(axis=(1, 2)) & (corners <= window[1]).all(axis=(1, 2))
     polygons = [corner if inside else clipped(corner, window) for corner, inside in zip(corners, whole)]
-    radius = view["tool"].get("radius") or 0.0
-    is_point = view["tool"].get("shape") == "point" or radius <= 0
-    if not is_point:
-        ball = np.array(frame["tool"], float) + tool_triangles(view["tool"], frame["t"])
+    tools = [name for name in ("tool", "second_tool") if view.get(name) and name in frame]
+    is_point = {name: view[name].get("shape") == "point" or not (view[name].get("radius") or 0.0) > 0 for name in tools}
+    for name in tools:
+        if is_point[name]:
+            continue
+        ball = np.array(frame[name], float) + tool_triangles(view[name], frame["t"])
         ball_faces = shaded(ball, matplotlib.colors.to_rgba("#F4F4F4"), camera.light)
         ball_seen = np.cross(ball[:, 1] - ball[:, 0], ball[:, 2] - ball[:, 0]) @ camera.direction > 0
         polygons += list(ball[ball_seen])
@@ -132,12 +134,13 @@ def draw_frame(axes, view, frame, camera, colour_of, window, zoom):
     keep = [i for i, polygon in enumerate(polygons) if len(polygon) > 2]
     axes.add_collection3d(Poly3DCollection([1e3 * polygons[i] for i in keep], facecolors=faces[keep], edgecolors=edges[keep],
                                            linewidths=0.25))
-    path = 1e3 * np.array(view.get("path") or [frame["tool"]], float)
-    inside = ((path >= 1e3 * window[0]) & (path <= 1e3 * window[1])).all(axis=1)
-    path = np.where(inside[:, None], path, np.nan)
-    axes.plot(*path.T, color=VERMILION, lw=1.4, ls="--", zorder=10)
-    if is_point:
-        axes.plot(*(1e3 * np.array(frame["tool"], float)[:, None]), color=VERMILION, marker="o", ms=6, mec="white", zorder=11)
+    for name in tools:
+        path = 1e3 * np.array(view.get("path" if name == "tool" else "second_path") or [frame[name]], float)
+        inside = ((path >= 1e3 * window[0]) & (path <= 1e3 * window[1])).all(axis=1)
+        path = np.where(inside[:, None], path, np.nan)
+        axes.plot(*path.T, color=VERMILION, lw=1.4, ls="--", zorder=10)
+        if is_point[name]:
+            axes.plot(*(1e3 * np.array(frame[name], float)[:, None]), color=VERMILION, marker="o", ms=6, mec="white", zorder=11)
     camera.apply(axes)
     for axis, low, high in zip("xyz", 1e3 * window[0], 1e3 * window[1]):
         getattr(axes, f"set_{axis}lim")(low, high)
@@ -183,7 +186,9 @@ def draw_mesh(run, path):
     radius += max((np.linalg.norm(c) for c in view["tool"].get("corners") or []), default=0.0)
     everything = np.concatenate([rest] + [np.array(frame["x"], float) for frame in frames])
     tools = np.array([frame["tool"] for frame in frames], float)
-    whole = (np.minimum(everything.min(0), (tools - radius).min(0)), np.maximum(everything.max(0), (tools + radius).max(0)))
+    seconds = np.array([frame.get("second_tool", frame["tool"]) for frame in frames], float)
+    both = np.concatenate([tools, seconds])
+    whole = (np.minimum(everything.min(0), (both - radius).min(0)), np.maximum(everything.max(0), (both + radius).max(0)))
     # Close-up: a cube around the tool, large enough to show the whole dent.
     reach = max(4.5 * radius, 6 * shifts[worst], 0.12 * (whole[1] - whole[0]).max())
     near = np.array([np.maximum(whole[0], tools[worst] - reach), np.minimum(whole[1], tools[worst] + reach)])

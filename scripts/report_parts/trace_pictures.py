@@ -94,11 +94,23 @@ def draw_reference(axes, trace, reference):
     return handles
 
 
+def draw_second_tool(axes, trace):
+    """Its normal and tangential force over those of the first one; the background tells the first one's mode."""
+    t = trace["t"]
+    handles = axes.plot(t, trace["f_n"], color=GREEN, lw=1.2, label="second tool: $f_n$", zorder=3)
+    handles += axes.plot(t, trace["f_t"], color=PURPLE, ls=(0, (1, 0.8)), lw=1.6, label="second tool: $f_t$", zorder=3)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, max(high, 1.08 * np.nanmax(trace["f_n"]), 1.08 * np.nanmax(trace["f_t"])))
+    return handles
+
+
 def draw_force_figure(run, path):
     trace = run.trace
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 6.4), sharex=True, gridspec_kw={"height_ratios": [2.4, 1]},
                                          layout="constrained")
     handles = draw_forces(top, trace, run.friction(), modes=False)
+    if run.second_trace is not None:
+        handles += draw_second_tool(top, run.second_trace)
     if run.reference is not None:
         handles += draw_reference(top, trace, run.reference)
     handles += mode_strip(top, trace)
@@ -110,7 +122,7 @@ def draw_force_figure(run, path):
     elif len(refreshes) > 1:
         handles += top.plot(refreshes, np.full(len(refreshes), 0.012), ls="none", marker="|", ms=7, mew=0.8, color=PURPLE,
                             alpha=0.7, transform=top.get_xaxis_transform(), label=every, zorder=5)
-    top.set_title("Force over time")
+    top.set_title("Force over time" if run.second_trace is None else "Force on both tools over time")
     legend_below(figure, handles, columns=4)
 
     depth = tool_depth(trace)

@@ -124,6 +124,28 @@ class Report(unittest.TestCase):
         self.assertTrue(os.path.exists(os.path.join(self.folder, "mesh.png")))
 
     @unittest.skipUnless(has_matplotlib(), "needs matplotlib")
+    def test_a_second_tool_is_drawn(self):
+        write_summary(self.folder)
+        write_trace(self.folder, law="slide")
+        os.rename(os.path.join(self.folder, "trace.csv"), os.path.join(self.folder, "trace_2.csv"))
+        write_trace(self.folder)
+        write_view(self.folder)
+        path = os.path.join(self.folder, "view.json")
+        with open(path) as file:
+            view = json.load(file)
+        self.run_script(self.folder)
+        alone = {name: os.path.getsize(os.path.join(self.folder, name)) for name in ("mesh.png",)}
+        view["second_tool"] = {"shape": "point", "radius": 0}
+        view["second_path"] = [[0.02, 0.03, -0.01], [0.03, 0.03, -0.005]]
+        for frame in view["frames"]:
+            frame["second_tool"] = [0.03, 0.03, -0.005]
+        with open(path, "w") as file:
+            json.dump(view, file)
+        self.run_script(self.folder)
+        self.assertIn("both tools", self.page())
+        self.assertNotEqual(os.path.getsize(os.path.join(self.folder, "mesh.png")), alone["mesh.png"])
+
+    @unittest.skipUnless(has_matplotlib(), "needs matplotlib")
     def test_runs_are_compared(self):
         for name in ("one", "two"):
             write_trace(self.sub(name))

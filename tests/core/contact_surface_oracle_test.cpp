@@ -74,14 +74,17 @@ TEST(ContactSurface, ForcesAndMotionDoTheSameWork) {
 
 TEST(ContactSurface, ATriangleAloneKnowsItsSurface) {
   const SmoothBlock b;
-  for (const int local : {0, 4, 9}) {
+  int checked = 0;
+  for (int local = 0; local < static_cast<int>(b.patch.triangles.size()); ++local) {
     if (b.patch.on_rim[local]) continue;
+    ++checked;
     const Vec3 bary = Vec3(0.21, 0.34, 0.45);
     const auto [piece, in_piece] = piece_at(2, bary);
     EXPECT_LT((weights_in_triangle(piece, 2, in_piece) - bary).norm(), 1e-15);
     const NodeWeights w = moved_by(b.surface, kLoop, b.patch.global_triangle[local], bary);
     EXPECT_LT((w.of(b.tangent.state.x) - b.smooth.at(b.x, 16 * local + piece, in_piece)).norm(), 1e-16);
   }
+  EXPECT_GT(checked, 10);
 }
 
 TEST(ContactSurface, PiecesCoverTheirTriangle) {

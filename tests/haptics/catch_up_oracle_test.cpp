@@ -32,7 +32,7 @@ TEST_P(CatchUpWith, AModelThatCameLateGivesTheForcesOfTheOneThatWasThere) {
   const Friction friction{0.3, 0.3};
   Press always(body(), tool, "coulomb", friction, above(tool));
   Press late(body(), tool, "coulomb", friction, above(tool));
-  CatchUp catch_up(tool, body().options.h, make_contact_solver("coulomb", friction));
+  CatchUp catch_up({&tool, 1}, body().options.h, make_contact_solver("coulomb", friction));
   std::unique_ptr<PreparedLocalModel> coming;
   for (int tick = 1; tick <= 160; ++tick) {
     if (tick == 101) {  // made of the motion and the contacts after tick 100
@@ -43,7 +43,10 @@ TEST_P(CatchUpWith, AModelThatCameLateGivesTheForcesOfTheOneThatWasThere) {
       place_contacts(*coming, late.local().samples(), late.local().model().state.sliding);
     }
     if (tick == 131) {  // and adopted 30 ticks later
-      for (int i = 101; i < tick; ++i) catch_up.step(coming, {place(tool, i - 1), place(tool, i)});
+      for (int i = 101; i < tick; ++i) {
+        const ToolSweep sweep{place(tool, i - 1), place(tool, i)};
+        catch_up.step(coming, {&sweep, 1});
+      }
       coming->caught_up = true;
       late.local().adopt(std::move(coming));
     }

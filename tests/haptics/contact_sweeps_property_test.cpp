@@ -12,13 +12,25 @@
 namespace kt {
 namespace {
 
+/// Of all contacts, or of none.
+std::span<const bool> slid_before(bool all, std::size_t count) {
+  static const std::array<bool, 200> yes = [] {
+    std::array<bool, 200> out;
+    out.fill(true);
+    return out;
+  }();
+  return all ? std::span<const bool>(yes).first(count) : std::span<const bool>();
+}
+
 struct Problem {
   MatrixX W;
   VectorX velocity;
   std::vector<Vec3> normal;
   std::vector<Friction> friction;
   int count() const { return static_cast<int>(normal.size()); }
-  ContactSystem system(bool sliding = false) const { return {normal, friction, sliding, velocity, W}; }
+  ContactSystem system(bool sliding = false) const {
+    return {normal, friction, slid_before(sliding, normal.size()), velocity, W};
+  }
 };
 
 struct Solved {

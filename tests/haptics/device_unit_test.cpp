@@ -118,9 +118,37 @@ double step_response_error(double h) {
 }
 
 TEST(Hand, AnswersAForceLikeTheOscillatorThatItIs) {
-  const double coarse = step_response_error(1e-3), fine = step_response_error(0.5e-3);
-  EXPECT_LT(coarse, 0.04 * (1 / 200.0)) << "of the deflection under the force";
-  EXPECT_NEAR(coarse / fine, 2, 0.1) << "first order";
+  for (double h : {1e-2, 1e-3, 0.5e-3}) EXPECT_LT(step_response_error(h), 1e-12 * (1 / 200.0)) << "exact at any step";
+}
+
+TEST(Hand, FeelsAForceAfterItsDelay) {
+  DeviceOptions o = hand_options(), late = o;
+  for (double ticks : {1.0, 2.5}) {
+    late.hand_delay = ticks * 1e-3;
+    const auto hand = make_device("hand", o), delayed = make_device("hand", late);
+    // Half ticks: the delayed hand is where the other one was, so much earlier.
+    std::vector<Vec3> at;
+    for (int i = 0; i < 200; ++i) {
+      hand->write({1, 0, 0}, 0.5e-3);
+      at.push_back(hand->position(0));
+    }
+    for (int i = 0; i < 60; ++i) delayed->write({1, 0, 0}, 1e-3);
+    const auto then = static_cast<std::size_t>(2 * 60 - 2 * ticks) - 1;
+    EXPECT_LT((delayed->position(0) - at[then]).norm(), 1e-15);
+  }
+}
+
+TEST(Hand, NoDampingIsTooStrongForIt) {
+  DeviceOptions o = hand_options();
+  for (double damping : {0.0, 2 * std::sqrt(o.hand_stiffness * o.hand_mass), 1e5}) {
+    o.hand_damping = damping;
+    const auto hand = make_device("hand", o);
+    for (int i = 0; i < 100; ++i) {
+      hand->write({1, 0, 0}, 1e-3);
+      EXPECT_TRUE(hand->position(0).allFinite());
+      EXPECT_LE(hand->position(0).x(), 2 * 1 / o.hand_stiffness * (1 + 1e-12)) << damping;
+    }
+  }
 }
 
 TEST(Hand, ComesToRestWhereSpringAndForceBalance) {

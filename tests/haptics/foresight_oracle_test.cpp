@@ -15,7 +15,7 @@ namespace {
 
 std::vector<LocalReport> reports_along(const Vec3& per_tick, int ticks) {
   std::vector<LocalReport> out(static_cast<std::size_t>(ticks));
-  for (int i = 0; i < ticks; ++i) out[static_cast<std::size_t>(i)].tool = i * per_tick;
+  for (int i = 0; i < ticks; ++i) out[static_cast<std::size_t>(i)].tools[0].place = i * per_tick;
   return out;
 }
 

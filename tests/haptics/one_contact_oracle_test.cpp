@@ -121,7 +121,7 @@ TEST(OneContact, WhatCannotMoveIsReported) {  // no impulse helps against the to
     const MatrixX own = W;
     VectorX impulse = VectorX::Zero(3);
     ContactMode mode{};
-    const SweepResult r = solver.solve({normal, friction, false, velocity, own}, {}, impulse, {&mode, 1});
+    const SweepResult r = solver.solve({normal, friction, {}, velocity, own}, {}, impulse, {&mode, 1});
     EXPECT_TRUE(impulse.allFinite());
     EXPECT_GT(r.residual, 0.1);
   }

@@ -37,7 +37,7 @@ struct Slab {
   }
   FullSimulation simulation(const ToolShape& tool, const std::string& law, const FullOptions& options,
                             double mu = 0.5) const {
-    return {*model, surface, tool, make_contact_solver(law, {mu, mu}), options, rest_state(*model)};
+    return {*model, surface, {&tool, 1}, make_contact_solver(law, {mu, mu}), options, rest_state(*model)};
   }
   std::unique_ptr<DeformableModel> model;
   Surface surface;
@@ -90,7 +90,7 @@ TEST(FullSimulation, OneStepIsThatOfLinearlyImplicitEuler) {
       node(state.v, i).setZero();
     }
     FullOptions options = at_rate(10000, 1e-4);  // a new matrix every step
-    FullSimulation full(*model, surface, kPoint, make_contact_solver("coulomb", {}), options, state);
+    FullSimulation full(*model, surface, {&kPoint, 1}, make_contact_solver("coulomb", {}), options, state);
     const auto integrator = make_integrator("implicit_euler", {.solver = "direct", .definite = false});
     const Vec3 far(0.02, 0.02, 0.1);
     for (int i = 0; i < 20; ++i) {

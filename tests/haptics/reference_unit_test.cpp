@@ -126,6 +126,7 @@ TEST(Reference, FilesReadBackAndBelongToOneRun) {
                         .h = 1e-3,
                         .seconds = 2.5,
                         .force = {{1.0 / 3, -2, 1e-300}, {0, 0.1, 7}},
+                        .second_force = {},
                         .warnings = {"one", "two, or three"}};
   write_reference(file, wrote);
   const Reference read = read_reference(file, wrote.key);

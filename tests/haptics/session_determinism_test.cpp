@@ -96,6 +96,55 @@ TEST(Thread, LockstepReplayOfAThreadedRunIsTheRun) {
   EXPECT_EQ(run(scene, replay).hash, live.hash);
 }
 
+/// Replayed, every sweep is that of the haptic loop: a model that was brought near along others would differ.
+TEST(Thread, LockstepReplayOfATurningToolIsTheRun) {
+  Scene scene = small_scene("capsule");
+  scene.tool.radius = 0.003;
+  scene.tool.length = 0.012;
+  scene.tool.turn = {1.4, 0, 0};
+  scene.tool.spin = {0, 0, 12};
+  scene.link.type = "thread";
+  const SessionResult live = run(scene);
+  EXPECT_GT(live.refreshes.size(), 1u);
+  SessionOptions replay;
+  replay.refreshes = live.refreshes;
+  replay.max_speed = live.max_speed;
+  EXPECT_EQ(run(scene, replay).hash, live.hash);
+}
+
+/// A second tool on the other side of the block.
+Scene with_second_tool(Scene scene) {
+  scene.second_tool = scene.tool;
+  scene.second_tool->path.press_drag->at = std::array<double, 2>{0.052, 0.021};
+  return scene;
+}
+
+TEST(Lockstep, TwoToolsRunAndReplayBitForBit) {
+  Scene scene = with_second_tool(small_scene());
+  scene.link.latency_ms = 7;
+  const SessionResult first = run(scene);
+  ASSERT_EQ(first.second_tool->frames.size(), 300u);
+  EXPECT_GT(first.second_tool->frames.back().f_n, 0);
+  EXPECT_EQ(run(scene).hash, first.hash);
+  SessionOptions replay;
+  replay.refreshes = first.refreshes;
+  replay.max_speed = first.max_speed;
+  replay.second_max_speed = first.second_tool->max_speed;
+  EXPECT_EQ(run(scene, replay).hash, first.hash);
+}
+
+TEST(Thread, LockstepReplayOfTwoToolsIsTheRun) {
+  Scene scene = with_second_tool(small_scene());
+  scene.link.type = "thread";
+  const SessionResult live = run(scene);
+  EXPECT_GT(live.refreshes.size(), 1u);
+  SessionOptions replay;
+  replay.refreshes = live.refreshes;
+  replay.max_speed = live.max_speed;
+  replay.second_max_speed = live.second_tool->max_speed;
+  EXPECT_EQ(run(scene, replay).hash, live.hash);
+}
+
 /// Explicit on both sides and with given springs: no factorization whose order of operations a library could change.
 Scene golden_scene(const std::string& shape, const std::string& law) {
   Scene scene = small_scene(shape);
@@ -122,6 +171,7 @@ TEST(GoldenHash, IsThatOfTheRecordedDays) {
   EXPECT_EQ(golden_hash("point", "coulomb"), 4242518874433435859u);
   EXPECT_EQ(golden_hash("sphere", "coulomb"), 6426956750389214694u);
   EXPECT_EQ(golden_hash("point", "paper_stick_slip"), 15355083661638184136u);
+  EXPECT_EQ(run(with_second_tool(golden_scene("sphere", "coulomb"))).hash, 12449486349548213517u);
 }
 
 }  // namespace

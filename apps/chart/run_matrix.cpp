@@ -1,0 +1,193 @@
+#include "apps/chart/run_matrix.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "apps/chart/point.hpp"
+#include "haptics/reference.hpp"
+#include "io/json_batch.hpp"
+#include "io/output_file.hpp"
+
+namespace kt {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// A name that can be a folder's.
+std::string slug(const std::string& name) {
+  std::string out;
+  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) || c == '.' ? c : '_';
+  return out;
+}
+
+std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
+
+/// `kilotouch run` of the scene with these settings, as words.
+std::vector<std::string> run_words(const std::string& program, const ChartMatrix& matrix, const ChartBody& body,
+                                   const std::vector<std::string>& set) {
+  std::vector<std::string> out = {program, "run", absolute(matrix.scene)};
+  for (const auto* list : {&body.set, &set})
+    for (const std::string& setting : *list) out.insert(out.end(), {"--set", setting});
+  return out;
+}
+
+/// As a user would type it.
+std::string command_of(const ChartMatrix& matrix, const ChartBody& body, const std::vector<std::string>& set) {
+  std::string out = "kilotouch run " + matrix.scene;
+  for (const auto* list : {&body.set, &set})
+    for (const std::string& setting : *list) out += " --set " + setting;
+  return out;
+}
+
+class MatrixRun {
+ public:
+  MatrixRun(const ChartMatrix& matrix, const ChartSettings& settings)
+      : matrix_(matrix),
+        settings_(settings),
+        program_(fs::read_symlink("/proc/self/exe").string()),
+        folder_(absolute(settings.out) + "/" + matrix.name) {
+    make_folder(folder_ + "/truth");
+  }
+
+  Json run() {
+    Json out{{"name", matrix_.name}, {"title", matrix_.title}, {"scene", matrix_.scene}};
+    const auto rows = batch("truth", matrix_.truth.empty() ? full_models() : better_meshes());
+    out["references"] = matrix_.truth.empty() ? convergence(rows) : truth_of(rows);
+    out["points"] = points(batch("points", methods()));
+    mark_front(out["points"]);
+    return out;
+  }
+
+ private:
+  std::string truth_folder(const std::string& body, const std::string& what) const {
+    return folder_ + "/truth/" + slug(body) + "_" + slug(what);
+  }
+  double coarse_hz() const { return 0.5 * settings_.reference_hz; }
+  static std::string rate_name(double hz) { return text(1e-3 * hz, " kHz"); }
+
+  /// Each body's full model along the path, in fine steps and in steps of twice their length.
+  std::vector<BatchJob> full_models() const {
+    std::vector<BatchJob> out;
+    for (const double hz : {settings_.reference_hz, coarse_hz()})
+      for (const ChartBody& body : matrix_.bodies) {
+        // The run that the reference accompanies only gives the path: the cheapest will do.
+        auto words = run_words(program_, matrix_, body, {"local.reducer=condensed"});
+        words.insert(words.end(), {"--reference", "--reference-rate", text(hz), "--no-report", "--out",
+                                   truth_folder(body.name, rate_name(hz)), "--json", "{json}"});
+        out.push_back({body.name + ", " + rate_name(hz), words});
+      }
+    return out;
+  }
+
+  std::vector<BatchJob> better_meshes() const {
+    std::vector<BatchJob> out;
+    for (const ChartBody& body : matrix_.truth) {
+      auto words = run_words(program_, matrix_, body, matrix_.methods.front().set);
+      words.insert(words.end(), {"--no-report", "--out", truth_folder(body.name, "run"), "--json", "{json}"});
+      out.push_back({body.name, words});
+    }
+    return out;
+  }
+
+  std::string truth_file(const ChartBody& body) const {
+    if (matrix_.truth.empty()) return truth_folder(body.name, rate_name(settings_.reference_hz)) + "/reference.csv";
+    return truth_folder(matrix_.truth.front().name, "run") + "/trace.csv";
+  }
+
+  std::vector<BatchJob> methods() const {
+    std::vector<BatchJob> out;
+    for (const ChartBody& body : matrix_.bodies)
+      for (const ChartMethod& method : matrix_.methods) {
+        auto words = run_words(program_, matrix_, body, method.set);
+        words.insert(words.end(), {"--no-report", "--truth", truth_file(body), "--json", "{json}"});
+        out.push_back({body.name + " | " + method.family + " | " + method.label, words});
+      }
+    return out;
+  }
+
+  std::vector<Json> batch(const std::string& name, const std::vector<BatchJob>& jobs) const {
+    BatchOptions options;
+    options.file = folder_ + "/" + name + ".jsonl";
+    options.resume = settings_.resume;
+    options.jobs = settings_.jobs;
+    // Address space, not memory: threads' stacks and arenas reserve far more than they touch.
+    options.limits = {.seconds = settings_.seconds, .memory_bytes = std::size_t{32} << 30, .stop = settings_.stop};
+    if (settings_.progress) options.progress = settings_.progress(matrix_.name + ", " + name);
+    return run_batch(jobs, options);
+  }
+
+  /// How much the truth of each body changes when its steps are halved.
+  Json convergence(const std::vector<Json>& rows) const {
+    Json out = Json::array();
+    for (const ChartBody& body : matrix_.bodies) {
+      Json one{{"body", body.name},
+               {"what", "the full nonlinear body, same mesh, at " + rate_name(settings_.reference_hz)}};
+      one["change_by_halving"] = nullptr;
+      for (const Json& row : rows)
+        if (row["outcome"] != "done" && row["key"].get<std::string>().starts_with(body.name + ", "))
+          one["trouble"] = row["trouble"];
+      const std::string coarse = truth_folder(body.name, rate_name(coarse_hz())) + "/reference.csv";
+      if (!one.contains("trouble") && fs::exists(truth_file(body)) && fs::exists(coarse))
+        one["change_by_halving"] = compare_forces(read_forces(coarse).force, read_forces(truth_file(body))).force_error;
+      out.push_back(one);
+    }
+    return out;
+  }
+
+  Json truth_of(const std::vector<Json>& rows) const {
+    Json out = Json::array();
+    for (const Json& row : rows) {
+      Json one{{"body", "all"}, {"what", row["key"]}, {"nodes", chart_point(row)["nodes"]}};
+      if (row["outcome"] != "done") one["trouble"] = row["trouble"];
+      if (const Json& run = row["result"]; run.is_object()) one["last_force_n"] = run["force"]["max_n"];
+      out.push_back(one);
+    }
+    return out;
+  }
+
+  Json points(const std::vector<Json>& rows) const {
+    Json out = Json::array();
+    std::size_t i = 0;
+    for (const ChartBody& body : matrix_.bodies)
+      for (const ChartMethod& method : matrix_.methods) {
+        const std::string key = body.name + " | " + method.family + " | " + method.label;
+        if (i == rows.size() || rows[i]["key"] != key) continue;  // not run: stopped before
+        Json point{
+            {"body", body.name}, {"family", method.family}, {"label", method.label}, {"is_ours", method.is_ours}};
+        point["command"] = command_of(matrix_, body, method.set);
+        point.update(chart_point(rows[i++]));
+        out.push_back(point);
+      }
+    return out;
+  }
+
+  /// In front of the others of the same truth.
+  void mark_front(Json& points) const {
+    const auto mark = [&](const std::string& body) {
+      std::vector<double> cost, error;
+      std::vector<Json*> of;
+      const auto number = [](const Json& value) { return value.is_number() ? value.get<double>() : NAN; };
+      for (Json& point : points) {
+        if (!body.empty() && point["body"] != body) continue;
+        of.push_back(&point);
+        cost.push_back(number(point["tick_p50_us"]));
+        error.push_back(number(point["force_error"]));
+      }
+      const std::vector<bool> front = pareto_front(cost, error);
+      for (std::size_t i = 0; i < of.size(); ++i) (*of[i])["pareto"] = static_cast<bool>(front[i]);
+    };
+    if (!matrix_.truth.empty()) return mark("");
+    for (const ChartBody& body : matrix_.bodies) mark(body.name);
+  }
+
+  const ChartMatrix& matrix_;
+  const ChartSettings& settings_;
+  std::string program_, folder_;
+};
+
+}  // namespace
+
+Json run_matrix(const ChartMatrix& matrix, const ChartSettings& settings) { return MatrixRun(matrix, settings).run(); }
+
+}  // namespace kt

@@ -1,0 +1,169 @@
+// The body as springs and as finite elements: does it stand, how fast may it be stepped, how stiff is it against
+// itself?
+#include <cmath>
+#include <numeric>
+
+#include "apps/check/mesh_work.hpp"
+#include "apps/check/models.hpp"
+#include "core/error.hpp"
+#include "core/integrator.hpp"
+#include "core/sparse_solver.hpp"
+#include "core/subspace.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kHeldShare = 0.2;  // of a piece's height, as `kilotouch drag`
+
+/// Number of the piece that each node belongs to; -1: nothing uses it.
+std::vector<int> pieces_of(const Mesh& body, int& count) {
+  std::vector<int> parent(static_cast<std::size_t>(body.num_nodes()));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::vector<char> used(parent.size(), 0);
+  const auto join = [&](const auto& element) {
+    for (const int i : element) {
+      used[i] = 1;
+      parent[root(i)] = root(element[0]);
+    }
+  };
+  for (const Tetrahedron& t : body.tetrahedra) join(t);
+  if (body.tetrahedra.empty())
+    for (const Triangle& t : body.triangles) join(t);
+  std::vector<int> number(parent.size(), -1), out(parent.size(), -1);
+  count = 0;
+  for (int i = 0; i < body.num_nodes(); ++i) {
+    if (!used[i]) continue;
+    int& n = number[root(i)];
+    if (n < 0) n = count++;
+    out[i] = n;
+  }
+  return out;
+}
+
+/// Three of them span an area, so that a body cannot turn about them.
+bool holds_still(const Mesh& body, const std::vector<int>& nodes, double size) {
+  if (nodes.size() < 3) return false;
+  const Vec3 a = node(body.x, nodes[0]);
+  Vec3 along = Vec3::Zero();
+  for (const int i : nodes)
+    if (const Vec3 d = node(body.x, i) - a; d.norm() > along.norm()) along = d;
+  for (const int i : nodes)
+    if (along.cross(Vec3(node(body.x, i)) - a).norm() > 1e-4 * size * size) return true;
+  return false;
+}
+
+std::vector<int> held_of_piece(const Mesh& body, const std::vector<int>& nodes, bool is_sheet) {
+  Vec3 low = node(body.x, nodes[0]), high = low;
+  for (const int i : nodes) {
+    low = low.cwiseMin(Vec3(node(body.x, i)));
+    high = high.cwiseMax(Vec3(node(body.x, i)));
+  }
+  const Vec3 size = high - low;
+  int axis = 2, longest = 0;
+  size.maxCoeff(&longest);
+  if (is_sheet && size.z() < 0.25 * size[longest]) axis = longest;  // a lying sheet is held at one end
+  std::vector<int> out;
+  for (double share = kHeldShare; share < 0.7; share += 0.1) {
+    out.clear();
+    for (const int i : nodes)
+      if (body.x[3 * i + axis] <= low[axis] + share * size[axis]) out.push_back(i);
+    if (holds_still(body, out, size[longest])) break;
+  }
+  return out;
+}
+
+/// Largest over smallest stiffness of the free nodes' matrix, by the power method; infinity: it gives way somewhere.
+double condition_of(const FreeBody& body) {
+  constexpr int kTurns = 40;
+  const auto solver = make_sparse_solver();
+  if (!solver->factor(body.stiffness)) return std::numeric_limits<double>::infinity();
+  MatrixX v(body.stiffness.rows(), 1), w;
+  for (Eigen::Index i = 0; i < v.rows(); ++i) v(i, 0) = std::sin(1.0 + 2.3 * static_cast<double>(i));
+  w = v.normalized();
+  v = w;
+  double stiffest = 0, softest = 0;
+  for (int i = 0; i < kTurns; ++i) {
+    v = body.stiffness.selfadjointView<Eigen::Lower>() * v;
+    stiffest = v.norm();
+    v /= stiffest;
+    w = solver->solve(w);
+    softest = 1 / w.norm();
+    w *= softest;
+  }
+  return stiffest / softest;
+}
+
+Scene body_scene(const std::string& model, const std::vector<int>& held) {
+  Scene out = default_scene();
+  out.object.mesh = "body";
+  out.object.fixed = {.below = {}, .box = {}, .nodes = held};
+  out.object.model.type = model;
+  out.tool.radius = 0.004;
+  out.tool.path = {.press_drag = {}, .waypoints = std::vector<Waypoint>{{}}, .recording = {}, .hand = {}};
+  return out;
+}
+
+void describe(const CheckBody& body, StageResult& out) {
+  const DeformableModel& model = body.session->model();
+  const FastestMode mode = fastest_mode(model, rest_state(model));
+  const double step = make_integrator("symplectic_euler")->stable_step(mode);
+  const double condition = condition_of(FreeBody(linearize(model, rest_state(model))));
+  out.figures[body.model] = {{"nodes", model.mesh().num_nodes()},
+                             {"held", model.fixed_nodes().size()},
+                             {"stable_step", step},
+                             {"condition", condition}};
+  if (!std::isfinite(condition))
+    out.lower(Verdict::degraded, body.model + ": nothing resists some motion of the body at rest");
+  if (!(step > 0)) out.lower(Verdict::fail, body.model + ": no step is stable");
+}
+
+}  // namespace
+
+std::vector<int> held_nodes(const Mesh& body, bool is_sheet) {
+  int count = 0;
+  const std::vector<int> piece = pieces_of(body, count);
+  std::vector<std::vector<int>> nodes(static_cast<std::size_t>(count));
+  for (int i = 0; i < body.num_nodes(); ++i)
+    if (piece[i] >= 0) nodes[piece[i]].push_back(i);
+  std::vector<int> out;
+  for (const auto& of_piece : nodes) {
+    const auto held = held_of_piece(body, of_piece, is_sheet);
+    out.insert(out.end(), held.begin(), held.end());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+void check_models(MeshWork& work, StageResult& out) {
+  work.held = held_nodes(work.solid, work.shell > 0);
+  if (static_cast<int>(work.held.size()) >= work.solid.num_nodes())
+    return out.lower(Verdict::fail, "so few nodes that holding the lowest holds all", work.origin);
+  for (const char* model : {"msd", "fem"}) {
+    if (work.solid.tetrahedra.empty() && std::string(model) == "fem") {
+      out.figures["fem"] = nullptr;  // a sheet has no inside for finite elements
+      continue;
+    }
+    CheckBody body{model, nullptr};
+    try {
+      body.session = std::make_unique<Session>(body_scene(model, work.held), work.solid);
+      describe(body, out);
+      work.bodies.push_back(std::move(body));
+    } catch (const std::runtime_error& e) {
+      out.lower(Verdict::fail, text(model, ": ", e.what()), work.origin);
+    }
+  }
+  work.spots = find_contact_spots(work.solid, work.held, {.count = work.options.quick ? 3 : 8, .shell = work.shell});
+  out.figures["spots"] = work.spots.size();
+  if (work.spots.empty())
+    return out.lower(Verdict::degraded, "no place that is free to move can be reached by a sphere of 1 mm",
+                     work.origin);
+  const auto least = std::ranges::min_element(work.spots, {}, &ContactSpot::depth);
+  out.figures["tool_radius"] = least->radius;
+  out.figures["least_depth"] = least->depth;
+}
+
+}  // namespace kt

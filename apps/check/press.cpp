@@ -1,0 +1,99 @@
+// A sphere pressed in at places all over the surface: is the force finite, outward, and growing with the depth?
+#include <cmath>
+
+#include "apps/check/mesh_work.hpp"
+#include "apps/check/runs.hpp"
+#include "core/error.hpp"
+#include "haptics/press.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kDepths = 8;
+constexpr double kFalls = 0.05;       // of the largest force: less on the way down than a moment before is not monotone
+constexpr double kTruthNodes = 6000;  // of a body that is also pressed at rest, by Newton's method
+
+/// Mean force along the spot's normal at `kDepths` equal parts of the way in [N].
+std::vector<double> force_over_depth(const SessionResult& run, const PressPath& path, const Vec3& normal) {
+  std::vector<double> sum(kDepths, 0), ticks(kDepths, 0);
+  for (const LocalFrame& f : run.frames) {
+    const double share = (f.t - path.touch) / (path.pressed - path.touch);
+    if (share <= 0 || share > 1) continue;
+    const auto bin = static_cast<std::size_t>(std::min(kDepths - 1, static_cast<int>(share * kDepths)));
+    sum[bin] += f.force.dot(normal);
+    ++ticks[bin];
+  }
+  for (std::size_t i = 0; i < kDepths; ++i) sum[i] /= std::max(1.0, ticks[i]);
+  return sum;
+}
+
+/// The force while the tool is held, at the end of that.
+double held_force(const SessionResult& run, const PressPath& path, const Vec3& normal) {
+  double sum = 0;
+  int ticks = 0;
+  for (const LocalFrame& f : run.frames)
+    if (f.t > path.released - 0.01 && f.t <= path.released) {
+      sum += f.force.dot(normal);
+      ++ticks;
+    }
+  return ticks > 0 ? sum / ticks : 0;
+}
+
+void judge_forces(const std::vector<double>& force, const std::string& name, const Vec3& where, StageResult& out) {
+  const double largest = *std::ranges::max_element(force);
+  if (!(force.back() > 0)) {
+    out.lower(Verdict::fail, text(name, ": the force at full depth is ", force.back(), " N, not outward"), where);
+    return;
+  }
+  for (std::size_t i = 1; i < force.size(); ++i)
+    if (force[i] < force[i - 1] - kFalls * largest) {
+      out.lower(Verdict::fail,
+                text(name, ": the force falls from ", force[i - 1], " to ", force[i], " N on the way in"), where);
+      return;
+    }
+}
+
+int free_while_held(const SessionResult& run, const PressPath& path) {
+  return static_cast<int>(std::ranges::count_if(run.frames, [&](const LocalFrame& f) {
+    return f.t > path.pressed && f.t <= path.released - 1e-9 && f.mode == ContactMode::free;
+  }));
+}
+
+}  // namespace
+
+void check_press(MeshWork& work, StageResult& out) {
+  for (CheckBody& body : work.bodies) {
+    RunExtremes all;
+    double largest = 0, off = std::nan("");
+    for (std::size_t i = 0; i < work.spots.size(); ++i) {
+      const ContactSpot& spot = work.spots[i];
+      const std::string name = text(body.model, ", place ", i + 1);
+      const Vec3 where = work.in_file(spot.place);
+      const PressPath path = press_path(spot);
+      const SessionResult run = run_along(*body.session, path.path, work.options.stop);
+      judge_run(run, name, where, all, out);
+      const auto force = force_over_depth(run, path, spot.normal);
+      judge_forces(force, name, where, out);
+      if (const int lost = free_while_held(run, path); lost > 0) {
+        all.lost += lost;
+        out.lower(Verdict::fail, text(name, ": no contact in ", lost, " ticks while pressed"), where);
+      }
+      const double held = held_force(run, path, spot.normal);
+      largest = std::max(largest, held);
+      if (i == 0 && work.solid.num_nodes() <= kTruthNodes) try {
+          const Vec3 up = spot.radius * spot.normal;
+          const PressResult truth =
+              press(body.session->model(), body.session->start(),
+                    {.from = spot.place + up, .to = spot.place + up - spot.depth * spot.normal, .radius = spot.radius},
+                    {.young = body.session->scene().object.model.young});
+          if (truth.settled) off = held / truth.force.dot(spot.normal) - 1;
+        } catch (const RunError&) {
+        }
+    }
+    report_runs(all, body.model, out);
+    out.figures[body.model]["largest_force"] = largest;
+    out.figures[body.model]["off_from_nonlinear"] = std::isfinite(off) ? nlohmann::ordered_json(off) : nullptr;
+  }
+}
+
+}  // namespace kt

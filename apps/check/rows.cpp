@@ -1,0 +1,111 @@
+#include "apps/check/rows.hpp"
+
+#include <algorithm>
+
+#include "apps/check/verdict.hpp"
+#include "core/error.hpp"
+#include "io/json_batch.hpp"
+#include "io/output_file.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+/// What ended the worker, in a word and without what differs from run to run.
+std::string end_of(const Json& batch_row) {
+  const auto outcome = batch_row["outcome"].get<std::string>(), trouble = batch_row["trouble"].get<std::string>();
+  return outcome + ": " + trouble.substr(0, trouble.find(':'));
+}
+
+void add_end(const Json& batch_row, Json& stages) {
+  const Json& result = batch_row["result"];
+  StageResult end;
+  end.name = result.is_object() ? result.value("running", "") : "start";
+  if (end.name.empty()) end.name = "end";
+  end.lower(Verdict::fail, end_of(batch_row));
+  stages.push_back(to_json(end));
+}
+
+}  // namespace
+
+Json report_row(const Json& batch_row) {
+  const Json& result = batch_row["result"];
+  Json stages = result.is_object() && result.contains("stages") ? result["stages"] : Json::array();
+  const bool ended = batch_row["outcome"] == "done" && result.is_object() && result.value("running", "?").empty();
+  if (!ended) add_end(batch_row, stages);
+
+  Verdict verdict = Verdict::pass;
+  for (const Json& s : stages) verdict = worse(verdict, verdict_named(s["verdict"]));
+  Json out{{"path", batch_row["key"]}, {"verdict", name_of(verdict)}, {"stage", ""}, {"why", ""}};
+  if (verdict != Verdict::pass) {
+    const auto first = std::ranges::find_if(stages, [&](const Json& s) { return s["verdict"] == name_of(verdict); });
+    out["stage"] = (*first)["name"];
+    out["why"] = (*first)["why"];
+    if (first->contains("where")) out["where"] = (*first)["where"];
+  }
+  out["triangles"] = result.is_object() ? result.value("triangles", 0) : 0;
+  out["stages"] = std::move(stages);
+  out["times"] = result.is_object() && result.contains("times") ? result["times"] : Json::object();
+  out["times"]["wall_s"] = batch_row["seconds"];
+  if (result.is_object() && result.contains("outline")) out["outline"] = result["outline"];
+  return out;
+}
+
+bool was_killed(const Json& batch_row) {
+  return batch_row["outcome"] == "crash" && batch_row["trouble"].get<std::string>().starts_with("crashed (Killed)");
+}
+
+int forget_killed(const std::string& file) {
+  std::string kept;
+  int killed = 0;
+  for (const Json& row : read_batch(file)) {
+    if (was_killed(row))
+      ++killed;
+    else
+      kept += dump(row) + "\n";
+  }
+  if (killed > 0) write_file_whole(file, kept);
+  return killed;
+}
+
+Json make_report(std::vector<Json> rows, const Json& settings) {
+  std::ranges::sort(rows, {}, [](const Json& row) { return row["path"].get<std::string>(); });
+  Json summary{{"meshes", rows.size()}, {"pass", 0}, {"degraded", 0}, {"fail", 0}, {"triangles", 0}};
+  Json by_stage = Json::object();
+  double cpu = 0, wall = 0;
+  long triangles = 0;
+  for (Json& row : rows) {
+    row.erase("outline");
+    const auto verdict = row["verdict"].get<std::string>();
+    summary[verdict] = summary[verdict].get<int>() + 1;
+    if (verdict == "fail") {
+      const auto stage = row["stage"].get<std::string>();
+      by_stage[stage] = by_stage.value(stage, 0) + 1;
+    }
+    triangles += row["triangles"].get<long>();
+    cpu += row["times"].value("cpu_s", 0.0);
+    wall += row["times"].value("wall_s", 0.0);
+  }
+  summary["triangles"] = triangles;
+  summary["failed_in"] = by_stage;
+  Json times{{"cpu_s", cpu}, {"worker_s", wall}};
+  times["cpu_s_per_100000_triangles"] = triangles > 0 ? Json(cpu * 1e5 / static_cast<double>(triangles)) : Json();
+  return {{"kilotouch", KT_VERSION}, {"settings", settings}, {"summary", summary}, {"times", times}, {"rows", rows}};
+}
+
+std::vector<std::string> new_failures(const Json& report, const Json& baseline) {
+  std::vector<std::string> known, out;
+  if (baseline.is_object() && baseline.contains("rows"))
+    for (const Json& row : baseline["rows"])
+      if (row["verdict"] == "fail") known.push_back(row["path"]);
+  std::ranges::sort(known);
+  for (const Json& row : report["rows"])
+    if (row["verdict"] == "fail" && !std::ranges::binary_search(known, row["path"].get<std::string>()))
+      out.push_back(row["path"]);
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,77 @@
+#include "apps/check/runs.hpp"
+
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kInside = 1e-7;  // [m] deeper than this, the tool is in the body (haptics/session_run.cpp)
+constexpr double kGained = 1e-2;  // of the work that the tool has done at most: energy that may come back as more
+
+nlohmann::ordered_json percentiles(const std::vector<double>& values) {
+  return {{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}, {"max", percentile(values, 1)}};
+}
+
+}  // namespace
+
+SessionResult run_along(Session& session, std::vector<TimedPoint> path, const std::atomic<bool>* stop) {
+  session.follow(std::move(path));
+  SessionOptions options;
+  options.stop = stop;
+  return session.run(options);
+}
+
+void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,
+               StageResult& out) {
+  ++all.runs;
+  all.ticks += static_cast<int>(run.frames.size());
+  all.missed += run.missed_impacts;
+  for (const double d : run.penetration) all.penetration = std::max(all.penetration, d);
+  if (std::isfinite(run.certified_error)) all.certified_error = std::max(all.certified_error, run.certified_error);
+  all.step_us.insert(all.step_us.end(), run.step_us.begin(), run.step_us.end());
+  all.refresh_ms.insert(all.refresh_ms.end(), run.refresh_ms.begin(), run.refresh_ms.end());
+  all.global_ms.insert(all.global_ms.end(), run.global_ms.begin(), run.global_ms.end());
+
+  int not_finite = 0, exhausted = 0;
+  double work = 0, most = 0, least = 0;
+  Vec3 before = run.start;
+  for (const LocalFrame& f : run.frames) {
+    not_finite += (f.flags & kNotFinite) != 0 || !f.force.allFinite();
+    exhausted += (f.flags & kEventsExhausted) != 0;
+    work -= f.force.dot(f.tool - before);
+    before = f.tool;
+    most = std::max(most, work);
+    least = std::min(least, work);
+  }
+  all.energy_min = std::min(all.energy_min, least);
+  const auto deepest = run.penetration.empty() ? 0 : *std::ranges::max_element(run.penetration);
+  if (not_finite > 0) out.lower(Verdict::fail, text(name, ": ", not_finite, " ticks left the finite numbers"), where);
+  if (run.missed_impacts > 0)
+    out.lower(Verdict::fail,
+              text(name, ": the tool is inside the body in ", run.missed_impacts, " ticks without contact"), where);
+  if (deepest > kInside) out.lower(Verdict::fail, text(name, ": the tool gets ", deepest, " m into the body"), where);
+  if (-least > kGained * most + 1e-9)
+    out.lower(Verdict::fail, text(name, ": the tool was given ", -least, " J, having put in at most ", most), where);
+  if (exhausted > 0)
+    out.lower(Verdict::degraded, text(name, ": more impacts than are resolved in ", exhausted, " ticks"), where);
+  for (const std::string& warning : run.warnings)
+    if (warning.find("inside out") != std::string::npos)
+      out.lower(Verdict::degraded, text(name, ": ", warning.substr(0, warning.find(':'))), where);
+}
+
+void report_runs(const RunExtremes& all, const std::string& model, StageResult& out) {
+  auto& f = out.figures[model];
+  f["runs"] = all.runs;
+  f["ticks"] = all.ticks;
+  f["penetration"] = all.penetration;
+  f["missed"] = all.missed;
+  f["certified_error"] = all.certified_error;
+  f["energy_min"] = all.energy_min;
+  out.times[model] = {{"step_us", percentiles(all.step_us)},
+                      {"refresh_ms", percentiles(all.refresh_ms)},
+                      {"global_ms", percentiles(all.global_ms)}};
+}
+
+}  // namespace kt

@@ -1,0 +1,26 @@
+#pragma once
+// What every run of a check is asked, whatever its path.
+#include "apps/check/mesh_work.hpp"
+#include "haptics/metrics.hpp"
+
+namespace kt {
+
+/// Figures of many runs: the worst of each.
+struct RunExtremes {
+  int runs = 0, ticks = 0, lost = 0, missed = 0;
+  double penetration = 0;      ///< deepest [m]
+  double certified_error = 0;  ///< largest
+  double energy_min = 0;       ///< [J] least work of the tool at any time of any run
+  std::vector<double> step_us, refresh_ms, global_ms;
+};
+
+/// The body from its start on, with the tool along a path.
+SessionResult run_along(Session& session, std::vector<TimedPoint> path, const std::atomic<bool>* stop);
+
+/// Numbers that no run may have: forces that are not finite, a tool inside the body, energy out of nothing.
+void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,
+               StageResult& out);
+
+void report_runs(const RunExtremes& all, const std::string& model, StageResult& out);
+
+}  // namespace kt

@@ -1,0 +1,249 @@
+// kilotouch check: collision and contact tests over whole mesh libraries.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "apps/check/library.hpp"
+#include "apps/check/rows.hpp"
+#include "apps/check/worker.hpp"
+#include "apps/commands.hpp"
+#include "apps/report.hpp"
+#include "apps/run_session.hpp"
+#include "core/error.hpp"
+#include "io/json_batch.hpp"
+#include "io/output_file.hpp"
+
+namespace kt {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct CheckArguments {
+  std::vector<std::string> paths;
+  std::string out = "check", shard, baseline, one, json;
+  int jobs = 1;
+  double timeout = 600, memory_gb = 4;
+  bool resume = false, no_report = false, no_wrap = false;
+  CheckOptions check;
+};
+
+/// What rows depend on: a run goes on, and reports are joined, only with the same.
+Json settings_of(const CheckArguments& a) {
+  return {{"budget", a.check.budget},
+          {"quick", a.check.quick},
+          {"wrap", !a.no_wrap},
+          {"fill_holes", a.check.fill_holes},
+          {"backend_seconds", a.check.backend_seconds},
+          {"timeout", a.timeout},
+          {"memory_gb", a.memory_gb}};
+}
+
+Json read_json(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file + ": cannot be read");
+  Json out = Json::parse(in, nullptr, false);
+  if (out.is_discarded()) throw InputError(file + ": not JSON");
+  return out;
+}
+
+/// The same program again, for one mesh.
+BatchJob job_of(const LibraryMesh& mesh, const CheckArguments& a) {
+  const std::string self = fs::read_symlink("/proc/self/exe").string();
+  BatchJob out{mesh.key, {self, "check", "--one", mesh.file, "--json", "{json}", "--budget", text(a.check.budget)}};
+  const auto add = [&](const std::string& name, const std::string& value) {
+    out.arguments.push_back(name);
+    out.arguments.push_back(value);
+  };
+  add("--fill-holes", text(a.check.fill_holes));
+  add("--backend-timeout", text(a.check.backend_seconds));
+  if (a.check.quick) out.arguments.emplace_back("--quick");
+  if (a.no_wrap) out.arguments.emplace_back("--no-wrap");
+  return out;
+}
+
+/// Where the rows of this part are, beside its settings.
+std::string rows_file(const CheckArguments& a, const Shard& shard) {
+  return shard.count == 1 ? a.out + "/rows.jsonl" : text(a.out, "/rows-", shard.index, "-of-", shard.count, ".jsonl");
+}
+
+/// Rows of other settings are no rows of this run.
+void agree_on_settings(const std::string& rows, const Json& settings, bool resume) {
+  const std::string file = rows + ".settings.json";
+  if (resume && fs::exists(rows) && fs::exists(file) && read_json(file) != settings)
+    throw InputError(text("--resume: ", rows, " was made with other settings: ", read_json(file).dump(),
+                          "; give the same, or another --out"));
+  write_file_whole(file, settings.dump() + "\n");
+}
+
+std::vector<Json> run_workers(const CheckArguments& a, const std::vector<LibraryMesh>& meshes,
+                              const std::string& rows) {
+  std::vector<BatchJob> jobs;
+  for (const LibraryMesh& mesh : meshes) jobs.push_back(job_of(mesh, a));
+  BatchOptions options{.file = rows, .resume = a.resume, .jobs = a.jobs, .limits = {}};
+  options.limits = {.seconds = a.timeout,
+                    .memory_bytes = static_cast<std::size_t>(a.memory_gb * 1073741824.0),
+                    .stop = &stop_requested()};
+  options.progress = progress_bar("checking");
+  if (a.resume && fs::exists(rows)) forget_killed(rows);
+  std::vector<Json> out = run_batch(jobs, options);
+  // Killed from outside, by hand or by the system for want of memory: once more, and what is killed again says so.
+  if (std::ranges::any_of(out, was_killed) && !stop_requested()) {
+    forget_killed(rows);
+    options.resume = true;
+    out = run_batch(jobs, options);
+  }
+  return out;
+}
+
+void print_summary(const Json& report, std::size_t meshes, const std::vector<std::string>& fresh,
+                   const std::string& out) {
+  const Json& s = report["summary"];
+  std::cout << s["meshes"] << " meshes: " << s["pass"] << " pass, " << s["degraded"] << " degraded, " << s["fail"]
+            << " fail\n";
+  constexpr std::size_t kShown = 20;
+  for (std::size_t i = 0; i < std::min(kShown, fresh.size()); ++i) {
+    const auto row =
+        std::ranges::find_if(report["rows"], [&](const Json& r) { return r["path"].get<std::string>() == fresh[i]; });
+    std::cout << "  fail  " << fresh[i] << ": " << (*row)["stage"].get<std::string>() << ": "
+              << (*row)["why"].get<std::string>() << "\n";
+  }
+  if (fresh.size() > kShown) std::cout << "  ... and " << fresh.size() - kShown << " more\n";
+  if (report["rows"].size() < meshes)
+    std::cout << "stopped: " << meshes - report["rows"].size() << " meshes are left; --resume goes on\n";
+  std::cout << "results: " << out << "/report.json\n";
+}
+
+/// report.json, report.html.    @returns the exit code
+int finish(const CheckArguments& a, std::vector<Json> rows, const Json& settings, std::size_t meshes) {
+  Json outlines = Json::object();
+  for (const Json& row : rows)
+    if (row.contains("outline")) outlines[row["path"].get<std::string>()] = row["outline"];
+  const Json report = make_report(std::move(rows), settings);
+  const auto dump = [](const Json& json, int indent) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
+  };
+  write_file_whole(a.out + "/report.json", dump(report, 1));
+  write_file_whole(a.out + "/outlines.json", dump(outlines, -1));
+  const std::vector<std::string> fresh = new_failures(report, a.baseline.empty() ? Json() : read_json(a.baseline));
+  print_summary(report, meshes, fresh, a.out);
+  if (!a.no_report) write_check_page(a.out);
+  return fresh.empty() && report["rows"].size() >= meshes ? 0 : 1;
+}
+
+std::vector<Json> to_report_rows(const std::vector<Json>& batch) {
+  std::vector<Json> out;
+  for (const Json& row : batch) out.push_back(report_row(row));
+  return out;
+}
+
+int run_check(const CheckArguments& a) {
+  const Shard shard = a.shard.empty() ? Shard{} : parse_shard(a.shard);
+  const std::vector<LibraryMesh> meshes = part_of(find_meshes(a.paths), shard);
+  if (!a.baseline.empty()) read_json(a.baseline);  // a wrong one is found before the work
+  make_folder(a.out);
+  const std::string rows = rows_file(a, shard);
+  const Json settings = settings_of(a);
+  agree_on_settings(rows, settings, a.resume);
+  const std::vector<Json> batch = run_workers(a, meshes, rows);
+  if (shard.count > 1) {  // the report is made from all of them
+    std::cout << batch.size() << " of " << meshes.size() << " meshes of part " << shard.index << " of " << shard.count
+              << ": " << rows << "\n";
+    return batch.size() == meshes.size() ? 0 : 1;
+  }
+  return finish(a, to_report_rows(batch), settings, meshes.size());
+}
+
+/// Every file of rows in the folders, each mesh once.
+int merge(const CheckArguments& a) {
+  std::vector<std::string> files;
+  for (const std::string& path : a.paths) {
+    if (!fs::is_directory(path)) throw InputError(path + ": no such folder");
+    for (const auto& entry : fs::directory_iterator(path))
+      if (const std::string name = entry.path().filename().string();
+          name.starts_with("rows") && name.ends_with(".jsonl"))
+        files.push_back(entry.path().string());
+  }
+  std::ranges::sort(files);
+  if (files.empty()) throw InputError(text(join(a.paths), ": no rows*.jsonl there"));
+  std::map<std::string, Json> rows;
+  Json settings;
+  for (const std::string& file : files) {
+    const Json its = read_json(file + ".settings.json");
+    if (!settings.is_null() && its != settings)
+      throw InputError(
+          text(file, " was made with other settings than ", files.front(), ": ", its.dump(), ", ", settings.dump()));
+    settings = its;
+    for (const Json& row : read_batch(file)) {
+      const auto key = row["key"].get<std::string>();
+      // One that was killed gives way to one that was not.
+      if (const auto known = rows.find(key); known == rows.end() || was_killed(known->second)) rows[key] = row;
+    }
+  }
+  make_folder(a.out);
+  std::vector<Json> out;
+  for (const auto& [key, row] : rows) out.push_back(report_row(row));
+  const std::size_t count = out.size();
+  return finish(a, std::move(out), settings, count);
+}
+
+int run_one(CheckArguments& a) {
+  // What a killed worker leaves behind lies in the folder that is removed after it.
+  const fs::path folder = fs::absolute(a.json).parent_path();
+  ::setenv("TMPDIR", folder.c_str(), 1);
+  a.check.mesh = a.one;
+  a.check.wrap = !a.no_wrap;
+  a.check.stop = &stop_requested();
+  check_one(a.check, a.json);
+  return 0;
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("check", "can each mesh of a library be touched, and how well?");
+  const auto a = std::make_shared<CheckArguments>();
+  command->add_option("PATH", a->paths, "mesh files and folders; or: merge, and folders of results to join");
+  command->add_option("--out", a->out, "folder for the results")->capture_default_str();
+  command->add_option("--jobs", a->jobs, "meshes at a time")->check(CLI::Range(1, 1024))->capture_default_str();
+  command->add_option("--timeout", a->timeout, "limit for a mesh, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--memory", a->memory_gb, "limit for a mesh, GB")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_flag("--resume", a->resume, "keep the rows that are there, and go on");
+  command->add_option("--shard", a->shard, "I/N: only part I of N of the meshes; merge makes the report");
+  command->add_option("--baseline", a->baseline, "an older report.json: what failed there may fail");
+  command->add_option("--budget", a->check.budget, "triangles of a body; larger surfaces are decimated")
+      ->check(CLI::Range(100, 10000000))
+      ->capture_default_str();
+  command->add_option("--fill-holes", a->check.fill_holes, "close holes of at most this many edges first")
+      ->check(CLI::Range(0, 1000000));
+  command->add_flag("--no-wrap", a->no_wrap, "do not wrap surfaces that no tetrahedra fit into");
+  command->add_flag("--quick", a->check.quick, "few shots and places: a tenth of the time");
+  command->add_option("--backend-timeout", a->check.backend_seconds, "limit for each repair and tetrahedralizer, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_flag("--no-report", a->no_report, "no report.html");
+  command->add_option("--one", a->one)->group("");  // the worker's part
+  command->add_option("--json", a->json)->group("");
+  command->footer(
+      "Exit code 1: something failed that did not fail in the baseline, or the run was stopped.\n"
+      "Examples:\n  kilotouch check library/ --jobs 8 --out out\n"
+      "  kilotouch check library/ --jobs 8 --out out --resume\n"
+      "  kilotouch check merge part1 part2 --out whole");
+  command->callback([a, &exit_code] {
+    if (!a->one.empty()) {
+      exit_code = run_one(*a);
+      return;
+    }
+    if (a->paths.empty()) throw InputError("check: no PATH is given: a mesh file or a folder");
+    const bool joins = a->paths.front() == "merge" && a->paths.size() > 1;
+    if (joins) a->paths.erase(a->paths.begin());
+    exit_code = joins ? merge(*a) : run_check(*a);
+  });
+}
+
+}  // namespace kt

@@ -1,0 +1,89 @@
+#include "apps/stability/wall_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/state.hpp"
+#include "haptics/device/haptic_device.hpp"
+#include "haptics/device/passivity.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kDepth = 0.005;   // [m] of the target behind the wall
+constexpr double kApproach = 0.1;  // [s]
+
+/// Long enough for the hand's own damping to take all but e^-12 of a swing.
+double duration(const HandLoop& loop) {
+  return std::clamp(12 * 2 * loop.mass / std::max(loop.hand_damping, 1e-9), 1.0, 10.0);
+}
+
+}  // namespace
+
+Swing swing_of(std::span<const double> values, double from, double to) {
+  const auto n = static_cast<double>(values.size());
+  const auto part = values.subspan(static_cast<std::size_t>(from * n), static_cast<std::size_t>((to - from) * n));
+  double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0;
+  for (double v : part) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+    sum += std::abs(v);
+  }
+  return {high - low, sum / static_cast<double>(part.size())};
+}
+
+Verdict judge_ripple(const WallRun& run, std::string& why) {
+  constexpr double kJnd = 0.1;
+  constexpr double kDiesOut = 0.97;  // of the ripple a quarter of the run before
+  constexpr double kBounces = 0.8;   // the same of a tool that lifts off: its swing does not follow the linear loop
+  constexpr double kEncoderSwing = 5e-5;  // [m] five steps of the encoder: less is its noise
+  why = text("force swings by ", 100 * run.ripple, " % of its mean at the end, by ", 100 * run.ripple_before,
+             " % before; the tool by ", 1e3 * run.swing, " mm");
+  if (!(run.ripple > kJnd)) return Verdict::works;
+  const bool bounces = run.ripple > 1;
+  if (run.swing > kEncoderSwing && run.ripple > (bounces ? kBounces : kDiesOut) * run.ripple_before) {
+    why = "limit cycle: " + why;
+    return Verdict::fails;
+  }
+  return Verdict::degrades;
+}
+
+WallRun press_wall(const HandLoop& loop, double most_damping) {
+  DeviceOptions options;
+  options.path = {{0, {0, 0, kDepth}}, {kApproach, {0, 0, -kDepth}}};
+  options.h = loop.h;
+  options.hand_mass = loop.mass;
+  options.hand_stiffness = loop.hand_stiffness;
+  options.hand_damping = loop.hand_damping;
+  options.hand_delay = loop.delay;
+  const auto device = make_device("hand", options);
+  PassivityControl passivity({most_damping, loop.h, loop.delay});
+  const auto ticks = static_cast<int>(std::lround(duration(loop) / loop.h));
+  std::vector<double> forces, places;
+  WallRun out;
+  StateHash hash;
+  double before = 0;
+  for (int i = 0; i < ticks; ++i) {
+    const Vec3 x = device->position((i + 1) * loop.h);
+    const double rate = i > 0 ? (x.z() - before) / loop.h : 0;
+    before = x.z();
+    // It pushes only: a wall does not stick.
+    const double force = x.z() < 0 ? std::max(0.0, -loop.wall_stiffness * x.z() - loop.wall_damping * rate) : 0;
+    bool limited = false;
+    const Vec3 shown = safe_force(passivity.tick(x, Vec3(0, 0, force)), device->limits(), limited);
+    device->write(shown, loop.h);
+    forces.push_back(shown.z());
+    places.push_back(x.z());
+    hash.add(shown.z());
+  }
+  out.ripple = swing_of(forces, 0.75, 1).ripple();
+  out.ripple_before = swing_of(forces, 0.5, 0.75).ripple();
+  out.swing = swing_of(places, 0.75, 1).size;
+  out.damped_ticks = passivity.damped_ticks();
+  out.returned = std::max(0.0, -passivity.least());
+  out.hash = hash.value();
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,16 @@
+#pragma once
+// A tool that begins inside the body, and surface triangles without area.
+#include <optional>
+
+#include "core/mesh.hpp"
+#include "haptics/predict.hpp"
+
+namespace kt {
+
+/// None when the surface's triangles have heights above roundoff.
+std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::vector<Triangle>& triangles);
+
+/// None when the tool's deepest point is no further than `depth` = roundoff inside the body.
+std::optional<Prediction> predict_start_inside(double depth);
+
+}  // namespace kt

@@ -1,0 +1,24 @@
+#include "io/decimate_surface.hpp"
+
+#include "core/error.hpp"
+#include "io/child_process.hpp"
+#include "io/mesh_io.hpp"
+
+namespace kt {
+
+#if KT_WITH_CGAL
+Mesh decimate_surface(const Mesh& surface, int triangles, const DecimateOptions& options) {
+  const PrivateFolder folder;
+  const std::string file = folder / "out.obj";
+  const ChildLimits limits{.seconds = options.timeout, .memory_bytes = std::size_t{8} << 30, .stop = options.stop};
+  const ChildResult run = run_forked([&] { save_mesh(file, decimate_cgal(surface, triangles)); }, folder, limits);
+  if (!run.good()) throw RunError(text("decimation ", run.trouble(limits)));
+  return load_mesh(file);
+}
+#else
+Mesh decimate_surface(const Mesh&, int, const DecimateOptions&) {
+  throw InputError("decimation needs CGAL: configure with -DKT_WITH_CGAL=ON");
+}
+#endif
+
+}  // namespace kt

@@ -1,0 +1,170 @@
+#include "io/json_batch.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "core/error.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The file of the rows: open, and no other batch's as long as this lives.
+class RowFile {
+ public:
+  explicit RowFile(const std::string& path)
+      : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
+    if (file_ < 0) throw InputError(text(path, ": cannot be written: ", std::strerror(errno)));
+    if (::flock(file_, LOCK_EX | LOCK_NB) == 0) return;
+    ::close(file_);
+    throw InputError(text(path, ": another run is writing to it"));
+  }
+  ~RowFile() { ::close(file_); }
+  RowFile(const RowFile&) = delete;
+  RowFile& operator=(const RowFile&) = delete;
+
+  /// Only the first `bytes` stay.
+  void cut(std::uintmax_t bytes) {
+    if (::ftruncate(file_, static_cast<off_t>(bytes)) != 0) fail();
+  }
+
+  /// In one write, so that a kill leaves at most the last line short; read_batch() leaves that one out.
+  void append(const Json& row) {
+    // A result may hold a mesh's name in any encoding; what is not UTF-8 in it must not cost the row.
+    const std::string line = row.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    std::size_t done = 0;
+    while (done < line.size()) {
+      const ssize_t n = ::write(file_, line.data() + done, line.size() - done);
+      if (n < 0 && errno != EINTR) fail();
+      if (n > 0) done += static_cast<std::size_t>(n);
+    }
+  }
+
+ private:
+  [[noreturn]] void fail() { throw InputError(text(path_, ": cannot be written: ", std::strerror(errno))); }
+  std::string path_;
+  int file_;
+};
+
+/// @param bytes  of the whole lines
+std::vector<Json> read_rows(const std::string& file, std::uintmax_t& bytes) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(text(file, ": cannot be read"));
+  std::vector<Json> rows;
+  std::string line;
+  bytes = 0;
+  for (int number = 1; std::getline(in, line); ++number) {
+    if (in.eof()) break;  // no line end: cut off
+    Json row = Json::parse(line, nullptr, false);
+    if (!row.is_object() || !row.contains("key") || !row["key"].is_string())
+      throw InputError(text(file, ", line ", number, ": not a row of a batch (a JSON object with a key)"));
+    rows.push_back(std::move(row));
+    bytes += line.size() + 1;
+  }
+  return rows;
+}
+
+/// What the program wrote; null when it wrote nothing, or only a part.
+Json read_result(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  Json result = in ? Json::parse(in, nullptr, false) : Json();
+  return result.is_discarded() ? Json() : result;
+}
+
+std::string outcome_of(const ChildResult& child, const std::string& trouble) {
+  if (child.good()) return "done";
+  if (child.timed_out) return "timeout";
+  if (trouble.starts_with("needed more")) return "memory";
+  return child.signal != 0 ? "crash" : "error";
+}
+
+Json run_job(const BatchJob& job, const ChildLimits& limits) {
+  const PrivateFolder folder;
+  const std::string file = folder / "result.json";
+  std::vector<std::string> arguments = job.arguments;
+  for (std::string& word : arguments)
+    if (word == "{json}") word = file;
+  const auto start = std::chrono::steady_clock::now();
+  const ChildResult child = run_program(arguments, folder, limits);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  const std::string trouble = child.good() ? "" : child.trouble(limits);
+  Json row;
+  row["key"] = job.key;
+  row["outcome"] = outcome_of(child, trouble);
+  row["exit_code"] = child.exit_code;
+  row["trouble"] = trouble;
+  row["seconds"] = taken.count();
+  row["result"] = read_result(file);
+  return row;
+}
+
+}  // namespace
+
+std::vector<Json> read_batch(const std::string& file) {
+  std::uintmax_t bytes = 0;
+  return read_rows(file, bytes);
+}
+
+std::vector<Json> run_batch(const std::vector<BatchJob>& jobs, const BatchOptions& options) {
+  RowFile out(options.file);
+  std::map<std::string, Json> rows;
+  std::uintmax_t kept = 0;
+  if (options.resume)
+    for (const Json& row : read_rows(options.file, kept)) rows[row["key"].get<std::string>()] = row;
+  out.cut(kept);
+
+  std::vector<const BatchJob*> left;
+  std::map<std::string, int> seen;
+  for (const BatchJob& job : jobs) {
+    if (++seen[job.key] > 1) throw InputError(text("two jobs of one name: ", job.key));
+    if (!rows.contains(job.key)) left.push_back(&job);
+  }
+
+  std::mutex mutex;
+  std::size_t next = 0, done = 0;
+  std::exception_ptr failure;
+  const auto is_stopped = [&] { return options.limits.stop && options.limits.stop->load(); };
+  const auto work = [&] {
+    for (;;) {
+      const BatchJob* job = nullptr;
+      {
+        const std::scoped_lock lock(mutex);
+        if (next == left.size() || failure || is_stopped()) return;
+        job = left[next++];
+      }
+      try {
+        Json row = run_job(*job, options.limits);
+        const std::scoped_lock lock(mutex);
+        out.append(row);
+        rows[job->key] = std::move(row);
+        if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(left.size()));
+      } catch (...) {
+        const std::scoped_lock lock(mutex);
+        if (!is_stopped() && !failure) failure = std::current_exception();
+        return;
+      }
+    }
+  };
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < std::max(1, options.jobs); ++i) workers.emplace_back(work);
+  workers.clear();  // waits
+  if (failure) std::rethrow_exception(failure);
+
+  std::vector<Json> ordered;
+  for (const BatchJob& job : jobs)
+    if (const auto row = rows.find(job.key); row != rows.end()) ordered.push_back(row->second);
+  return ordered;
+}
+
+}  // namespace kt

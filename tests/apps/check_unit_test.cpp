@@ -1,0 +1,175 @@
+// The parts of `kilotouch check` that have an answer known by other means: parts of a library, rows of what a worker
+// left, queries by an index that loses triangles, what is held of a body, places to touch.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "apps/check/contact_spots.hpp"
+#include "apps/check/library.hpp"
+#include "apps/check/models.hpp"
+#include "apps/check/queries.hpp"
+#include "apps/check/rows.hpp"
+#include "apps/check/verdict.hpp"
+#include "core/error.hpp"
+#include "io/child_process.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Mesh block_surface() {
+  const Mesh solid = kuhn_block(4, 4, 4, 0.025);
+  return {solid.x, boundary_triangles(solid.tetrahedra), {}};
+}
+
+TEST(CheckShards, EachMeshIsInOnePart) {
+  std::vector<LibraryMesh> all;
+  for (int i = 0; i < 17; ++i) all.push_back({"mesh" + std::to_string(i), ""});
+  std::vector<std::string> seen;
+  for (int part = 1; part <= 5; ++part)
+    for (const LibraryMesh& m : part_of(all, {part, 5})) seen.push_back(m.key);
+  std::ranges::sort(seen);
+  EXPECT_EQ(seen.size(), 17u);
+  EXPECT_EQ(std::ranges::adjacent_find(seen), seen.end());
+  for (const char* wrong : {"0/3", "4/3", "1", "1/", "/3", "a/b", "1/3x", "-1/3", ""})
+    EXPECT_THROW(parse_shard(wrong), InputError) << wrong;
+  EXPECT_EQ(parse_shard("3/8").index, 3);
+}
+
+TEST(CheckLibrary, KeysArePathsFromTheFolderAndUnique) {
+  const PrivateFolder folder;
+  std::filesystem::create_directories(folder / "a/b");
+  for (const char* name : {"a/b/one.obj", "a/two.STL", "a/readme.txt", "a/pair.ele", "a/pair.node"})
+    std::ofstream(folder / name) << "x";
+  const auto found = find_meshes({folder / "a"});
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_EQ(found[0].key, "b/one.obj");
+  EXPECT_EQ(found[1].key, "pair.node");
+  EXPECT_EQ(found[2].key, "two.STL");
+  EXPECT_EQ(find_meshes({folder / "a/", folder / "a/b/one.obj"}).size(), 4u);
+  EXPECT_THROW(find_meshes({folder / "a/two.STL", folder / "a/two.STL"}), InputError);
+  EXPECT_THROW(find_meshes({folder / "none"}), InputError);
+}
+
+Json batch_row(const std::string& outcome, const std::string& trouble, const Json& result) {
+  return {{"key", "m"},         {"outcome", outcome}, {"exit_code", 0},
+          {"trouble", trouble}, {"seconds", 1.0},     {"result", result}};
+}
+
+TEST(CheckRows, TheWorstStageGivesTheVerdict) {
+  StageResult doctor, press;
+  doctor.name = "doctor";
+  doctor.lower(Verdict::degraded, "3 open edges", Vec3(1, 2, 3));
+  press.name = "press";
+  EXPECT_EQ(worse(Verdict::skipped, Verdict::pass), Verdict::pass);
+  EXPECT_EQ(worse(Verdict::degraded, Verdict::pass), Verdict::degraded);
+  Json result{{"stages", {to_json(doctor), to_json(press)}}, {"running", ""}, {"triangles", 7}};
+  Json row = report_row(batch_row("done", "", result));
+  EXPECT_EQ(row["verdict"], "degraded");
+  EXPECT_EQ(row["stage"], "doctor");
+  EXPECT_EQ(row["where"][1], 2.0);
+
+  result["running"] = "drag";  // it died there
+  row = report_row(batch_row("timeout", "ran longer than 5 s: last words", result));
+  EXPECT_EQ(row["verdict"], "fail");
+  EXPECT_EQ(row["stage"], "drag");
+  EXPECT_EQ(row["why"], "timeout: ran longer than 5 s");
+  EXPECT_EQ(row["stages"].size(), 3u);
+  row = report_row(batch_row("crash", "crashed (Segmentation fault)", nullptr));
+  EXPECT_EQ(row["verdict"], "fail");
+  EXPECT_EQ(row["stage"], "start");
+  EXPECT_TRUE(was_killed(batch_row("crash", "crashed (Killed)", nullptr)));
+  EXPECT_FALSE(was_killed(batch_row("crash", "crashed (Segmentation fault)", nullptr)));
+}
+
+TEST(CheckRows, OnlyNewFailuresCount) {
+  const auto report = [](const std::vector<std::pair<std::string, std::string>>& rows) {
+    Json out{{"rows", Json::array()}};
+    for (const auto& [path, verdict] : rows) out["rows"].push_back({{"path", path}, {"verdict", verdict}});
+    return out;
+  };
+  const Json old = report({{"a", "fail"}, {"b", "pass"}, {"c", "degraded"}});
+  const Json now = report({{"a", "fail"}, {"b", "fail"}, {"c", "degraded"}, {"d", "fail"}});
+  EXPECT_EQ(new_failures(now, old), (std::vector<std::string>{"b", "d"}));
+  EXPECT_EQ(new_failures(now, Json()), (std::vector<std::string>{"a", "b", "d"}));
+}
+
+/// Every candidate but each third.
+class Lossy final : public TriangleIndex {
+ public:
+  void build(std::span<const Triangle> triangles, const VectorX& x) override { whole_->build(triangles, x); }
+  void refit(const VectorX& x_t0, const VectorX& x_t1) noexcept override { whole_->refit(x_t0, x_t1); }
+  int candidates(const ToolSweep& sweep, double margin, std::span<int> out) const noexcept override {
+    const int found = whole_->candidates(sweep, margin, out);
+    const auto end = std::remove_if(out.begin(), out.begin() + found, [](int t) { return t % 3 == 0; });
+    return static_cast<int>(end - out.begin());
+  }
+
+ private:
+  std::unique_ptr<TriangleIndex> whole_ = make_triangle_index("brute_force");
+};
+
+TEST(CheckQueries, AgreeForEveryBackendAndTellALossyOne) {
+  const Mesh mesh = block_surface();
+  for (const BackendInfo& b : triangle_index_backends()) {
+    if (!b.available) continue;
+    const auto index = make_triangle_index(b.name);
+    index->build(mesh.triangles, mesh.x);
+    index->refit(mesh.x, mesh.x);
+    const QueryCount count = judge_queries(mesh.triangles, mesh.x, *index, 200, 1);
+    EXPECT_EQ(count.wrong_points + count.wrong_rays, 0) << b.name;
+    EXPECT_GT(count.hits, 100) << b.name;
+  }
+  Lossy lossy;
+  lossy.build(mesh.triangles, mesh.x);
+  lossy.refit(mesh.x, mesh.x);
+  const QueryCount count = judge_queries(mesh.triangles, mesh.x, lossy, 200, 1);
+  EXPECT_GT(count.wrong_points, 20);
+  EXPECT_GT(count.wrong_rays, 20);
+  EXPECT_TRUE(count.where.has_value());
+}
+
+TEST(CheckBody, EachPieceIsHeldAtItsFoot) {
+  Mesh two = kuhn_block(4, 4, 4, 0.025);
+  const int nodes = two.num_nodes();
+  Mesh other = two;
+  for (int i = 0; i < nodes; ++i) node(other.x, i) += Vec3(1, 0, 5);
+  VectorX x(6 * nodes);
+  x << two.x, other.x;
+  two.x = x;
+  for (Tetrahedron t : other.tetrahedra) {
+    for (int& i : t) i += nodes;
+    two.tetrahedra.push_back(t);
+  }
+  EXPECT_EQ(held_nodes(two, false).size(), 50u);  // a layer of 25 each
+  const Mesh flat = kuhn_block(10, 10, 1, 0.01);
+  EXPECT_EQ(held_nodes(flat, true).size(), 3u * 11 * 2);  // one end, not the whole underside
+}
+
+TEST(CheckSpots, LieOnTheSurfaceApartAndFree) {
+  const Mesh body = kuhn_block(8, 8, 8, 0.0125);
+  const Mesh surface{body.x, boundary_triangles(body.tetrahedra), body.tetrahedra};
+  const std::vector<int> held = held_nodes(surface, false);
+  const auto spots = find_contact_spots(surface, held, {});
+  ASSERT_EQ(spots.size(), 8u);
+  for (const ContactSpot& s : spots) {
+    const double distance = std::sqrt(nearest_place(surface.triangles, surface.x, s.place).at.distance_sq);
+    EXPECT_LT(distance, 1e-12);
+    EXPECT_GT(s.place.z(), 0.2 * 0.1);
+    EXPECT_NEAR(s.thickness, 0.1, 1e-6);
+    EXPECT_NEAR(s.depth, 0.002, 1e-12);
+    for (const ContactSpot& other : spots)
+      if (&other != &s) {
+        EXPECT_GT((other.place - s.place).norm(), 0.02);
+      }
+  }
+  const SurfaceQuery query(surface.triangles, surface.x);
+  const auto walk = surface_walk(query, surface, held, spots[0], 0.3, 0.015);
+  ASSERT_GT(walk.size(), 5u);
+  for (const Vec3& p : walk) EXPECT_NEAR(query.distance(p, 0.01), 0.002, 1e-6);  // a sphere of 4 mm, 2 mm deep
+}
+
+}  // namespace
+}  // namespace kt
