@@ -33,6 +33,7 @@ struct CheckArguments {
 Json settings_of(const CheckArguments& a) {
   return {{"budget", a.check.budget},
           {"quick", a.check.quick},
+          {"until", a.check.until},
           {"wrap", !a.no_wrap},
           {"fill_holes", a.check.fill_holes},
           {"backend_seconds", a.check.backend_seconds},
@@ -57,6 +58,7 @@ BatchJob job_of(const LibraryMesh& mesh, const CheckArguments& a) {
     out.arguments.push_back(value);
   };
   add("--fill-holes", text(a.check.fill_holes));
+  add("--until", a.check.until);
   add("--backend-timeout", text(a.check.backend_seconds));
   if (a.check.quick) out.arguments.emplace_back("--quick");
   if (a.no_wrap) out.arguments.emplace_back("--no-wrap");
@@ -223,6 +225,11 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 1000000));
   command->add_flag("--no-wrap", a->no_wrap, "do not wrap surfaces that no tetrahedra fit into");
   command->add_flag("--quick", a->check.quick, "few shots and places: a tenth of the time");
+  std::vector<std::string> stages;
+  for (const CheckStageEntry& stage : check_stages()) stages.emplace_back(stage.name);
+  command->add_option("--until", a->check.until, "the last stage: shots looks at surfaces only, solid at their filling")
+      ->check(CLI::IsMember(stages))
+      ->capture_default_str();
   command->add_option("--backend-timeout", a->check.backend_seconds, "limit for each repair and tetrahedralizer, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

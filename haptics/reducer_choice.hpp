@@ -47,6 +47,9 @@ class ReducerChoice {
   /// Certifies the named reducer, or all candidates of "auto", and takes one. Once, at set-up.
   void set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
 
+  /// Takes one that was certified on this body before: set_up() has nothing left to do.
+  void take(const ReducerCandidate& certified);
+
   /// A local model by the present reducer.
   LocalModel reduce(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
 
@@ -66,7 +69,7 @@ class ReducerChoice {
   void go_to(std::size_t candidate);
   std::optional<std::size_t> better_than_present() const;
   std::optional<std::size_t> cheaper_than_present() const;
-  bool is_auto_;
+  bool is_auto_, is_set_up_ = false;
   ReducerNeeds needs_;
   GradedBody graded_;
   RunningCertificate running_;

@@ -70,7 +70,7 @@ void check_drag(MeshWork& work, StageResult& out) {
       const std::string name = text(body.model, ", way ", i + 1);
       const Vec3 where = work.in_file(drags[i].spot.place);
       const SessionResult run =
-          run_along(*body.session, drag_path(drags[i].spot, drags[i].walk, kSpeed, kDuration), work.options.stop);
+          run_along(body, drag_path(drags[i].spot, drags[i].walk, kSpeed, kDuration), work.options.stop);
       judge_run(run, name, where, all, out);
       const ForceMetrics m = measure_forces(run.frames, kDragPressTime, 1e-3);
       lost += m.lost_contacts;

@@ -15,7 +15,7 @@ constexpr double kReach = 0.009;  // of the tool until the next refresh: 1.5 rad
 
 void check_local_models(MeshWork& work, StageResult& out) {
   const std::size_t places = std::min<std::size_t>(work.options.quick ? 1 : 4, work.spots.size());
-  for (const CheckBody& body : work.bodies) {
+  for (CheckBody& body : work.bodies) {
     const DeformableModel& model = body.session->model();
     const Surface& surface = body.session->surface();
     const TangentModel tangent = linearize(model, rest_state(model), TangentKind::exact);
@@ -29,6 +29,7 @@ void check_local_models(MeshWork& work, StageResult& out) {
       choice.set_up(tangent, patch, site);
       const ReducerCandidate& c = choice.chosen();
       reducers.push_back({{"reducer", c.name}, {"dof", c.dof}, {"error", c.error}, {"predicted_us", c.tick_us}});
+      if (!body.reducer || c.cost_us > body.reducer->cost_us) body.reducer = c;
       if (!std::isfinite(c.error)) {
         out.lower(Verdict::fail, text(body.model, ": no local model can be certified"), work.in_file(spot.place));
         continue;

@@ -15,6 +15,7 @@ struct CheckOptions {
   int budget = 4000;            ///< triangles of the body that is built; larger surfaces are decimated first
   bool wrap = true;             ///< wrap surfaces that no tetrahedra fit into, and no shell
   int fill_holes = 0;           ///< close holes of at most so many edges
+  std::string until = "energy";  ///< the last stage that is wanted
   bool quick = false;           ///< a few shots and places only: for whole libraries in little time
   double backend_seconds = 30;  ///< limit of each repair and tetrahedralizer
   const std::atomic<bool>* stop = nullptr;  ///< Ctrl-C
@@ -24,6 +25,7 @@ struct CheckOptions {
 struct CheckBody {
   std::string model;  ///< msd, fem
   std::unique_ptr<Session> session;
+  std::optional<ReducerCandidate> reducer;  ///< what all runs use: the most work of those chosen at several places
 };
 
 struct MeshWork {

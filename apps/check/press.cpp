@@ -10,7 +10,8 @@ namespace kt {
 namespace {
 
 constexpr int kDepths = 8;
-constexpr double kFalls = 0.05;       // of the largest force: less on the way down than a moment before is not monotone
+constexpr double kRings = 0.05;       // of the largest force: less on the way down than a moment before is not monotone
+constexpr double kFalls = 0.3;        // more than a light body's ringing
 constexpr double kTruthNodes = 6000;  // of a body that is also pressed at rest, by Newton's method
 
 /// Mean force along the spot's normal at `kDepths` equal parts of the way in [N].
@@ -46,17 +47,28 @@ void judge_forces(const std::vector<double>& force, const std::string& name, con
     return;
   }
   for (std::size_t i = 1; i < force.size(); ++i)
-    if (force[i] < force[i - 1] - kFalls * largest) {
-      out.lower(Verdict::fail,
+    if (const double fall = force[i - 1] - force[i]; fall > kRings * largest) {
+      out.lower(fall > kFalls * largest ? Verdict::fail : Verdict::degraded,
                 text(name, ": the force falls from ", force[i - 1], " to ", force[i], " N on the way in"), where);
       return;
     }
 }
 
-int free_while_held(const SessionResult& run, const PressPath& path) {
-  return static_cast<int>(std::ranges::count_if(run.frames, [&](const LocalFrame& f) {
-    return f.t > path.pressed && f.t <= path.released - 1e-9 && f.mode == ContactMode::free;
-  }));
+int free_between(const SessionResult& run, double from, double to) {
+  return static_cast<int>(std::ranges::count_if(
+      run.frames, [&](const LocalFrame& f) { return f.t > from && f.t <= to && f.mode == ContactMode::free; }));
+}
+
+/// A light body bounces off the tool that stops; by the second half of the hold it must lie against it.
+void judge_hold(const SessionResult& run, const PressPath& path, const std::string& name, const Vec3& where,
+                RunExtremes& all, StageResult& out) {
+  const double settled = 0.5 * (path.pressed + path.released);
+  if (const int bounces = free_between(run, path.pressed, settled); bounces > 0)
+    out.lower(Verdict::degraded, text(name, ": the body bounces off for ", bounces, " ticks where the tool stops"),
+              where);
+  const int lost = free_between(run, settled, path.released - 1e-9);
+  all.lost += lost;
+  if (lost > 0) out.lower(Verdict::fail, text(name, ": no contact in ", lost, " ticks while held"), where);
 }
 
 }  // namespace
@@ -70,14 +82,11 @@ void check_press(MeshWork& work, StageResult& out) {
       const std::string name = text(body.model, ", place ", i + 1);
       const Vec3 where = work.in_file(spot.place);
       const PressPath path = press_path(spot);
-      const SessionResult run = run_along(*body.session, path.path, work.options.stop);
+      const SessionResult run = run_along(body, path.path, work.options.stop);
       judge_run(run, name, where, all, out);
       const auto force = force_over_depth(run, path, spot.normal);
       judge_forces(force, name, where, out);
-      if (const int lost = free_while_held(run, path); lost > 0) {
-        all.lost += lost;
-        out.lower(Verdict::fail, text(name, ": no contact in ", lost, " ticks while pressed"), where);
-      }
+      judge_hold(run, path, name, where, all, out);
       const double held = held_force(run, path, spot.normal);
       largest = std::max(largest, held);
       if (i == 0 && work.solid.num_nodes() <= kTruthNodes) try {

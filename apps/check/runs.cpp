@@ -16,11 +16,12 @@ nlohmann::ordered_json percentiles(const std::vector<double>& values) {
 
 }  // namespace
 
-SessionResult run_along(Session& session, std::vector<TimedPoint> path, const std::atomic<bool>* stop) {
-  session.follow(std::move(path));
+SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std::atomic<bool>* stop) {
+  body.session->follow(std::move(path));
   SessionOptions options;
   options.stop = stop;
-  return session.run(options);
+  options.reducer = body.reducer;
+  return body.session->run(options);
 }
 
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,

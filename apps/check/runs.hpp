@@ -14,8 +14,9 @@ struct RunExtremes {
   std::vector<double> step_us, refresh_ms, global_ms;
 };
 
-/// The body from its start on, with the tool along a path.
-SessionResult run_along(Session& session, std::vector<TimedPoint> path, const std::atomic<bool>* stop);
+/// The body from its start on, with the tool along a path. Its reducer is the one that the local models' stage found:
+/// to certify it again in every run took half of a check's time.
+SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std::atomic<bool>* stop);
 
 /// Numbers that no run may have: forces that are not finite, a tool inside the body, energy out of nothing.
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,

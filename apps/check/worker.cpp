@@ -97,6 +97,7 @@ void check_one(const CheckOptions& options, const std::string& json_file) {
       row["stages"].push_back(to_json(stage));
       if (stage.name == "load") row["triangles"] = work.input.triangles.size();
       if (stage.name == "doctor" && over.empty()) row["outline"] = outline(work.input);
+      if (over.empty() && stage.name == options.until) over = "not asked for";
       if (options.stop && options.stop->load()) throw RunError("interrupted");
     }
   });
