@@ -260,11 +260,23 @@ std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const Vect
   return contact;
 }
 
+namespace {
+
+bool is_behind(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& p) noexcept {
+  return face_normal(patch, x, triangle).dot(p - node(x, patch.triangles[triangle][0])) < 0;
+}
+
+}  // namespace
+
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
-                          std::span<const int> candidates, int start, ContactSet& out) noexcept {
+                          std::span<const int> candidates, int start, ContactSet& out,
+                          const Vec3& way) noexcept {
   out.count = 0;
-  for (const int t : candidates)
+  const bool is_long = start >= 0 && way.squaredNorm() > margin * margin;
+  for (const int t : candidates) {
+    if (is_long && is_behind(patch, x, t, centre - way)) continue;
     if (const auto contact = find_sphere_contact(patch, x, centre, radius, margin, t)) out.add(*contact);
+  }
   // In an order that does not depend on how triangles are numbered: a law that sweeps over them depends on it.
   std::sort(out.contacts.begin(), out.contacts.begin() + out.count, [](const Contact& a, const Contact& b) {
     return std::lexicographical_compare(a.normal.data(), a.normal.data() + 3, b.normal.data(), b.normal.data() + 3);
@@ -272,7 +284,7 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
   if (out.count > 0 || start < 0) return;
   // Nothing in front of the centre: it may have gone through the surface where it touched before.
   Contact inside = track_point_contact(patch, x, centre, start);
-  if (inside.gap < 0 && inside.gap > -2 * (radius + margin)) {
+  if (inside.gap <= 0 && inside.gap > -2 * (radius + margin) - way.norm()) {
     inside.gap -= radius;
     out.add(inside);
   }

@@ -36,9 +36,10 @@ void add_apart(ContactSet& set, const Contact& contact, double spacing_sq) noexc
 }  // namespace
 
 void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double margin,
-                        std::span<const int> candidates, int start, ContactSet& out) noexcept {
+                        std::span<const int> candidates, int start, ContactSet& out,
+                        const Vec3& way) noexcept {
   if (core.edges.empty())
-    return find_sphere_contacts(patch, x, core.corners[0], radius, margin, candidates, start, out);
+    return find_sphere_contacts(patch, x, core.corners[0], radius, margin, candidates, start, out, way);
   out.count = 0;
   constexpr double kSpacing = 0.02;  // of the triangle's first edge
   const double limit = radius + margin;
@@ -63,7 +64,7 @@ void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolC
     // Nothing in front of the corner: it may have gone through the surface near where the tool touched before.
     if (out.count > before || start < 0) continue;
     Contact inside = track_point_contact(patch, x, corner, start);
-    if (!(inside.gap < 0 && inside.gap > -2 * limit)) continue;
+    if (!(inside.gap <= 0 && inside.gap > -2 * limit - way.norm())) continue;
     inside.gap -= radius;
     inside.core = corner;
     out.add(inside);

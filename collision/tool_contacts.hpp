@@ -11,7 +11,9 @@ namespace kt {
 /// The places are: each corner of the core; where one of its edges is nearest to an edge of the surface; where one of
 /// its triangles is nearest to a vertex of the surface. Each has the contacts of its sphere (find_sphere_contacts()).
 /// `start` (or -1): a triangle touched before; a corner that has gone through the surface there is pushed out.
+/// `way` [m]: that the tool has come since it was outside, as in find_sphere_contacts().
 void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double margin,
-                        std::span<const int> candidates, int start, ContactSet& out) noexcept;
+                        std::span<const int> candidates, int start, ContactSet& out,
+                        const Vec3& way = Vec3::Zero()) noexcept;
 
 }  // namespace kt

@@ -175,10 +175,14 @@ void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& o
   // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick.
   const double margin = 0.05 * shape.radius;
   LocalWorkspace& w = model_->work;
-  const ToolSweep box = moving.is_round() ? ToolSweep{place, place} : ToolSweep{moving.box().low, moving.box().high};
+  // Along the way that is left: a triangle that the tool pushes ahead of it is where the index has it, not where the
+  // tool ends.
+  const ToolSweep box =
+      moving.is_round() ? ToolSweep{tools_[tool].rest.x_t0, place} : ToolSweep{moving.box().low, moving.box().high};
   const int found = model_->index->candidates(box, shape.radius + margin, w.candidates);
   find_tool_contacts(patch, x, moving.core(), shape.radius, margin,
-                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, out);
+                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, out,
+                     place - tools_[tool].rest.x_t0);
 }
 
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.

@@ -12,7 +12,7 @@ namespace kt {
 
 struct CheckOptions {
   std::string mesh;             ///< file
-  int budget = 4000;            ///< triangles of the body that is built; larger surfaces are decimated first
+  int budget = 2000;            ///< triangles of the body that is built; larger surfaces are decimated first
   bool wrap = true;             ///< wrap surfaces that no tetrahedra fit into, and no shell
   int fill_holes = 0;           ///< close holes of at most so many edges
   std::string until = "energy";  ///< the last stage that is wanted

@@ -2,11 +2,11 @@
 // whose local models arrive at once, and from where on the contact leaves the patch that it has.
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "apps/stability/bisect.hpp"
 #include "apps/stability/rays.hpp"
 #include "apps/stability/session_runs.hpp"
+#include "apps/stability/single_points.hpp"
 #include "core/parallel.hpp"
 #include "haptics/reference.hpp"
 
@@ -31,10 +31,14 @@ struct Row {
   std::string name() const { return text(rate_hz, " Hz"); }
 };
 
+std::vector<Vec3> forces_in_time(double rate_hz, const Mesh& mesh, const MapOptions& options) {
+  return tick_forces(run_session("refresh", drag(rate_hz, 0, 0), mesh, options).result.frames);
+}
+
 /// With what arrives at once for the truth.
 MapPoint judge(const Row& row, double latency_ms, double loss, const std::vector<Vec3>& best, const Mesh& mesh,
                const MapOptions& options) {
-  const SessionRun run = run_session(drag(row.rate_hz, latency_ms, loss), mesh, options);
+  const SessionRun run = run_session("refresh", drag(row.rate_hz, latency_ms, loss), mesh, options);
   MapPoint p = point_of(row.name(), latency_ms, loss, run);
   if (run.result.stopped) return p;
   Reference truth;
@@ -59,8 +63,7 @@ MapPoint judge(const Row& row, double latency_ms, double loss, const std::vector
 
 RayResult trace(const Row& row, double loss, const Mesh& mesh, const MapOptions& options) {
   RayResult out;
-  const SessionRun best = run_session(drag(row.rate_hz, 0, 0), mesh, options);
-  const std::vector<Vec3> forces = tick_forces(best.result.frames);
+  const std::vector<Vec3> forces = forces_in_time(row.rate_hz, mesh, options);
   const auto is = [&](Verdict least) {
     return [&, least](double latency) {
       for (const MapPoint& p : out.points)
@@ -92,6 +95,11 @@ RayResult trace(const Row& row, double loss, const Mesh& mesh, const MapOptions&
 
 }  // namespace
 
+MapPoint drag_with_late_models(double rate_hz, double latency_ms, double loss, const MapOptions& options) {
+  const Mesh mesh = slab_mesh(kEdge);
+  return judge({rate_hz}, latency_ms, loss, forces_in_time(rate_hz, mesh, options), mesh, options);
+}
+
 StabilityMap map_refresh(const MapOptions& options) {
   StabilityMap map;
   map.x_name = "latency of the link [ms]";
@@ -101,12 +109,19 @@ StabilityMap map_refresh(const MapOptions& options) {
   const std::vector<double> losses =
       options.full ? std::vector<double>{0, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9} : std::vector<double>{0, 0.3, 0.6, 0.9};
   const int n = static_cast<int>(losses.size());
-  const Mesh mesh = slab_mesh(options.full ? 0.005 : kEdge);
+  const Mesh mesh = slab_mesh(kEdge);
   with_threads(1, [&] {
     run_rays(
         options, n * static_cast<int>(rows.size()),
         [&](int i) { return trace(rows[i / n], losses[i % n], mesh, options); }, map);
   });
+  double latest = 0;
+  for (const MapPoint& p : map.points)
+    if (p.y == 0 && p.verdict == Verdict::works) latest = std::max(latest, p.x);
+  const Confusion c = count_predictions(map.points);
+  map.claim = text("without loss the force stays within ", 100 * kJnd, " % of its run without latency up to ", latest,
+                   " ms; no contact is lost at any latency up to ", kLongest, " ms: ", c.failures, " of ", c.points,
+                   " runs fail");
   return map;
 }
 

@@ -29,20 +29,24 @@ Mesh slab_mesh(double edge) {
   return kuhn_block(cells(0.04), cells(0.03), cells(0.01), edge);
 }
 
-SessionRun run_session(const Scene& scene, const Mesh& mesh, const MapOptions& options) {
+SessionRun run_session(const std::string& map, const Scene& scene, const Mesh& mesh, const MapOptions& options) {
   SessionRun out;
   try {
     Session session(scene, mesh);
     out.predictions = session.predictions();
+    std::erase_if(out.predictions, [&](const Prediction& p) { return p.failure != map; });
     SessionOptions run_options;
     run_options.stop = options.stop;
+    run_options.snapshot_times = {scene.duration - 1.5 / scene.local.rate_hz};
     out.result = session.run(run_options);
   } catch (const std::runtime_error& e) {
     out.error = e.what();
     return out;
   }
-  const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time + 0.04 : 0;
-  out.force = measure_forces(out.result.frames, pressed, 1 / scene.local.rate_hz);
+  // The drag's first part, while the body gets into motion, is not judged.
+  const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0,
+               settled = pressed > 0 ? pressed + std::min(0.04, 0.25 * (scene.duration - pressed)) : 0;
+  out.force = measure_forces(out.result.frames, settled, 1 / scene.local.rate_hz);
   for (double depth : out.result.penetration) out.deepest = std::max(out.deepest, depth);
   for (const LocalFrame& f : out.result.frames) out.flags |= f.flags;
   return out;

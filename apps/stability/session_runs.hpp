@@ -22,8 +22,9 @@ struct SessionRun {
   std::string error;                    ///< of a run that threw
 };
 
-/// Sets up, predicts, runs. In one thread, without its own progress.
-SessionRun run_session(const Scene& scene, const Mesh& mesh, const MapOptions& options);
+/// Sets up, predicts, runs. In one thread, without its own progress. Its last tick is a snapshot.
+/// @param map  predictions that this map shows: others are of other maps
+SessionRun run_session(const std::string& map, const Scene& scene, const Mesh& mesh, const MapOptions& options);
 
 /// What the tool feels wrong at once, in words; empty: nothing. What ends a run's use, whatever the map.
 std::string failure_of(const SessionRun& run);

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "apps/stability/explicit_limit.hpp"
+#include "apps/stability/single_points.hpp"
 #include "apps/stability/sliver.hpp"
 #include "apps/stability/step_runs.hpp"
+#include "haptics/predict_contact_method.hpp"
 #include "haptics/predict_degenerate_contact.hpp"
 #include "haptics/predict_elements.hpp"
 #include "haptics/session.hpp"
@@ -167,6 +169,61 @@ TEST(TriangleWithoutArea, IsPredicted) {
   ASSERT_TRUE(predict_flat_triangles(x, {{0, 1, 3}, {0, 1, 2}}));
   EXPECT_NE(predict_flat_triangles(x, {{0, 1, 2}})->message.find("object.repair"), std::string::npos);
   EXPECT_FALSE(predict_flat_triangles(x, {{0, 1, 3}}));
+}
+
+TEST(FastBall, GoesThroughFrozenPlanesBeyondItsOwnSizeATickAndIsPredicted) {
+  for (const auto& [speed, fails] : {std::pair{1.5, false}, {3.0, true}}) {
+    const MapPoint p = shoot_at_sheet("frozen", speed, 0.002);
+    EXPECT_EQ(p.verdict == Verdict::fails, fails) << speed << ": " << p.why;
+    EXPECT_EQ(p.predicted_failure, fails) << speed << ": " << p.prediction;
+  }
+  EXPECT_TRUE(shoot_at_sheet("legacy", 0.05, 0.002).predicted_failure);
+}
+
+TEST(FastBall, IsHeldByTheEnginesOwnMethodAtEverySpeedAndThickness) {
+  for (double thickness : {0.0005, 0.002, 0.008})
+    for (double speed : {0.5, 5.0, 10.0}) {
+      const MapPoint p = shoot_at_sheet("multirate", speed, thickness);
+      EXPECT_NE(p.verdict, Verdict::fails) << thickness << ' ' << speed << ": " << p.why;
+      EXPECT_FALSE(p.predicted_failure) << p.prediction;
+    }
+}
+
+TEST(LateModels, TurnTheForceAwayButNeverLoseContact) {
+  EXPECT_EQ(drag_with_late_models(30, 10, 0).verdict, Verdict::works);
+  for (double latency : {100.0, 500.0}) {
+    const MapPoint p = drag_with_late_models(30, latency, 0.6);
+    EXPECT_EQ(p.verdict, Verdict::degrades) << p.why;
+    EXPECT_NE(p.why.find("patch's edge"), std::string::npos) << p.why;
+  }
+}
+
+TEST(PenaltySpring, TooStiffForItsNodesChattersAndIsPredicted) {
+  ToolMeeting meeting{.speed = 0.05, .drag = 0.05, .thickness = 0.01, .mass = 1e-4};
+  Scene scene = small_scene();
+  scene.local.method = "penalty";
+  scene.contact.penalty.stiffness = 300;
+  EXPECT_FALSE(predict_chatter(scene, meeting));
+  scene.contact.penalty.stiffness = 500;
+  ASSERT_TRUE(predict_chatter(scene, meeting));
+  EXPECT_NE(predict_chatter(scene, meeting)->message.find("at most 400 N/m"), std::string::npos)
+      << predict_chatter(scene, meeting)->message;
+  scene.local.method = "multirate";
+  EXPECT_FALSE(predict_chatter(scene, meeting));
+}
+
+TEST(ToolMeeting, KnowsSpeedAndThicknessWhereThePathGoesIn) {
+  Scene scene = small_scene();
+  scene.tool.path.press_drag.reset();
+  const Bounds box = bounds(Session(small_scene()).model().mesh());
+  const Vec3 middle = 0.5 * (box.min + box.max), up(0, 0, box.max.z() - middle.z() + 0.01);
+  scene.tool.path.waypoints = {{0, middle + up}, {0.1, middle + up}, {0.2, middle}};
+  const auto meeting = find_meeting(Session(scene));
+  ASSERT_TRUE(meeting);
+  EXPECT_NEAR(meeting->speed, up.z() / 0.1, 1e-9);
+  EXPECT_NEAR(meeting->thickness, box.max.z() - box.min.z(), 1e-6);
+  scene.tool.path.waypoints = {{0, middle + up}, {0.1, middle + 2 * up}};
+  EXPECT_FALSE(find_meeting(Session(scene)));
 }
 
 }  // namespace
