@@ -31,14 +31,9 @@ struct CheckArguments {
 
 /// What rows depend on: a run goes on, and reports are joined, only with the same.
 Json settings_of(const CheckArguments& a) {
-  return {{"budget", a.check.budget},
-          {"quick", a.check.quick},
-          {"until", a.check.until},
-          {"wrap", !a.no_wrap},
-          {"fill_holes", a.check.fill_holes},
-          {"backend_seconds", a.check.backend_seconds},
-          {"timeout", a.timeout},
-          {"memory_gb", a.memory_gb}};
+  return {{"budget", a.check.budget}, {"quick", a.check.quick},           {"until", a.check.until},
+          {"wrap", !a.no_wrap},       {"fill_holes", a.check.fill_holes}, {"backend_seconds", a.check.backend_seconds},
+          {"timeout", a.timeout},     {"memory_gb", a.memory_gb}};
 }
 
 Json read_json(const std::string& file) {

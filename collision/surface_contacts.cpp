@@ -269,8 +269,7 @@ bool is_behind(const SurfacePatch& patch, const VectorX& x, int triangle, const 
 }  // namespace
 
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
-                          std::span<const int> candidates, int start, ContactSet& out,
-                          const Vec3& way) noexcept {
+                          std::span<const int> candidates, int start, ContactSet& out, const Vec3& way) noexcept {
   out.count = 0;
   const bool is_long = start >= 0 && way.squaredNorm() > margin * margin;
   for (const int t : candidates) {

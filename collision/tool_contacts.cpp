@@ -36,8 +36,7 @@ void add_apart(ContactSet& set, const Contact& contact, double spacing_sq) noexc
 }  // namespace
 
 void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double margin,
-                        std::span<const int> candidates, int start, ContactSet& out,
-                        const Vec3& way) noexcept {
+                        std::span<const int> candidates, int start, ContactSet& out, const Vec3& way) noexcept {
   if (core.edges.empty())
     return find_sphere_contacts(patch, x, core.corners[0], radius, margin, candidates, start, out, way);
   out.count = 0;

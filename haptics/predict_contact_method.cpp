@@ -74,8 +74,9 @@ std::optional<Prediction> predict_tunnelling(const Scene& scene, const ToolMeeti
   if ((method == "penalty" || method == "frozen") && radius > 0 && m.speed * h > 2 * radius)
     return warn(text("its ", 1e3 * m.speed * h, " mm a tick are more than its own ", 2e3 * radius, " mm"));
   if (method == "legacy" && m.speed * refresh > radius)
-    return warn(text("its ", 1e3 * m.speed * refresh, " mm between two refreshes, when contact is looked for, are more ",
-                     "than its radius of ", 1e3 * radius, " mm"));
+    return warn(text("its ", 1e3 * m.speed * refresh,
+                     " mm between two refreshes, when contact is looked for, are more ", "than its radius of ",
+                     1e3 * radius, " mm"));
   return {};
 }
 
@@ -89,8 +90,8 @@ std::optional<Prediction> predict_chatter(const Scene& scene, const ToolMeeting&
     if (scene.contact.penalty.stiffness > stiffest)
       return Prediction{"friction",
                         text("contact.penalty.stiffness ", scene.contact.penalty.stiffness,
-                             " N/m chatters: surface nodes of ", 1e3 * m.mass, " g take at most ", stiffest,
-                             " N/m at ", scene.local.rate_hz, " Hz; lower it, or set local.method to multirate")};
+                             " N/m chatters: surface nodes of ", 1e3 * m.mass, " g take at most ", stiffest, " N/m at ",
+                             scene.local.rate_hz, " Hz; lower it, or set local.method to multirate")};
   }
   // Contact planes stay where they were at the refresh; a ball that has rolled off by its radius has left them.
   if (method == "frozen" && m.drag * refresh > std::max(radius, 1e-9))

@@ -93,11 +93,11 @@ struct SessionResult {
 };
 
 struct SessionOptions {
-  bool check_contacts = true;           ///< run contact_check after each tick, and look for triangles that cross
-                                        ///< after each global step, with self-contact (lockstep only)
-  std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
-  double max_speed = 0;                 ///< replay: the first run's tool speed bound [m/s]; 0: the device's
-  double second_max_speed = 0;          ///< the same of a second tool
+  bool check_contacts = true;                 ///< run contact_check after each tick, and look for triangles that cross
+                                              ///< after each global step, with self-contact (lockstep only)
+  std::vector<RefreshEvent> refreshes;        ///< replay: this schedule instead of the scene's; lockstep
+  double max_speed = 0;                       ///< replay: the first run's tool speed bound [m/s]; 0: the device's
+  double second_max_speed = 0;                ///< the same of a second tool
   std::optional<ReducerCandidate> reducer{};  ///< certified on this body before: used instead of the scene's, which a
                                               ///< run certifies at its start (seconds, of a large body)
   std::vector<double> snapshot_times;         ///< [s]

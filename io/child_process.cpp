@@ -36,8 +36,8 @@ void enter_child(const std::string& log, const ChildLimits& limits, pid_t parent
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(126);  // the parent died before the line above
   for (const int s : {SIGINT, SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(s, SIG_DFL);
-  // No RLIMIT_CPU: wait_for() watches the time, and under that limit Linux rounds the child's clock of CPU time, by which
-  // the chart measures a refresh, to scheduler ticks (4 ms).
+  // No RLIMIT_CPU: wait_for() watches the time, and under that limit Linux rounds the child's clock of CPU time, by
+  // which the chart measures a refresh, to scheduler ticks (4 ms).
   set_limit(RLIMIT_CORE, 0, 0);
   set_limit(RLIMIT_FSIZE, rlim_t{2} << 30, rlim_t{2} << 30);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers reserve terabytes of address space

@@ -11,13 +11,13 @@
 namespace kt {
 
 struct CheckOptions {
-  std::string mesh;             ///< file
-  int budget = 2000;            ///< triangles of the body that is built; larger surfaces are decimated first
-  bool wrap = true;             ///< wrap surfaces that no tetrahedra fit into, and no shell
-  int fill_holes = 0;           ///< close holes of at most so many edges
+  std::string mesh;              ///< file
+  int budget = 2000;             ///< triangles of the body that is built; larger surfaces are decimated first
+  bool wrap = true;              ///< wrap surfaces that no tetrahedra fit into, and no shell
+  int fill_holes = 0;            ///< close holes of at most so many edges
   std::string until = "energy";  ///< the last stage that is wanted
-  bool quick = false;           ///< a few shots and places only: for whole libraries in little time
-  double backend_seconds = 30;  ///< limit of each repair and tetrahedralizer
+  bool quick = false;            ///< a few shots and places only: for whole libraries in little time
+  double backend_seconds = 30;   ///< limit of each repair and tetrahedralizer
   const std::atomic<bool>* stop = nullptr;  ///< Ctrl-C
 };
 

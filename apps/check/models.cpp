@@ -97,9 +97,9 @@ double condition_of(const FreeBody& body) {
   return stiffest / softest;
 }
 
-// [1/s] an ear or a leg of soft material that hardly damps swings, and bounces off a tool that presses it: the truth, but
-// not what the contact tests ask. This stops all that is slower than 3 Hz.
-constexpr double kDamping = 40;
+// [1/s] an ear or a leg of soft material that hardly damps swings, and bounces off a tool that presses it: the truth,
+// but not what the contact tests ask. This stops all that is slower than 8 Hz.
+constexpr double kDamping = 100;
 
 Scene body_scene(const std::string& model, const std::vector<int>& held) {
   Scene out = default_scene();
