@@ -39,19 +39,20 @@ std::optional<ToolMeeting> find_meeting(const Session& session) {
     if (!(time > 0) || way.isZero(0)) continue;
     const double speed = way.norm() / time;
     const Vec3 ahead = radius * way.normalized();  // of the tool: its front touches first
-    const Vec3 a = path[i - 1].x, b = path[i].x + ahead;
+    const Vec3 a = path[i - 1].x + ahead, b = path[i].x + ahead;
     double in = std::numeric_limits<double>::infinity(), through = in;
-    for (const Triangle& t : triangles) {
-      if (const auto share = crossing(a, b, x, t, true); share && *share < in) {
-        in = *share;
+    for (const Triangle& t : triangles)
+      if (const auto share = crossing(a, b, x, t, true)) {
+        in = std::min(in, *share);
         for (const int v : t) out.mass = std::min(out.mass, session.model().mass().coeff(3 * v, 3 * v));
       }
-      if (const auto share = crossing(a, a + 1e3 * (b - a), x, t, false); share)
-        if (1e3 * *share > std::min(in, 1.0)) through = std::min(through, 1e3 * *share);
-    }
+    constexpr double kFarther = 1e3;  // ways: the body's end may lie beyond that of the path
+    for (const Triangle& t : triangles)
+      if (const auto share = crossing(a, a + kFarther * way, x, t, false); share && kFarther * *share > in)
+        through = std::min(through, kFarther * *share);
     if (in <= 1) {
       out.speed = std::max(out.speed, speed);
-      if (through > in) out.thickness = std::min(out.thickness, (through - in) * (b - a).norm());
+      if (through > in) out.thickness = std::min(out.thickness, (through - in) * way.norm());
       has_touched = true;
     }
     if (has_touched) out.drag = std::max(out.drag, speed);

@@ -39,7 +39,7 @@ std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::ve
   return Prediction{"degenerate_contact",
                     text("object.mesh: ", std::ranges::count_if(triangles, is_flat),
                          " surface triangles have no area, the first at (", at.x(), ", ", at.y(), ", ", at.z(),
-                         "): they have no normal, and contact on them may be lost; set object.repair to true")};
+                         "): they have no normal, and a point tool may pass them unseen; set object.repair to true")};
 }
 
 std::optional<Prediction> predict_start_inside(double depth) {
@@ -52,7 +52,10 @@ std::optional<Prediction> predict_start_inside(double depth) {
 }
 
 void predict_degenerate_contact(const Session& session, std::vector<Prediction>& out) {
-  if (auto p = predict_flat_triangles(session.start().x, session.surface().triangles)) out.push_back(std::move(*p));
+  // A ball touches the triangles beside them too: none of the map's was lost.
+  const bool is_point = session.tool().kind == ToolShape::Kind::point;
+  if (auto p = predict_flat_triangles(session.start().x, session.surface().triangles); p && is_point)
+    out.push_back(std::move(*p));
   if (auto p = predict_start_inside(start_depth(session))) out.push_back(std::move(*p));
 }
 

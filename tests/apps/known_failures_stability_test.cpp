@@ -222,6 +222,8 @@ TEST(ToolMeeting, KnowsSpeedAndThicknessWhereThePathGoesIn) {
   ASSERT_TRUE(meeting);
   EXPECT_NEAR(meeting->speed, up.z() / 0.1, 1e-9);
   EXPECT_NEAR(meeting->thickness, box.max.z() - box.min.z(), 1e-6);
+  scene.tool.path.waypoints = {{0, middle + up}, {0.1, middle - up}};  // all the way through
+  EXPECT_NEAR(find_meeting(Session(scene)).value().thickness, box.max.z() - box.min.z(), 1e-6);
   scene.tool.path.waypoints = {{0, middle + up}, {0.1, middle + 2 * up}};
   EXPECT_FALSE(find_meeting(Session(scene)));
 }
