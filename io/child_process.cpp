@@ -31,7 +31,7 @@ void set_limit(decltype(RLIMIT_AS) what, rlim_t soft, rlim_t hard) {
 }
 
 /// First thing in the child: own process group, dies with the parent, limits, output into the log file.
-void enter_child(const std::string& log, const ChildLimits& limits, pid_t parent) {
+void enter_child(const std::string& log, [[maybe_unused]] const ChildLimits& limits, pid_t parent) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(126);  // the parent died before the line above
@@ -119,8 +119,10 @@ std::string ChildResult::trouble(const ChildLimits& limits) const {
   return words.empty() ? out : out + ": " + words;
 }
 
-PrivateFolder::PrivateFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "kilotouch-XXXXXX").string();
+PrivateFolder::PrivateFolder() : PrivateFolder((std::filesystem::temp_directory_path() / "kilotouch-").string()) {}
+
+PrivateFolder::PrivateFolder(const std::string& prefix) {
+  std::string name = prefix + "XXXXXX";
   if (!::mkdtemp(name.data()))
     throw RunError(text("cannot make a temporary folder ", name, ": ", std::strerror(errno)));
   path_ = name;

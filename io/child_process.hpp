@@ -25,10 +25,12 @@ struct ChildResult {
   std::string trouble(const ChildLimits& limits) const;
 };
 
-/// A folder under the system's temporary folder that only this user can read; removed with all it holds at the end.
+/// A folder that only this user can read; removed with all it holds at the end.
 class PrivateFolder {
  public:
-  PrivateFolder();  ///< @throws RunError when it cannot be made
+  PrivateFolder();  ///< under the system's temporary folder. @throws RunError when it cannot be made
+  /// @param prefix  path that its name begins with
+  explicit PrivateFolder(const std::string& prefix);
   ~PrivateFolder();
   PrivateFolder(const PrivateFolder&) = delete;
   PrivateFolder& operator=(const PrivateFolder&) = delete;

@@ -89,8 +89,19 @@ std::string outcome_of(const ChildResult& child, const std::string& trouble) {
   return child.signal != 0 ? "crash" : "error";
 }
 
-Json run_job(const BatchJob& job, const ChildLimits& limits) {
-  const PrivateFolder folder;
+/// Folders of jobs lie beside the rows, so that what a kill leaves behind is found by the next run.
+std::string work_prefix(const std::string& file) { return std::filesystem::absolute(file).string() + ".work-"; }
+
+void remove_leftovers(const std::string& file) {
+  const std::filesystem::path prefix = work_prefix(file);
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(prefix.parent_path(), ignored))
+    if (entry.path().filename().string().starts_with(prefix.filename().string()))
+      std::filesystem::remove_all(entry.path(), ignored);
+}
+
+Json run_job(const BatchJob& job, const ChildLimits& limits, const std::string& rows) {
+  const PrivateFolder folder(work_prefix(rows));
   const std::string file = folder / "result.json";
   std::vector<std::string> arguments = job.arguments;
   for (std::string& word : arguments)
@@ -123,6 +134,7 @@ std::vector<Json> run_batch(const std::vector<BatchJob>& jobs, const BatchOption
   if (options.resume)
     for (const Json& row : read_rows(options.file, kept)) rows[row["key"].get<std::string>()] = row;
   out.cut(kept);
+  remove_leftovers(options.file);
 
   std::vector<const BatchJob*> left;
   std::map<std::string, int> seen;
@@ -144,7 +156,7 @@ std::vector<Json> run_batch(const std::vector<BatchJob>& jobs, const BatchOption
         job = left[next++];
       }
       try {
-        Json row = run_job(*job, options.limits);
+        Json row = run_job(*job, options.limits, options.file);
         const std::scoped_lock lock(mutex);
         out.append(row);
         rows[job->key] = std::move(row);

@@ -153,6 +153,7 @@ class Check(unittest.TestCase):
         time.sleep(0.3)
         left = subprocess.run(["pgrep", "-f", self.folder], capture_output=True, text=True).stdout.split()
         self.assertEqual(left, [], "workers outlived their parent")
+        self.assertEqual([name for name in os.listdir(self.path("killed")) if ".work-" in name], [])
 
     def test_ctrl_c_keeps_what_is_done(self):
         library = self.small_library()
