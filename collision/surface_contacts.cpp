@@ -262,8 +262,9 @@ std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const Vect
 
 namespace {
 
-bool is_behind(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& p) noexcept {
-  return face_normal(patch, x, triangle).dot(p - node(x, patch.triangles[triangle][0])) < 0;
+/// The whole ball about p is behind the triangle's plane. One that rolls over an edge never is, within its radius.
+bool is_behind(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& p, double radius) noexcept {
+  return face_normal(patch, x, triangle).dot(p - node(x, patch.triangles[triangle][0])) < -radius;
 }
 
 }  // namespace
@@ -271,9 +272,8 @@ bool is_behind(const SurfacePatch& patch, const VectorX& x, int triangle, const 
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
                           std::span<const int> candidates, int start, ContactSet& out, const Vec3& way) noexcept {
   out.count = 0;
-  const bool is_long = start >= 0 && way.squaredNorm() > margin * margin;
   for (const int t : candidates) {
-    if (is_long && is_behind(patch, x, t, centre - way)) continue;
+    if (start >= 0 && is_behind(patch, x, t, centre - way, radius)) continue;
     if (const auto contact = find_sphere_contact(patch, x, centre, radius, margin, t)) out.add(*contact);
   }
   // In an order that does not depend on how triangles are numbered: a law that sweeps over them depends on it.

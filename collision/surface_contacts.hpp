@@ -59,8 +59,8 @@ std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const Vect
 /// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre; on a curved
 /// patch the blended one.
 /// `start` (or -1): a triangle touched before; when the centre has gone through the surface there, its plane counts.
-/// `way` [m]: that the centre has come since it was outside. Longer than the margin, it may lead through a thin body:
-/// then triangles that the centre would have come to from within are on the far side, and none of its contacts.
+/// `way` [m]: that the centre has come since it was outside. It may lead through a thin body: triangles that the ball
+/// would have come to from within are on the far side, and none of its contacts.
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
                           std::span<const int> candidates, int start, ContactSet& out,
                           const Vec3& way = Vec3::Zero()) noexcept;
