@@ -98,8 +98,8 @@ double condition_of(const FreeBody& body) {
 }
 
 // [1/s] an ear or a leg of soft material that hardly damps swings, and bounces off a tool that presses it: the truth,
-// but not what the contact tests ask. This stops all that is slower than 8 Hz.
-constexpr double kDamping = 100;
+// but not what the contact tests ask. This stops all that is slower than 3 Hz.
+constexpr double kDamping = 40;
 
 Scene body_scene(const std::string& model, const std::vector<int>& held) {
   Scene out = default_scene();
