@@ -283,7 +283,8 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
   if (out.count > 0 || start < 0) return;
   // Nothing in front of the centre: it may have gone through the surface where it touched before.
   Contact inside = track_point_contact(patch, x, centre, start);
-  if (inside.gap <= 0 && inside.gap > -2 * (radius + margin) - way.norm()) {
+  constexpr double kOn = 1e-9;  // of the radius: a centre on the surface is on neither side, but for rounding
+  if (inside.gap <= kOn * radius && inside.gap > -2 * (radius + margin) - way.norm()) {
     inside.gap -= radius;
     out.add(inside);
   }

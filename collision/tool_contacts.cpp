@@ -63,7 +63,8 @@ void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolC
     // Nothing in front of the corner: it may have gone through the surface near where the tool touched before.
     if (out.count > before || start < 0) continue;
     Contact inside = track_point_contact(patch, x, corner, start);
-    if (!(inside.gap <= 0 && inside.gap > -2 * limit - way.norm())) continue;
+    constexpr double kOn = 1e-9;  // of the radius, as in find_sphere_contacts()
+    if (!(inside.gap <= kOn * radius && inside.gap > -2 * limit - way.norm())) continue;
     inside.gap -= radius;
     inside.core = corner;
     out.add(inside);

@@ -193,6 +193,33 @@ TEST(PointContacts, AreOneOnARidgeInAShallowHollowAndBesideAWall) {
   EXPECT_EQ(point_contacts(stairs, {-0.3, 0.2, 0.01}).count, 2);
 }
 
+/// Two planes that face away from one another, the upper one at z = 0.
+TestSurface sheet(double thickness) {
+  VectorX x(24);
+  for (int side = 0; side < 2; ++side)
+    x.segment<12>(12 * side) << -1, -1, -side * thickness, -1, 1, -side * thickness, 1, -1, -side * thickness, 1, 1,
+        -side * thickness;
+  return make_test_surface({{0, 2, 3}, {0, 3, 1}, {4, 7, 6}, {4, 5, 7}}, x);
+}
+
+TEST(SphereContacts, OfABallThatEndsFarBehindWhereItTouchedAreOnThatSide) {
+  constexpr double kRadius = 0.1, kThickness = 0.05;
+  const TestSurface thin = sheet(kThickness);
+  // With its centre exactly on the surface; within the sheet; below it; more than its diameter below.
+  for (const double z : {0.0, -0.5 * kThickness, -0.12, -0.4}) {
+    const Vec3 centre(0.1, 0.2, z);
+    ContactSet found;
+    find_sphere_contacts(thin.patch, thin.x, centre, kRadius, 0, all_triangles(thin), 0, found,
+                         Vec3(0, 0, z - 1.1 * kRadius));
+    ASSERT_EQ(found.count, 1) << z;
+    EXPECT_NEAR(found.contacts[0].normal.z(), 1, 1e-15) << z;
+    EXPECT_NEAR(found.contacts[0].gap, z - kRadius, 1e-15) << z;
+  }
+  // Without a way that led there it is another ball, beside the far side or nowhere near.
+  EXPECT_LT(sphere_contacts(thin, {0.1, 0.2, -0.12}, kRadius, 0, 0).contacts[0].normal.z(), 0);
+  EXPECT_EQ(sphere_contacts(thin, {0.1, 0.2, -0.4}, kRadius, 0, 0).count, 0);
+}
+
 TEST(SphereContacts, OneOnAPlaneTwoInAGrooveThreeOnARidgeBetweenWalls) {
   const TestSurface plane = strip({{-1, 0}, {1, 0}});
   const ContactSet flat = sphere_contacts(plane, {0.1, 0.2, 0.24}, 0.25);
