@@ -33,7 +33,4 @@ double steady_from(const Scene& scene, const SessionResult& result);
 /// 16 hexadecimal digits.
 std::string hash_text(std::uint64_t hash);
 
-/// A few lines on standard output: what happened, in words.
-void print_summary(const nlohmann::ordered_json& summary);
-
 }  // namespace kt

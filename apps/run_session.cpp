@@ -10,6 +10,7 @@
 
 #include "apps/allocation_counter.hpp"
 #include "apps/commands.hpp"
+#include "apps/print_summary.hpp"
 #include "apps/report.hpp"
 #include "apps/run_outputs.hpp"
 #include "io/output_file.hpp"

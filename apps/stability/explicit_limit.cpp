@@ -30,14 +30,9 @@ RayResult find_explicit_limit(const DeformableModel& model, const std::string& i
     }
     const auto stepper = make_integrator(integrator);
     const StepRun run = run_steps(model, *stepper, start, dt, kSteps, kGrowth);
-    const bool bad = run.diverged(kGrowth);
-    p.value = run.growth;
-    p.hash = run.hash;
-    p.verdict = bad ? Verdict::fails : Verdict::works;
-    p.why = bad ? text("grows ", kGrowth, " times within ", run.steps, " steps")
-                : text("stays below ", run.growth, " times its start for ", run.steps, " steps");
+    judge_growth(run, kGrowth, p);
     out.points.push_back(p);
-    return bad;
+    return p.verdict == Verdict::fails;
   };
   const Crossing limit = bisect(1e-6, 1, {.tolerance = 0.005}, fails);
   out.boundaries.push_back({series, kMeasuredLimit, {{x, limit.at()}}, false});

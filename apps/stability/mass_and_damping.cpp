@@ -62,14 +62,9 @@ RayResult explicit_ray(const Ray& ray, const MapOptions& options) {
     start.x += shaken(body, 1e-6 * kCell);
     const auto integrator = make_integrator(ray.integrator);
     const StepRun run = run_steps(body, *integrator, start, kStep, kSteps, kGrowth);
-    const bool bad = run.diverged(kGrowth);
-    p.value = run.growth;
-    p.hash = run.hash;
-    p.verdict = bad ? Verdict::fails : Verdict::works;
-    p.why = bad ? text("grows ", kGrowth, " times within ", run.steps, " steps")
-                : text("stays below ", run.growth, " times its start for ", run.steps, " steps");
+    judge_growth(run, kGrowth, p);
     out.points.push_back(p);
-    return bad;
+    return p.verdict == Verdict::fails;
   };
   const double measured = bisect(kLeastDamping, kMostDamping, {.tolerance = 0.005}, fails).at();
   const double theory = bisect(kLeastDamping, kMostDamping, {.tolerance = 1e-4}, [&](double damping) {

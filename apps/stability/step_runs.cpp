@@ -48,6 +48,15 @@ StepRun run_steps(const DeformableModel& model, Integrator& integrator, State st
   return out;
 }
 
+void judge_growth(const StepRun& run, double limit, MapPoint& point) {
+  const bool bad = run.diverged(limit);
+  point.value = run.growth;
+  point.hash = run.hash;
+  point.verdict = bad ? Verdict::fails : Verdict::works;
+  point.why = bad ? text("grows ", limit, " times within ", run.steps, " steps")
+                  : text("stays below ", run.growth, " times its start for ", run.steps, " steps");
+}
+
 StepRun run_vibration(const DeformableModel& model, Integrator& integrator, const Vibration& vibration,
                       double amplitude, double dt, int steps) {
   StepRun out;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/stability/bodies.hpp"
+#include "apps/stability/map.hpp"
 #include "core/integrator.hpp"
 
 namespace kt {
@@ -21,6 +22,9 @@ struct StepRun {
 /// Steps from `start` until the displacement from rest exceeds `limit` times the first one, or `steps` are done.
 StepRun run_steps(const DeformableModel& model, Integrator& integrator, State start, double dt, int steps,
                   double limit);
+
+/// What such a run says of a point of a map: it fails when the displacement grew by more than `limit`.
+void judge_growth(const StepRun& run, double limit, MapPoint& point);
 
 /// Steps of the vibration, released at rest. With q its amplitude and p that of its velocity over omega, q + ip turns
 /// and shrinks by the same factor in every step; the error is that factor taken for a whole

@@ -1,0 +1,91 @@
+#include "apps/print_summary.hpp"
+
+#include <cstdio>
+#include <iostream>
+
+#include "core/error.hpp"
+
+namespace kt {
+
+void print_summary(const nlohmann::ordered_json& s) {
+  const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
+  const auto line = [](const std::string& name, const std::string& content) {
+    std::cout << "  " << name << std::string(name.size() < 14 ? 14 - name.size() : 1, ' ') << content << '\n';
+  };
+  const auto number = [](double v, const char* format) {
+    char out[48];
+    std::snprintf(out, sizeof out, format, v);
+    return std::string(out);
+  };
+  std::cout << s["scene"].get<std::string>() << '\n';
+  line("body", text(s["model"]["type"].get<std::string>(), ", ", s["model"]["nodes"], " nodes, ", s["model"]["tets"],
+                    " tetrahedra, ", s["model"]["triangles"], " surface triangles"));
+  line("local model", text(s["local"]["name"].get<std::string>(), ", ", s["local"]["dof"], " dof, ",
+                           s["local"]["patch_vertices"], " patch vertices",
+                           s["local"]["certified_error"].is_null()
+                               ? std::string()
+                               : ", certified " + number(100 * value("local", "certified_error"), "%.2g") + " %"));
+  if (s["settings"]["local"]["reducer"] == "auto") line("", s["local"]["reason"].get<std::string>());
+  line("force",
+       text("normal mean ", number(value("force", "mean_n"), "%.4g"), " N, max ",
+            number(value("force", "max_n"), "%.4g"), " N; tangential mean ", number(value("force", "mean_t"), "%.4g"),
+            " N, max ", number(value("force", "max_t"), "%.4g"), " N"));
+  if (s.contains("second_tool")) {
+    const auto& second = s["second_tool"];
+    const auto of_force = [&](const char* key) { return number(second["force"][key].get<double>(), "%.4g"); };
+    line("second tool",
+         text("normal mean ", of_force("mean_n"), " N, max ", of_force("max_n"), " N; tangential mean ",
+              of_force("mean_t"), " N, max ", of_force("max_t"), " N; ", second["lost_contacts"], " contacts lost",
+              second["penetration_max_m"].is_null()
+                  ? std::string()
+                  : text(", ", second["missed_impacts"], " missed impacts, deepest penetration ",
+                         number(1e6 * second["penetration_max_m"].get<double>(), "%.3g"), " um")));
+  }
+  line("steadiness", text("buzz ", number(100 * value("force", "buzz"), "%.3g"), " %, jump at edges ",
+                          number(100 * value("force", "crossing_jump"), "%.3g"), " %, at refreshes ",
+                          number(100 * value("force", "refresh_jump"), "%.3g"), " % of the mean force"));
+  line("ticks", text(s["ticks"]["total"], ": ", s["ticks"]["free"], " free, ", s["ticks"]["stick"], " stick, ",
+                     s["ticks"]["slide"], " slide, ", s["ticks"]["frictional_slide"], " slide with friction; ",
+                     s["crossings"], " edges crossed, ", s["lost_contacts"], " contacts lost"));
+  if (!s["penetration_max_m"].is_null())
+    line("checked", text(s["missed_impacts"], " missed impacts, deepest penetration ",
+                         number(1e6 * s["penetration_max_m"].get<double>(), "%.3g"), " um"));
+  line("haptic step",
+       text("median ", number(value("step_us", "p50"), "%.3g"), " us, p99.9 ", number(value("step_us", "p999"), "%.3g"),
+            " us (CPU); ", s["deadline_misses"], " over the period; ",
+            s["allocations_per_tick"].is_null() ? std::string("allocations not counted")
+                                                : text(s["allocations_per_tick"], " allocations a tick")));
+  if (s.contains("self_contact")) {
+    const auto& touch = s["self_contact"];
+    line("self-contact",
+         touch["nearest_m"].is_null()
+             ? std::string("none: the body did not touch itself")
+             : text("up to ", touch["contacts"], " pairs, nearest ",
+                    number(1e6 * touch["nearest_m"].get<double>(), "%.3g"), " um; normal mean ",
+                    number(value("self_contact", "mean_normal_n"), "%.3g"), " N, max ",
+                    number(value("self_contact", "normal_n"), "%.3g"), " N",
+                    touch["intersections"].is_null() ? std::string()
+                                                     : text("; ", touch["intersections"], " intersections")));
+  }
+  if (s.contains("lateness_us"))
+    line("lateness",
+         text("median ", number(value("lateness_us", "p50"), "%.3g"), " us, p99.9 ",
+              number(value("lateness_us", "p999"), "%.3g"), " us; ", s["platform_gaps"],
+              " platform gaps over 1 ms; SCHED_FIFO ", s["real_time_scheduling"].get<bool>() ? "yes" : "no"));
+  line("refresh", text("global step ", number(value("global_ms", "p50"), "%.3g"), " ms, linearize and reduce ",
+                       number(value("refresh_ms", "p50"), "%.3g"), " ms (medians)"));
+  if (s.contains("reference"))
+    line("reference", text("force error ", number(100 * value("reference", "force_error"), "%.3g"),
+                           " %, noticeable in ", number(100 * value("reference", "jnd_fraction"), "%.3g"),
+                           " % of the time, against ", number(1e-3 * value("reference", "rate_hz"), "%.3g"), " kHz (",
+                           number(value("reference", "seconds"), "%.3g"), " s)"));
+  if (s.contains("reference") && s["reference"].contains("second_tool")) {
+    const auto& second = s["reference"]["second_tool"];
+    line("", text("second tool: force error ", number(100 * second["force_error"].get<double>(), "%.3g"),
+                  " %, noticeable in ", number(100 * second["jnd_fraction"].get<double>(), "%.3g"), " % of the time"));
+  }
+  line("hash", s["hash"].get<std::string>());
+  for (const auto& warning : s["warnings"]) std::cout << "  warning: " << warning.get<std::string>() << '\n';
+}
+
+}  // namespace kt
