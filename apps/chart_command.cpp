@@ -135,12 +135,12 @@ int run_chart(ChartArguments& a) {
   require_folder_of(a.json_file);
   make_folder(a.settings.out);
   a.settings.stop = &stop_requested();
-  a.settings.progress = [](const std::string& title) { return progress_bar(title); };
+  a.settings.progress = progress_bar("charting");
   const auto start = std::chrono::steady_clock::now();
   Json chart{{"processor", processor_name()}, {"noticeable", kNoticeableForce}};
   for (const ChartAxis& axis : chart_axes())
     chart["axes"].push_back({{"key", axis.key}, {"title", axis.title}, {"is_cost", axis.is_cost}});
-  for (const ChartMatrix& matrix : all) chart["charts"].push_back(run_matrix(matrix, a.settings));
+  chart["charts"] = run_matrices(all, a.settings);
   chart["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   chart["stopped"] = stop_requested().load();
   write_file_whole(a.settings.out + "/chart.json", chart.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");

@@ -4,13 +4,16 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "core/error.hpp"
@@ -120,6 +123,28 @@ Json run_job(const BatchJob& job, const ChildLimits& limits, const std::string& 
   return row;
 }
 
+/// Jobs that wait for their turn, the first one that may begin first. One thread at a time.
+class Queue {
+ public:
+  explicit Queue(std::vector<const BatchJob*> jobs) : jobs_(std::move(jobs)) {}
+  bool empty() const { return jobs_.empty(); }
+
+  /// Null: every one waits for others that are under way.
+  const BatchJob* take(const std::map<std::string, Json>& ended) {
+    const auto may_begin = [&](const BatchJob* job) {
+      return std::ranges::all_of(job->after, [&](const std::string& key) { return ended.contains(key); });
+    };
+    const auto job = std::ranges::find_if(jobs_, may_begin);
+    if (job == jobs_.end()) return nullptr;
+    const BatchJob* const taken = *job;
+    jobs_.erase(job);
+    return taken;
+  }
+
+ private:
+  std::vector<const BatchJob*> jobs_;
+};
+
 }  // namespace
 
 std::vector<Json> read_batch(const std::string& file) {
@@ -137,35 +162,41 @@ std::vector<Json> run_batch(const std::vector<BatchJob>& jobs, const BatchOption
   remove_leftovers(options.file);
 
   std::vector<const BatchJob*> left;
-  std::map<std::string, int> seen;
+  std::set<std::string> seen;
   for (const BatchJob& job : jobs) {
-    if (++seen[job.key] > 1) throw InputError(text("two jobs of one name: ", job.key));
+    for (const std::string& key : job.after)
+      if (!seen.contains(key)) throw InputError(text(job.key, ": waits for ", key, ", which does not come before it"));
+    if (!seen.insert(job.key).second) throw InputError(text("two jobs of one name: ", job.key));
     if (!rows.contains(job.key)) left.push_back(&job);
   }
+  const std::size_t all = left.size();
 
   std::mutex mutex;
-  std::size_t next = 0, done = 0;
+  std::condition_variable ended;
+  Queue queue(std::move(left));
+  std::size_t done = 0;
   std::exception_ptr failure;
   const auto is_stopped = [&] { return options.limits.stop && options.limits.stop->load(); };
+  bool is_over = false;  // stopped, or a row could not be kept
   const auto work = [&] {
+    std::unique_lock lock(mutex);
     for (;;) {
       const BatchJob* job = nullptr;
-      {
-        const std::scoped_lock lock(mutex);
-        if (next == left.size() || failure || is_stopped()) return;
-        job = left[next++];
-      }
+      ended.wait(lock, [&] { return is_over || is_stopped() || queue.empty() || (job = queue.take(rows)); });
+      if (!job) return;
+      lock.unlock();
       try {
         Json row = run_job(*job, options.limits, options.file);
-        const std::scoped_lock lock(mutex);
+        lock.lock();
         out.append(row);
         rows[job->key] = std::move(row);
-        if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(left.size()));
+        if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(all));
       } catch (...) {
-        const std::scoped_lock lock(mutex);
+        if (!lock) lock.lock();
         if (!is_stopped() && !failure) failure = std::current_exception();
-        return;
+        is_over = true;
       }
+      ended.notify_all();
     }
   };
   std::vector<std::jthread> workers;

@@ -11,6 +11,8 @@ namespace kt {
 struct BatchJob {
   std::string key;  ///< names the row; no two jobs of a batch share one
   std::vector<std::string> arguments;
+  std::vector<std::string> after =
+      {};  ///< keys of jobs earlier in the batch: begins when these have ended, well or not
 };
 
 struct BatchOptions {
@@ -25,8 +27,8 @@ struct BatchOptions {
 ///   key, outcome ("done", "error": exit code not 0, "crash", "timeout", "memory"), exit_code, trouble (empty when
 ///   done), seconds (wall clock), result (what the program wrote, also when it failed after that; null without).
 /// @returns the rows in the order of the jobs; those that `stop` left out are missing.
-/// @throws InputError for two jobs of one key, a file that cannot be written or read, and one that another batch has
-/// open.
+/// @throws InputError for two jobs of one key, `after` a job that does not come before, a file that cannot be written
+/// or read, and one that another batch has open.
 std::vector<nlohmann::ordered_json> run_batch(const std::vector<BatchJob>& jobs, const BatchOptions& options);
 
 /// The rows of a batch's file, without a last line that was cut off. @throws InputError naming file and line.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "apps/chart/point.hpp"
 #include "haptics/reference.hpp"
@@ -13,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+using Rows = std::map<std::string, Json>;
 
 /// A name that can be a folder's.
 std::string slug(const std::string& name) {
@@ -50,11 +52,25 @@ class MatrixRun {
     make_folder(folder_ + "/truth");
   }
 
-  Json run() {
+  /// The truths first: the methods are compared with them.
+  std::vector<BatchJob> truths() const { return matrix_.truth.empty() ? full_models() : better_meshes(); }
+
+  std::vector<BatchJob> methods() const {
+    std::vector<BatchJob> out;
+    for (const ChartBody& body : matrix_.bodies)
+      for (const ChartMethod& method : matrix_.methods) {
+        auto words = run_words(program_, matrix_, body, method.set);
+        words.insert(words.end(), {"--no-report", "--truth", truth_file(body), "--json", "{json}"});
+        out.push_back({key_of(body, method), words, {truth_key(body)}});
+      }
+    return out;
+  }
+
+  /// @param rows  of all matrices, by key
+  Json result(const Rows& rows) const {
     Json out{{"name", matrix_.name}, {"title", matrix_.title}, {"scene", matrix_.scene}};
-    const auto rows = batch("truth", matrix_.truth.empty() ? full_models() : better_meshes());
     out["references"] = matrix_.truth.empty() ? convergence(rows) : truth_of(rows);
-    out["points"] = points(batch("points", methods()));
+    out["points"] = points(rows);
     mark_front(out["points"]);
     return out;
   }
@@ -62,6 +78,14 @@ class MatrixRun {
  private:
   std::string truth_folder(const std::string& body, const std::string& what) const {
     return folder_ + "/truth/" + slug(body) + "_" + slug(what);
+  }
+  std::string named(const std::string& what) const { return matrix_.name + " | " + what; }
+  std::string key_of(const ChartBody& body, const ChartMethod& method) const {
+    return named(body.name + " | " + method.family + " | " + method.label);
+  }
+  std::string rate_key(const ChartBody& body, double hz) const { return named(body.name + ", " + rate_name(hz)); }
+  std::string truth_key(const ChartBody& body) const {
+    return matrix_.truth.empty() ? rate_key(body, settings_.reference_hz) : named(matrix_.truth.front().name);
   }
   double coarse_hz() const { return 0.5 * settings_.reference_hz; }
   static std::string rate_name(double hz) { return text(1e-3 * hz, " kHz"); }
@@ -75,7 +99,7 @@ class MatrixRun {
         auto words = run_words(program_, matrix_, body, {"local.reducer=condensed"});
         words.insert(words.end(), {"--reference", "--reference-rate", text(hz), "--no-report", "--out",
                                    truth_folder(body.name, rate_name(hz)), "--json", "{json}"});
-        out.push_back({body.name + ", " + rate_name(hz), words});
+        out.push_back({rate_key(body, hz), words});
       }
     return out;
   }
@@ -85,7 +109,7 @@ class MatrixRun {
     for (const ChartBody& body : matrix_.truth) {
       auto words = run_words(program_, matrix_, body, matrix_.methods.front().set);
       words.insert(words.end(), {"--no-report", "--out", truth_folder(body.name, "run"), "--json", "{json}"});
-      out.push_back({body.name, words});
+      out.push_back({named(body.name), words});
     }
     return out;
   }
@@ -95,38 +119,16 @@ class MatrixRun {
     return truth_folder(matrix_.truth.front().name, "run") + "/trace.csv";
   }
 
-  std::vector<BatchJob> methods() const {
-    std::vector<BatchJob> out;
-    for (const ChartBody& body : matrix_.bodies)
-      for (const ChartMethod& method : matrix_.methods) {
-        auto words = run_words(program_, matrix_, body, method.set);
-        words.insert(words.end(), {"--no-report", "--truth", truth_file(body), "--json", "{json}"});
-        out.push_back({body.name + " | " + method.family + " | " + method.label, words});
-      }
-    return out;
-  }
-
-  std::vector<Json> batch(const std::string& name, const std::vector<BatchJob>& jobs) const {
-    BatchOptions options;
-    options.file = folder_ + "/" + name + ".jsonl";
-    options.resume = settings_.resume;
-    options.jobs = settings_.jobs;
-    // Address space, not memory: threads' stacks and arenas reserve far more than they touch.
-    options.limits = {.seconds = settings_.seconds, .memory_bytes = std::size_t{32} << 30, .stop = settings_.stop};
-    if (settings_.progress) options.progress = settings_.progress(matrix_.name + ", " + name);
-    return run_batch(jobs, options);
-  }
-
   /// How much the truth of each body changes when its steps are halved.
-  Json convergence(const std::vector<Json>& rows) const {
+  Json convergence(const Rows& rows) const {
     Json out = Json::array();
     for (const ChartBody& body : matrix_.bodies) {
       Json one{{"body", body.name},
                {"what", "the full nonlinear body, same mesh, at " + rate_name(settings_.reference_hz)}};
       one["change_by_halving"] = nullptr;
-      for (const Json& row : rows)
-        if (row["outcome"] != "done" && row["key"].get<std::string>().starts_with(body.name + ", "))
-          one["trouble"] = row["trouble"];
+      for (const double hz : {coarse_hz(), settings_.reference_hz})
+        if (const auto row = rows.find(rate_key(body, hz)); row != rows.end() && row->second["outcome"] != "done")
+          one["trouble"] = row->second["trouble"];
       const std::string coarse = truth_folder(body.name, rate_name(coarse_hz())) + "/reference.csv";
       if (!one.contains("trouble") && fs::exists(truth_file(body)) && fs::exists(coarse))
         one["change_by_halving"] = compare_forces(read_forces(coarse).force, read_forces(truth_file(body))).force_error;
@@ -135,28 +137,29 @@ class MatrixRun {
     return out;
   }
 
-  Json truth_of(const std::vector<Json>& rows) const {
+  Json truth_of(const Rows& rows) const {
     Json out = Json::array();
-    for (const Json& row : rows) {
-      Json one{{"body", "all"}, {"what", row["key"]}, {"nodes", chart_point(row)["nodes"]}};
-      if (row["outcome"] != "done") one["trouble"] = row["trouble"];
-      if (const Json& run = row["result"]; run.is_object()) one["last_force_n"] = run["force"]["max_n"];
+    for (const ChartBody& body : matrix_.truth) {
+      const auto row = rows.find(named(body.name));
+      if (row == rows.end()) continue;
+      Json one{{"body", "all"}, {"what", body.name}, {"nodes", chart_point(row->second)["nodes"]}};
+      if (row->second["outcome"] != "done") one["trouble"] = row->second["trouble"];
+      if (const Json& run = row->second["result"]; run.is_object()) one["last_force_n"] = run["force"]["max_n"];
       out.push_back(one);
     }
     return out;
   }
 
-  Json points(const std::vector<Json>& rows) const {
+  Json points(const Rows& rows) const {
     Json out = Json::array();
-    std::size_t i = 0;
     for (const ChartBody& body : matrix_.bodies)
       for (const ChartMethod& method : matrix_.methods) {
-        const std::string key = body.name + " | " + method.family + " | " + method.label;
-        if (i == rows.size() || rows[i]["key"] != key) continue;  // not run: stopped before
+        const auto row = rows.find(key_of(body, method));
+        if (row == rows.end()) continue;  // not run: stopped before
         Json point{
             {"body", body.name}, {"family", method.family}, {"label", method.label}, {"is_ours", method.is_ours}};
         point["command"] = command_of(matrix_, body, method.set);
-        point.update(chart_point(rows[i++]));
+        point.update(chart_point(row->second));
         out.push_back(point);
       }
     return out;
@@ -188,6 +191,30 @@ class MatrixRun {
 
 }  // namespace
 
-Json run_matrix(const ChartMatrix& matrix, const ChartSettings& settings) { return MatrixRun(matrix, settings).run(); }
+Json run_matrices(const std::vector<ChartMatrix>& matrices, const ChartSettings& settings) {
+  std::vector<MatrixRun> runs;
+  for (const ChartMatrix& matrix : matrices) runs.emplace_back(matrix, settings);
+  std::vector<BatchJob> jobs;
+  const auto add = [&](std::vector<BatchJob> more) { std::ranges::move(more, std::back_inserter(jobs)); };
+  // The longest first, so that no processor waits for it at the end: better meshes, full models, methods.
+  for (const bool better_mesh : {true, false})
+    for (std::size_t i = 0; i < runs.size(); ++i)
+      if (matrices[i].truth.empty() != better_mesh) add(runs[i].truths());
+  for (const MatrixRun& run : runs) add(run.methods());
+
+  // Address space, not memory: threads' stacks and arenas reserve far more than they touch.
+  const ChildLimits limits{.seconds = settings.seconds, .memory_bytes = std::size_t{32} << 30, .stop = settings.stop};
+  Rows rows;
+  for (Json& row : run_batch(jobs, {.file = settings.out + "/runs.jsonl",
+                                   .resume = settings.resume,
+                                   .jobs = settings.jobs,
+                                   .limits = limits,
+                                   .progress = settings.progress}))
+    rows.emplace(row["key"].get<std::string>(), std::move(row));
+
+  Json out = Json::array();
+  for (const MatrixRun& run : runs) out.push_back(run.result(rows));
+  return out;
+}
 
 }  // namespace kt

@@ -84,14 +84,14 @@ class Chart(unittest.TestCase):
         self.assertIsNone(re.search(r"""(src|href)=["']?(http|//|/|\.)""", page))
 
     def test_resuming_runs_nothing_again(self):
-        with open(self.path("tiny/points.jsonl"), encoding="utf-8") as file:
+        with open(self.path("runs.jsonl"), encoding="utf-8") as file:
             lines = file.readlines()
-        with open(self.path("tiny/points.jsonl"), "w", encoding="utf-8") as file:
+        with open(self.path("runs.jsonl"), "w", encoding="utf-8") as file:
             file.writelines(lines[:-2] + [lines[-2][:40]])  # killed while it wrote
         before = self.rows()
         again = chart(self.folder, "tiny.json", "--out", "chart", "--reference-rate", "8000", "--resume", "--no-report")
         self.assertEqual(again.returncode, 0, again.stderr)
-        with open(self.path("tiny/points.jsonl"), encoding="utf-8") as file:
+        with open(self.path("runs.jsonl"), encoding="utf-8") as file:
             now = file.readlines()
         self.assertEqual(now[:len(lines) - 2], lines[:-2])
         self.assertEqual(len(now), len(lines))

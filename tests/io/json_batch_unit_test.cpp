@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <fstream>
+#include <iterator>
 #include <thread>
 
 #include "core/error.hpp"
@@ -90,9 +91,28 @@ TEST(Batch, StopKeepsWhatIsDone) {
   EXPECT_EQ(rows[0]["key"], "first");
 }
 
+TEST(Batch, AJobWaitsForThoseBeforeIt) {
+  const PrivateFolder folder;
+  const auto says = [&](const std::string& key, const std::string& wait, std::vector<std::string> after) {
+    return BatchJob{key, {"sh", "-c", "sleep $2; echo $0 >>$1", key, folder / "log", wait}, std::move(after)};
+  };
+  // "late" may begin only when "slow" and "bad" have ended; "free" need not wait for anything.
+  BatchJob bad = says("bad", "0.2", {});
+  bad.arguments[2] += "; exit 1";
+  const std::vector<BatchJob> jobs = {says("slow", "0.6", {}), bad, says("late", "0", {"slow", "bad"}),
+                                      says("free", "0", {})};
+  const auto rows = run_batch(jobs, {.file = folder / "rows", .jobs = 3, .limits = {}});
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[2]["outcome"], "done");
+  std::ifstream log(folder / "log");
+  const std::vector<std::string> order{std::istream_iterator<std::string>(log), {}};
+  EXPECT_EQ(order, (std::vector<std::string>{"free", "bad", "slow", "late"}));
+}
+
 TEST(Batch, RefusesWhatCannotBe) {
   const PrivateFolder folder;
   const BatchJob job{"one", {"true"}};
+  EXPECT_THROW(run_batch({{"early", {"true"}, {"one"}}, job}, {.file = folder / "rows", .limits = {}}), InputError);
   EXPECT_THROW(run_batch({job, job}, {.file = folder / "rows", .limits = {}}), InputError);
   EXPECT_THROW(run_batch({job}, {.file = folder / "none/rows", .limits = {}}), InputError);
   std::ofstream(folder / "other") << "t,x,y\n";
