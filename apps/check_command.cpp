@@ -31,9 +31,15 @@ struct CheckArguments {
 
 /// What rows depend on: a run goes on, and reports are joined, only with the same.
 Json settings_of(const CheckArguments& a) {
-  return {{"budget", a.check.budget}, {"quick", a.check.quick},           {"until", a.check.until},
-          {"wrap", !a.no_wrap},       {"fill_holes", a.check.fill_holes}, {"backend_seconds", a.check.backend_seconds},
-          {"timeout", a.timeout},     {"memory_gb", a.memory_gb}};
+  return {{"budget", a.check.budget},
+          {"young", a.check.young},
+          {"quick", a.check.quick},
+          {"until", a.check.until},
+          {"wrap", !a.no_wrap},
+          {"fill_holes", a.check.fill_holes},
+          {"backend_seconds", a.check.backend_seconds},
+          {"timeout", a.timeout},
+          {"memory_gb", a.memory_gb}};
 }
 
 Json read_json(const std::string& file) {
@@ -52,6 +58,7 @@ BatchJob job_of(const LibraryMesh& mesh, const CheckArguments& a) {
     out.arguments.push_back(name);
     out.arguments.push_back(value);
   };
+  add("--young", text(a.check.young));
   add("--fill-holes", text(a.check.fill_holes));
   add("--until", a.check.until);
   add("--backend-timeout", text(a.check.backend_seconds));
@@ -215,6 +222,9 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_option("--baseline", a->baseline, "an older report.json: what failed there may fail");
   command->add_option("--budget", a->check.budget, "triangles of a body; larger surfaces are decimated")
       ->check(CLI::Range(100, 10000000))
+      ->capture_default_str();
+  command->add_option("--young", a->check.young, "stiffness of the bodies, Pa, at a longest side of 0.1 m")
+      ->check(CLI::Range(1.0, 1e9))
       ->capture_default_str();
   command->add_option("--fill-holes", a->check.fill_holes, "close holes of at most this many edges first")
       ->check(CLI::Range(0, 1000000));

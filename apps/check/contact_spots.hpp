@@ -30,10 +30,14 @@ struct SpotOptions {
 /// outside without touching elsewhere first. Fewer, or none, where there are no more.
 std::vector<ContactSpot> find_contact_spots(const Mesh& body, std::span<const int> held, const SpotOptions& options);
 
-/// Down onto the spot, in to its depth, held, and out again.
+/// Of a line through these points.
+double length_of(const std::vector<Vec3>& line);
+
+/// Down onto the spot, in by steps of a quarter of its depth, each from rest to rest as a hand moves, and out again.
 struct PressPath {
   std::vector<TimedPoint> path;
-  double touch = 0, pressed = 0, released = 0;  ///< when it touches the undeformed surface, is all in, goes back [s]
+  std::vector<double> rests;  ///< when the rest at each depth ends [s]
+  double pressed = 0;         ///< when it is all in [s]
 };
 PressPath press_path(const ContactSpot& spot);
 
@@ -43,7 +47,8 @@ PressPath press_path(const ContactSpot& spot);
 std::vector<Vec3> surface_walk(const SurfaceQuery& surface, const Mesh& body, std::span<const int> held,
                                const ContactSpot& spot, double angle, double length);
 
-/// Down to the start of a walk, then along it, there and back, until `duration` [s].
+/// Down to the start of a walk, then along it, there and back, until `duration` [s]: from rest to rest, with `speed`
+/// on average [m/s].
 std::vector<TimedPoint> drag_path(const ContactSpot& spot, const std::vector<Vec3>& walk, double speed,
                                   double duration);
 constexpr double kDragPressTime = 0.12;  ///< [s] until the drag begins

@@ -37,12 +37,6 @@ std::vector<Drag> choose_drags(const MeshWork& work, std::size_t count) {
   return out;
 }
 
-double length_of(const std::vector<Vec3>& walk) {
-  double out = 0;
-  for (std::size_t i = 1; i < walk.size(); ++i) out += (walk[i] - walk[i - 1]).norm();
-  return out;
-}
-
 /// Where contact was lost first.
 Vec3 first_loss(const SessionResult& run, const Vec3& otherwise) {
   for (std::size_t i = 1; i < run.frames.size(); ++i)

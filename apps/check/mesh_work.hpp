@@ -13,6 +13,7 @@ namespace kt {
 struct CheckOptions {
   std::string mesh;              ///< file
   int budget = 2000;             ///< triangles of the body that is built; larger surfaces are decimated first
+  double young = 1e5;            ///< stiffness of the bodies, which are 0.1 m long [Pa]
   bool wrap = true;              ///< wrap surfaces that no tetrahedra fit into, and no shell
   int fill_holes = 0;            ///< close holes of at most so many edges
   std::string until = "energy";  ///< the last stage that is wanted

@@ -101,11 +101,12 @@ double condition_of(const FreeBody& body) {
 // but not what the contact tests ask. This stops all that is slower than 3 Hz.
 constexpr double kDamping = 40;
 
-Scene body_scene(const std::string& model, const std::vector<int>& held) {
+Scene body_scene(const std::string& model, double young, const std::vector<int>& held) {
   Scene out = default_scene();
   out.object.mesh = "body";
   out.object.fixed = {.below = {}, .box = {}, .nodes = held};
   out.object.model.type = model;
+  out.object.model.young = young;
   out.object.model.damping.mass = kDamping;
   out.tool.radius = 0.004;
   out.tool.path = {.press_drag = {}, .waypoints = std::vector<Waypoint>{{}}, .recording = {}, .hand = {}};
@@ -154,7 +155,7 @@ void check_models(MeshWork& work, StageResult& out) {
     }
     CheckBody body{model, nullptr, {}};
     try {
-      body.session = std::make_unique<Session>(body_scene(model, work.held), work.solid);
+      body.session = std::make_unique<Session>(body_scene(model, work.options.young, work.held), work.solid);
       describe(body, out);
       work.bodies.push_back(std::move(body));
     } catch (const std::runtime_error& e) {

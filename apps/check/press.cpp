@@ -9,35 +9,25 @@
 namespace kt {
 namespace {
 
-constexpr int kDepths = 8;
-constexpr double kRings = 0.05;       // of the largest force: less on the way down than a moment before is not monotone
+constexpr double kRest = 0.01;        // [s] at the end of each stop
+constexpr double kRings = 0.05;       // of the largest force: less at a greater depth is not monotone
 constexpr double kFalls = 0.3;        // more than a light body's ringing
 constexpr double kTruthNodes = 6000;  // of a body that is also pressed at rest, by Newton's method
 
-/// Mean force along the spot's normal at `kDepths` equal parts of the way in [N].
+/// Mean force along the normal when the body has come to rest, at each depth [N].
 std::vector<double> force_over_depth(const SessionResult& run, const PressPath& path, const Vec3& normal) {
-  std::vector<double> sum(kDepths, 0), ticks(kDepths, 0);
-  for (const LocalFrame& f : run.frames) {
-    const double share = (f.t - path.touch) / (path.pressed - path.touch);
-    if (share <= 0 || share > 1) continue;
-    const auto bin = static_cast<std::size_t>(std::min(kDepths - 1, static_cast<int>(share * kDepths)));
-    sum[bin] += f.force.dot(normal);
-    ++ticks[bin];
+  std::vector<double> out;
+  for (const double end : path.rests) {
+    double sum = 0;
+    int ticks = 0;
+    for (const LocalFrame& f : run.frames)
+      if (f.t > end - kRest && f.t <= end) {
+        sum += f.force.dot(normal);
+        ++ticks;
+      }
+    out.push_back(ticks > 0 ? sum / ticks : 0);
   }
-  for (std::size_t i = 0; i < kDepths; ++i) sum[i] /= std::max(1.0, ticks[i]);
-  return sum;
-}
-
-/// The force while the tool is held, at the end of that.
-double held_force(const SessionResult& run, const PressPath& path, const Vec3& normal) {
-  double sum = 0;
-  int ticks = 0;
-  for (const LocalFrame& f : run.frames)
-    if (f.t > path.released - 0.01 && f.t <= path.released) {
-      sum += f.force.dot(normal);
-      ++ticks;
-    }
-  return ticks > 0 ? sum / ticks : 0;
+  return out;
 }
 
 void judge_forces(const std::vector<double>& force, const std::string& name, const Vec3& where, StageResult& out) {
@@ -49,7 +39,7 @@ void judge_forces(const std::vector<double>& force, const std::string& name, con
   for (std::size_t i = 1; i < force.size(); ++i)
     if (const double fall = force[i - 1] - force[i]; fall > kRings * largest) {
       out.lower(fall > kFalls * largest ? Verdict::fail : Verdict::degraded,
-                text(name, ": the force falls from ", force[i - 1], " to ", force[i], " N on the way in"), where);
+                text(name, ": deeper, but the force falls from ", force[i - 1], " to ", force[i], " N"), where);
       return;
     }
 }
@@ -62,11 +52,11 @@ int free_between(const SessionResult& run, double from, double to) {
 /// A light body bounces off the tool that stops; by the second half of the hold it must lie against it.
 void judge_hold(const SessionResult& run, const PressPath& path, const std::string& name, const Vec3& where,
                 RunExtremes& all, StageResult& out) {
-  const double settled = 0.5 * (path.pressed + path.released);
+  const double end = path.rests.back(), settled = 0.5 * (path.pressed + end);
   if (const int bounces = free_between(run, path.pressed, settled); bounces > 0)
     out.lower(Verdict::degraded, text(name, ": the body bounces off for ", bounces, " ticks where the tool stops"),
               where);
-  const int lost = free_between(run, settled, path.released - 1e-9);
+  const int lost = free_between(run, settled, end - 1e-9);
   all.lost += lost;
   if (lost > 0) out.lower(Verdict::fail, text(name, ": no contact in ", lost, " ticks while held"), where);
 }
@@ -87,7 +77,7 @@ void check_press(MeshWork& work, StageResult& out) {
       const auto force = force_over_depth(run, path, spot.normal);
       judge_forces(force, name, where, out);
       judge_hold(run, path, name, where, all, out);
-      const double held = held_force(run, path, spot.normal);
+      const double held = force.back();
       largest = std::max(largest, held);
       if (i == 0 && work.solid.num_nodes() <= kTruthNodes) try {
           const Vec3 up = spot.radius * spot.normal;
