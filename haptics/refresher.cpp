@@ -168,8 +168,9 @@ void Refresher::count_inverted() {
   const State& s = global_.state();
   int count = 0;
   for (const Tetrahedron& t : global_.model().mesh().tetrahedra) count += tetrahedron_volume(s.x, t) < 0;
-  if (count > 0 && inverted_from < 0) inverted_from = s.t;
-  inverted_tetrahedra = std::max(inverted_tetrahedra, count);
+  if (count > 0 && inverted.most == 0) inverted.from = s.t;
+  inverted.most = std::max(inverted.most, count);
+  inverted.last = count;
 }
 
 void Refresher::report_self_contact() {

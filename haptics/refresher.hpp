@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "haptics/inverted_tetrahedra.hpp"
 #include "haptics/local_report.hpp"
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
@@ -50,8 +51,7 @@ class Refresher {
   std::vector<SelfContactReport> self_contacts;  ///< after each global step, with self-contact
   bool look_for_crossings = false;               ///< after each of these
   int crossings = 0;                             ///< most that were found
-  int inverted_tetrahedra = 0;                   ///< most at any refresh
-  double inverted_from = -1;                     ///< time of the first one [s]
+  InvertedTetrahedra inverted;
 
  private:
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);

@@ -360,11 +360,13 @@ SessionResult Session::run(const SessionOptions& options) {
   result.definite_tangents = refresher.definite_tangents;
   result.looked_ahead = refresher.looked_ahead;
   result.global_steps = refresher.statistics();
-  if (refresher.inverted_tetrahedra > 0)
+  result.inverted = refresher.inverted;
+  if (result.inverted.most > 0)
     result.warnings.push_back(
-        text(refresher.inverted_tetrahedra, " of ", model_->mesh().tetrahedra.size(),
-             " tetrahedra turned inside out, first at t = ", refresher.inverted_from,
-             " s: forces from then on are not to be trusted; press less deep, or refine the mesh"));
+        text(result.inverted.most, " of ", model_->mesh().tetrahedra.size(),
+             " tetrahedra turned inside out, first at t = ", result.inverted.from,
+             result.inverted.last > 0 ? text(" s, and ", result.inverted.last, " are at the end") : " s, and came back",
+             ": forces from then on are not to be trusted; press less deep, or refine the mesh"));
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptics/device/haptic_device.hpp"
+#include "haptics/inverted_tetrahedra.hpp"
 #include "haptics/local_simulation.hpp"
 #include "haptics/predict.hpp"
 #include "haptics/reducer_choice.hpp"
@@ -75,6 +76,7 @@ struct SessionResult {
   std::vector<double> linearization_error;  ///< of each refresh interval that ended in contact
   std::vector<RefreshEvent> refreshes;
   std::vector<Snapshot> snapshots;
+  InvertedTetrahedra inverted;
   std::vector<std::string> warnings;
   int last_dof = 0, last_patch_vertices = 0;
   StepStatistics global_steps;                 ///< what the implicit steps took

@@ -124,7 +124,7 @@ std::vector<ContactSpot> find_contact_spots(const Mesh& body, std::span<const in
 }
 
 PressPath press_path(const ContactSpot& s) {
-  constexpr double kComing = 0.05, kPressing = 0.05, kResting = 0.05, kLeaving = 0.06;  // [s]
+  constexpr double kComing = 0.05, kPressing = 0.05, kResting = 0.05, kLeaving = 0.15;  // [s]
   constexpr int kDepths = 4;
   const auto at = [&](double above) { return Vec3(s.place + (s.radius + above) * s.normal); };
   PressPath out;

@@ -57,9 +57,9 @@ void judge_run(const SessionResult& run, const std::string& name, const Vec3& wh
     out.lower(Verdict::fail, text(name, ": the tool was given ", -least, " J, having put in at most ", most), where);
   if (exhausted > 0)
     out.lower(Verdict::degraded, text(name, ": more impacts than are resolved in ", exhausted, " ticks"), where);
-  for (const std::string& warning : run.warnings)
-    if (warning.find("inside out") != std::string::npos)
-      out.lower(Verdict::degraded, text(name, ": ", warning.substr(0, warning.find(':'))), where);
+  all.inverted = std::max(all.inverted, run.inverted.most);
+  if (run.inverted.last > 0)
+    out.lower(Verdict::degraded, text(name, ": ", run.inverted.last, " tetrahedra stay inside out"), where);
 }
 
 void report_runs(const RunExtremes& all, const std::string& model, StageResult& out) {
@@ -70,6 +70,7 @@ void report_runs(const RunExtremes& all, const std::string& model, StageResult& 
   f["missed"] = all.missed;
   f["certified_error"] = all.certified_error;
   f["energy_min"] = all.energy_min;
+  f["inverted"] = all.inverted;
   out.times[model] = {{"step_us", percentiles(all.step_us)},
                       {"refresh_ms", percentiles(all.refresh_ms)},
                       {"global_ms", percentiles(all.global_ms)}};

@@ -8,6 +8,7 @@ namespace kt {
 /// Figures of many runs: the worst of each.
 struct RunExtremes {
   int runs = 0, ticks = 0, lost = 0, missed = 0;
+  int inverted = 0;            ///< most tetrahedra inside out at a time; springs come back from it, mostly
   double penetration = 0;      ///< deepest [m]
   double certified_error = 0;  ///< largest
   double energy_min = 0;       ///< [J] least work of the tool at any time of any run

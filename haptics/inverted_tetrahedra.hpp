@@ -1,0 +1,13 @@
+#pragma once
+
+namespace kt {
+
+/// Tetrahedra of a body turned inside out, as seen at its refreshes. Springs let them pass through flat, and not all
+/// find their way back.
+struct InvertedTetrahedra {
+  int most = 0;     ///< at any refresh
+  int last = 0;     ///< at the last one
+  double from = 0;  ///< when the first were seen [s]
+};
+
+}  // namespace kt
