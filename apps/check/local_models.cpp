@@ -9,7 +9,7 @@
 namespace kt {
 namespace {
 
-constexpr double kBudget = 200;   // CPU time of a tick [us]
+constexpr double kTolerance = 0.05, kBudget = 200;  // wanted: error of the impedance; CPU time of a tick [us]
 constexpr double kReach = 0.009;  // of the tool until the next refresh: 1.5 radii and 40 mm/s for 1/30 s [m]
 
 }  // namespace
@@ -26,7 +26,7 @@ void check_local_models(MeshWork& work, StageResult& out) {
       const ContactSpot& spot = work.spots[i];
       const ContactSite site{spot.place, spot.triangle, kReach};
       const SurfacePatch patch = make_patch(surface, model.mesh().x, site);
-      ReducerChoice choice("auto", 1, {.tolerance = kNoticeableForce, .budget_us = kBudget});
+      ReducerChoice choice("auto", 1, {.tolerance = kTolerance, .budget_us = kBudget});
       choice.set_up(tangent, patch, site);
       const ReducerCandidate& c = choice.chosen();
       reducers.push_back({{"reducer", c.name}, {"dof", c.dof}, {"error", c.error}, {"predicted_us", c.tick_us}});
