@@ -2,6 +2,8 @@
 // left, queries by an index that loses triangles, what is held of a body, places to touch.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -169,6 +171,57 @@ TEST(CheckSpots, LieOnTheSurfaceApartAndFree) {
   const auto walk = surface_walk(query, surface, held, spots[0], 0.3, 0.015);
   ASSERT_GT(walk.size(), 5u);
   for (const Vec3& p : walk) EXPECT_NEAR(query.distance(p, 0.01), 0.002, 1e-6);  // a sphere of 4 mm, 2 mm deep
+}
+
+double speed_at(const std::vector<TimedPoint>& path, double t) {
+  for (std::size_t i = 1; i < path.size(); ++i)
+    if (path[i].t > t) return (path[i].x - path[i - 1].x).norm() / (path[i].t - path[i - 1].t);
+  return 0;
+}
+
+const ContactSpot kSpot{.place = Vec3(0, 0, 0.1),
+                        .normal = Vec3::UnitZ(),
+                        .triangle = 0,
+                        .radius = 0.004,
+                        .depth = 0.002,
+                        .thickness = 0.1};
+
+TEST(CheckHand, PressesAndRestsAtFourDepths) {
+  const PressPath press = press_path(kSpot);
+  ASSERT_EQ(press.rests.size(), 4u);
+  for (int i = 0; i < 4; ++i) {
+    const auto end = std::ranges::find(press.path, press.rests[i], &TimedPoint::t);
+    ASSERT_NE(end, press.path.end());
+    EXPECT_NEAR(end->x.z(), 0.1 + 0.004 - 0.0005 * (i + 1), 1e-12);
+    EXPECT_EQ((end->x - (end - 1)->x).norm(), 0);  // at rest
+    // Halfway through a step of 50 ms: 15/8 of its mean speed (Flash and Hogan 1985); at its ends hardly any.
+    const double begin = press.rests[i] - 0.1;
+    EXPECT_NEAR(speed_at(press.path, begin + 0.025), 1.875 * 0.0005 / 0.05, 2e-3 * 0.02);
+    EXPECT_LT(speed_at(press.path, begin + 0.0005), 0.02 * 0.02);
+    EXPECT_LT(speed_at(press.path, begin + 0.0495), 0.02 * 0.02);
+  }
+  for (std::size_t i = 1; i < press.path.size(); ++i) EXPECT_GT(press.path[i].t, press.path[i - 1].t);
+}
+
+TEST(CheckHand, DragsToAndFroAlongTheWay) {
+  const ContactSpot spot{
+      .place = Vec3::Zero(), .normal = Vec3::UnitZ(), .triangle = 0, .radius = 0.004, .depth = 0.002, .thickness = 0.1};
+  const std::vector<Vec3> way{Vec3(0, 0, 0.002), Vec3(0.003, 0, 0.002), Vec3(0.004, 0.001, 0.002)};
+  const double length = length_of(way);
+  EXPECT_NEAR(length, 0.003 + 0.001 * std::sqrt(2.0), 1e-15);
+  const auto path = drag_path(kSpot, way, 0.04, 0.6);
+  EXPECT_GE(path.back().t, 0.6);
+  const double stroke = length / 0.04;  // [s]
+  for (const TimedPoint& p : path) {
+    if (p.t < kDragPressTime) continue;
+    // On one of the two pieces, at the length that the closed form says.
+    double gone = std::fmod(p.t - kDragPressTime, 2 * stroke) / stroke;
+    if (gone > 1) gone = 2 - gone;
+    const double along = length * gone * gone * gone * (10 - 15 * gone + 6 * gone * gone);
+    const Vec3 expected =
+        along < 0.003 ? Vec3(along, 0, 0.002) : Vec3(way[1] + (along - 0.003) * (way[2] - way[1]).normalized());
+    EXPECT_LT((p.x - expected).norm(), 1e-9) << p.t;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,45 @@
+// Runs say how many tetrahedra turned inside out: springs let them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "haptics/session.hpp"
+
+namespace kt {
+namespace {
+
+SessionResult pressed(const std::string& model, double depth) {
+  Scene scene;
+  scene.duration = 0.4;
+  scene.object.mesh = KT_SOURCE_DIR "/meshes/block.msh";
+  scene.object.model.type = model;
+  scene.object.fixed.below->fraction = 0.05;
+  scene.local.reducer = "condensed";
+  scene.tool.path.press_drag =
+      PressDrag{.at = {}, .depth = depth, .press_time = 0.2, .direction = {1, 0, 0}, .speed = 0.05};
+  Session session(scene);
+  return session.run();
+}
+
+bool warns(const SessionResult& run) {
+  return std::ranges::any_of(run.warnings,
+                             [](const std::string& w) { return w.find("turned inside out") != std::string::npos; });
+}
+
+TEST(InvertedTetrahedra, AreCountedAndToldOfSprings) {
+  const SessionResult run = pressed("msd", 0.006);
+  EXPECT_GT(run.inverted.most, 0);
+  EXPECT_LE(run.inverted.last, run.inverted.most);
+  EXPECT_GT(run.inverted.from, 0.05);  // not before the tool has come
+  EXPECT_TRUE(warns(run));
+}
+
+TEST(InvertedTetrahedra, AreNoneWhereTheBodyIsHardlyPressed) {
+  const SessionResult run = pressed("fem", 0.001);
+  EXPECT_EQ(run.inverted.most, 0);
+  EXPECT_EQ(run.inverted.last, 0);
+  EXPECT_FALSE(warns(run));
+}
+
+}  // namespace
+}  // namespace kt
