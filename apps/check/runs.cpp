@@ -24,6 +24,18 @@ SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std
   return body.session->run(options);
 }
 
+std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& run, std::size_t ticks,
+                                  const std::atomic<bool>* stop) try {
+  constexpr int kMostNodes = 3000;
+  constexpr double kRate = 2000;  // [Hz]
+  if (body.session->model().mesh().num_nodes() > kMostNodes) return {};
+  const std::vector<Vec3> tool = tool_path(run);
+  return run_reference(*body.session, std::span(tool).first(std::min(ticks + 1, tool.size())),
+                       {.rate_hz = kRate, .stop = stop});
+} catch (const RunError&) {
+  return {};
+}
+
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,
                StageResult& out) {
   ++all.runs;

@@ -2,6 +2,7 @@
 // What every run of a check is asked, whatever its path.
 #include "apps/check/mesh_work.hpp"
 #include "haptics/metrics.hpp"
+#include "haptics/reference.hpp"
 
 namespace kt {
 
@@ -18,6 +19,11 @@ struct RunExtremes {
 /// The body from its start on, with the tool along a path. Its reducer is the one that the local models' stage found:
 /// to certify it again in every run took half of a check's time.
 SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std::atomic<bool>* stop);
+
+/// Forces of the whole nonlinear body along the first `ticks` of a run, in steps of 2 kHz; nothing for a body that is
+/// too large for that, or that leaves the finite numbers.
+std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& run, std::size_t ticks,
+                                  const std::atomic<bool>* stop);
 
 /// Numbers that no run may have: forces that are not finite, a tool inside the body, energy out of nothing.
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,

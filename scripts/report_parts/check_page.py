@@ -82,7 +82,7 @@ $(function () {
 HEADS = (("", ""), ("mesh", ""), ("verdict", ""), ("stage", "the first that is as bad as the verdict"), ("why", ""),
          ("triangles", ""), ("moved %", "how far repair, decimation or wrapping moved the surface, of its size"),
          ("certified %", "largest certified error of a local model's impedance"),
-         ("force %", "held force against the nonlinear body at rest, larger of both models"),
+         ("force %", "force of a press against the whole nonlinear body along the same path, larger of both models"),
          ("buzz %", "force above 100 Hz over the mean, while dragged"), ("step µs", "99 of 100 haptic ticks take less"),
          ("refresh ms", "median time to a new local model"), ("CPU s", "of the whole check"))
 
@@ -116,7 +116,7 @@ def moved(row):
 def numbers_of(row):
     press, drag = stage_of(row, "press"), stage_of(row, "drag")
     return {"moved": moved(row), "error": of_models(stage_of(row, "local_models"), "figures", "worst_error"),
-            "off": of_models(press, "figures", "off_from_nonlinear"), "buzz": of_models(drag, "figures", "buzz"),
+            "off": of_models(press, "figures", "force_error"), "buzz": of_models(drag, "figures", "buzz"),
             "step_us": of_models(drag, "times", "step_us", "p99"), "refresh_ms": of_models(drag, "times", "refresh_ms", "p50"),
             "cpu_s": row["times"].get("cpu_s")}
 
