@@ -204,8 +204,6 @@ TEST(CheckHand, PressesAndRestsAtFourDepths) {
 }
 
 TEST(CheckHand, DragsToAndFroAlongTheWay) {
-  const ContactSpot spot{
-      .place = Vec3::Zero(), .normal = Vec3::UnitZ(), .triangle = 0, .radius = 0.004, .depth = 0.002, .thickness = 0.1};
   const std::vector<Vec3> way{Vec3(0, 0, 0.002), Vec3(0.003, 0, 0.002), Vec3(0.004, 0.001, 0.002)};
   const double length = length_of(way);
   EXPECT_NEAR(length, 0.003 + 0.001 * std::sqrt(2.0), 1e-15);
