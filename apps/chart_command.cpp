@@ -169,16 +169,19 @@ void add_chart_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->add_flag("--resume", a->settings.resume, "keep the runs that are in the folder already");
-  command->add_option("--timeout", a->settings.seconds, "of one run [s]")
-      ->check(CLI::Range(1.0, 1e6))
-      ->capture_default_str();
+  auto* timeout = command->add_option("--timeout", a->settings.seconds, "of one run [s]; with --full 3600")
+                      ->check(CLI::Range(1.0, 1e6))
+                      ->capture_default_str();
   command->add_option("--reference-rate", a->settings.reference_hz, "steps of the full model that is the truth [Hz]")
       ->check(CLI::Range(2000.0, 1e6))
       ->capture_default_str();
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no chart.html");
   command->footer(
       "Example:\n  kilotouch chart --out chart\n  kilotouch chart scenes/organ_drag.json --out chart_organ");
-  command->callback([a, &exit_code] { exit_code = run_chart(*a); });
+  command->callback([a, timeout, &exit_code] {
+    if (a->full && timeout->empty()) a->settings.seconds = 3600;  // its finest mesh takes a quarter of an hour
+    exit_code = run_chart(*a);
+  });
 }
 
 }  // namespace kt

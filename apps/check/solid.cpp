@@ -38,10 +38,7 @@ Mesh coarser(const Mesh& surface, const MeshWork& work, bool is_clean, StageResu
           text("over the budget of ", work.options.budget, " triangles: ", surface.triangles.size(), " decimated to ",
                coarse.triangles.size(), ", off by up to ", percent_of_size(off));
       out.figures["decimated"] = {{"triangles", coarse.triangles.size()}, {"distance", off / work.scale}};
-      if (off > kFarOff * kBodySize)
-        out.lower(Verdict::degraded, said);
-      else
-        out.why = said;
+      out.lower(off > kFarOff * kBodySize ? Verdict::degraded : Verdict::pass, said);
       return coarse;
     } catch (const std::runtime_error& e) {
       why = e.what();
@@ -113,13 +110,15 @@ Mesh body_of(MeshWork& work, StageResult& out) {
   }
   std::optional<Mesh> body;
   if (work.repaired.closed()) {
-    if (fillable) body = filled(surface, work, out);
+    // One that stays over the budget is full of slivers, as a rule: better a little off than not to be stepped.
+    if (fillable && !(is_large() && work.options.wrap)) body = filled(surface, work, out);
     if (!fillable) out.lower(Verdict::degraded, "not a surface that tetrahedra fit into");
   } else {
     out.lower(Verdict::degraded, "the surface is open", work.in_file(work.repaired.open_edges.front().at));
     if (!is_large()) body = shell(surface, work.shell, out);
   }
   if (!body && work.options.wrap) body = wrapped(work.surface, work, out);
+  if (!body && fillable && is_large()) body = filled(surface, work, out);
   if (body) return std::move(*body);
   if (work.repaired.closed())
     if (auto hollow = shell(surface, work.shell, out)) return std::move(*hollow);
