@@ -241,6 +241,7 @@ def chart_page(folder, document):
 def chart_report(folder):
     with open(os.path.join(folder, "chart.json"), encoding="utf-8") as file:
         document = json.load(file)
+    document["charts"] = [chart for chart in document["charts"] if chart["points"]]  # stopped before: nothing to draw
     titles = {axis["key"]: axis["title"] for axis in document["axes"]}
     if CAN_DRAW:
         for chart in document["charts"]:

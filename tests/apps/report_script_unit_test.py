@@ -193,6 +193,16 @@ class Report(unittest.TestCase):
         self.assertIn("python3-matplotlib", words)
         self.assertIn("0.0123 N", self.page())
 
+    def test_a_chart_without_a_point_is_left_out(self):
+        with open(os.path.join(self.folder, "chart.json"), "w", encoding="utf-8") as file:
+            json.dump({"processor": "one", "noticeable": 0.1, "seconds": 1, "stopped": True,
+                       "axes": [{"key": "force_error", "title": "force error [%]", "is_cost": False},
+                                {"key": "tick_p50_us", "title": "tick [us]", "is_cost": True}],
+                       "charts": [{"name": "drag", "title": "drag", "scene": "", "references": [], "points": []}]}, file)
+        self.run_script("--chart", self.folder)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, "chart.html")))
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "chart_drag.png")))
+
     def test_wrong_input_is_one_line(self):
         empty = self.sub("empty")
         damaged = self.sub("damaged")
