@@ -179,7 +179,8 @@ void add_chart_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Example:\n  kilotouch chart --out chart\n  kilotouch chart scenes/organ_drag.json --out chart_organ");
   command->callback([a, timeout, &exit_code] {
-    if (a->full && timeout->empty()) a->settings.seconds = 3600;  // its finest mesh takes a quarter of an hour
+    if (a->full && timeout->empty())
+      a->settings.seconds = 3600;  // its finest mesh takes minutes, and more beside other work
     exit_code = run_chart(*a);
   });
 }

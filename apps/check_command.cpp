@@ -229,7 +229,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_option("--fill-holes", a->check.fill_holes, "close holes of at most this many edges first")
       ->check(CLI::Range(0, 1000000));
   command->add_flag("--no-wrap", a->no_wrap, "do not wrap surfaces that no tetrahedra fit into");
-  command->add_flag("--quick", a->check.quick, "few shots and places: a tenth of the time");
+  command->add_flag("--quick", a->check.quick, "few shots, three places, one way: a third of the time");
   std::vector<std::string> stages;
   for (const CheckStageEntry& stage : check_stages()) stages.emplace_back(stage.name);
   command->add_option("--until", a->check.until, "the last stage: shots looks at surfaces only, solid at their filling")

@@ -5,9 +5,10 @@
 
 #include "apps/check/surface_query.hpp"
 #include "core/mesh.hpp"
-#include "haptics/device/haptic_device.hpp"
 
 namespace kt {
+
+constexpr double kClearance = 0.0015;  ///< the tool starts so far above the surface [m]
 
 /// Where a sphere touches the body at rest, and how deep it may be pressed in.
 struct ContactSpot {
@@ -30,27 +31,10 @@ struct SpotOptions {
 /// outside without touching elsewhere first. Fewer, or none, where there are no more.
 std::vector<ContactSpot> find_contact_spots(const Mesh& body, std::span<const int> held, const SpotOptions& options);
 
-/// Of a line through these points.
-double length_of(const std::vector<Vec3>& line);
-
-/// Down onto the spot, in by steps of a quarter of its depth, each from rest to rest as a hand moves, and out again.
-struct PressPath {
-  std::vector<TimedPoint> path;
-  std::vector<double> rests;  ///< when the rest at each depth ends [s]
-  double pressed = 0;         ///< when it is all in [s]
-};
-PressPath press_path(const ContactSpot& spot);
-
-/// Over the undeformed surface from a spot on, at its depth, there and back again: ends where the surface bends
+/// Over the undeformed surface from a spot on, at its depth: ends where the surface bends
 /// sharply, the body is thin or held, or the sphere would touch elsewhere.
 /// @param angle  of the direction, about the normal [rad]
 std::vector<Vec3> surface_walk(const SurfaceQuery& surface, const Mesh& body, std::span<const int> held,
                                const ContactSpot& spot, double angle, double length);
-
-/// Down to the start of a walk, then along it, there and back, until `duration` [s]: from rest to rest, with `speed`
-/// on average [m/s].
-std::vector<TimedPoint> drag_path(const ContactSpot& spot, const std::vector<Vec3>& walk, double speed,
-                                  double duration);
-constexpr double kDragPressTime = 0.12;  ///< [s] until the drag begins
 
 }  // namespace kt

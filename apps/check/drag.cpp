@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/check/hand_paths.hpp"
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
 #include "core/error.hpp"
@@ -14,6 +15,7 @@ constexpr int kHeadings = 6;
 constexpr double kShortest = 0.003;          // of a way that says anything [m]
 constexpr double kBuzz = 0.10, kJump = 1.0;  // of the mean force
 constexpr int kBounce = 20;                  // ticks that a body may be in the air: a light one bounces
+constexpr double kLonger = 2;                // than the whole nonlinear body may be: it comes back at another moment
 
 struct Drag {
   ContactSpot spot;
@@ -45,22 +47,38 @@ Vec3 first_loss(const SessionResult& run, const Vec3& otherwise) {
   return otherwise;
 }
 
-/// Whether the whole nonlinear body swings away from the tool too.
-bool body_leaves(const CheckBody& body, const SessionResult& run, const std::atomic<bool>* stop) {
-  const auto truth = truth_of(body, run, run.frames.size(), stop);
-  if (!truth) return false;
-  const auto pressed = static_cast<std::ptrdiff_t>(std::lround(kDragPressTime / truth->h));
-  return std::any_of(truth->force.begin() + std::min(pressed, std::ssize(truth->force)), truth->force.end(),
-                     [](const Vec3& force) { return force.isZero(0); });
+/// Most ticks in a row.
+int longest_loss(const std::vector<char>& free) {
+  int longest = 0, now = 0;
+  for (const char is_free : free) longest = std::max(longest, now = is_free ? now + 1 : 0);
+  return longest;
 }
 
+/// Without contact after the press.
 int longest_loss(const SessionResult& run) {
-  int longest = 0, now = 0;
-  for (const LocalFrame& f : run.frames) {
-    now = f.t > kDragPressTime && f.mode == ContactMode::free ? now + 1 : 0;
-    longest = std::max(longest, now);
-  }
-  return longest;
+  std::vector<char> free;
+  for (const LocalFrame& f : run.frames) free.push_back(f.t > kDragPressTime && f.mode == ContactMode::free);
+  return longest_loss(free);
+}
+
+/// Of the whole nonlinear body, which is free where it feels no force; 0 where there is none to compare with.
+int longest_loss(const std::optional<Reference>& truth) {
+  std::vector<char> free;
+  if (truth)
+    for (std::size_t i = 0; i < truth->force.size(); ++i)
+      free.push_back(static_cast<double>(i + 1) * truth->h > kDragPressTime && truth->force[i].isZero(0));
+  return longest_loss(free);
+}
+
+/// A body that swings away from the tool is at fault only where the whole nonlinear one would not.
+void judge_losses(const CheckBody& body, const SessionResult& run, int losses, const std::string& name,
+                  const Vec3& where, const std::atomic<bool>* stop, StageResult& out) {
+  const int ours = longest_loss(run), truth = longest_loss(truth_of(body, run, run.frames.size(), stop));
+  const Verdict verdict = ours <= kLonger * truth ? Verdict::pass : ours > kBounce ? Verdict::fail : Verdict::degraded;
+  out.lower(verdict,
+            text(name, ": contact lost ", losses, losses == 1 ? " time" : " times", ", for up to ", ours,
+                 " ticks; the whole nonlinear body leaves for up to ", truth),
+            where);
 }
 
 }  // namespace
@@ -90,11 +108,9 @@ void check_drag(MeshWork& work, StageResult& out) {
       buzz = std::max(buzz, m.buzz);
       crossing = std::max(crossing, m.crossing_jump);
       refresh = std::max(refresh, m.refresh_jump);
-      if (m.lost_contacts > 0 && !body_leaves(body, run, work.options.stop))
-        out.lower(longest_loss(run) > kBounce ? Verdict::fail : Verdict::degraded,
-                  text(name, ": contact lost ", m.lost_contacts, m.lost_contacts == 1 ? " time" : " times",
-                       ", for up to ", longest_loss(run), " ticks"),
-                  work.in_file(first_loss(run, drags[i].spot.place)));
+      if (m.lost_contacts > 0)
+        judge_losses(body, run, m.lost_contacts, name, work.in_file(first_loss(run, drags[i].spot.place)),
+                     work.options.stop, out);
       if (m.buzz > kBuzz)
         out.lower(Verdict::degraded, text(name, ": buzz above 100 Hz of ", 100 * m.buzz, " % of the force"), where);
       if (std::max(m.crossing_jump, m.refresh_jump) > kJump)

@@ -1,6 +1,7 @@
 // A sphere pressed in at places all over the surface: is the force finite, outward, and growing with the depth?
 #include <cmath>
 
+#include "apps/check/hand_paths.hpp"
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
 #include "core/error.hpp"

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "apps/check/contact_spots.hpp"
+#include "apps/check/hand_paths.hpp"
 #include "apps/check/library.hpp"
 #include "apps/check/models.hpp"
 #include "apps/check/queries.hpp"

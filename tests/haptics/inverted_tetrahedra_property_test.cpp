@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/error.hpp"
 #include "haptics/session.hpp"
 
 namespace kt {
@@ -21,10 +22,13 @@ SessionResult pressed(const std::string& model, double depth) {
   return session.run();
 }
 
-bool warns(const SessionResult& run) {
-  return std::ranges::any_of(run.warnings,
-                             [](const std::string& w) { return w.find("turned inside out") != std::string::npos; });
+bool warns_of(const SessionResult& run, const std::string& words) {
+  return std::ranges::any_of(run.warnings, [&](const std::string& w) {
+    return w.find("turned inside out") != std::string::npos && w.find(words) != std::string::npos;
+  });
 }
+
+bool warns(const SessionResult& run) { return warns_of(run, ""); }
 
 TEST(InvertedTetrahedra, AreCountedAndToldOfSprings) {
   const SessionResult run = pressed("msd", 0.006);
@@ -32,6 +36,8 @@ TEST(InvertedTetrahedra, AreCountedAndToldOfSprings) {
   EXPECT_LE(run.inverted.last, run.inverted.most);
   EXPECT_GT(run.inverted.from, 0.05);  // not before the tool has come
   EXPECT_TRUE(warns(run));
+  EXPECT_EQ(warns_of(run, text(", and ", run.inverted.last, " are at the end")), run.inverted.last > 0);
+  EXPECT_EQ(warns_of(run, "came back"), run.inverted.last == 0);
 }
 
 TEST(InvertedTetrahedra, AreNoneWhereTheBodyIsHardlyPressed) {
