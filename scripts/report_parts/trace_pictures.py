@@ -84,13 +84,15 @@ def size_of_force(columns):
     return np.sqrt(sum(columns[f"force_{axis}"] ** 2 for axis in "xyz"))
 
 
-def draw_reference(axes, trace, reference):
-    """The whole force of the reference, and the run's own over it: the reference has no normal to split it by."""
-    sizes = size_of_force(trace), size_of_force(reference)
-    handles = axes.plot(reference["t"], sizes[1], color=BLACK, lw=2.4, alpha=0.35, label="reference: whole force", zorder=2)
-    handles += axes.plot(trace["t"], sizes[0], color=BLACK, lw=0.9, label="whole force", zorder=2)
+def draw_whole_force(axes, trace, reference=None):
+    """What the hand feels, differences between local models faded, and the reference's: that has no normal to split it by."""
+    whole = size_of_force(trace)
+    handles = axes.plot(trace["t"], whole, color=BLACK, lw=0.9, label="whole force, as felt", zorder=2)
+    if reference is not None:
+        handles += axes.plot(reference["t"], size_of_force(reference), color=BLACK, lw=2.4, alpha=0.35,
+                             label="reference: whole force", zorder=2)
     low, high = axes.get_ylim()
-    axes.set_ylim(low, max(high, 1.08 * max(size.max() for size in sizes)))
+    axes.set_ylim(low, max([high] + [1.08 * line.get_ydata().max() for line in handles]))
     return handles
 
 
@@ -111,8 +113,8 @@ def draw_force_figure(run, path):
     handles = draw_forces(top, trace, run.friction(), modes=False)
     if run.second_trace is not None:
         handles += draw_second_tool(top, run.second_trace)
-    if run.reference is not None:
-        handles += draw_reference(top, trace, run.reference)
+    if run.second_trace is None or run.reference is not None:
+        handles += draw_whole_force(top, trace, run.reference)
     handles += mode_strip(top, trace)
     refreshes = refresh_times(trace)
     if len(refreshes) > 1:
