@@ -111,9 +111,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                .refresh_per_tick = scene.global.rate_hz / scene.local.rate_hz,
                .whole = self_contact != nullptr}),
       scheme_(local_scheme(scene.local.integrator)),
-      metric_(contact_metric(scene.contact.metric)),
-      refreshes_early_(scene.global.early_refresh &&
-                       haptic_method_name(scene.local.method, scene.contact.law) == "multirate") {}
+      metric_(contact_metric(scene.contact.metric)) {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
@@ -256,7 +254,7 @@ void Refresher::judge_linearization(std::span<const ContactHold> holds) {
   most_force_ = std::max(most_force_, force);
   const double t = global_.state().t;
   if (error * force > kGaveWay * most_force_) gave_way_ = t;
-  if (!refreshes_early_) return;
+  if (!scene_.global.early_refresh) return;
   if (error > scene_.local.tolerance)
     haste_ = std::min(2 * haste_, 4);
   else if (error < 0.5 * scene_.local.tolerance && t - gave_way_ > kAlert)

@@ -78,8 +78,7 @@ class Refresher {
   TangentModel tangent_;               // of the last refresh: its storage
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
-  bool refreshes_early_;  // the baselines do not
-  double last_ = 0;       // time of the last refresh [s]
+  double last_ = 0;  // time of the last refresh [s]
   int frame_ = 0;
   int haste_ = 1;                                               // the usual interval is divided by
   double most_force_ = 0;                                       // of the contacts at the end of an interval [N]
