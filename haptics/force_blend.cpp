@@ -4,10 +4,9 @@ namespace kt {
 
 namespace {
 
-/// A new local model needs some ticks to find its balance: the parts of the body that it follows and the one before did
-/// not start from rest. Until then its force can be a quarter off and says little about the difference of the two.
-constexpr int kLeastSettling = 4, kMostSettling = 12;  // ticks
-constexpr double kSettled = 0.02;                      // of the force: that it changes in a tick otherwise than before
+/// Ticks in which a new local model finds its balance: the parts of the body that it follows and the one before did not
+/// start from rest. Its force in the first one can be a quarter off and says little about the difference of the two.
+constexpr int kSettling = 4;
 
 }  // namespace
 
@@ -17,21 +16,12 @@ Vec3 ForceBlend::apply(const Vec3& force, bool touches, bool lost, const Vec3& m
   const bool starts_fading_out = lost && touched_ && !fading_out_;
   const bool comes_back = touches && fading_out_;
   const bool begins = begins_ && touches && touched_;
-  if (begins) settling_ = kMostSettling;
-  const Vec3 change = force - model_force_;
-  const bool is_settled =
-      settling_ <= kMostSettling - kLeastSettling && (change - trend_).norm() <= kSettled * force.norm();
-  if (!touches || is_settled) settling_ = 0;
-  if (!touched_)
-    trend_.setZero();
-  else if (settling_ == 0)
-    trend_ += (change - trend_) / kLeastSettling;
-  model_force_ = force;
-  if (starts_fading_out || comes_back || settling_ > 0) {
+  if (begins) settling_ = kSettling;
+  if (begins || starts_fading_out || comes_back || (settling_ > 0 && touches)) {
     difference_ = last_ - force;
     left_ = 1;
   }
-  settling_ = std::max(0, settling_ - 1);
+  settling_ = touches ? std::max(0, settling_ - 1) : 0;
   if (!touches && !lost) left_ = 0;
   begins_ = false;
   fading_out_ = lost;

@@ -25,8 +25,7 @@ class ForceBlend {
   double left_ = 0;  // share of the difference that is still there
   double work_ = 0;  // done by the hand so far [J]
   Vec3 last_ = Vec3::Zero(), difference_ = Vec3::Zero();
-  Vec3 model_force_ = Vec3::Zero(), trend_ = Vec3::Zero();  // the model's last one, and how it changes in a tick
-  int settling_ = 0;                                        // ticks that are left at most
+  int settling_ = 0;  // ticks that are left
   bool begins_ = false, touched_ = false, fading_out_ = false;
 };
 

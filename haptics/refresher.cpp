@@ -15,10 +15,7 @@
 namespace kt {
 namespace {
 
-constexpr double kUncoupled = 0.02;          // of the damping power: far below what a hand can tell
-constexpr double kGaveWay = 0.15;            // of the largest force: that a local model was off
-constexpr double kAlert = 0.25;              // [s] after that
-constexpr double kShortestInterval = 0.008;  // [s] in which a new local model's force is back where its own balance is
+constexpr double kUncoupled = 0.02;  // of the damping power: far below what a hand can tell
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -243,28 +240,18 @@ LocalScheme Refresher::choose_scheme(LocalModel& local) {
   return scheme;
 }
 
-/// The body bent away from what the local model made of it: ask for the next one sooner, up to four times as often. A
-/// body that gave way under the tool, as springs that buckle do, does so again where the tool goes: go on so for a
-/// while.
-void Refresher::judge_linearization(std::span<const ContactHold> holds) {
+/// The body bent away from what the local model made of it: ask for the next one sooner, up to four times.
+void Refresher::judge_linearization() {
   const double error = std::abs(global_.contact_error());
   linearization_error.push_back(error);
-  double force = 0;
-  for (const ContactHold& hold : holds) force += hold.force;
-  most_force_ = std::max(most_force_, force);
-  const double t = global_.state().t;
-  if (error * force > kGaveWay * most_force_) gave_way_ = t;
   if (!scene_.global.early_refresh) return;
   if (error > scene_.local.tolerance)
     haste_ = std::min(2 * haste_, 4);
-  else if (error < 0.5 * scene_.local.tolerance && t - gave_way_ > kAlert)
+  else if (error < 0.5 * scene_.local.tolerance)
     haste_ = std::max(haste_ / 2, 1);
 }
 
-int Refresher::next_interval(int usual) const {
-  const int shortest = static_cast<int>(std::lround(kShortestInterval * scene_.local.rate_hz));
-  return std::max({1, usual / haste_, std::min(usual, shortest)});
-}
+int Refresher::next_interval(int usual) const { return std::max(1, usual / haste_); }
 
 /// The body in the middle of the time that the model made at time t is used.
 std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
@@ -295,7 +282,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
     global_.advance(t, history, holds);
     count_inverted();
     if (self_contact_) report_self_contact();
-    judge_linearization(holds);
+    judge_linearization();
     if (motion && scene_.global.look_ahead) ahead = foresee(t, reports);
     global_ms.push_back(milliseconds_since(start));
   }

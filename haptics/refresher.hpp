@@ -1,6 +1,5 @@
 #pragma once
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -61,7 +60,7 @@ class Refresher {
   LocalScheme choose_scheme(LocalModel& local);
   void count_inverted();
   void report_self_contact();
-  void judge_linearization(std::span<const ContactHold> holds);
+  void judge_linearization();
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
   double interval(double t) const;
   double delay(double t) const;
@@ -80,9 +79,7 @@ class Refresher {
   Metric metric_;
   double last_ = 0;  // time of the last refresh [s]
   int frame_ = 0;
-  int haste_ = 1;                                               // the usual interval is divided by
-  double most_force_ = 0;                                       // of the contacts at the end of an interval [N]
-  double gave_way_ = -std::numeric_limits<double>::infinity();  // when the body did last [s]
+  int haste_ = 1;  // the usual interval is divided by
 };
 
 /// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the

@@ -32,42 +32,6 @@ TEST(ForceBlend, IsNotMisledByTheFirstTicksOfAModel) {
   EXPECT_LT(largest, 0.06);  // the difference of its first tick alone would be felt as 0.25
 }
 
-TEST(ForceBlend, WaitsForAModelThatIsLongInFindingItsBalance) {
-  const auto largest_change = [](const std::vector<double>& forces) {
-    ForceBlend blend(kStep, 12 * kStep);
-    const Vec3 down(0, 0, -1e-4);
-    double last = blend.apply({0, 0, 2}, true, false, down).z(), largest = 0;
-    blend.begin();
-    for (const double force : forces) {
-      const double now = blend.apply({0, 0, force}, true, false, down).z();
-      largest = std::max(largest, std::abs(now - last));
-      last = now;
-    }
-    return largest;
-  };
-  // Its fourth force is as far off as its first: taken for the difference, it would be felt as 0.8.
-  EXPECT_LT(largest_change({1.4, 2.5, 1.6, 1.2, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0}), 0.07);
-  // After twelve ticks it is taken as it is.
-  std::vector<double> never;
-  for (int i = 0; i < 30; ++i) never.push_back(i % 2 ? 2.4 : 1.6);
-  EXPECT_GT(largest_change(never), 0.7);
-}
-
-TEST(ForceBlend, TakesAForceThatGoesOnRisingForOneInBalance) {
-  ForceBlend blend(kStep, 12 * kStep);
-  const Vec3 down(0, 0, -1e-4);
-  double force = 0, felt = 0;
-  for (int i = 1; i <= 60; ++i) {
-    force = 0.1 * i;  // 4 % in a tick at the refresh: far more than what a model in balance changes by itself
-    if (i == 25) blend.begin();
-    felt = blend.apply({0, 0, force}, true, false, down).z();
-    if (i >= 25) {
-      EXPECT_GE(felt, force - 0.4);  // four ticks behind at most
-    }
-  }
-  EXPECT_NEAR(felt, force, 1e-12);
-}
-
 TEST(ForceBlend, LeavesTheStartAndTheEndOfContactAlone) {
   ForceBlend blend(kStep, 0.01);
   const Vec3 down(0, 0, -1e-4), f(0, 0, 2);
