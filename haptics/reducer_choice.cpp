@@ -128,14 +128,6 @@ std::optional<BodyCertificate> ReducerChoice::certify_body(const TangentModel& t
   }
 }
 
-void ReducerChoice::take(const ReducerCandidate& certified) {
-  candidates_ = {certified};
-  chosen_ = 0;
-  certified_ = certified.error;
-  is_auto_ = false;
-  is_set_up_ = true;
-}
-
 void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
   if (is_set_up_) return;
   is_set_up_ = true;

@@ -47,9 +47,6 @@ class ReducerChoice {
   /// Certifies the named reducer, or all candidates of "auto", and takes one. Once, at set-up.
   void set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
 
-  /// Takes one that was certified on this body before: set_up() has nothing left to do.
-  void take(const ReducerCandidate& certified);
-
   /// A local model by the present reducer.
   LocalModel reduce(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
 

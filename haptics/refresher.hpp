@@ -36,8 +36,6 @@ class Refresher {
   /// tells.
   int next_interval(int usual) const;
 
-  /// Before the first refresh: this reducer, without a certificate of its own.
-  void take(const ReducerCandidate& certified) { choice_.take(certified); }
   const ReducerChoice& choice() const { return choice_; }
   const State& state() const { return global_.state(); }
   StepStatistics statistics() const { return global_.statistics(); }

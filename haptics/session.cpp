@@ -331,7 +331,6 @@ SessionResult Session::run(const SessionOptions& options) {
     reaching.push_back({tools_[1], second.max_speed});
   }
   Refresher refresher(*model_, surface_, scene_, std::move(reaching), start_, self_contact_.get());
-  if (options.reducer) refresher.take(*options.reducer);
   refresher.look_for_crossings = used.check_contacts;
   HapticLoop haptic(scene_, tools_, friction_, std::move(devices), used);
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));

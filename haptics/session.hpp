@@ -95,14 +95,12 @@ struct SessionResult {
 };
 
 struct SessionOptions {
-  bool check_contacts = true;                 ///< run contact_check after each tick, and look for triangles that cross
-                                              ///< after each global step, with self-contact (lockstep only)
-  std::vector<RefreshEvent> refreshes;        ///< replay: this schedule instead of the scene's; lockstep
-  double max_speed = 0;                       ///< replay: the first run's tool speed bound [m/s]; 0: the device's
-  double second_max_speed = 0;                ///< the same of a second tool
-  std::optional<ReducerCandidate> reducer{};  ///< certified on this body before: used instead of the scene's, which a
-                                              ///< run certifies at its start (seconds, of a large body)
-  std::vector<double> snapshot_times;         ///< [s]
+  bool check_contacts = true;           ///< run contact_check after each tick, and look for triangles that cross
+                                        ///< after each global step, with self-contact (lockstep only)
+  std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
+  double max_speed = 0;                 ///< replay: the first run's tool speed bound [m/s]; 0: the device's
+  double second_max_speed = 0;          ///< the same of a second tool
+  std::vector<double> snapshot_times;   ///< [s]
   std::function<long long()> count_allocations;  ///< allocations of this thread so far
   std::function<void(double)> progress;          ///< share done, 0..1
   const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there

@@ -30,7 +30,6 @@ void check_local_models(MeshWork& work, StageResult& out) {
       choice.set_up(tangent, patch, site);
       const ReducerCandidate& c = choice.chosen();
       reducers.push_back({{"reducer", c.name}, {"dof", c.dof}, {"error", c.error}, {"predicted_us", c.tick_us}});
-      if (!body.reducer || c.cost_us > body.reducer->cost_us) body.reducer = c;
       if (!std::isfinite(c.error)) {
         out.lower(Verdict::fail, text(body.model, ": no local model can be certified"), work.in_file(spot.place));
         continue;

@@ -26,7 +26,6 @@ struct CheckOptions {
 struct CheckBody {
   std::string model;  ///< msd, fem
   std::unique_ptr<Session> session;
-  std::optional<ReducerCandidate> reducer;  ///< what all runs use: the most work of those chosen at several places
 };
 
 struct MeshWork {

@@ -153,7 +153,7 @@ void check_models(MeshWork& work, StageResult& out) {
       out.figures["fem"] = nullptr;  // a sheet has no inside for finite elements
       continue;
     }
-    CheckBody body{model, nullptr, {}};
+    CheckBody body{model, nullptr};
     try {
       body.session = std::make_unique<Session>(body_scene(model, work.options.young, work.held), work.solid);
       describe(body, out);

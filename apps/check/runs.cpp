@@ -20,7 +20,6 @@ SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std
   body.session->follow(std::move(path));
   SessionOptions options;
   options.stop = stop;
-  options.reducer = body.reducer;
   return body.session->run(options);
 }
 
