@@ -164,7 +164,8 @@ void add_chart_command(CLI::App& app, int& exit_code) {
   command->add_option("SCENE", a->scenes, "scene files; none: the standard ones");
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   command->add_option("--json", a->json_file, "also write chart.json to this file");
-  command->add_flag("--full", a->full, "every rate, material, mesh: 643 runs, hours; --resume goes on where it was stopped");
+  command->add_flag("--full", a->full,
+                    "every rate, material, mesh: takes hours; --resume goes on where it was stopped");
   command->add_option("--jobs", a->settings.jobs, "runs side by side")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();

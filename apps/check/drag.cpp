@@ -14,8 +14,6 @@ constexpr double kSpeed = 0.04, kDuration = 0.6, kLongest = 0.015;  // [m/s], [s
 constexpr int kHeadings = 6;
 constexpr double kShortest = 0.003;          // of a way that says anything [m]
 constexpr double kBuzz = 0.10, kJump = 1.0;  // of the mean force
-constexpr int kBounce = 20;                  // ticks that a body may be in the air: a light one bounces
-constexpr double kLonger = 2;                // than the whole nonlinear body may be: it comes back at another moment
 
 struct Drag {
   ContactSpot spot;
@@ -61,23 +59,23 @@ int longest_loss(const SessionResult& run) {
   return longest_loss(free);
 }
 
-/// Of the whole nonlinear body, which is free where it feels no force; 0 where there is none to compare with.
-int longest_loss(const std::optional<Reference>& truth) {
+/// Of the whole nonlinear body, which is free where it feels no force.
+int longest_loss(const Reference& truth) {
   std::vector<char> free;
-  if (truth)
-    for (std::size_t i = 0; i < truth->force.size(); ++i)
-      free.push_back(static_cast<double>(i + 1) * truth->h > kDragPressTime && truth->force[i].isZero(0));
+  for (std::size_t i = 0; i < truth.force.size(); ++i)
+    free.push_back(static_cast<double>(i + 1) * truth.h > kDragPressTime && truth.force[i].isZero(0));
   return longest_loss(free);
 }
 
-/// A body that swings away from the tool is at fault only where the whole nonlinear one would not.
 void judge_losses(const CheckBody& body, const SessionResult& run, int losses, const std::string& name,
                   const Vec3& where, const std::atomic<bool>* stop, StageResult& out) {
-  const int ours = longest_loss(run), truth = longest_loss(truth_of(body, run, run.frames.size(), stop));
-  const Verdict verdict = ours <= kLonger * truth ? Verdict::pass : ours > kBounce ? Verdict::fail : Verdict::degraded;
-  out.lower(verdict,
-            text(name, ": contact lost ", losses, losses == 1 ? " time" : " times", ", for up to ", ours,
-                 " ticks; the whole nonlinear body leaves for up to ", truth),
+  const int ours = longest_loss(run);
+  std::optional<int> whole;
+  if (const auto truth = truth_of(body, run, run.frames.size(), stop)) whole = longest_loss(*truth);
+  out.lower(judge_loss(ours, whole),
+            text(name, ": contact lost ", losses, losses == 1 ? " time" : " times", ", for up to ", ours, " ticks; ",
+                 whole ? text("the whole nonlinear body leaves for up to ", *whole)
+                       : std::string("not compared with the whole nonlinear body")),
             where);
 }
 

@@ -35,6 +35,13 @@ std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& ru
   return {};
 }
 
+Verdict judge_loss(int ticks, std::optional<int> whole_body) {
+  constexpr int kBounce = 20;    // ticks that a body may be in the air: a light one bounces
+  constexpr double kLonger = 2;  // than the whole nonlinear body may be: it comes back at another moment
+  if (whole_body && ticks <= kLonger * *whole_body) return Verdict::pass;
+  return ticks > kBounce ? Verdict::fail : Verdict::degraded;
+}
+
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,
                StageResult& out) {
   ++all.runs;

@@ -16,14 +16,18 @@ struct RunExtremes {
   std::vector<double> step_us, refresh_ms, global_ms;
 };
 
-/// The body from its start on, with the tool along a path. Its reducer is the one that the local models' stage found:
-/// to certify it again in every run took half of a check's time.
+/// The body from its start on, with the tool along a path. Each run chooses its own local model and revises it, as
+/// `kilotouch run` does, though that takes half of a check's time: one of another place can throw the body away.
 SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std::atomic<bool>* stop);
 
 /// Forces of the whole nonlinear body along the first `ticks` of a run, in steps of 2 kHz; nothing for a body that is
 /// too large for that, or that leaves the finite numbers.
 std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& run, std::size_t ticks,
                                   const std::atomic<bool>* stop);
+
+/// Of a tool that had no contact for so many ticks in a row.
+/// @param whole_body  for how many the whole nonlinear body leaves the tool along the same way; none: not known
+Verdict judge_loss(int ticks, std::optional<int> whole_body);
 
 /// Numbers that no run may have: forces that are not finite, a tool inside the body, energy out of nothing.
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,

@@ -13,6 +13,7 @@
 #include "apps/check/models.hpp"
 #include "apps/check/queries.hpp"
 #include "apps/check/rows.hpp"
+#include "apps/check/runs.hpp"
 #include "apps/check/verdict.hpp"
 #include "core/error.hpp"
 #include "io/child_process.hpp"
@@ -186,6 +187,15 @@ const ContactSpot kSpot{.place = Vec3(0, 0, 0.1),
                         .radius = 0.004,
                         .depth = 0.002,
                         .thickness = 0.1};
+
+TEST(CheckLoss, IsExcusedByAWholeBodyThatLeavesToo) {
+  EXPECT_EQ(judge_loss(200, 100), Verdict::pass);
+  EXPECT_EQ(judge_loss(201, 100), Verdict::fail);
+  EXPECT_EQ(judge_loss(15, 7), Verdict::degraded);
+  EXPECT_EQ(judge_loss(1, 0), Verdict::degraded);
+  EXPECT_EQ(judge_loss(20, std::nullopt), Verdict::degraded) << "a light body bounces";
+  EXPECT_EQ(judge_loss(21, std::nullopt), Verdict::fail);
+}
 
 TEST(CheckHand, PressesAndRestsAtFourDepths) {
   const PressPath press = press_path(kSpot);
