@@ -41,7 +41,7 @@ void replay(std::string file, const std::string& out, int& exit_code) {
       scene.second_tool->path = {std::nullopt, std::nullopt, path.string(), std::nullopt};
       settings.session.second_max_speed = second.at("max_speed").get<double>();
     }
-    for (const auto& r : json["refreshes"]) settings.session.refreshes.push_back({r.at(0), r.at(1)});
+    for (const auto& r : json["refreshes"]) settings.session.refreshes.push_back({r.at(0), r.at(1), r.at(2)});
     hash = json["hash"].get<std::string>();
   } catch (const nlohmann::json::exception& e) {
     throw InputError(text(file, ": damaged session file: ", e.what()));

@@ -160,7 +160,8 @@ std::string recording_csv(const std::vector<LocalFrame>& frames, const Vec3& sta
 
 Json session_json(const Session& session, const SessionResult& result) {
   Json refreshes = Json::array();
-  for (const RefreshEvent& r : result.refreshes) refreshes.push_back({r.linearized_tick, r.adopted_tick});
+  for (const RefreshEvent& r : result.refreshes) 
+    refreshes.push_back({r.linearized_tick, r.adopted_tick, r.started_tick});
   Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
            {"recording", "recording.csv"}, {"max_speed", result.max_speed},
            {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};

@@ -10,6 +10,11 @@ void CatchUp::step(std::unique_ptr<PreparedLocalModel>& model, std::span<const T
   local_.swap_model(model);
   local_.step_tools(sweeps, frames);
   local_.swap_model(model);
+  for (std::size_t k = 0; k < sweeps.size(); ++k) {
+    std::optional<Vec3>& force = model->replayed_force[k];
+    force.reset();
+    if (frames[k].mode != ContactMode::free) force = frames[k].force;
+  }
 }
 
 }  // namespace kt

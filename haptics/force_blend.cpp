@@ -4,8 +4,9 @@ namespace kt {
 
 namespace {
 
-/// Ticks in which a new local model finds its balance: the parts of the body that it follows and the one before did not
-/// start from rest. Its force in the first one can be a quarter off and says little about the difference of the two.
+/// Ticks in which a new local model that was not run in finds its balance: the parts of the body that it follows and
+/// the one before did not start from rest. Its force in the first one can be a quarter off and says little about the
+/// difference of the two.
 constexpr int kSettling = 4;
 
 }  // namespace
@@ -16,8 +17,11 @@ Vec3 ForceBlend::apply(const Vec3& force, bool touches, bool lost, const Vec3& m
   const bool starts_fading_out = lost && touched_ && !fading_out_;
   const bool comes_back = touches && fading_out_;
   const bool begins = begins_ && touches && touched_;
-  if (begins) settling_ = kSettling;
-  if (begins || starts_fading_out || comes_back || (settling_ > 0 && touches)) {
+  if (begins) settling_ = before_ ? 0 : kSettling;
+  if (begins && before_) {
+    difference_ = last_ - *before_;
+    left_ = 1;
+  } else if (begins || starts_fading_out || comes_back || (settling_ > 0 && touches)) {
     difference_ = last_ - force;
     left_ = 1;
   }

@@ -1,6 +1,8 @@
 #pragma once
 // What the hand feels across a refresh: the difference between two local models, faded out over some ticks, and never
 // at the cost of energy that hands did not put in.
+#include <optional>
+
 #include "core/types.hpp"
 
 namespace kt {
@@ -10,7 +12,12 @@ class ForceBlend {
   /// @param h  haptic step [s]   @param duration  of a fade [s]
   ForceBlend(double h, double duration) noexcept;
   /// The next force comes from another model: where both touch, it goes on from the last one.
-  void begin() noexcept { begins_ = true; }
+  /// @param before  force of that model in the last tick [N], of one that was run in beside the old one; none: their
+  ///                difference shows in the next few ticks
+  void begin(const std::optional<Vec3>& before = {}) noexcept {
+    begins_ = true;
+    before_ = before;
+  }
   /// The force of this tick as the hand shall feel it [N].
   /// @param force    of the local model [N]
   /// @param touches  the tool is in contact
@@ -25,6 +32,7 @@ class ForceBlend {
   double left_ = 0;  // share of the difference that is still there
   double work_ = 0;  // done by the hand so far [J]
   Vec3 last_ = Vec3::Zero(), difference_ = Vec3::Zero();
+  std::optional<Vec3> before_;
   int settling_ = 0;  // ticks that are left
   bool begins_ = false, touched_ = false, fading_out_ = false;
 };

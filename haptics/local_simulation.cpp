@@ -40,7 +40,7 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   }
   PreparedLocalModel& now = *model_;
   PreparedLocalModel& old = *next;
-  for (TouchingTool& tool : tools_) tool.blend.begin();
+  for (int k = 0; k < num_tools(); ++k) tools_[k].blend.begin(now.caught_up ? now.replayed_force[k] : std::nullopt);
   if (now.caught_up) {
     for (int k = 0; k < num_tools(); ++k)
       if (count_of(now.state.anchors, k) == 0 && count_of(old.state.anchors, k) > 0) tools_[k].flags |= kLostAnchor;

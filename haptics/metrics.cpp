@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kBuzzCutoff = 100;      // [Hz]
 constexpr double kAfterRefresh = 0.005;  // [s] the bump of a refresh has its own figure and is no buzz
+constexpr double kSeldom = 0.015;        // [s] unless they come more often: then their bumps are what buzzes
 
 /// One pass of the second-order Butterworth high-pass (bilinear transform), started at rest on the first value.
 void high_pass_once(std::vector<double>& v, double cutoff_hz, double rate_hz) {
@@ -66,7 +67,7 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
     if (end > stretch_begin + 8) buzz += buzz_energy(frames.subspan(stretch_begin, end - stretch_begin), h);
   };
   bool stretch_open = false;
-  double settled_at = 0;
+  double settled_at = 0, refreshed_at = -kSeldom;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const LocalFrame& f = frames[i];
     out.ticks_free += f.mode == ContactMode::free;
@@ -76,7 +77,10 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
     out.max_t_over_n = std::max(out.max_t_over_n, f.cone_ratio);
     if (i > 0) work -= f.force.dot(f.tool - frames[i - 1].tool);  // the tool works against the force on it
     out.energy_min = std::min(out.energy_min, work);
-    if (i > 0 && f.model_frame != frames[i - 1].model_frame) settled_at = f.t + kAfterRefresh;
+    if (i > 0 && f.model_frame != frames[i - 1].model_frame) {
+      if (f.t - refreshed_at > kSeldom) settled_at = f.t + kAfterRefresh;
+      refreshed_at = f.t;
+    }
     const bool is_steady = in_contact(f) && f.t > steady_from && f.t > settled_at;
     if (is_steady && !stretch_open) stretch_begin = i;
     if (!is_steady && stretch_open) close_stretch(i);

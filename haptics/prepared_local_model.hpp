@@ -1,6 +1,7 @@
 #pragma once
 // A LocalModel with everything the haptic tick needs already allocated: made on the slow side, adopted by a pointer.
 #include <memory>
+#include <optional>
 
 #include "collision/surface_contacts.hpp"
 #include "collision/triangle_index.hpp"
@@ -53,6 +54,7 @@ struct PreparedLocalModel {
   std::unique_ptr<MethodData> data;        ///< by HapticMethod::complete
   LocalState state;
   bool caught_up = false;  ///< the state has been stepped to the present, from the linearization on
+  std::array<std::optional<Vec3>, kMaxTools> replayed_force{};  ///< of the last of these steps, on each tool in contact
   LocalWorkspace work;
 
   /// Motion of the patch vertices, (3p), for reduced coordinates or velocities, (r). No allocation.

@@ -15,10 +15,19 @@
 namespace kt {
 namespace {
 
-constexpr double kUncoupled = 0.02;  // of the damping power: far below what a hand can tell
+constexpr double kUncoupled = 0.02;          // of the damping power: far below what a hand can tell
+constexpr double kGaveWay = 0.15;            // of the largest force: that a local model was off
+constexpr double kAlert = 0.25;              // [s] after that
+constexpr double kShortestInterval = 0.008;  // [s] in which a new local model's force is back where its own balance is
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// None: it was lost.
+const LocalReport* last_before(std::span<const LocalReport> reports, int tick) {
+  const auto next = std::ranges::lower_bound(reports, tick, {}, &LocalReport::tick);
+  return next == reports.begin() ? nullptr : &*std::prev(next);
 }
 
 /// Diagonal ones are so by construction. To within rounding: a piece that nothing holds moves without resistance.
@@ -108,7 +117,9 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                .refresh_per_tick = scene.global.rate_hz / scene.local.rate_hz,
                .whole = self_contact != nullptr}),
       scheme_(local_scheme(scene.local.integrator)),
-      metric_(contact_metric(scene.contact.metric)) {}
+      metric_(contact_metric(scene.contact.metric)),
+      refreshes_early_(scene.global.early_refresh &&
+                       haptic_method_name(scene.local.method, scene.contact.law) == "multirate") {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
@@ -240,18 +251,28 @@ LocalScheme Refresher::choose_scheme(LocalModel& local) {
   return scheme;
 }
 
-/// The body bent away from what the local model made of it: ask for the next one sooner, up to four times.
-void Refresher::judge_linearization() {
+/// The body bent away from what the local model made of it: ask for the next one sooner, up to four times as often. A
+/// body that gave way under the tool, as springs that buckle do, does so again where the tool goes: go on so for a
+/// while.
+void Refresher::judge_linearization(std::span<const ContactHold> holds) {
   const double error = std::abs(global_.contact_error());
   linearization_error.push_back(error);
-  if (!scene_.global.early_refresh) return;
+  double force = 0;
+  for (const ContactHold& hold : holds) force += hold.force;
+  most_force_ = std::max(most_force_, force);
+  const double t = global_.state().t;
+  if (error * force > kGaveWay * most_force_) gave_way_ = t;
+  if (!refreshes_early_) return;
   if (error > scene_.local.tolerance)
     haste_ = std::min(2 * haste_, 4);
-  else if (error < 0.5 * scene_.local.tolerance)
+  else if (error < 0.5 * scene_.local.tolerance && t - gave_way_ > kAlert)
     haste_ = std::max(haste_ / 2, 1);
 }
 
-int Refresher::next_interval(int usual) const { return std::max(1, usual / haste_); }
+int Refresher::next_interval(int usual) const {
+  const int shortest = static_cast<int>(std::lround(kShortestInterval * scene_.local.rate_hz));
+  return std::max({1, usual / haste_, std::min(usual, shortest)});
+}
 
 /// The body in the middle of the time that the model made at time t is used.
 std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
@@ -282,7 +303,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
     global_.advance(t, history, holds);
     count_inverted();
     if (self_contact_) report_self_contact();
-    judge_linearization();
+    judge_linearization(holds);
     if (motion && scene_.global.look_ahead) ahead = foresee(t, reports);
     global_ms.push_back(milliseconds_since(start));
   }
@@ -304,10 +325,11 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
   method_->complete(*out, 1 / scene_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);
-    std::array<bool, kMaxTools> sliding{};
-    for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = reports.back().tools[k].sliding;
-    place_contacts(*out, std::span(reports.back().samples).first(static_cast<std::size_t>(reports.back().count)),
-                   sliding);
+    if (const LocalReport* last = last_before(reports, motion->tick)) {
+      std::array<bool, kMaxTools> sliding{};
+      for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = last->tools[k].sliding;
+      place_contacts(*out, std::span(last->samples).first(static_cast<std::size_t>(last->count)), sliding);
+    }
   }
   prepare_ms.push_back(milliseconds_since(prepare_start));
   refresh_ms.push_back(milliseconds_since(start));

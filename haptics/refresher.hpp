@@ -1,5 +1,6 @@
 #pragma once
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -26,8 +27,9 @@ class Refresher {
             const State& start, SelfContact* self_contact = nullptr);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
-  /// `motion`, that of the local model in use then; without one, from the body's own.
-  /// @param places  of the tools [m]
+  /// `motion`, that of the local model in use at that tick or some ticks earlier; without one, from the body's own.
+  /// @param places  of the tools at t [m]
+  /// @param reports  since the last refresh; with `motion`, also that of the tick before it
   std::unique_ptr<PreparedLocalModel> refresh(double t, const std::vector<Vec3>& places,
                                               std::span<const LocalReport> reports,
                                               const LocalMotion* motion = nullptr);
@@ -58,7 +60,7 @@ class Refresher {
   LocalScheme choose_scheme(LocalModel& local);
   void count_inverted();
   void report_self_contact();
-  void judge_linearization();
+  void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
   double interval(double t) const;
   double delay(double t) const;
@@ -75,9 +77,12 @@ class Refresher {
   TangentModel tangent_;               // of the last refresh: its storage
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
-  double last_ = 0;  // time of the last refresh [s]
+  bool refreshes_early_;  // the baselines do not
+  double last_ = 0;       // time of the last refresh [s]
   int frame_ = 0;
-  int haste_ = 1;  // the usual interval is divided by
+  int haste_ = 1;                                               // the usual interval is divided by
+  double most_force_ = 0;                                       // of the contacts at the end of an interval [N]
+  double gave_way_ = -std::numeric_limits<double>::infinity();  // when the body did last [s]
 };
 
 /// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the

@@ -14,9 +14,10 @@
 
 namespace kt {
 
-/// One refresh: which tick the body was linearized at, and which tick started with the new local model (-1: lost).
+/// One refresh: which tick the body was linearized at, and which tick started with the new local model (-1: lost),
+/// and the start of which tick the new local model was replayed from.
 struct RefreshEvent {
-  int linearized_tick = 0, adopted_tick = 0;
+  int linearized_tick = 0, adopted_tick = 0, started_tick = linearized_tick;
   bool operator==(const RefreshEvent&) const = default;
 };
 

@@ -17,6 +17,10 @@ double process_time_ms() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
+/// Ticks that a new local model is stepped beside the old one before it takes over: the parts of the body that it
+/// follows and the old one did not start from rest. Without them its first forces can be a quarter off.
+constexpr int kRunIn = 4;
+
 /// A local model on its way.
 struct Parcel {
   int due_tick = 0, at_tick = 0;  ///< when it arrives; where its state stands
@@ -50,6 +54,13 @@ class Schedule {
 
   void set_next(int tick) { due_ = tick; }
 
+  /// The next local model, when it comes as planned, starts from the motion at this tick.
+  bool is_start(int tick) const {
+    const std::vector<RefreshEvent>& replayed = run_.options.refreshes;
+    if (!replayed.empty()) return next_ < replayed.size() && replayed[next_].started_tick == tick;
+    return tick == std::max(last_ + 1, due_ - std::max(0, kRunIn - latency_));
+  }
+
  private:
   const RunParts& run_;
   int latency_, due_ = 0, last_ = 0;
@@ -65,15 +76,18 @@ void run_lockstep(const RunParts& run) {
   std::deque<Parcel> on_the_way;
   std::vector<LocalReport> reports;
   LocalMotion motion = make_local_motion(static_cast<int>(run.refresher.state().x.size()) / 3);
+  bool has_start = false;
   std::size_t next_snapshot = 0;
   for (int tick = 0; tick < haptic.num_ticks(); ++tick) {
     // At the edge of the patch, a new one is asked for once; the answer takes its time.
     const bool wanted =
         !reports.empty() && reports.back().left_patch && on_the_way.empty() && run.scene.global.early_refresh;
     if (schedule.is_due(tick, wanted)) {
-      const RefreshEvent event = schedule.take(tick);
+      RefreshEvent event = schedule.take(tick);
       const bool goes_on = tick > 0 && catches_up(run.scene);
-      if (goes_on) haptic.record_motion(motion);
+      if (goes_on && !has_start) haptic.record_motion(motion);
+      if (goes_on) event.started_tick = motion.tick;
+      has_start = false;
       const double start = process_time_ms();
       auto model = run.refresher.refresh(tick / run.scene.local.rate_hz, haptic.tool_positions(), reports,
                                          goes_on ? &motion : nullptr);
@@ -81,13 +95,17 @@ void run_lockstep(const RunParts& run) {
       reports.clear();
       schedule.set_next(tick + run.refresher.next_interval(run.ticks_per_refresh));
       run.result.refreshes.push_back(event);
-      if (event.adopted_tick >= 0) on_the_way.push_back({event.adopted_tick, tick, std::move(model)});
+      if (event.adopted_tick >= 0) on_the_way.push_back({event.adopted_tick, event.started_tick, std::move(model)});
     }
     while (!on_the_way.empty() && on_the_way.front().due_tick <= tick) {
       auto& [due_tick, at_tick, model] = on_the_way.front();
       if (catches_up(run.scene)) haptic.catch_up(model, at_tick, tick);
       haptic.adopt(std::move(model));
       on_the_way.pop_front();
+    }
+    if (tick > 0 && catches_up(run.scene) && schedule.is_start(tick)) {
+      haptic.record_motion(motion);
+      has_start = true;
     }
     reports.push_back(haptic.tick());
 

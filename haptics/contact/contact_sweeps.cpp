@@ -1,6 +1,7 @@
 #include "haptics/contact/contact_sweeps.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace kt {
 namespace {
@@ -26,53 +27,16 @@ KT_WIDE void add_columns(double* __restrict v, const double* __restrict a, Eigen
   for (Eigen::Index i = 0; i < n; ++i) v[i] += a[i] * s0 + a1[i] * s1 + a2[i] * s2;
 }
 
-/// Nearest point of the cone |p_t| <= mu p_m around m.
-Vec3 project_to_cone(const Vec3& p, const Vec3& m, double mu) noexcept {
-  const double p_m = m.dot(p);
-  const Vec3 p_t = p - p_m * m;
-  const double length = p_t.norm();
-  if (length <= mu * p_m) return p;
-  if (mu * length <= -p_m) return Vec3::Zero();
-  const double along = (p_m + mu * length) / (1 + mu * mu);
-  return along * (m + mu / length * p_t);
-}
-
 }  // namespace
-
-double natural_residual(const ContactSystem& system, const Eigen::Ref<const VectorX>& p,
-                        const Eigen::Ref<const VectorX>& u, std::span<const double> mu) noexcept {
-  const int c = static_cast<int>(system.normal.size());
-  double largest_p = 0, largest_b = 0;
-  for (int i = 0; i < c; ++i) {
-    largest_p = std::max(largest_p, p.segment<3>(3 * i).squaredNorm());
-    largest_b = std::max(largest_b, system.velocity.segment<3>(3 * i).squaredNorm());
-  }
-  largest_p = std::sqrt(largest_p);
-  largest_b = std::sqrt(largest_b);
-  double impulse = 0, velocity = 0;  // largest e, largest e / r
-  for (int i = 0; i < c; ++i) {
-    const Vec3 m = -system.normal[i], own = u.segment<3>(3 * i), p_i = p.segment<3>(3 * i);
-    const double trace = system.W(3 * i, 3 * i) + system.W(3 * i + 1, 3 * i + 1) + system.W(3 * i + 2, 3 * i + 2);
-    const double u_m = m.dot(own);
-    if (!(trace > 0)) {  // immovable: nothing helps against overlap
-      velocity = std::max(velocity, -u_m);
-      continue;
-    }
-    if (u_m >= 0 && p_i.isZero(0)) continue;
-    const double r = 3 / trace, u_t = (own - u_m * m).norm();
-    const double e = (p_i - project_to_cone(p_i - r * (own + mu[i] * u_t * m), m, mu[i])).norm();
-    impulse = std::max(impulse, e);
-    velocity = std::max(velocity, e / r);
-  }
-  const auto relative = [](double value, double scale) { return value > 0 ? (scale > 0 ? value / scale : 1.0) : 0.0; };
-  return std::max(largest_p > 0 ? relative(impulse, largest_p) : 0.0, relative(velocity, largest_b));
-}
 
 ContactSweeps::ContactSweeps(int capacity)
     : contact_(static_cast<std::size_t>(capacity)),
       mu_(contact_.size()),
       slips_(contact_.size()),
       lambda_(contact_.size()),
+      direct_(3 * capacity),
+      trial_{VectorX(3 * capacity), std::vector<ContactMode>(contact_.size()), mu_, slips_},
+      best_(trial_),
       velocity_(3 * capacity),
       before_(3 * capacity),
       step_(3 * capacity),
@@ -174,9 +138,63 @@ void ContactSweeps::extrapolate(Eigen::Ref<VectorX> impulse, int n) noexcept {
   }
 }
 
+void ContactSweeps::forget() noexcept {
+  remembered_ = next_ = 0;
+  has_last_ = false;
+}
+
+/// With the present velocities.
+double ContactSweeps::residual_of(const ContactSystem& system, const Eigen::Ref<const VectorX>& impulse) noexcept {
+  const auto count = static_cast<std::size_t>(system.count());
+  return natural_residual(system, impulse, velocity_.head(impulse.size()), {mu_.data(), count});
+}
+
+/// A sweep from there; taken if it leaves less than the present one.
+bool ContactSweeps::try_from(const ContactSystem& system, const Eigen::Ref<const VectorX>& start,
+                             Eigen::Ref<VectorX> impulse, std::span<ContactMode> mode, SweepResult& out) noexcept {
+  ++out.sweeps;
+  Trial& t = trial_;
+  const Eigen::Index n = start.size();
+  t.impulse.head(n) = start;
+  std::ranges::copy(mode, t.mode.begin());
+  t.mu = mu_;
+  t.slips = slips_;
+  find_velocity(system, start);
+  sweep(system, t.impulse.head(n), {t.mode.data(), mode.size()});
+  const double residual = residual_of(system, t.impulse.head(n));  // of a sweep right after its velocities
+  if (!(residual < out.residual)) {
+    mu_.swap(t.mu);
+    slips_.swap(t.slips);
+    return false;
+  }
+  impulse = t.impulse.head(n);
+  std::ranges::copy_n(t.mode.begin(), static_cast<std::ptrdiff_t>(mode.size()), mode.begin());
+  out.residual = residual;
+  return true;
+}
+
+/// Leaves the best that it finds.
+void ContactSweeps::solve_directly(const ContactSystem& system, double wanted, Eigen::Ref<VectorX> impulse,
+                                   std::span<ContactMode> mode, SweepResult& out) noexcept {
+  constexpr int kSteps = 6;
+  const int c = system.count();
+  std::array<double, ContactNewton::kMost> mu;
+  for (int i = 0; i < c; ++i) mu[i] = mode[i] == ContactMode::free ? system.friction[i].mu_at(0) : mu_[i];
+  auto direct = direct_.head(3 * c);
+  direct = impulse;
+  if (newton_.pivot(system, mu, mode, direct)) try_from(system, direct, impulse, mode, out);
+  for (int step = 0; step < kSteps && out.residual > wanted; ++step) {
+    if (!newton_.step(system, mu, direct)) break;
+    try_from(system, direct, impulse, mode, out);
+  }
+  find_velocity(system, impulse);
+  forget();
+}
+
 SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
                                  std::span<ContactMode> mode) noexcept {
-  const int c = static_cast<int>(system.normal.size()), n = 3 * c;
+  constexpr int kDirectlyAfter = 24, kDirectRounds = 3;  // sweeps, each time
+  const int c = system.count(), n = 3 * c;
   SweepResult out;
   for (int i = 0; i < c; ++i) {
     contact_[i] = OneContact(system.W.block<3, 3>(3 * i, 3 * i), system.normal[i]);
@@ -185,24 +203,37 @@ SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits&
     mode[i] = ContactMode::free;
   }
   find_velocity(system, impulse);
-  remembered_ = next_ = 0;
-  has_last_ = false;
-  double last_change = 0;
+  forget();
+  int rounds = 0, since = 0;
+  double last_change = 0, best = std::numeric_limits<double>::infinity();
   for (;;) {
     ++out.sweeps;
     const double change = sweep(system, impulse, mode);
-    const bool is_last = out.sweeps == limits.sweeps || c == 1;
-    if (change <= kLook * limits.residual || is_last) {
+    const bool is_last = out.sweeps >= limits.sweeps || c == 1;
+    const bool is_slow = ++since == kDirectlyAfter && c <= ContactNewton::kMost && rounds < kDirectRounds;
+    if (change <= kLook * limits.residual || is_last || is_slow) {
       if (c > 1 && out.sweeps > 1) find_velocity(system, impulse);  // extrapolations leave it behind by their rounding
-      out.residual = natural_residual(system, impulse, velocity_.head(n), {mu_.data(), mode.size()});
+      out.residual = residual_of(system, impulse);
+      if (is_last && best < out.residual) {  // sweeps after it only wavered
+        impulse = best_.impulse.head(n);
+        std::ranges::copy_n(best_.mode.begin(), c, mode.begin());
+        out.residual = best;
+      }
       if (out.residual <= limits.residual || is_last) return out;
     }
-    const double now = step_.head(n).squaredNorm();
-    if (has_last_ &&
-        now > kWorse * last_change) {  // another piece of the law: what is remembered belongs to the last one
-      remembered_ = next_ = 0;
-      has_last_ = false;
+    if (is_slow) {
+      solve_directly(system, limits.residual, impulse, mode, out);
+      if (out.residual <= limits.residual) return out;
+      best_.impulse.head(n) = impulse;
+      std::ranges::copy(mode, best_.mode.begin());
+      best = out.residual;
+      ++rounds;
+      since = 0;
+      continue;
     }
+    const double now = step_.head(n).squaredNorm();
+    // Another piece of the law: what is remembered belongs to the last one.
+    if (has_last_ && now > kWorse * last_change) forget();
     last_change = now;
     remember(impulse, n);
     extrapolate(impulse, n);

@@ -32,6 +32,18 @@ TEST(ForceBlend, IsNotMisledByTheFirstTicksOfAModel) {
   EXPECT_LT(largest, 0.06);  // the difference of its first tick alone would be felt as 0.25
 }
 
+TEST(ForceBlend, FadesAtOnceTheDifferenceToAModelThatWasRunIn) {
+  ForceBlend blend(kStep, 4 * kStep);
+  const Vec3 down(0, 0, -1e-4);
+  blend.apply({0, 0, 2}, true, false, down);
+  blend.begin(Vec3(0, 0, 2.8));  // of the new model in that tick; its force rises by 0.2 in each
+  double force = 2.8;
+  for (const double expected : {2.4, 2.8, 3.2, 3.6, 3.8}) {
+    force += 0.2;
+    EXPECT_NEAR(blend.apply({0, 0, force}, true, false, down).z(), expected, 1e-14);
+  }
+}
+
 TEST(ForceBlend, LeavesTheStartAndTheEndOfContactAlone) {
   ForceBlend blend(kStep, 0.01);
   const Vec3 down(0, 0, -1e-4), f(0, 0, 2);

@@ -76,6 +76,22 @@ TEST(Buzz, LooksAtSteadyContactOnly) {
   EXPECT_LT(measure_forces(refreshed, 0, kStep).buzz, 1e-12);
 }
 
+TEST(Buzz, CountsTheBumpsOfRefreshesThatComeOften) {
+  for (const int every : {8, 33}) {
+    auto frames = contact(std::vector<double>(1000, 0.0));
+    for (int i = 0; i < 1000; ++i) {
+      frames[i].model_frame = i / every;
+      if (i > 0 && i % every == 0) frames[i].force.x() = 0.4;
+    }
+    const double buzz = measure_forces(frames, 0, kStep).buzz;
+    if (every == 8) {
+      EXPECT_GT(buzz, 0.03);  // 0.4 / sqrt(8) / 2 without the filter
+    } else {
+      EXPECT_LT(buzz, 1e-12);
+    }
+  }
+}
+
 TEST(Jumps, AreTheLargestChangeAtACrossingAndAtARefreshOverTheMean) {
   auto frames = contact(std::vector<double>(1000, 0.0));  // |F| = 2
   for (int i = 400; i < 1000; ++i) frames[i].triangle = frames[i].facet = 7;
