@@ -65,8 +65,9 @@ TEST(Hold, ShowsTheForceOfTheRefreshUntilTheNext) {
   for (double latency_ms : {0.0, 7.0}) {
     Scene scene = small_scene();
     scene.link.latency_ms = latency_ms;
-    scene.local.blend_ms = 0;  // hold knows neither
+    scene.local.blend_ms = 0;  // hold knows none of these
     scene.local.catch_up = false;
+    scene.global.early_refresh = false;
     const SessionResult right = Session(scene).run();
     scene.local.method = "hold";
     const SessionResult held = Session(scene).run();
