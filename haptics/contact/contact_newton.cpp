@@ -113,7 +113,7 @@ bool ContactNewton::step(const ContactSystem& system, std::span<const double> mu
     const double y_m = m.dot(y);
     const Vec3 y_t = y - y_m * m;
     const double length = y_t.norm(), cone = mu[i] * y_m;
-    const auto on_surface = Mat3::Identity() - m * m.transpose();
+    const Mat3 on_surface = Mat3::Identity() - m * m.transpose();
     // Row of the matrix: by_velocity W + by_impulse.
     Mat3 by_velocity = Mat3::Zero(), by_impulse = Mat3::Zero();
     Vec3 value;
