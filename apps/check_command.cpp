@@ -24,7 +24,7 @@ struct CheckArguments {
   std::vector<std::string> paths;
   std::string out = "check", shard, baseline, one, json;
   int jobs = 1;
-  double timeout = 600, memory_gb = 4;
+  double timeout = 1200, memory_gb = 4;
   bool resume = false, no_report = false, no_wrap = false;
   CheckOptions check;
 };
