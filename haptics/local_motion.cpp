@@ -20,6 +20,7 @@ void record_motion(const PreparedLocalModel& model, int tick, LocalMotion& out) 
   out.du.head(patch) = model.work.du;
   out.num_patch = static_cast<int>(patch / 3);
   out.row = model.recovered_row;
+  out.overlap = model.state.overlap;
 }
 
 void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept {
@@ -33,6 +34,7 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept
   model.state.q.noalias() = m.lift * w.x_recovered;
   model.state.q_rate = m.q_rate0;
   model.state.q_rate.noalias() += m.lift_rate * w.v_recovered;
+  model.state.overlap = motion.overlap;
   // The motion that contact causes goes on: the first guess of the next tick.
   for (int i = 0; i < m.patch.num_vertices(); ++i) {
     const int row = motion.row[m.patch.global_node[i]];

@@ -220,14 +220,13 @@ int LocalSimulation::find_overlap(int tool) noexcept {
     const auto nodes = m.work.x.reshaped(3, m.work.x.size() / 3);
     if (-deepest.gap > (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm()) return -1;
   }
-  t.overlap_start = t.moving.shape().radius - deepest.gap;
-  t.overlap_left = kPushOut;
+  model_->state.overlap[tool] = {t.moving.shape().radius - deepest.gap, kPushOut};
   return deepest.triangle;
 }
 
-double TouchingTool::allowed_overlap() const noexcept {
-  const double left = overlap_left / kPushOut;
-  return overlap_start * left * left * (3 - 2 * left);
+double Overlap::allowed() const noexcept {
+  const double share = left / kPushOut;
+  return start * share * share * (3 - 2 * share);
 }
 
 /// Where a contact is on the surface at x.

@@ -52,11 +52,6 @@ struct TouchingTool {
   unsigned flags = 0;         ///< LocalFlag
   bool was_on_rim = false;    ///< the last tick's contact was at the edge of the patch
   bool is_off_patch = false;  ///< contact ended there: the tool may have got into the body unseen
-  double overlap_start = 0,   ///< that it was found to have [m]
-      overlap_left = 0;       ///< time that is left to end it [s]
-
-  /// In this tick [m]. Starts and ends with no speed, so that the push is felt and its ends are not.
-  double allowed_overlap() const noexcept;
 };
 
 /// One tool, or two that touch the same body at the same time: one local model, one W over all contacts, so that each

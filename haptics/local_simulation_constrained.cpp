@@ -33,7 +33,8 @@ void LocalSimulation::start_tick() noexcept {
       tool.start = find_overlap(k);
       tool.is_off_patch = false;
     }
-    tool.overlap_left = std::max(0.0, tool.overlap_left - h_);
+    double& left = m.state.overlap[k].left;
+    left = std::max(0.0, left - h_);
   }
   has_new_patch_ = false;
   w.impulse.setZero();
@@ -255,7 +256,7 @@ void LocalSimulation::fill_problem(double h_left) noexcept {
     problem_.sliding[i] = m.state.sliding[contact.tool];
     problem_.triangle[i] = m.surface.facets.global_triangle[contact.triangle];
     // The gap there would be without contact impulses, to first order.
-    const double gap_free = contact.gap + tool_of(contact).allowed_overlap() + h_left * n.dot(motion(w.du));
+    const double gap_free = contact.gap + m.state.overlap[contact.tool].allowed() + h_left * n.dot(motion(w.du));
     const Vec3 place = place_of(contact, w.x_guess);
     const Vec3 relative = motion(w.u_free) - tool_of(contact).moving.way(place) / h_;
     problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;

@@ -101,7 +101,7 @@ Vec3 gap_slope(const SurfacePatch& patch, const VectorX& x, const Contact& conta
 bool LocalSimulation::close_gaps(double h_left) noexcept {
   PreparedLocalModel& m = *model_;
   const ContactSet held = contacts_;
-  const auto gap_of = [&](const Contact& c) { return c.gap + tool_of(c).allowed_overlap(); };
+  const auto gap_of = [&](const Contact& c) { return c.gap + m.state.overlap[c.tool].allowed(); };
   for (int correction = 0; correction <= kCorrections; ++correction) {
     find_contacts(m.work.x_end);
     const ContactSet now = contacts_;

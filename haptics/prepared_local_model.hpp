@@ -11,12 +11,22 @@
 
 namespace kt {
 
+/// Of a tool that was found inside the body, and is pushed out over some ticks.
+struct Overlap {
+  double start = 0;  ///< that it was found to have [m]
+  double left = 0;   ///< time that is left to end it [s]
+
+  /// In this tick [m]. Starts and ends with no speed, so that the push is felt and its ends are not.
+  double allowed() const noexcept;
+};
+
 /// Everything that changes at 1 kHz. A copy is a rollback point.
 struct LocalState {
   VectorX q, q_rate;                         ///< reduced displacement [m] and velocity [m/s], (r)
   ContactSet anchors;                        ///< contacts held at the end of the last tick
   std::array<Vec3, kMaxContacts> impulse{};  ///< that they gave to the body then [N s]
   std::array<bool, kMaxTools> sliding{};     ///< of each tool: its contact that carried most slid in the last tick
+  std::array<Overlap, kMaxTools> overlap{};  ///< of each tool
 };
 
 /// Room for one tick's intermediate values; (p) patch vertices, (f) those of the contact surface, (r) reduced
