@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "haptics/session.hpp"
 #include "tests/support/haptics_body.hpp"
+#include "tests/support/haptics_scene.hpp"
 
 namespace kt {
 namespace {
@@ -62,6 +64,19 @@ TEST_P(CatchUpWith, AModelThatCameLateGivesTheForcesOfTheOneThatWasThere) {
 
 INSTANTIATE_TEST_SUITE_P(Both, CatchUpWith, testing::Values(kPointTool, kSphereTool),
                          [](const auto& tool) { return tool.param.radius > 0 ? "sphere" : "point"; });
+
+/// It began inside, and is pushed out over 60 ms: a model that is run in and did not know would let it go.
+TEST(Overlap, GoesOnAcrossARefresh) {
+  Scene scene = small_scene("point");
+  const Vec3 inside(0.03, 0.026, 0.02 - 1e-5);
+  scene.tool.path = {std::nullopt, std::vector<Waypoint>{{0, inside}, {0.15, inside}}, std::nullopt, std::nullopt};
+  scene.duration = 0.15;
+  const SessionResult run = Session(scene).run();
+  ASSERT_GT(run.refreshes.size(), 3u);
+  EXPECT_EQ(run.missed_impacts, 0);
+  for (const LocalFrame& f : run.frames) ASSERT_NE(f.mode, ContactMode::free) << "at " << f.t;
+  EXPECT_LT(run.penetration.back(), 1e-9);
+}
 
 TEST(LeftPatch, FadesTheForceAndFindsTheContactAgainInANewPatch) {
   const Body small{BodyOptions{.young = 5e3, .reducer = "condensed", .reach = 0.006, .blend = 0.012}};
