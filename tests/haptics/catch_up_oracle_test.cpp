@@ -75,7 +75,13 @@ TEST(Overlap, GoesOnAcrossARefresh) {
   ASSERT_GT(run.refreshes.size(), 3u);
   EXPECT_EQ(run.missed_impacts, 0);
   for (const LocalFrame& f : run.frames) ASSERT_NE(f.mode, ContactMode::free) << "at " << f.t;
-  EXPECT_LT(run.penetration.back(), 1e-9);
+  double jump = 0, most = 0;
+  for (std::size_t i = 2; i < run.frames.size(); ++i) {
+    jump = std::max(jump, (run.frames[i].force - run.frames[i - 1].force).norm());
+    most = std::max(most, run.frames[i].force.norm());
+  }
+  EXPECT_LT(jump, 0.08 * most);
+  std::printf("jump %g most %g\n", jump, most);
 }
 
 TEST(LeftPatch, FadesTheForceAndFindsTheContactAgainInANewPatch) {
