@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/contact_events.hpp"
 #include "io/output_file.hpp"
 #include "io/vtu.hpp"
@@ -79,6 +80,13 @@ void add_flag_warnings(const SessionResult& result, bool keeps_outside, Json& wa
   };
   warn_of_limit(result.limited_forces, "");
   if (result.second_tool) warn_of_limit(result.second_tool->limited_forces, "second tool: ");
+  // A residual is relative to the largest impulse: at a hundredth people feel no difference yet.
+  constexpr double kNoticeableResidual = 0.01;
+  const auto unsolved =
+      std::ranges::count_if(result.frames, [](const LocalFrame& f) { return f.residual > kNoticeableResidual; });
+  if (unsolved > 0)
+    warnings.push_back(text("the contact forces were not found to within 1 %: ", unsolved, " of ", result.frames.size(),
+                            " ticks (contacts on the same few nodes, or a tool that drives into what is clamped)"));
   if (const StepStatistics& steps = result.global_steps; steps.projected + steps.not_converged > 0)
     warnings.push_back(
         text("global steps: ", steps.projected, " of ", steps.iterations,
@@ -160,7 +168,7 @@ std::string recording_csv(const std::vector<LocalFrame>& frames, const Vec3& sta
 
 Json session_json(const Session& session, const SessionResult& result) {
   Json refreshes = Json::array();
-  for (const RefreshEvent& r : result.refreshes) 
+  for (const RefreshEvent& r : result.refreshes)
     refreshes.push_back({r.linearized_tick, r.adopted_tick, r.started_tick});
   Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
            {"recording", "recording.csv"}, {"max_speed", result.max_speed},
@@ -246,6 +254,14 @@ Json events_json(const std::vector<LocalFrame>& frames) {
   Json out;
   for (const ContactEventKind kind : kKinds) out[name_of(kind)] = std::ranges::count(events, kind, &ContactEvent::kind);
   return out;
+}
+
+Json contact_solver_json(const std::vector<LocalFrame>& frames) {
+  double largest = 0;
+  for (const LocalFrame& f : frames) largest = std::max(largest, f.residual);
+  const auto unsolved =
+      std::ranges::count_if(frames, [](const LocalFrame& f) { return f.residual > SweepLimits{}.residual; });
+  return {{"unsolved_ticks", unsolved}, {"residual_max", largest}};
 }
 
 /// Least work that all hands together have done on the body so far, over the run [J]; below 0: energy came out.
@@ -348,6 +364,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["missed_impacts"] = checked ? Json(result.missed_impacts) : Json(nullptr);
   out["penetration_max_m"] =
       checked ? Json(*std::max_element(result.penetration.begin(), result.penetration.end())) : Json(nullptr);
+  out["contact_solver"] = contact_solver_json(result.frames);
   out["energy_min_j"] = force.energy_min;
   if (result.second_tool) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
   out["step_us"] = percentiles(result.step_us, true);

@@ -156,6 +156,7 @@ LocalFrame LocalSimulation::step(const ToolSweep& sweep) noexcept {
 
 void LocalSimulation::step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept {
   num_samples_ = 0;
+  residual_ = 0;
   t_ += h_;
   for (int k = 0; k < num_tools(); ++k) {
     frames[k] = {};
@@ -188,6 +189,7 @@ void LocalSimulation::step_tools(std::span<const ToolSweep> sweeps, std::span<Lo
     shape_force(k, frames[k]);
     s.sliding[k] = frames[k].mode == ContactMode::frictional_slide;
     frames[k].flags = std::exchange(tools_[k].flags, 0u);
+    frames[k].residual = residual_;
   }
 }
 

@@ -33,10 +33,11 @@ struct LocalFrame {
   Vec3 torque = Vec3::Zero();  ///< on the tool about its reference point, of the contacts' own forces [N m]
   double cone_ratio = 0;       ///< largest |f_t| / f_n over the contacts
   ContactMode mode = ContactMode::free;
-  int triangle = -1;  ///< of the body's surface: the contact that carries most
-  int facet = -1;     ///< of the contact surface, see ContactSurface::global_facet()
-  double toi = 0;     ///< of the first impact in this tick, 0 when already in contact
-  double gap = 0;     ///< smallest gap of a held contact after the tick [m]
+  int triangle = -1;    ///< of the body's surface: the contact that carries most
+  int facet = -1;       ///< of the contact surface, see ContactSurface::global_facet()
+  double toi = 0;       ///< of the first impact in this tick, 0 when already in contact
+  double gap = 0;       ///< smallest gap of a held contact after the tick [m]
+  double residual = 0;  ///< largest that the contact solver left in this tick, all tools: ContactSolution::residual
   int model_frame = -1;
   int contacts = 0, events = 0;
   unsigned flags = 0;
@@ -124,6 +125,7 @@ class LocalSimulation final : public HapticMethod {
 
   std::vector<TouchingTool> tools_;
   double h_, t_ = 0;
+  double residual_ = 0;  // largest of this tick
   std::unique_ptr<ContactSolver> solver_;
   std::unique_ptr<PreparedLocalModel> model_;
   ContactSet contacts_;  // of this tick, the first tool's first

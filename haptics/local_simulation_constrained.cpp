@@ -205,6 +205,7 @@ void LocalSimulation::resolve_contacts(double h_left) noexcept {
     fill_problem(h_left);
     warm_start(before);
     solver_->solve(problem_, solution_);
+    residual_ = std::max(residual_, solution_.residual);
     before = contacts_;
     for (int i = 0; i < contacts_.count; ++i) m.state.impulse[i] = solution_.impulse.segment<3>(3 * i);
     for (int i = contacts_.count - 1; i >= 0; --i)  // the first of each point tool

@@ -18,13 +18,18 @@ constexpr int kSlipsToLetGo = 3;  // static friction that gave way so often in o
 #define KT_WIDE
 #endif
 
-/// v += A s for three columns of A. Column by column rather than row by row: each entry is its own sum, so that the
-/// result is the same whatever the width of the machine's vectors.
-KT_WIDE void add_columns(double* __restrict v, const double* __restrict a, Eigen::Index stride, const Vec3& s,
-                         Eigen::Index n) noexcept {
-  const double s0 = s[0], s1 = s[1], s2 = s[2];
+KT_WIDE void add_many(double* __restrict v, const double* __restrict a, Eigen::Index stride, double s0, double s1,
+                      double s2, Eigen::Index n) noexcept {
   const double* __restrict a1 = a + stride, * __restrict a2 = a1 + stride;
   for (Eigen::Index i = 0; i < n; ++i) v[i] += a[i] * s0 + a1[i] * s1 + a2[i] * s2;
+}
+
+/// v += A s for three columns of A. Column by column rather than row by row: each entry is its own sum, so that the
+/// result is the same whatever the width of the machine's vectors.
+inline void add_columns(double* v, const double* a, Eigen::Index stride, const Vec3& s, Eigen::Index n) noexcept {
+  constexpr Eigen::Index kFew = 12;  // they take less than the call
+  if (n > kFew) return add_many(v, a, stride, s[0], s[1], s[2], n);
+  for (Eigen::Index i = 0; i < n; ++i) v[i] += a[i] * s[0] + a[stride + i] * s[1] + a[2 * stride + i] * s[2];
 }
 
 }  // namespace
@@ -38,7 +43,6 @@ ContactSweeps::ContactSweeps(int capacity)
       trial_{VectorX(3 * capacity), std::vector<ContactMode>(contact_.size()), mu_, slips_},
       best_(trial_),
       velocity_(3 * capacity),
-      before_(3 * capacity),
       step_(3 * capacity),
       last_step_(3 * capacity),
       last_impulse_(3 * capacity),
@@ -191,10 +195,25 @@ void ContactSweeps::solve_directly(const ContactSystem& system, double wanted, E
   forget();
 }
 
+/// A contact alone needs no sweeps.
+SweepResult ContactSweeps::solve_one(const ContactSystem& system, Eigen::Ref<VectorX> impulse,
+                                     ContactMode& mode) noexcept {
+  const OneContact contact(system.W.topLeftCorner<3, 3>(), system.normal[0]);
+  const Vec3 velocity = system.velocity.head<3>();
+  const bool sliding = !system.sliding.empty() && system.sliding[0];
+  const OneContactSolution one =
+      contact.solve(velocity, system.friction[0], sliding, contact.slip_ratio(velocity, impulse.head<3>()));
+  mode = one.mode;
+  impulse.head<3>() = one.impulse;
+  const Vec3 after = velocity + system.W.topLeftCorner<3, 3>() * one.impulse;
+  return {1, natural_residual(system, impulse, after, {&one.mu, 1})};
+}
+
 SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
                                  std::span<ContactMode> mode) noexcept {
   constexpr int kDirectlyAfter = 24, kDirectRounds = 3;  // sweeps, each time
   const int c = system.count(), n = 3 * c;
+  if (c == 1) return solve_one(system, impulse, mode[0]);
   SweepResult out;
   for (int i = 0; i < c; ++i) {
     contact_[i] = OneContact(system.W.block<3, 3>(3 * i, 3 * i), system.normal[i]);
@@ -209,10 +228,10 @@ SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits&
   for (;;) {
     ++out.sweeps;
     const double change = sweep(system, impulse, mode);
-    const bool is_last = out.sweeps >= limits.sweeps || c == 1;
+    const bool is_last = out.sweeps >= limits.sweeps;
     const bool is_slow = ++since == kDirectlyAfter && c <= ContactNewton::kMost && rounds < kDirectRounds;
     if (change <= kLook * limits.residual || is_last || is_slow) {
-      if (c > 1 && out.sweeps > 1) find_velocity(system, impulse);  // extrapolations leave it behind by their rounding
+      if (out.sweeps > 1) find_velocity(system, impulse);  // extrapolations leave it behind by their rounding
       out.residual = residual_of(system, impulse);
       if (is_last && best < out.residual) {  // sweeps after it only wavered
         impulse = best_.impulse.head(n);

@@ -32,6 +32,7 @@ class ContactSweeps {
 
  private:
   static constexpr int kDepth = 4;  // differences that the extrapolation remembers
+  SweepResult solve_one(const ContactSystem& system, Eigen::Ref<VectorX> impulse, ContactMode& mode) noexcept;
   void find_velocity(const ContactSystem& system, const Eigen::Ref<const VectorX>& impulse) noexcept;
   double sweep(const ContactSystem& system, Eigen::Ref<VectorX> impulse, std::span<ContactMode> mode) noexcept;
   void extrapolate(Eigen::Ref<VectorX> impulse, int n) noexcept;
@@ -54,10 +55,10 @@ class ContactSweeps {
     std::vector<int> slips;
   };
   ContactNewton newton_;
-  VectorX direct_;         // its present answer
-  Trial trial_, best_;     // a sweep from there; what the last direct solution left
-  VectorX velocity_;       // with the present impulses
-  VectorX before_, step_;  // impulses before the last sweep, and what it changed
+  VectorX direct_;      // its present answer
+  Trial trial_, best_;  // a sweep from there; what the last direct solution left
+  VectorX velocity_;    // with the present impulses
+  VectorX step_;        // what the last sweep changed
   VectorX last_step_, last_impulse_, last_velocity_;
   MatrixX steps_, impulses_, velocities_;  // differences between successive sweeps, (3c x kDepth), a ring
   Eigen::Matrix<double, kDepth, kDepth> gram_;

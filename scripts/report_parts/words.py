@@ -50,6 +50,7 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("crossings", "triangles entered", PLAIN, "times the contact went from one triangle to the next"),
         ("lost_contacts", "contacts lost", PLAIN, "the tool passed an edge and no triangle was found there; should be 0"),
         ("missed_impacts", "impacts missed", PLAIN, "found by the exhaustive check only; must be 0"),
+        ("contact_solver.unsolved_ticks", "ticks not solved exactly", PLAIN, "their forces meet Coulomb's law to less than six digits"),
         ("penetration_max_m", "deepest penetration", with_unit("µm", 1e6), "of the tool below the deformed surface at the end of a tick"),
         ("energy_min_j", "least energy taken from the hand", with_unit("µJ", 1e6), "negative: the device was given energy"),
     ]),

@@ -28,6 +28,7 @@ SUMMARY = {  # key -> keys inside; None: a value
     "force": ["mean_n", "max_n", "mean_t", "max_t", "max_t_over_mu_n", "buzz", "crossing_jump", "refresh_jump"],
     "ticks": ["free", "stick", "slide", "frictional_slide", "total"],
     "crossings": None, "lost_contacts": None, "missed_impacts": None, "penetration_max_m": None, "energy_min_j": None,
+    "contact_solver": ["unsolved_ticks", "residual_max"],
     "step_us": ["p50", "p99", "p999", "max"], "global_ms": ["p50", "p99", "max"], "refresh_ms": ["p50", "p99"],
     "deadline_misses": None, "allocations_per_tick": None, "warnings": None,
 }

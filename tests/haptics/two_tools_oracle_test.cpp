@@ -12,8 +12,8 @@
 namespace kt {
 namespace {
 
-// Of each tool's own force, the root of the mean square over the run. Two tools on the end of a soft bar that swings and
-// comes back to them: there the whole body in steps of 1 ms is off by 11 and 12 %.
+// Of each tool's own force, the root of the mean square over the run. Two tools on the end of a soft bar that swings
+// and comes back to them: there the whole body in steps of 1 ms is off by 11 and 12 %.
 constexpr double kPinchError = 0.02, kSideBySideError = 0.2;
 
 /// A soft bar, 70 x 30 x 15 mm, clamped at its end x = 0.
