@@ -22,29 +22,24 @@ Vec3 project_to_cone(const Vec3& p, const Vec3& m, double mu) noexcept {
 double natural_residual(const ContactSystem& system, const Eigen::Ref<const VectorX>& p,
                         const Eigen::Ref<const VectorX>& u, std::span<const double> mu) noexcept {
   const int c = system.count();
-  double largest_p = 0, largest_b = 0;
-  for (int i = 0; i < c; ++i) {
-    largest_p = std::max(largest_p, p.segment<3>(3 * i).squaredNorm());
-    largest_b = std::max(largest_b, system.velocity.segment<3>(3 * i).squaredNorm());
-  }
-  largest_p = std::sqrt(largest_p);
-  largest_b = std::sqrt(largest_b);
-  double impulse = 0, velocity = 0;  // largest e, largest e / r
+  double largest_p = 0, largest_b = 0, impulse = 0, velocity = 0;  // squares: |p|, |b|, e and e / r
   for (int i = 0; i < c; ++i) {
     const Vec3 m = -system.normal[i], own = u.segment<3>(3 * i), p_i = p.segment<3>(3 * i);
-    const double r = system.mass(i), u_m = m.dot(own);
+    const double r = system.mass(i), u_m = m.dot(own), p_sq = p_i.squaredNorm();
+    largest_p = std::max(largest_p, p_sq);
+    largest_b = std::max(largest_b, system.velocity.segment<3>(3 * i).squaredNorm());
     if (r == 0) {  // immovable: nothing helps against overlap
-      velocity = std::max(velocity, -u_m);
+      if (u_m < 0) velocity = std::max(velocity, u_m * u_m);
       continue;
     }
-    if (u_m >= 0 && p_i.isZero(0)) continue;
+    if (u_m >= 0 && p_sq == 0) continue;
     const double u_t = (own - u_m * m).norm();
-    const double e = (p_i - project_to_cone(p_i - r * (own + mu[i] * u_t * m), m, mu[i])).norm();
+    const double e = (p_i - project_to_cone(p_i - r * (own + mu[i] * u_t * m), m, mu[i])).squaredNorm();
     impulse = std::max(impulse, e);
-    velocity = std::max(velocity, e / r);
+    velocity = std::max(velocity, e / (r * r));
   }
   const auto relative = [](double value, double scale) { return value > 0 ? (scale > 0 ? value / scale : 1.0) : 0.0; };
-  return std::max(largest_p > 0 ? relative(impulse, largest_p) : 0.0, relative(velocity, largest_b));
+  return std::sqrt(std::max(largest_p > 0 ? relative(impulse, largest_p) : 0.0, relative(velocity, largest_b)));
 }
 
 }  // namespace kt

@@ -10,7 +10,7 @@ using Vec2 = Eigen::Vector2d;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kImmovable = 1e-13;  // of the trace: a direction that gives way less has lost its digits
-constexpr double kNearly = 1e-7;      // of h: its square is rounding, so one more step needs no evaluation
+constexpr double kNearly = 2e-7;      // relative: its square is rounding, so the last step needs no evaluation
 constexpr int kMaxSteps = 120;        // bisection alone ends in 60 from any bracket
 
 /// Orthonormal frame with m as its first column (Duff et al. 2017, branch on the sign).
@@ -24,59 +24,70 @@ Mat3 frame_of(const Vec3& m) {
   return frame;
 }
 
-/// Slip as a function of lambda, in the eigenvectors of S.
+/// Slip as a function of lambda, in the eigenvectors of S. With D = (s_0 + lambda)(s_1 + lambda) as the denominator of
+/// everything, D p_t and D p_m are polynomials, and a step of Newton's method needs one division.
 struct Slip {
   double b_m, inverse_m;  // 1 / W_mm
   Vec2 w, s, c;
   const Friction& friction;
   bool weakens;  // else mu is the kinetic one
 
-  double lambda = 0;
-  Vec2 q{}, dq{};  // p_t, and its derivative by lambda
-  double p_m = 0, dp_m = 0, mu = 0;
-  double h = 0, slope = 0, noise = 0;  // of ((mu p_m / |p_t|)^2 - 1) / 2; its rounding
+  double lambda = 0, mu = 0;
+  double held = 0, pull = 0;  // D^2 times: (mu p_m)^2, and |p_t|^2; they are equal at the solution
+  double slope = 0;           // of held / pull, times pull^2
+  double noise = 0;           // rounding of held - pull
+  Vec2 q{};                   // p_t
+  double p_m = 0;
 
   void evaluate() {
-    const double a0 = 1 / (s[0] + lambda), a1 = 1 / (s[1] + lambda);
-    q = Vec2(-c[0] * a0, -c[1] * a1);
-    dq = Vec2(-q[0] * a0, -q[1] * a1);
-    const double inverse_sq = 1 / q.squaredNorm(), along = w.dot(q);
-    p_m = -(b_m + along) * inverse_m;
-    dp_m = -w.dot(dq) * inverse_m;
+    const double d0 = s[0] + lambda, d1 = s[1] + lambda, denominator = d0 * d1;
+    const double q0 = c[0] * d1, q1 = c[1] * d0, along = w[0] * q0 + w[1] * q1;  // -D p_t
+    const double push = (along - b_m * denominator) * inverse_m;                 // D p_m
+    const double push_rate = (w.dot(c) - b_m * (d0 + d1)) * inverse_m;
+    pull = q0 * q0 + q1 * q1;
+    const double pull_rate = 2 * (q0 * c[0] + q1 * c[1]);
     mu = friction.mu_kinetic;
-    double dmu = 0;
+    double mu_rate = 0;
     if (weakens) {
-      const double length = q.norm(), speed = lambda * length;
+      const double length = std::sqrt(pull), speed = lambda * length / denominator;
       mu = friction.mu_at(speed);
-      dmu = -2 * speed / (friction.stribeck * friction.stribeck) * (mu - friction.mu_kinetic) *
-            (length + lambda * q.dot(dq) / length);
+      const double speed_rate =
+          (length + lambda * (0.5 * pull_rate / length - length * (d0 + d1) / denominator)) / denominator;
+      mu_rate = -2 * speed / (friction.stribeck * friction.stribeck) * (mu - friction.mu_kinetic) * speed_rate;
     }
-    const double factor = mu * mu * p_m * inverse_sq;
-    h = p_m > 0 ? 0.5 * (factor * p_m - 1) : -1;  // a pull is further from a solution than no impulse
-    slope = factor * (dp_m - p_m * q.dot(dq) * inverse_sq) + mu * dmu * p_m * p_m * inverse_sq;
-    noise = 4 * kEps * (1 + std::abs(factor) * inverse_m * (std::abs(b_m) + std::abs(along)));
+    const double grip = mu * mu * push;
+    held = push > 0 ? grip * push : -pull;  // a pull is further from a solution than no impulse
+    slope = 2 * (grip * push_rate + mu * mu_rate * push * push) * pull - held * pull_rate;
+    noise = 8 * kEps * (pull + std::abs(grip) * inverse_m * (std::abs(b_m) * denominator + std::abs(along)));
   }
+
+  bool is_solved() const { return std::abs(held - pull) <= noise; }
+  bool is_beyond() const { return held >= pull; }
 
   /// Newton's step for mu p_m / |p_t| - 1, which is nearly a straight line, told from its square without a root.
-  double step() const { return p_m > 0 ? -2 * h * (1 + h) / ((2 + h) * slope) : kInfinity; }
-
-  /// The last step, so small that the curvature over it does not count.
-  void finish() {
-    const double step = this->step();
-    lambda += step;
-    q += step * dq;
-    p_m += step * dp_m;
+  double step() const {
+    if (!(held > 0)) return kInfinity;
+    return -2 * (held - pull) * (held + pull) * pull / ((held + 3 * pull) * slope);
   }
 
-  /// Newton's method, kept between `low` and `high`, where h is negative and positive.
+  void find_impulse() {
+    const double d0 = s[0] + lambda, d1 = s[1] + lambda, inverse = 1 / (d0 * d1);
+    q = Vec2(-c[0] * d1 * inverse, -c[1] * d0 * inverse);
+    p_m = -(b_m + w.dot(q)) * inverse_m;
+  }
+
+  /// Newton's method, kept between `low` and `high`, where held - pull is negative and positive.
   void solve(double start, double low, double high) {
     lambda = start;
     for (int i = 0; i < kMaxSteps; ++i) {
       evaluate();
-      if (std::abs(h) <= noise) return;
-      if (std::abs(h) < kNearly && !weakens && slope * lambda > 0.1) return finish();
-      (h < 0 ? low : high) = lambda;
+      if (is_solved()) return;
       double next = lambda + step();
+      if (std::abs(held - pull) < kNearly * pull && !weakens && slope * lambda > 0.2 * pull * pull) {
+        lambda = next;
+        return;
+      }
+      (is_beyond() ? high : low) = lambda;
       if (!(next > low && next < high)) next = high < kInfinity ? 0.5 * (low + high) : 2 * lambda + s[0] + s[1];
       if (next == lambda) return;
       lambda = next;
@@ -88,8 +99,8 @@ struct Slip {
     double high = lambda;
     for (int i = 0; i < kMaxSteps; ++i) {
       evaluate();
-      if (std::abs(h) <= noise) return true;
-      if (h < 0) {
+      if (is_solved()) return true;
+      if (!is_beyond()) {
         solve(0.5 * (lambda + high), lambda, high);
         return true;
       }
@@ -106,17 +117,17 @@ struct Slip {
 
 OneContact::OneContact(const Mat3& W, const Vec3& normal) noexcept {
   const Mat3 frame = frame_of(-normal);
-  const Mat3 own = frame.transpose() * W * frame;
-  const double least = std::max(kImmovable * own.trace(), std::numeric_limits<double>::min());
-  inverse_m_ = 1 / std::max(own(0, 0), least);
-  const double w1 = own(1, 0), w2 = own(2, 0);
-  const double s11 = own(1, 1) - w1 * w1 * inverse_m_, s22 = own(2, 2) - w2 * w2 * inverse_m_,
-               s12 = own(2, 1) - w1 * w2 * inverse_m_;
+  const Vec3 to_m = W * frame.col(0), to_1 = W * frame.col(1), to_2 = W * frame.col(2);
+  const double least = std::max(kImmovable * W.trace(), std::numeric_limits<double>::min());
+  inverse_m_ = 1 / std::max(frame.col(0).dot(to_m), least);
+  const double w1 = frame.col(1).dot(to_m), w2 = frame.col(2).dot(to_m);
+  const double s11 = frame.col(1).dot(to_1) - w1 * w1 * inverse_m_, s22 = frame.col(2).dot(to_2) - w2 * w2 * inverse_m_,
+               s12 = frame.col(2).dot(to_1) - w1 * w2 * inverse_m_;
   // Jacobi's rotation makes S diagonal.
   double t = 0;
-  if (s12 != 0) {
-    const double half = 0.5 * (s22 - s11) / s12;
-    t = std::copysign(1.0, half) / (std::abs(half) + std::sqrt(1 + half * half));
+  if (s12 * s12 > 0) {
+    const double half = 0.5 * (s22 - s11);
+    t = std::copysign(s12, half * s12) / (std::abs(half) + std::sqrt(half * half + s12 * s12));
   }
   const double cosine = 1 / std::sqrt(1 + t * t), sine = t * cosine;
   frame_.col(0) = frame.col(0);
@@ -169,6 +180,7 @@ OneContactSolution OneContact::solve(const Vec3& b_world, const Friction& fricti
   } else {
     slip.solve(start, 0, kInfinity);
   }
+  slip.find_impulse();
   // Onto the cone to the last digit: slip.q has that length up to the accuracy, so that a root is not needed.
   const double p_m = std::max(slip.p_m, 0.0);
   const double t = 0.5 + 0.5 * slip.mu * slip.mu * p_m * p_m / slip.q.squaredNorm();
