@@ -152,7 +152,7 @@ TEST(TwoTools, StayInTheConeAndOutside) {
         std::vector<Waypoint> path{{0, Vec3(x, 0.0153, z + 0.001 * up)}};
         for (int i = 1; i <= 4; ++i)
           path.push_back(
-              {0.08 * i, Vec3(x + uniform(-0.004, 0.004), uniform(0.012, 0.018), z - uniform(0.001, 0.003) * up)});
+              {0.05 * i, Vec3(x + uniform(-0.004, 0.004), uniform(0.012, 0.018), z - uniform(0.001, 0.003) * up)});
         return path;
       };
       Scene scene = bar_scene(way(above ? 0.0293 : 0.0411, top, 1), way(above ? 0.0553 : 0.0411, other, out));
