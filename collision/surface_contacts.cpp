@@ -44,7 +44,8 @@ void ContactSet::add(const Contact& contact) noexcept {
   const auto told_by_others = [&](const Contact& c) {
     double most = -std::numeric_limits<double>::infinity();
     const auto tell = [&](const Contact& other) {
-      if (&other != &c) most = std::max(most, c.gap - other.gap - kSlope * (c.core - other.core).norm());
+      const double higher = c.gap - other.gap;
+      if (&other != &c && higher > most) most = std::max(most, higher - kSlope * (c.core - other.core).norm());
     };
     for (const Contact& other : contacts) tell(other);
     tell(contact);

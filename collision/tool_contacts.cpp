@@ -23,10 +23,20 @@ bool is_apart(const Box& box, const Vec3& a, const Vec3& b) noexcept {
 }
 
 /// Contacts of one direction within a part of a triangle push the same nodes the same way: the deepest stands for all.
-void add_apart(ContactSet& set, const Contact& contact, double spacing_sq) noexcept {
+struct Apart {
+  double spacing;  // of a triangle's first edge
+  double along;    // cosine between normals
+};
+constexpr Apart kFlat{0.02, 0.9999};
+/// The pieces of a smooth surface are much smaller than what its nodes move, and turn little from one to the next.
+/// A capsule of 20 mm on pieces of 1.25 mm: 13 times faster than with kFlat, and no contact is left over that the
+/// solver has no room for.
+constexpr Apart kCurved{0.5, 0.999};
+
+void add_apart(ContactSet& set, const Contact& contact, double spacing_sq, double along) noexcept {
   for (int i = 0; i < set.count; ++i) {
     Contact& other = set.contacts[i];
-    if ((other.core - contact.core).squaredNorm() > spacing_sq || other.normal.dot(contact.normal) < 0.9999) continue;
+    if ((other.core - contact.core).squaredNorm() > spacing_sq || other.normal.dot(contact.normal) < along) continue;
     if (contact.gap < other.gap) other = contact;
     return;
   }
@@ -40,12 +50,13 @@ void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolC
   if (core.edges.empty())
     return find_sphere_contacts(patch, x, core.corners[0], radius, margin, candidates, start, out, way);
   out.count = 0;
-  constexpr double kSpacing = 0.02;  // of the triangle's first edge
+  const Apart apart = patch.is_curved ? kCurved : kFlat;
   const double limit = radius + margin;
   const auto add = [&](const Vec3& place, int triangle) {
     const Triangle& v = patch.triangles[triangle];
     if (const auto contact = find_sphere_contact(patch, x, place, radius, margin, triangle))
-      add_apart(out, *contact, kSpacing * kSpacing * (node(x, v[1]) - node(x, v[0])).squaredNorm());
+      add_apart(out, *contact, apart.spacing * apart.spacing * (node(x, v[1]) - node(x, v[0])).squaredNorm(),
+                apart.along);
   };
 
   Box near{Vec3::Constant(std::numeric_limits<double>::infinity()), {}};

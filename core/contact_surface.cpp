@@ -117,18 +117,6 @@ void ContactSurface::add_at(VectorX& patch, int facet, const Vec3& bary, const V
     node(patch, moved_node[k]) += bary.dot(moved_weight[k]) * value;
 }
 
-Mat3 ContactSurface::couple(const MatrixX& C, int facet_a, const Vec3& bary_a, int facet_b,
-                            const Vec3& bary_b) const noexcept {
-  Mat3 out = Mat3::Zero();
-  for (int j = first_moved[facet_b]; j < first_moved[facet_b + 1]; ++j) {
-    Mat3 column = Mat3::Zero();
-    for (int i = first_moved[facet_a]; i < first_moved[facet_a + 1]; ++i)
-      column += bary_a.dot(moved_weight[i]) * C.block<3, 3>(3 * moved_node[i], 3 * moved_node[j]);
-    out += bary_b.dot(moved_weight[j]) * column;
-  }
-  return out;
-}
-
 NodeWeights ContactSurface::moved_by(int facet, const Vec3& bary) const noexcept {
   NodeWeights out;
   for (int k = first_moved[facet]; k < first_moved[facet + 1]; ++k) out.add(moved_node[k], bary.dot(moved_weight[k]));

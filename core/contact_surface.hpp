@@ -38,8 +38,6 @@ struct ContactSurface {
   NodeWeights moved_by(int facet, const Vec3& bary) const noexcept;
   /// The same as nodes of the body.
   NodeWeights moved_by(const SurfacePatch& patch, int facet, const Vec3& bary) const noexcept;
-  /// J_a C J_b^T for two of its points and a matrix (3p x 3p) of the patch.
-  Mat3 couple(const MatrixX& C, int facet_a, const Vec3& bary_a, int facet_b, const Vec3& bary_b) const noexcept;
 
   int facets_per_triangle() const { return 1 << (2 * levels); }
   /// Numbers that stay from patch to patch: piece of the body's triangle.

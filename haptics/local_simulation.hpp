@@ -108,6 +108,7 @@ class LocalSimulation final : public HapticMethod {
   void find_contacts_of(int tool, const VectorX& x, ContactSet& out) noexcept;
   Vec3 place_of(const Contact& contact, const VectorX& x) const noexcept;
   void place_surface(double h_left, VectorX& out) noexcept;
+  void couple_contacts(const MatrixX& C, ContactMatrix& out) noexcept;
   void fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;

@@ -43,6 +43,7 @@ void LocalSimulation::settle_velocities() noexcept {
 
   VectorX& rate = m.work.u_free;
   m.recover_patch(s.q_rate, rate);
+  couple_contacts(kick.C, problem_.W);  // the problem is solved: its room is free
   Matrix A(n, n);
   ContactVector wanted(n);
   for (int a = 0; a < n; ++a) {
@@ -50,11 +51,9 @@ void LocalSimulation::settle_velocities() noexcept {
     const Vec3 place = place_of(c, m.work.x_end);
     const Vec3 speed = m.surface.at(rate, c.triangle, c.bary) - tool_of(c).moving.way(place) / h_;
     wanted[a] = -speed.dot(condition[a].along);
-    for (int b = 0; b < n; ++b) {
-      const Contact& other = contacts_.contacts[condition[b].contact];
-      const Mat3 C = m.surface.couple(kick.C, c.triangle, c.bary, other.triangle, other.bary);
-      A(a, b) = condition[a].along.dot(C * condition[b].impulse);
-    }
+    for (int b = 0; b < n; ++b)
+      A(a, b) = condition[a].along.dot(problem_.W.block<3, 3>(3 * condition[a].contact, 3 * condition[b].contact) *
+                                       condition[b].impulse);
   }
   const ContactVector size = A.partialPivLu().solve(wanted);
   if (!size.allFinite()) return;
