@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/subdivision.hpp"
@@ -115,6 +116,27 @@ Vec3 ContactSurface::at(const VectorX& patch, int facet, const Vec3& bary) const
 void ContactSurface::add_at(VectorX& patch, int facet, const Vec3& bary, const Vec3& value) const noexcept {
   for (int k = first_moved[facet]; k < first_moved[facet + 1]; ++k)
     node(patch, moved_node[k]) += bary.dot(moved_weight[k]) * value;
+}
+
+void couple_points(const MatrixX& C, std::span<const NodeWeights> points, CouplingRoom& room,
+                   Eigen::Ref<MatrixX> out) noexcept {
+  std::ranges::fill(room.point, -1);
+  for (int i = 0; i < static_cast<int>(points.size()); ++i) {
+    const NodeWeights& own = points[i];
+    const auto with = [&](int vertex) -> const Mat3& {
+      Mat3& sum = room.sum[vertex];
+      if (std::exchange(room.point[vertex], i) == i) return sum;
+      sum.setZero();
+      for (int a = 0; a < own.count; ++a) sum += own.weight[a] * C.block<3, 3>(3 * own.node[a], 3 * vertex);
+      return sum;
+    };
+    for (int k = 0; k <= i; ++k) {
+      Mat3 block = Mat3::Zero();
+      for (int b = 0; b < points[k].count; ++b) block += points[k].weight[b] * with(points[k].node[b]);
+      out.block<3, 3>(3 * i, 3 * k) = block;
+      out.block<3, 3>(3 * k, 3 * i) = block.transpose();
+    }
+  }
 }
 
 NodeWeights ContactSurface::moved_by(int facet, const Vec3& bary) const noexcept {

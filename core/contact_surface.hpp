@@ -2,6 +2,8 @@
 // The surface that tools touch: the patch's own triangles, or a smoother one over them whose vertices are weighted
 // means of the patch's. Linear in the nodes, so that a force on it and the motion it causes belong together: no
 // contact creates energy.
+#include <span>
+
 #include "core/backend.hpp"
 #include "core/local_model.hpp"
 #include "core/node_weights.hpp"
@@ -45,6 +47,18 @@ struct ContactSurface {
     return facets.global_triangle[facet] * facets_per_triangle() + facet % facets_per_triangle();
   }
 };
+
+struct CouplingRoom {
+  explicit CouplingRoom(int vertices = 0) : sum(vertices), point(vertices) {}
+  std::vector<Mat3> sum;   ///< how each vertex moves with one point
+  std::vector<int> point;  ///< which
+};
+
+/// J C J^T (3n x 3n) of n points that move with the patch's vertices, for a symmetric matrix C (3p x 3p) of the patch.
+/// On a smooth surface points share most of their vertices: what a vertex has to do with a point is summed once. No
+/// allocation.
+void couple_points(const MatrixX& C, std::span<const NodeWeights> points, CouplingRoom& room,
+                   Eigen::Ref<MatrixX> out) noexcept;
 
 /// Throws InputError for an unknown scheme.
 ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& smoothing);

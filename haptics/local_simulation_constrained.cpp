@@ -2,7 +2,6 @@
 // The surface point under the tool moves with it (method.md section 5, notes 3 and 4).
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "collision/tool_contacts.hpp"
 #include "haptics/local_simulation.hpp"
@@ -240,32 +239,13 @@ void LocalSimulation::place_surface(double h_left, VectorX& out) noexcept {
   out = w.x_event + h_left * w.u;
 }
 
-/// How an impulse at each contact moves each: J C J^T. On a smooth surface a contact moves with many vertices, and
-/// contacts share most of them: what each vertex has to do with a contact is summed once.
 void LocalSimulation::couple_contacts(const MatrixX& C, ContactMatrix& out) noexcept {
   const int c = contacts_.count;
-  LocalWorkspace& w = model_->work;
   std::array<NodeWeights, kMaxContacts> moves;
   for (int i = 0; i < c; ++i)
     moves[i] = model_->surface.moved_by(contacts_.contacts[i].triangle, contacts_.contacts[i].bary);
   out.resize(3 * c, 3 * c);
-  std::ranges::fill(w.coupled_to, -1);
-  for (int i = 0; i < c; ++i) {
-    const auto with = [&](int vertex) -> const Mat3& {
-      Mat3& sum = w.coupled[vertex];
-      if (std::exchange(w.coupled_to[vertex], i) == i) return sum;
-      sum.setZero();
-      for (int a = 0; a < moves[i].count; ++a)
-        sum += moves[i].weight[a] * C.block<3, 3>(3 * moves[i].node[a], 3 * vertex);
-      return sum;
-    };
-    for (int k = 0; k <= i; ++k) {
-      Mat3 W = Mat3::Zero();
-      for (int b = 0; b < moves[k].count; ++b) W += moves[k].weight[b] * with(moves[k].node[b]);
-      out.block<3, 3>(3 * i, 3 * k) = W;
-      out.block<3, 3>(3 * k, 3 * i) = W.transpose();
-    }
-  }
+  couple_points(C, {moves.data(), static_cast<std::size_t>(c)}, model_->work.coupling, out);
 }
 
 /// A contact is softened, and flagged, where nothing can move.

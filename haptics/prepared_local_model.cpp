@@ -50,8 +50,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   w.x_recovered = m.x0;
   w.v_recovered = m.v0;
   w.candidates.resize(surface.facets.triangles.size());
-  w.coupled.resize(m.patch.num_vertices());
-  w.coupled_to.resize(m.patch.num_vertices());
+  w.coupling = CouplingRoom(m.patch.num_vertices());
   for (auto& of_tool : w.ignored) of_tool.resize(surface.facets.triangles.size());
   return out;
 }

@@ -42,8 +42,7 @@ struct LocalWorkspace {
   VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
   VectorX x_recovered, v_recovered;   ///< (3 recovered)
   std::vector<int> candidates;        ///< (facets)
-  std::vector<Mat3> coupled;          ///< how a patch vertex moves with one contact, (p)
-  std::vector<int> coupled_to;        ///< which, (p)
+  CouplingRoom coupling;
   std::array<std::vector<unsigned char>, kMaxTools> ignored;  ///< of each tool: facets that it is held at, (facets)
 };
 

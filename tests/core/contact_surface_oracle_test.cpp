@@ -54,21 +54,32 @@ TEST(ContactSurface, ForcesAndMotionDoTheSameWork) {
   const SmoothBlock b;
   const VectorX v = random_vector(static_cast<int>(b.x.size()), 5);
   const Vec3 force(1, -2, 3), bary(0.5, 0.2, 0.3);
-  const MatrixX C = random_vector(static_cast<int>(b.x.size() * b.x.size()), 6).reshaped(b.x.size(), b.x.size());
   for (const int f : {0, 17, 40}) {
     VectorX spread = VectorX::Zero(b.x.size());
     b.smooth.add_at(spread, f, bary, force);
     EXPECT_NEAR(spread.dot(v), force.dot(b.smooth.at(v, f, bary)), 1e-13);
-    // J_a C J_b^T, column by column.
-    const Vec3 other(0.1, 0.1, 0.8);
-    const int g = 5;
-    Mat3 truth;
-    for (int k = 0; k < 3; ++k) {
-      VectorX unit = VectorX::Zero(b.x.size());
-      b.smooth.add_at(unit, g, other, Vec3::Unit(k));
-      truth.col(k) = b.smooth.at(C * unit, f, bary);
-    }
-    EXPECT_LT((b.smooth.couple(C, f, bary, g, other) - truth).norm(), 1e-13);
+  }
+}
+
+/// J C J^T, column by column.
+TEST(ContactSurface, PointsAreCoupledAsTheirForcesMoveThem) {
+  const SmoothBlock b;
+  const auto rows = static_cast<int>(b.x.size());
+  const MatrixX any = random_vector(rows * rows, 6).reshaped(rows, rows), C = any + any.transpose();
+  const std::vector<std::pair<int, Vec3>> points{
+      {0, {0.5, 0.2, 0.3}}, {1, {0.1, 0.1, 0.8}}, {5, {1, 0, 0}}, {40, {0.3, 0.3, 0.4}}, {0, {0, 0.5, 0.5}}};
+  std::vector<NodeWeights> moves;
+  for (const auto& [f, bary] : points) moves.push_back(b.smooth.moved_by(f, bary));
+  CouplingRoom room(rows / 3);
+  const auto n = 3 * static_cast<int>(points.size());
+  MatrixX coupled(n, n);
+  for (int again = 0; again < 2; ++again) couple_points(C, moves, room, coupled);  // the room is used again
+  for (int k = 0; k < n; ++k) {
+    VectorX unit = VectorX::Zero(rows);
+    b.smooth.add_at(unit, points[k / 3].first, points[k / 3].second, Vec3::Unit(k % 3));
+    const VectorX moved = C * unit;
+    for (int i = 0; i < n / 3; ++i)
+      EXPECT_LT((coupled.block<3, 1>(3 * i, k) - b.smooth.at(moved, points[i].first, points[i].second)).norm(), 1e-13);
   }
 }
 
