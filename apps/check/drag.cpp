@@ -1,5 +1,6 @@
 // A sphere dragged over the surface along three ways: is contact kept, is the force smooth?
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "apps/check/hand_paths.hpp"
@@ -12,7 +13,8 @@ namespace {
 
 constexpr double kSpeed = 0.04, kDuration = 0.6, kLongest = 0.015;  // [m/s], [s], [m]
 constexpr int kHeadings = 6;
-constexpr double kShortest = 0.003;          // of a way that says anything [m]
+constexpr double kShortest = 0.003;  // of a way that says anything [m]
+constexpr double kAlways = std::numeric_limits<double>::infinity();
 constexpr double kBuzz = 0.10, kJump = 1.0;  // of the mean force
 
 struct Drag {
@@ -45,40 +47,6 @@ Vec3 first_loss(const SessionResult& run, const Vec3& otherwise) {
   return otherwise;
 }
 
-/// Most ticks in a row.
-int longest_loss(const std::vector<char>& free) {
-  int longest = 0, now = 0;
-  for (const char is_free : free) longest = std::max(longest, now = is_free ? now + 1 : 0);
-  return longest;
-}
-
-/// Without contact after the press.
-int longest_loss(const SessionResult& run) {
-  std::vector<char> free;
-  for (const LocalFrame& f : run.frames) free.push_back(f.t > kDragPressTime && f.mode == ContactMode::free);
-  return longest_loss(free);
-}
-
-/// Of the whole nonlinear body, which is free where it feels no force.
-int longest_loss(const Reference& truth) {
-  std::vector<char> free;
-  for (std::size_t i = 0; i < truth.force.size(); ++i)
-    free.push_back(static_cast<double>(i + 1) * truth.h > kDragPressTime && truth.force[i].isZero(0));
-  return longest_loss(free);
-}
-
-void judge_losses(const CheckBody& body, const SessionResult& run, int losses, const std::string& name,
-                  const Vec3& where, const std::atomic<bool>* stop, StageResult& out) {
-  const int ours = longest_loss(run);
-  std::optional<int> whole;
-  if (const auto truth = truth_of(body, run, run.frames.size(), stop)) whole = longest_loss(*truth);
-  out.lower(judge_loss(ours, whole),
-            text(name, ": contact lost ", losses, losses == 1 ? " time" : " times", ", for up to ", ours, " ticks; ",
-                 whole ? text("the whole nonlinear body leaves for up to ", *whole)
-                       : std::string("not compared with the whole nonlinear body")),
-            where);
-}
-
 }  // namespace
 
 void check_drag(MeshWork& work, StageResult& out) {
@@ -106,9 +74,13 @@ void check_drag(MeshWork& work, StageResult& out) {
       buzz = std::max(buzz, m.buzz);
       crossing = std::max(crossing, m.crossing_jump);
       refresh = std::max(refresh, m.refresh_jump);
-      if (m.lost_contacts > 0)
-        judge_losses(body, run, m.lost_contacts, name, work.in_file(first_loss(run, drags[i].spot.place)),
-                     work.options.stop, out);
+      if (m.lost_contacts > 0) {
+        const Loss loss = longest_loss(body, run, kDragPressTime, kAlways, work.options.stop);
+        out.lower(judge_loss(loss),
+                  text(name, ": contact lost ", m.lost_contacts, m.lost_contacts == 1 ? " time" : " times", ", ",
+                       loss.told()),
+                  work.in_file(first_loss(run, drags[i].spot.place)));
+      }
       if (m.buzz > kBuzz)
         out.lower(Verdict::degraded, text(name, ": buzz above 100 Hz of ", 100 * m.buzz, " % of the force"), where);
       if (std::max(m.crossing_jump, m.refresh_jump) > kJump)

@@ -48,16 +48,20 @@ int free_between(const SessionResult& run, double from, double to) {
       run.frames, [&](const LocalFrame& f) { return f.t > from && f.t <= to && f.mode == ContactMode::free; }));
 }
 
-/// A light body bounces off the tool that stops; by the second half of the hold it must lie against it.
-void judge_hold(const SessionResult& run, const PressPath& path, const std::string& name, const Vec3& where,
-                RunExtremes& all, StageResult& out) {
+/// A light body bounces off the tool that stops; by the second half of the hold it must lie against it, unless the
+/// whole nonlinear body has swung away, too. Returns whether there is a force to be judged.
+bool judge_hold(const CheckBody& body, const SessionResult& run, const PressPath& path, const std::string& name,
+                const Vec3& where, const std::atomic<bool>* stop, RunExtremes& all, StageResult& out) {
   const double end = path.rests.back(), settled = 0.5 * (path.pressed + end);
   if (const int bounces = free_between(run, path.pressed, settled); bounces > 0)
     out.lower(Verdict::degraded, text(name, ": the body bounces off for ", bounces, " ticks where the tool stops"),
               where);
-  const int lost = free_between(run, settled, end - 1e-9);
-  all.lost += lost;
-  if (lost > 0) out.lower(Verdict::fail, text(name, ": no contact in ", lost, " ticks while held"), where);
+  const Loss loss = longest_loss(body, run, settled, end, stop);
+  if (loss.ticks == 0) return true;
+  all.lost += loss.ticks;
+  const Verdict verdict = judge_loss(loss);
+  out.lower(verdict, text(name, ": no contact while held, ", loss.told()), where);
+  return verdict != Verdict::pass;
 }
 
 }  // namespace
@@ -76,8 +80,7 @@ void check_press(MeshWork& work, StageResult& out) {
       const SessionResult run = run_along(body, path.path, work.options.stop);
       judge_run(run, name, where, all, out);
       const auto force = force_over_depth(run, path, spot.normal);
-      judge_forces(force, name, where, out);
-      judge_hold(run, path, name, where, all, out);
+      if (judge_hold(body, run, path, name, where, work.options.stop, all, out)) judge_forces(force, name, where, out);
       const double held = force.back();
       largest = std::max(largest, held);
       if (i != thickest) continue;

@@ -24,22 +24,47 @@ SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std
 }
 
 std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& run, std::size_t ticks,
-                                  const std::atomic<bool>* stop) try {
+                                  const std::atomic<bool>* stop) {
   constexpr int kMostNodes = 3000;
-  constexpr double kRate = 2000;  // [Hz]
   if (body.session->model().mesh().num_nodes() > kMostNodes) return {};
   const std::vector<Vec3> tool = tool_path(run);
-  return run_reference(*body.session, std::span(tool).first(std::min(ticks + 1, tool.size())),
-                       {.rate_hz = kRate, .stop = stop});
-} catch (const RunError&) {
+  for (const double rate : {2000.0, 8000.0}) try {
+      return run_reference(*body.session, std::span(tool).first(std::min(ticks + 1, tool.size())),
+                           {.rate_hz = rate, .stop = stop});
+    } catch (const RunError&) {
+    }
   return {};
 }
 
-Verdict judge_loss(int ticks, std::optional<int> whole_body) {
+std::string Loss::told() const {
+  return text("for up to ", ticks, " ticks; ",
+              whole_body ? text("the whole nonlinear body leaves for up to ", *whole_body)
+                         : std::string("not compared with the whole nonlinear body"));
+}
+
+Loss longest_loss(const CheckBody& body, const SessionResult& run, double from, double to,
+                  const std::atomic<bool>* stop) {
+  const double h = run.frames.front().t;
+  const auto longest = [&](auto is_free) {
+    int most = 0, now = 0;
+    for (std::size_t i = 0; i < run.frames.size(); ++i) {
+      const double t = static_cast<double>(i + 1) * h;
+      most = std::max(most, now = t > from && t < to && is_free(i) ? now + 1 : 0);
+    }
+    return most;
+  };
+  Loss out{longest([&](std::size_t i) { return run.frames[i].mode == ContactMode::free; }), {}};
+  if (out.ticks == 0) return out;
+  if (const auto truth = truth_of(body, run, run.frames.size(), stop))
+    out.whole_body = longest([&](std::size_t i) { return i < truth->force.size() && truth->force[i].isZero(0); });
+  return out;
+}
+
+Verdict judge_loss(const Loss& loss) {
   constexpr int kBounce = 20;    // ticks that a body may be in the air: a light one bounces
   constexpr double kLonger = 2;  // than the whole nonlinear body may be: it comes back at another moment
-  if (whole_body && ticks <= kLonger * *whole_body) return Verdict::pass;
-  return ticks > kBounce ? Verdict::fail : Verdict::degraded;
+  if (loss.whole_body && loss.ticks <= kLonger * *loss.whole_body) return Verdict::pass;
+  return loss.ticks > kBounce ? Verdict::fail : Verdict::degraded;
 }
 
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,

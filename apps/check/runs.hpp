@@ -20,14 +20,24 @@ struct RunExtremes {
 /// `kilotouch run` does, though that takes half of a check's time: one of another place can throw the body away.
 SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std::atomic<bool>* stop);
 
-/// Forces of the whole nonlinear body along the first `ticks` of a run, in steps of 2 kHz; nothing for a body that is
-/// too large for that, or that leaves the finite numbers.
+/// Forces of the whole nonlinear body along the first `ticks` of a run, in steps of 2 kHz, or of 8 kHz where these
+/// leave the finite numbers; nothing for a body that is too large for that.
 std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& run, std::size_t ticks,
                                   const std::atomic<bool>* stop);
 
-/// Of a tool that had no contact for so many ticks in a row.
-/// @param whole_body  for how many the whole nonlinear body leaves the tool along the same way; none: not known
-Verdict judge_loss(int ticks, std::optional<int> whole_body);
+/// Most ticks in a row in which a tool had no contact.
+struct Loss {
+  int ticks = 0;
+  std::optional<int> whole_body;  ///< for how many the whole nonlinear body leaves it along the same way; none: unknown
+
+  std::string told() const;
+};
+
+/// Between two times of a run [s]; the whole body is asked only where there are any.
+Loss longest_loss(const CheckBody& body, const SessionResult& run, double from, double to,
+                  const std::atomic<bool>* stop);
+
+Verdict judge_loss(const Loss& loss);
 
 /// Numbers that no run may have: forces that are not finite, a tool inside the body, energy out of nothing.
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,

@@ -189,12 +189,12 @@ const ContactSpot kSpot{.place = Vec3(0, 0, 0.1),
                         .thickness = 0.1};
 
 TEST(CheckLoss, IsExcusedByAWholeBodyThatLeavesToo) {
-  EXPECT_EQ(judge_loss(200, 100), Verdict::pass);
-  EXPECT_EQ(judge_loss(201, 100), Verdict::fail);
-  EXPECT_EQ(judge_loss(15, 7), Verdict::degraded);
-  EXPECT_EQ(judge_loss(1, 0), Verdict::degraded);
-  EXPECT_EQ(judge_loss(20, std::nullopt), Verdict::degraded) << "a light body bounces";
-  EXPECT_EQ(judge_loss(21, std::nullopt), Verdict::fail);
+  EXPECT_EQ(judge_loss({200, 100}), Verdict::pass);
+  EXPECT_EQ(judge_loss({201, 100}), Verdict::fail);
+  EXPECT_EQ(judge_loss({15, 7}), Verdict::degraded);
+  EXPECT_EQ(judge_loss({1, 0}), Verdict::degraded);
+  EXPECT_EQ(judge_loss({20, std::nullopt}), Verdict::degraded) << "a light body bounces";
+  EXPECT_EQ(judge_loss({21, std::nullopt}), Verdict::fail);
 }
 
 TEST(CheckHand, PressesAndRestsAtFourDepths) {
