@@ -28,7 +28,7 @@ std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& ru
   constexpr int kMostNodes = 3000;
   if (body.session->model().mesh().num_nodes() > kMostNodes) return {};
   const std::vector<Vec3> tool = tool_path(run);
-  for (const double rate : {2000.0, 8000.0}) try {
+  for (const double rate : {2000.0, 4000.0, 8000.0}) try {
       return run_reference(*body.session, std::span(tool).first(std::min(ticks + 1, tool.size())),
                            {.rate_hz = rate, .stop = stop});
     } catch (const RunError&) {
@@ -55,7 +55,8 @@ Loss longest_loss(const CheckBody& body, const SessionResult& run, double from, 
   };
   Loss out{longest([&](std::size_t i) { return run.frames[i].mode == ContactMode::free; }), {}};
   if (out.ticks == 0) return out;
-  if (const auto truth = truth_of(body, run, run.frames.size(), stop))
+  const auto ticks = static_cast<std::size_t>(std::min(to / h + 1, static_cast<double>(run.frames.size())));
+  if (const auto truth = truth_of(body, run, ticks, stop))
     out.whole_body = longest([&](std::size_t i) { return i < truth->force.size() && truth->force[i].isZero(0); });
   return out;
 }
