@@ -28,12 +28,12 @@ h1 { font-size: 1.6em; margin: 0; } h2 { margin: 1.4em 0 0.5em; font-size: 1.2em
 .tag { border-radius: 10px; padding: 0.05em 0.6em; color: #fff; font-weight: 600; white-space: nowrap; display: inline-block; }
 .pass { background: #00694c; } .degraded { background: #8a5a00; } .fail { background: #a83f00; } .skipped { background: #777; }
 table.dataTable { border-collapse: collapse; width: 100%; }
-table.dataTable th { text-align: left; border-bottom: 2px solid #999; padding: 0.3em 0.6em; cursor: pointer; white-space: nowrap; font-weight: 600; }
-table.dataTable td { border-bottom: 1px solid #e5e5e5; padding: 0.25em 0.6em; vertical-align: middle; }
+table.dataTable th { text-align: left; border-bottom: 2px solid #999; padding: 0.3em 0.35em; cursor: pointer; white-space: nowrap; font-weight: 600; }
+table.dataTable td { border-bottom: 1px solid #e5e5e5; padding: 0.25em 0.35em; vertical-align: middle; }
 table.dataTable td.n, table.dataTable th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 table.dataTable tbody tr.row { cursor: pointer; } table.dataTable tbody tr.row:hover { background: #f3f7fa; }
 th.sorting_asc::after { content: ' ▲'; font-size: 0.7em; } th.sorting_desc::after { content: ' ▼'; font-size: 0.7em; }
-td img { display: block; } .why { max-width: 34em; overflow-wrap: anywhere; } .path { max-width: 20em; overflow-wrap: anywhere; }
+td img { display: block; } .why { font-size: 0.85em; min-width: 17em; max-width: 34em; overflow-wrap: break-word; } .path { min-width: 7em; max-width: 20em; overflow-wrap: anywhere; }
 .detail { display: flex; gap: 1.5em; flex-wrap: wrap; padding: 0.6em 0 1em; } .detail table { border-collapse: collapse; max-width: 900px; }
 .detail td { border-bottom: 1px solid #eee; padding: 0.2em 0.8em 0.2em 0; vertical-align: top; overflow-wrap: anywhere; } .detail pre { margin: 0; font-size: 0.85em; white-space: pre-wrap; color: #555; }
 .dataTables_length, .dataTables_filter, .dataTables_info { display: inline-block; margin-right: 2em; } .dataTables_paginate { float: right; }
@@ -62,7 +62,7 @@ $(function () {
       {data: 'path', className: 'path', render: (d, type) => type === 'display' ? escaped(d) : d},
       {data: 'verdict', render: (d, type) => type === 'sort' ? order[d] : type === 'display' ? '<span class="tag ' + d + '">' + d + '</span>' : d},
       {data: 'stage'},
-      {data: 'why', className: 'why', render: (d, type) => type === 'display' ? escaped(d.length > 220 ? d.slice(0, 220) + ' …' : d) : d},
+      {data: 'why', className: 'why', render: (d, type) => type === 'display' ? escaped(d.length > 160 ? d.slice(0, 160) + ' …' : d) : d},
       {data: 'triangles', className: 'n', render: number(7)},
       {data: 'moved', className: 'n', render: number(2, 100)},
       {data: 'error', className: 'n', render: number(2, 100)},
