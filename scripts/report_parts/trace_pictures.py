@@ -118,7 +118,7 @@ def draw_force_figure(run, path):
     handles += mode_strip(top, trace)
     refreshes = refresh_times(trace)
     if len(refreshes) > 1:
-        every = f"new local model every {figures(1e3 * float(np.median(np.diff(refreshes))))} ms"
+        every = f"new local model, mostly every {figures(1e3 * float(np.median(np.diff(refreshes))))} ms"
     if len(refreshes) > 200:  # ticks would be one grey band
         top.text(1.0, 1.02, every, transform=top.transAxes, ha="right", fontsize=10, color="#444444")
     elif len(refreshes) > 1:
