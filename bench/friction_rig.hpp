@@ -32,7 +32,7 @@ struct RigBlock {
     m.f0 = m.q_rate0 = VectorX::Zero(3);
     const MatrixX all = Mat3::Identity().replicate(3, 1);
     m.basis = all.sparseView();
-    m.lift = m.lift_rate = SparseMatrix((all.transpose() / 3).sparseView());
+    m.lift = m.lift_rate = m.fit = m.fit_rate = SparseMatrix((all.transpose() / 3).sparseView());
     m.mass = Mat3(mass * Mat3::Identity()).sparseView();
     m.damping = MatrixX(damping.asDiagonal()).sparseView();
     m.stiffness = MatrixX(stiffness.asDiagonal()).sparseView();

@@ -42,7 +42,7 @@ struct SlidingBody {
     m.x0 = x;
     m.v0 = m.f0 = m.q_rate0 = VectorX::Zero(n);
     const SparseMatrix one = VectorX::Ones(n).asDiagonal().toDenseMatrix().sparseView();
-    m.basis = m.lift = m.lift_rate = one;
+    m.basis = m.lift = m.lift_rate = m.fit = m.fit_rate = one;
     m.mass = kMass * one;
     m.damping = kDamping * one;
     std::vector<Eigen::Triplet<double>> entries;

@@ -291,4 +291,18 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
   }
 }
 
+std::optional<Contact> same_contact(const SurfacePatch& patch, const VectorX& x, const Contact& contact,
+                                    double radius) noexcept {
+  constexpr double kTurned = 0.5;  // cosine
+  Vec3 offset = contact.core;
+  for (int c = 0; c < 3; ++c) offset -= contact.bary[c] * node(x, patch.triangles[contact.triangle][c]);
+  const double distance = offset.norm();
+  if (!(offset.dot(contact.normal) > kTurned * distance)) return std::nullopt;
+  Contact out = contact;
+  out.normal = offset / distance;
+  out.gap = distance - radius;
+  if (patch.is_curved) out.normal = smoothed(out.normal, blended_normal(patch, x, contact.triangle, contact.bary));
+  return out;
+}
+
 }  // namespace kt

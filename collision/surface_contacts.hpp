@@ -65,4 +65,9 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
                           std::span<const int> candidates, int start, ContactSet& out,
                           const Vec3& way = Vec3::Zero()) noexcept;
 
+/// The same two places that touched, of the surface and of the core of a tool with a radius, with the surface at x: the
+/// gap between them, and the normal that goes with it. None: they have turned away from each other.
+std::optional<Contact> same_contact(const SurfacePatch& patch, const VectorX& x, const Contact& contact,
+                                    double radius) noexcept;
+
 }  // namespace kt

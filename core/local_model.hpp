@@ -35,6 +35,10 @@ struct LocalModel {
   /// the rows that can move and are in reach; the columns of the others are zero where they only follow. The rest of
   /// the body follows statically, or as its inertia lets it.
   SparseMatrix lift, lift_rate;
+  /// The same for motions of another model, which this basis may follow node by node only by wild motion of all else:
+  /// each node yields, as if pulled by a spring (a mass) a thousand times its own, so that these motions take no more
+  /// than 250 times the energy of moving each node by itself, all else held. (r x 3 recovered)
+  SparseMatrix fit, fit_rate;
   SparseMatrix mass, damping, stiffness;  ///< (r x r), symmetric; mass > 0
   VectorX f0;                             ///< force at q = 0, q' = 0 [N], (r)
   VectorX q_rate0;                        ///< reduced velocity at the linearization, (r)

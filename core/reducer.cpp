@@ -157,7 +157,7 @@ LocalModel restrict_to_nodes(const TangentModel& tangent, SurfacePatch patch, st
   }
   out.basis.resize(3 * recovered, r);
   out.basis.setFromTriplets(rows.begin(), rows.end());
-  out.lift = out.lift_rate = out.basis.transpose();
+  out.lift = out.lift_rate = out.fit = out.fit_rate = out.basis.transpose();
   return out;
 }
 

@@ -16,6 +16,7 @@ constexpr double kProportional = 1e-9;  // off the diagonal, of the damping betw
 constexpr double kOnePass = 1e-5;       // [-] rank tolerance that one orthonormalization is good for
 constexpr double kAnswered = 1e-3;      // [-] of a load: a good factor leaves a millionth of it
 constexpr double kFirmness = 100;       // how much longer than the others firm motions count
+constexpr double kYield = 1e-3;         // [-] of what a node gives way alone, all else held
 
 SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
 
@@ -34,17 +35,29 @@ SparseMatrix sparse_of(const MatrixX& m) {
   return out;
 }
 
-/// B^T-weighted by a diagonal W > 0: W^-1 B^T (B W^-1 B^T)^-1 on the rows of B that are in reach and not zero.
-SparseMatrix right_inverse(const MatrixX& B, const VectorX& weight, const std::vector<char>& in_reach) {
+/// With R = B W^-1 B^T of the rows of B that are in reach and not zero, W > 0 diagonal: W^-1 B^T R^-1, and the same
+/// with R + kYield / own: as if each node were pulled by springs (or masses), `own` > 0 being what it resists with
+/// itself.
+struct Inverses {
+  SparseMatrix exact, yielding;
+};
+
+Inverses right_inverses(const MatrixX& B, const VectorX& weight, const VectorX& own,
+                        const std::vector<char>& in_reach) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < B.rows(); ++i)
     if (in_reach[static_cast<std::size_t>(i / 3)] && !B.row(i).isZero(0)) rows.push_back(i);
   const MatrixX moving = B(rows, Eigen::all);
   const MatrixX eased = weight.cwiseInverse().asDiagonal() * moving.transpose();
-  const Eigen::LDLT<MatrixX> response(moving * eased);
+  MatrixX response = moving * eased;
   MatrixX out = MatrixX::Zero(B.cols(), B.rows());
-  out(Eigen::all, rows) = response.solve(eased.transpose()).transpose();
-  return out.sparseView(1, 0);
+  Inverses both;
+  out(Eigen::all, rows) = response.ldlt().solve(eased.transpose()).transpose();
+  both.exact = out.sparseView(1, 0);
+  response.diagonal() += kYield * own(rows).cwiseInverse();
+  out(Eigen::all, rows) = response.llt().solve(eased.transpose()).transpose();
+  both.yielding = out.sparseView(1, 0);
+  return both;
 }
 
 }  // namespace
@@ -230,6 +243,11 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   out.f0 = Q.transpose() * (V.transpose() * body.force);
 
   RowMatrix rows = RowMatrix::Zero(3 * p, r);
+  const VectorX own_masses = body.mass.diagonal();
+  VectorX own_springs = body.stiffness.diagonal();
+  const double stiffest = own_springs.cwiseAbs().maxCoeff();  // a node that gives way by itself is hardly pulled at
+  own_springs = own_springs.cwiseMax(stiffest > 0 ? kYield * stiffest : 1);
+  VectorX node_spring = VectorX::Zero(3 * p), node_mass = node_spring;
   out.x0.resize(3 * p);
   out.v0.resize(3 * p);
   for (int i = 0; i < p; ++i) {
@@ -238,15 +256,22 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
     for (int c = 0; c < 3; ++c) {
       const int k = body.dofs.to_free[3 * g + c];
       out.v0[3 * i + c] = k < 0 ? 0 : tangent.state.v[3 * g + c];
-      if (k >= 0) rows.row(3 * i + c) = V.row(k);
+      if (k < 0) continue;
+      rows.row(3 * i + c) = V.row(k);
+      node_spring[3 * i + c] = own_springs[k];
+      node_mass[3 * i + c] = own_masses[k];
     }
   }
   const MatrixX basis = tall_product(rows, Q);
   out.basis = basis.sparseView(1, 0);
   // A millionth of the stiffest: a body that is free to move follows too.
   const VectorX springs = eigen.eigenvalues().cwiseMax(1e-12 * eigen.eigenvalues().maxCoeff());
-  out.lift = right_inverse(basis, springs, patch.in_reach);
-  out.lift_rate = right_inverse(basis, VectorX::Ones(r), patch.in_reach);
+  Inverses of_springs = right_inverses(basis, springs, node_spring, patch.in_reach);
+  Inverses of_masses = right_inverses(basis, VectorX::Ones(r), node_mass, patch.in_reach);
+  out.lift = std::move(of_springs.exact);
+  out.fit = std::move(of_springs.yielding);
+  out.lift_rate = std::move(of_masses.exact);
+  out.fit_rate = std::move(of_masses.yielding);
   out.q_rate0 = Q.transpose() * (V.transpose() * (body.mass * body.velocity));
   out.recovered_node = patch.global_node;
   out.patch = std::move(patch);

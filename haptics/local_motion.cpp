@@ -31,9 +31,9 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept
     node(w.x_recovered, i) = row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(motion.x, row) - node(m.x0, i));
     node(w.v_recovered, i) = row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(motion.v, row) - node(m.v0, i));
   }
-  model.state.q.noalias() = m.lift * w.x_recovered;
+  model.state.q.noalias() = m.fit * w.x_recovered;
   model.state.q_rate = m.q_rate0;
-  model.state.q_rate.noalias() += m.lift_rate * w.v_recovered;
+  model.state.q_rate.noalias() += m.fit_rate * w.v_recovered;
   model.state.overlap = motion.overlap;
   // The motion that contact causes goes on: the first guess of the next tick.
   for (int i = 0; i < m.patch.num_vertices(); ++i) {

@@ -22,7 +22,7 @@ LocalMotion make_local_motion(int num_nodes);
 /// The model's motion now. No allocation.
 void record_motion(const PreparedLocalModel& model, int tick, LocalMotion& out) noexcept;
 
-/// Gives `model` that motion, by node: q = lift (x - x0). Nodes that the motion does not have stay where the
+/// Gives `model` that motion, by node: q = fit (x - x0). Nodes that the motion does not have stay where the
 /// linearization has them. No allocation.
 void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept;
 

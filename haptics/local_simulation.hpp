@@ -111,6 +111,7 @@ class LocalSimulation final : public HapticMethod {
   void couple_contacts(const MatrixX& C, ContactMatrix& out) noexcept;
   void fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
+  void keep_pushing(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
   void settle_velocities() noexcept;                                        // local_simulation_velocities.cpp
   bool close_gaps(double h_left) noexcept;                                  // local_simulation_gaps.cpp

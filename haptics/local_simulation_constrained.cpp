@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kGeometryIterations = 20;
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
+constexpr int kExchanged = 5;           // iterations after which places that pushed are kept
+constexpr double kSamePlace = 0.001;    // of a triangle's first edge
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
 constexpr double kHeaviest = 1;         // [kg] a contact with an immovable part feels this mass: 1e6 N/m at 1 kHz
@@ -189,7 +191,8 @@ void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& o
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
 /// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing
 /// between two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two
-/// steps suggest. What is left of the gaps then is closed by close_gaps.
+/// steps suggest. Where that is not enough, as for a ball in a crevice, both places hold the tool (keep_pushing). What
+/// is left of the gaps then is closed by close_gaps.
 void LocalSimulation::resolve_contacts(double h_left) noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
@@ -202,6 +205,7 @@ void LocalSimulation::resolve_contacts(double h_left) noexcept {
     place_surface(h_left, w.x_guess);
     if (iteration == 0 && std::ranges::any_of(tools_, is_extended)) m.index->refit(w.x_event, w.x_guess);
     find_contacts(w.x_guess);
+    if (iteration >= kExchanged) keep_pushing(before);
     fill_problem(h_left);
     warm_start(before);
     solver_->solve(problem_, solution_);
@@ -229,6 +233,33 @@ void LocalSimulation::resolve_contacts(double h_left) noexcept {
     if (iteration + 1 < kGeometryIterations) w.du = w.du_guess + relaxed * w.step;
   }
   close_gaps(h_left);
+}
+
+/// Adds the places that the last iteration pushed at and that are not found any more: every place of the surface must
+/// stay outside the tool, so both are held from then on (the exchange method for as many constraints as places:
+/// Hettich and Kortanek 1993).
+/// @param before  contacts of the last iteration, which solution_ is of
+void LocalSimulation::keep_pushing(const ContactSet& before) noexcept {
+  const LocalWorkspace& w = model_->work;
+  const SurfacePatch& patch = model_->surface.facets;
+  const auto place = [&](const Contact& c) {
+    Vec3 out = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) out += c.bary[k] * node(w.x_guess, patch.triangles[c.triangle][k]);
+    return out;
+  };
+  for (int i = 0; i < before.count && contacts_.count < kMaxContacts; ++i) {
+    const Contact& pushed = before.contacts[i];
+    const ToolShape& shape = tool_of(pushed).moving.shape();
+    if (solution_.mode[i] == ContactMode::free || shape.kind == ToolShape::Kind::point) continue;
+    const Triangle& v = patch.triangles[pushed.triangle];
+    const double apart = kSamePlace * (node(w.x_guess, v[1]) - node(w.x_guess, v[0])).norm();
+    const Vec3 at = place(pushed);
+    if (std::ranges::any_of(contacts_, [&](const Contact& c) {
+          return c.tool == pushed.tool && (place(c) - at).squaredNorm() <= apart * apart;
+        }))
+      continue;
+    if (const auto kept = same_contact(patch, w.x_guess, pushed, shape.radius)) contacts_.add(*kept);
+  }
 }
 
 /// Where the surface is after a rest of the step with the motion that is known so far.

@@ -106,6 +106,45 @@ TEST_P(EveryReducer, GivesABasisWhoseFirstRowsAreThePatchAndWhatLiftsItsNodes) {
   }
 }
 
+/// Motions that some model's basis can and this one's hardly can follow: no more energy than 250 times that of moving
+/// each node by itself, which is what yielding by a thousandth bounds: l / (l + e)^2 <= 1 / (4 e).
+TEST_P(EveryReducer, TakesOverMotionsOfAnotherModelWithLittleEnergy) {
+  const MatrixX stiffness = model_.stiffness, basis = model_.basis;
+  const double softest = 1e-12 * stiffness.diagonal().maxCoeff();
+  const MatrixX springs = stiffness + softest * MatrixX::Identity(model_.dof(), model_.dof());
+  struct Case {
+    const SparseMatrix& fit;
+    MatrixX matrix;
+    VectorX own;  // of the body
+  };
+  for (const auto& [fit, matrix, own] : {Case{model_.fit, springs, -block_.tangent.dfdx.diagonal()},
+                                         Case{model_.fit_rate, MatrixX(model_.mass), block_.tangent.mass.diagonal()}}) {
+    const MatrixX response = basis * matrix.llt().solve(basis.transpose());
+    VectorX motion = random_vector(basis.rows(), 5);
+    double alone = 0;
+    for (Eigen::Index i = 0; i < motion.size(); ++i) {
+      const bool touched =
+          i / 3 >= model_.patch.num_vertices() || model_.patch.in_reach[static_cast<std::size_t>(i / 3)];
+      if (!touched || response(i, i) <= 0) motion[i] = 0;
+      alone += motion[i] * motion[i] * own[3 * model_.recovered_node[static_cast<std::size_t>(i / 3)] + i % 3];
+    }
+    const VectorX q = fit * motion;
+    EXPECT_LE(q.dot(matrix * q), 250 * alone);
+    // Motions that it can follow it does follow: the nodes' answer to a load on one of them.
+    for (int vertex = 0; vertex < model_.patch.num_vertices(); ++vertex) {
+      if (!model_.patch.in_reach[vertex] || response(3 * vertex, 3 * vertex) <= 0) continue;
+      VectorX answer = response.col(3 * vertex);
+      for (Eigen::Index i = 0; i < 3 * model_.patch.num_vertices(); ++i)
+        if (!model_.patch.in_reach[static_cast<std::size_t>(i / 3)]) answer[i] = 0;
+      const VectorX followed = basis * (fit * answer);
+      double off = 0;
+      for (Eigen::Index i = 0; i < answer.size(); ++i)
+        if (answer[i] != 0) off = std::max(off, std::abs(followed[i] - answer[i]));
+      EXPECT_LE(off, 2e-3 * answer.lpNorm<Eigen::Infinity>()) << vertex;
+    }
+  }
+}
+
 TEST_P(EveryReducer, GivesSymmetricMatricesAPositiveMassAndPassiveSprings) {
   for (const SparseMatrix* m : {&model_.mass, &model_.damping, &model_.stiffness}) {
     ASSERT_EQ(m->rows(), model_.dof());

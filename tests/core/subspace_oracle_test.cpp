@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <numbers>
 
@@ -142,6 +143,33 @@ TEST(Subspace, LeavesMotionsWithoutASpringThatTheBodyGivesWayTo) {
   const LocalModel clamped = confine(b.tangent, body, b.patch(), V);
   EXPECT_TRUE(clamped.definite_tangent);
   EXPECT_EQ(MatrixX(clamped.stiffness).diagonal().norm(), 0);
+}
+
+/// A basis with hardly more motions than the patch has nodes follows any motion of these, but wildly: carried on at
+/// every refresh, that throws a body apart.
+TEST(Confine, TakesOverMotionsThatItsBasisHardlyFollowsWithLittleEnergy) {
+  const LinearizedBlock b(3);
+  const FreeBody body(b.tangent);
+  const SurfacePatch patch = b.patch();
+  // The slowest vibrations, as many as the patch has freedoms.
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX> all(MatrixX(body.stiffness), MatrixX(body.mass));
+  const RowMatrix V = all.eigenvectors().leftCols(body.inputs(patch, false).cols());
+  const LocalModel m = confine(b.tangent, body, patch, V);
+  const MatrixX K = m.stiffness;
+  VectorX motion = VectorX::Zero(m.basis.rows());
+  double alone = 0;
+  for (Eigen::Index i = 0; i < motion.size(); ++i) {
+    const int k = body.dofs.to_free[3 * patch.global_node[static_cast<std::size_t>(i / 3)] + i % 3];
+    if (!patch.in_reach[static_cast<std::size_t>(i / 3)] || k < 0) continue;
+    motion[i] = i % 2 ? -1e-4 : 1e-4;
+    alone += motion[i] * motion[i] * body.stiffness.coeff(k, k);
+  }
+  const auto energy = [&](const SparseMatrix& inverse) {
+    const VectorX q = inverse * motion;
+    return q.dot(K * q);
+  };
+  EXPECT_LE(energy(m.fit), 250 * alone);
+  EXPECT_GT(energy(m.lift), 1000 * alone);  // the problem is one
 }
 
 TEST(Impedance, OfTheBodyAndOfItsModelsAgreesWithDenseMatrices) {

@@ -76,8 +76,7 @@ TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
         EXPECT_GT(residual, 0) << "rounding at least: nobody reports it";
       }
       EXPECT_EQ(r.missed_impacts, 0);
-      const double allowed = 0.01 * scene.tool.radius;  // of the default radius for a point too
-      EXPECT_LT(*std::ranges::max_element(r.penetration), allowed);
+      EXPECT_LT(*std::ranges::max_element(r.penetration), 1e-7);
     }
 }
 
