@@ -16,6 +16,7 @@ constexpr double kProportional = 1e-9;  // off the diagonal, of the damping betw
 constexpr double kOnePass = 1e-5;       // [-] rank tolerance that one orthonormalization is good for
 constexpr double kAnswered = 1e-3;      // [-] of a load: a good factor leaves a millionth of it
 constexpr double kFirmness = 100;       // how much longer than the others firm motions count
+constexpr double kSoftest = 1e-9;       // of the largest spring: what a motion without one is given to follow others
 constexpr double kYield = 1e-3;         // [-] of what a node gives way alone, all else held
 
 SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
@@ -35,9 +36,10 @@ SparseMatrix sparse_of(const MatrixX& m) {
   return out;
 }
 
-/// With R = B W^-1 B^T of the rows of B that are in reach and not zero, W > 0 diagonal: W^-1 B^T R^-1, and the same
-/// with R + kYield / own: as if each node were pulled by springs (or masses), `own` > 0 being what it resists with
-/// itself.
+/// Of the rows of B that are in reach and not zero, W > 0 diagonal, R = B W^-1 B^T, `own` > 0 what each node resists
+/// with itself: W^-1 B^T R^-1; and the same with R + kYield / own, as if each node were pulled by springs (or masses).
+/// The latter as (W + B^T K B)^-1 B^T K with K = own / kYield: R loses all of it beside a motion that hardly anything
+/// resists.
 struct Inverses {
   SparseMatrix exact, yielding;
 };
@@ -49,13 +51,15 @@ Inverses right_inverses(const MatrixX& B, const VectorX& weight, const VectorX& 
     if (in_reach[static_cast<std::size_t>(i / 3)] && !B.row(i).isZero(0)) rows.push_back(i);
   const MatrixX moving = B(rows, Eigen::all);
   const MatrixX eased = weight.cwiseInverse().asDiagonal() * moving.transpose();
-  MatrixX response = moving * eased;
+  const MatrixX response = moving * eased;
   MatrixX out = MatrixX::Zero(B.cols(), B.rows());
   Inverses both;
   out(Eigen::all, rows) = response.ldlt().solve(eased.transpose()).transpose();
   both.exact = out.sparseView(1, 0);
-  response.diagonal() += kYield * own(rows).cwiseInverse();
-  out(Eigen::all, rows) = response.llt().solve(eased.transpose()).transpose();
+  const MatrixX pulled = (own(rows) / kYield).asDiagonal() * moving;
+  MatrixX resisted = weight.asDiagonal();
+  resisted.noalias() += moving.transpose() * pulled;
+  out(Eigen::all, rows) = MatrixX(resisted.llt().solve(pulled.transpose()));
   both.yielding = out.sparseView(1, 0);
   return both;
 }
@@ -264,8 +268,8 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   }
   const MatrixX basis = tall_product(rows, Q);
   out.basis = basis.sparseView(1, 0);
-  // A millionth of the stiffest: a body that is free to move follows too.
-  const VectorX springs = eigen.eigenvalues().cwiseMax(1e-12 * eigen.eigenvalues().maxCoeff());
+  // A body that is free to move follows too, and so do motions that are left without a spring.
+  const VectorX springs = eigen.eigenvalues().cwiseMax(kSoftest * eigen.eigenvalues().maxCoeff());
   Inverses of_springs = right_inverses(basis, springs, node_spring, patch.in_reach);
   Inverses of_masses = right_inverses(basis, VectorX::Ones(r), node_mass, patch.in_reach);
   out.lift = std::move(of_springs.exact);
