@@ -269,7 +269,8 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
   const MatrixX basis = tall_product(rows, Q);
   out.basis = basis.sparseView(1, 0);
   // A body that is free to move follows too, and so do motions that are left without a spring.
-  const VectorX springs = eigen.eigenvalues().cwiseMax(kSoftest * eigen.eigenvalues().maxCoeff());
+  const double hardest = eigen.eigenvalues().cwiseAbs().maxCoeff();
+  const VectorX springs = eigen.eigenvalues().cwiseMax(kSoftest * (hardest > 0 ? hardest : 1));
   Inverses of_springs = right_inverses(basis, springs, node_spring, patch.in_reach);
   Inverses of_masses = right_inverses(basis, VectorX::Ones(r), node_mass, patch.in_reach);
   out.lift = std::move(of_springs.exact);
