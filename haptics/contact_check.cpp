@@ -10,48 +10,71 @@
 namespace kt {
 namespace {
 
+constexpr double kAsNear = 1e-3;  // of the distance
+
+ClosestPoint closest_on(const SurfacePatch& patch, const VectorX& x, int triangle, const Vec3& p) {
+  const Triangle& v = patch.triangles[triangle];
+  return closest_point_on_triangle(p, node(x, v[0]), node(x, v[1]), node(x, v[2]));
+}
+
+/// Whether p is on the outer side of what is nearest to it on a triangle: by the sum of the face normals around that,
+/// weighted by the angle it is seen at (Baerentzen and Aanaes 2005), so that an edge or a vertex of any shape decides
+/// rightly.
+bool is_in_front(const SurfacePatch& patch, const VectorX& x, int triangle, const ClosestPoint& at, const Vec3& p) {
+  const Vec3 offset = p - at.point;
+  if (at.feature == ClosestPoint::Feature::face) return face_normal(patch, x, triangle).dot(offset) >= 0;
+  const Triangle& own = patch.triangles[triangle];
+  const int first = own[at.feature_index], second = own[(at.feature_index + 1) % 3];
+  Vec3 normal = Vec3::Zero();
+  for (int t = 0; t < static_cast<int>(patch.triangles.size()); ++t) {
+    const Triangle& v = patch.triangles[t];
+    const auto corner = static_cast<std::size_t>(std::ranges::find(v, first) - v.begin());
+    if (corner == 3) continue;
+    if (at.feature == ClosestPoint::Feature::edge) {
+      if (std::ranges::find(v, second) != v.end()) normal += face_normal(patch, x, t);
+      continue;
+    }
+    const Vec3 a = node(x, first), b = node(x, v[(corner + 1) % 3]), c = node(x, v[(corner + 2) % 3]);
+    normal +=
+        std::acos(std::clamp((b - a).normalized().dot((c - a).normalized()), -1.0, 1.0)) * face_normal(patch, x, t);
+  }
+  return normal.dot(offset) >= 0;
+}
+
 /// Distance of a ball from the surface; negative inside.
 double ball_distance(const SurfacePatch& patch, const VectorX& x, double radius, const Vec3& centre) {
   double nearest_sq = std::numeric_limits<double>::infinity();
   ClosestPoint nearest;
   int triangle = -1;
-  for (int t = 0; t < static_cast<int>(patch.triangles.size()); ++t) {
-    const Triangle& v = patch.triangles[t];
-    const Vec3 a = node(x, v[0]);
-    const double extent = std::sqrt(std::max((node(x, v[1]) - a).squaredNorm(), (node(x, v[2]) - a).squaredNorm()));
-    const double reach = extent + std::sqrt(nearest_sq);
-    if ((centre - a).squaredNorm() > 1.001 * reach * reach) continue;  // all of it is further away
-    const ClosestPoint at = closest_point_on_triangle(centre, node(x, v[0]), node(x, v[1]), node(x, v[2]));
-    if (at.distance_sq >= nearest_sq) continue;
-    nearest_sq = at.distance_sq;
-    nearest = at;
-    triangle = t;
-  }
+  const auto visit_within = [&](double share, const auto& visit) {  // of the least distance that is known
+    for (int t = 0; t < static_cast<int>(patch.triangles.size()); ++t) {
+      const Triangle& v = patch.triangles[t];
+      const Vec3 a = node(x, v[0]);
+      const double extent = std::sqrt(std::max((node(x, v[1]) - a).squaredNorm(), (node(x, v[2]) - a).squaredNorm()));
+      const double reach = extent + share * std::sqrt(nearest_sq);
+      if ((centre - a).squaredNorm() > 1.001 * reach * reach) continue;  // all of it is further away
+      if (visit(t, closest_on(patch, x, t, centre))) return true;
+    }
+    return false;
+  };
+  visit_within(1, [&](int t, const ClosestPoint& at) {
+    if (at.distance_sq < nearest_sq) {
+      nearest_sq = at.distance_sq;
+      nearest = at;
+      triangle = t;
+    }
+    return false;
+  });
   if (triangle < 0) return std::numeric_limits<double>::infinity();
-  const Triangle& found = patch.triangles[triangle];
-  // Inside or outside: by the sum of the face normals around the nearest feature, weighted by the angle it is seen at
-  // (Baerentzen and Aanaes 2005), so that an edge or a vertex of any shape decides rightly.
-  Vec3 normal = Vec3::Zero();
-  for (int t = 0; t < static_cast<int>(patch.triangles.size()); ++t) {
-    const Triangle& v = patch.triangles[t];
-    const auto is_near = [&](int i) { return std::ranges::find(found, i) != found.end(); };
-    if (std::ranges::none_of(v, is_near)) continue;
-    for (int c = 0; c < 3; ++c) {
-      const Vec3 a = node(x, v[c]), b = node(x, v[(c + 1) % 3]), d = node(x, v[(c + 2) % 3]);
-      if (nearest.feature == ClosestPoint::Feature::vertex && v[c] == found[nearest.feature_index])
-        normal +=
-            std::acos(std::clamp((b - a).normalized().dot((d - a).normalized()), -1.0, 1.0)) * face_normal(patch, x, t);
-    }
-    if (nearest.feature == ClosestPoint::Feature::face && t == triangle) normal = face_normal(patch, x, t);
-    if (nearest.feature == ClosestPoint::Feature::edge) {
-      const int e0 = found[nearest.feature_index], e1 = found[(nearest.feature_index + 1) % 3];
-      if (std::ranges::find(v, e0) != v.end() && std::ranges::find(v, e1) != v.end())
-        normal += face_normal(patch, x, t);
-    }
-  }
+  // Where the body is folded over, an edge that hangs upside down can be nearest by a rounding, beside faces that the
+  // ball rests on. From inside nothing that is as near shows its face.
+  const double as_near_sq = std::pow(1 + kAsNear, 2) * nearest_sq;
+  const bool is_outside =
+      is_in_front(patch, x, triangle, nearest, centre) || visit_within(1 + kAsNear, [&](int t, const ClosestPoint& at) {
+        return at.distance_sq <= as_near_sq && is_in_front(patch, x, t, at, centre);
+      });
   const double distance = std::sqrt(nearest_sq);
-  const bool inside = normal.dot(centre - nearest.point) < 0;
-  return (inside ? -distance : distance) - radius;
+  return (is_outside ? distance : -distance) - radius;
 }
 
 /// Where the segment a b goes through the triangle, unless they are parallel.
