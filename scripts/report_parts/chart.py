@@ -131,7 +131,7 @@ SCRIPT = r"""
 const data = JSON.parse(document.getElementById('data').textContent);
 const byId = id => document.getElementById(id);
 const number = v => typeof v === 'number' && isFinite(v) && v > 0;
-const shown = v => v === null || v === undefined ? '–' : typeof v === 'number' ? v.toPrecision(3) : v;
+const shown = v => v === null || v === undefined ? '–' : typeof v === 'number' ? String(+v.toPrecision(3)) : v;
 const panels = [];
 for (const chart of data.charts) for (const panel of chart.panels) panels.push({...panel, chart});
 const option = (select, value, text) => { const o = document.createElement('option'); o.value = value; o.textContent = text; select.append(o); };

@@ -44,7 +44,7 @@ td img { display: block; } .why { font-size: 0.85em; min-width: 17em; max-width:
 SCRIPT = """
 const rows = JSON.parse(document.getElementById('rows').textContent);
 const escaped = s => String(s).replace(/[&<>"]/g, c => ({'&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;'}[c]));
-const number = (digits, factor) => (v, type) => type !== 'display' ? (v === null ? -1 : v) : v === null ? '–' : (v * (factor || 1)).toPrecision(digits).replace(/\\.?0+(e|$)/, '$1');
+const number = (digits, factor) => (v, type) => type !== 'display' ? (v === null ? -1 : v) : v === null ? '–' : String(+(v * (factor || 1)).toPrecision(digits));
 const order = {fail: 0, degraded: 1, pass: 2};
 function detail(r) {
   const where = w => w ? '<br>at (' + w.map(c => c === null ? 'NaN' : +c.toPrecision(6)).join(', ') + ')' : '';
@@ -92,10 +92,12 @@ def stage_of(row, name):
 
 
 def of_models(stage, part, *path):
-    """Largest value of msd and fem below stage[part], or None."""
+    """Largest value of msd and fem below stage[part], or None; of models that nothing was run with, none."""
     found = []
     for model in ("msd", "fem"):
         value = (stage.get(part) or {}).get(model)
+        if ((stage.get("figures") or {}).get(model) or {}).get("runs") == 0:
+            continue
         for key in path:
             value = value.get(key) if isinstance(value, dict) else None
         if isinstance(value, (int, float)):
@@ -167,7 +169,7 @@ def histogram(axes, values, title, label, colour=BLUE):
     axes.hist(positive, bins=np.geomspace(low / 1.05, high * 1.05, 25), color=colour)
     axes.set_xscale("log")
     zero = len(values) - len(positive)
-    axes.text(0.98, 0.95, f"{len(values)} meshes, median {np.median(values):.2g}" + (f"\n{zero} are 0" if zero else ""), ha="right", va="top",
+    axes.text(0.98, 0.95, f"{len(values)} meshes, median {float(f"{np.median(values):.2g}"):g}" + (f"\n{zero} are 0" if zero else ""), ha="right", va="top",
               transform=axes.transAxes, fontsize=9, color="#444444")
 
 
