@@ -168,6 +168,8 @@ def histogram(axes, values, title, label, colour=BLUE):
     low, high = min(positive), max(positive)
     axes.hist(positive, bins=np.geomspace(low / 1.05, high * 1.05, 25), color=colour)
     axes.set_xscale("log")
+    axes.margins(y=0.25)  # room for the words
+    axes.yaxis.get_major_locator().set_params(integer=True)
     zero = len(values) - len(positive)
     axes.text(0.98, 0.95, f"{len(values)} meshes, median {float(format(np.median(values), '.2g')):g}" + (f"\n{zero} are 0" if zero else ""), ha="right", va="top",
               transform=axes.transAxes, fontsize=9, color="#444444")
