@@ -19,10 +19,10 @@ ClosestPoint closest_on(const SurfacePatch& patch, const VectorX& x, int triangl
 
 /// Whether p is on the outer side of what is nearest to it on a triangle: by the sum of the face normals around that,
 /// weighted by the angle it is seen at (Baerentzen and Aanaes 2005), so that an edge or a vertex of any shape decides
-/// rightly.
+/// rightly. A triangle without area has no side.
 bool is_in_front(const SurfacePatch& patch, const VectorX& x, int triangle, const ClosestPoint& at, const Vec3& p) {
   const Vec3 offset = p - at.point;
-  if (at.feature == ClosestPoint::Feature::face) return face_normal(patch, x, triangle).dot(offset) >= 0;
+  if (at.feature == ClosestPoint::Feature::face) return face_normal(patch, x, triangle).dot(offset) > 0;
   const Triangle& own = patch.triangles[triangle];
   const int first = own[at.feature_index], second = own[(at.feature_index + 1) % 3];
   Vec3 normal = Vec3::Zero();
@@ -38,7 +38,7 @@ bool is_in_front(const SurfacePatch& patch, const VectorX& x, int triangle, cons
     normal +=
         std::acos(std::clamp((b - a).normalized().dot((c - a).normalized()), -1.0, 1.0)) * face_normal(patch, x, t);
   }
-  return normal.dot(offset) >= 0;
+  return normal.dot(offset) > 0;
 }
 
 /// Distance of a ball from the surface; negative inside.

@@ -45,5 +45,16 @@ TEST(PenetrationDepth, OfABallThatTouchesAFoldFromBehind) {
   EXPECT_GE(FoldedSheet(height + 0.01).depth({0.25, 0, r}, r), r);  // nothing else is as near: inside
 }
 
+TEST(PenetrationDepth, ATriangleWithoutAreaHidesNothing) {
+  FoldedSheet sheet(-5);
+  sheet.x.conservativeResize(3 * 11);
+  sheet.x.tail<9>() << -1, 0.1, 0, 1, 0.1, 0, 0, 0.1, 0;
+  sheet.patch.triangles.push_back({8, 9, 10});
+  for (int i = 8; i < 11; ++i) sheet.patch.global_node.push_back(i);
+  sheet.patch.topology = make_topology(sheet.patch.triangles, 11);
+  EXPECT_NEAR(sheet.depth({0, 0.1, -0.4}, 0.5), 0.9, 1e-15);
+  EXPECT_NEAR(sheet.depth({0, 0.1, 0.4}, 0.5), 0.1, 1e-15);
+}
+
 }  // namespace
 }  // namespace kt
