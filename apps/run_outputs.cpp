@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/contact_events.hpp"
+#include "haptics/run_warnings.hpp"
 #include "io/output_file.hpp"
 #include "io/vtu.hpp"
 
@@ -16,9 +17,6 @@ namespace kt {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kNoticeableDepth = 1e-4;  // [m] contact ends at micrometres: more is a fault, or a tool that a new
-                                           // patch has found inside
 
 Json percentiles(const std::vector<double>& values, bool tail) {
   Json out{{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
@@ -52,63 +50,6 @@ Json model_json(const Session& session) {
   for (const auto& [name, value] : info.parameters)
     if (name != "springs") out["parameters"][name] = value;
   return out;
-}
-
-/// The tick's flags as warnings, one line a kind.
-/// @param keeps_outside  the method lets no tool into the body
-void add_flag_warnings(const SessionResult& result, bool keeps_outside, Json& warnings) {
-  struct Kind {
-    unsigned flag;
-    const char* text;
-  };
-  constexpr Kind kKinds[] = {
-      {kEventsExhausted, "more impacts in one tick than are resolved"},
-      {kLeftPatch, "the contact reached the edge of the local patch (raise global.rate_hz or move slower)"},
-      {kLostAnchor, "a refresh brought a patch that does not hold the contact"},
-      {kRigidContact, "contact with a clamped part, which cannot give way"},
-      {kNotFinite, "the local model left the finite numbers and was reset (use local.integrator implicit_euler)"}};
-  for (const Kind& kind : kKinds) {
-    const auto warn = [&](const std::vector<LocalFrame>& frames, const std::string& who) {
-      const auto ticks = std::ranges::count_if(frames, [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
-      if (ticks > 0) warnings.push_back(text(who, kind.text, ": ", ticks, " of ", frames.size(), " ticks"));
-    };
-    warn(result.frames, "");
-    if (result.second_tool) warn(result.second_tool->frames, "second tool: ");
-  }
-  const auto warn_of_limit = [&](int ticks, const char* who) {
-    if (ticks > 0) warnings.push_back(text(who, "the force was cut to the device's limit in ", ticks, " ticks"));
-  };
-  warn_of_limit(result.limited_forces, "");
-  if (result.second_tool) warn_of_limit(result.second_tool->limited_forces, "second tool: ");
-  // A residual is relative to the largest impulse: at a hundredth people feel no difference yet.
-  constexpr double kNoticeableResidual = 0.01;
-  const auto unsolved =
-      std::ranges::count_if(result.frames, [](const LocalFrame& f) { return f.residual > kNoticeableResidual; });
-  if (unsolved > 0)
-    warnings.push_back(text("the contact forces were not found to within 1 %: ", unsolved, " of ", result.frames.size(),
-                            " ticks (contacts on the same few nodes, or a tool that drives into what is clamped)"));
-  if (const StepStatistics& steps = result.global_steps; steps.projected + steps.not_converged > 0)
-    warnings.push_back(
-        text("global steps: ", steps.projected, " of ", steps.iterations,
-             " systems were not positive definite and were solved with the element stiffness projected; ",
-             steps.not_converged, " of ", result.global_ms.size(), " steps did not converge"));
-  if (result.self_contact && result.self_contact->crossings > 0)
-    warnings.push_back(text("the surface crossed itself, in up to ", result.self_contact->crossings,
-                            " pairs of triangles after a global step: a fault of this program, please report it"));
-  if (result.definite_tangents > 0)
-    warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
-                            result.refreshes.size(),
-                            " refreshes; clamped there, the local model is stiffer than the body"));
-  const auto warn_of_depth = [&](const std::vector<double>& depth, const char* who) {
-    if (depth.empty() || !keeps_outside) return;
-    const auto ticks = std::ranges::count_if(depth, [](double d) { return d > kNoticeableDepth; });
-    if (ticks > 0)
-      warnings.push_back(text(who, "the tool was up to ", 1e3 * std::ranges::max(depth), " mm inside the body, in ",
-                              ticks, " of ", depth.size(), " ticks: forces there are not to be trusted"));
-  };
-  warn_of_depth(result.penetration, "");
-  if (result.second_tool) warn_of_depth(result.second_tool->penetration, "second tool: ");
-  if (result.stopped) warnings.push_back(text("stopped early, after ", result.frames.size(), " ticks"));
 }
 
 /// @param frames   of one tool
@@ -384,9 +325,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
       result.allocations < 0 || result.frames.empty()
           ? Json(nullptr)
           : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
-  out["warnings"] = Json::array();
-  for (const std::string& warning : result.warnings) out["warnings"].push_back(warning);
-  add_flag_warnings(result, scene.local.method == "multirate" && scene.contact.law == "coulomb", out["warnings"]);
+  out["warnings"] = run_warnings(result, scene.local.method == "multirate" && scene.contact.law == "coulomb");
   out["settings"] = Json::parse(to_json(scene));
   return out;
 }

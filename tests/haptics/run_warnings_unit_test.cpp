@@ -1,0 +1,56 @@
+#include "haptics/run_warnings.hpp"
+
+#include <gtest/gtest.h>
+
+namespace kt {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+SessionResult calm_run() {
+  SessionResult result;
+  result.frames.resize(100);
+  for (LocalFrame& frame : result.frames) frame.residual = 0.009;
+  result.penetration.assign(100, 0.9e-4);
+  return result;
+}
+
+/// Each warning has its part, and there are no others.
+void expect_parts(const Texts& warnings, const Texts& parts) {
+  ASSERT_EQ(warnings.size(), parts.size()) << ::testing::PrintToString(warnings);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    EXPECT_NE(warnings[i].find(parts[i]), std::string::npos) << warnings[i];
+}
+
+TEST(RunWarnings, AreNoneOfWhatNobodyNotices) { expect_parts(run_warnings(calm_run(), true), {}); }
+
+TEST(RunWarnings, TellHowManyTicksWereNotSolved) {
+  SessionResult result = calm_run();
+  result.frames[3].residual = 0.011;
+  result.frames[70].residual = 1;
+  expect_parts(run_warnings(result, true), {"not found to within 1 %: 2 of 100 ticks"});
+}
+
+TEST(RunWarnings, TellHowDeepAToolWasInsideOnlyWhereItIsKeptOutside) {
+  SessionResult result = calm_run();
+  result.penetration[5] = 2e-3;
+  expect_parts(run_warnings(result, true), {"up to 2 mm inside the body, in 1 of 100 ticks"});
+  expect_parts(run_warnings(result, false), {});
+}
+
+TEST(RunWarnings, TellEachFlagOnceWithItsTool) {
+  SessionResult result = calm_run();
+  result.warnings = {"from the start"};
+  result.frames[1].flags = result.frames[2].flags = kLeftPatch;
+  result.frames[2].flags |= kNotFinite;
+  result.second_tool.emplace().frames.resize(50);
+  result.second_tool->frames[0].flags = kNotFinite;
+  result.stopped = true;
+  expect_parts(run_warnings(result, true),
+               {"from the start", "edge of the local patch (raise global.rate_hz or move slower): 2 of 100 ticks",
+                "(use local.integrator implicit_euler): 1 of 100 ticks", "second tool: the local model left",
+                "stopped early, after 100 ticks"});
+}
+
+}  // namespace
+}  // namespace kt
