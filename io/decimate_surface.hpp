@@ -1,5 +1,6 @@
 #pragma once
-// The same surface with fewer triangles, by collapsing edges (Lindstrom and Turk 1998: keeps volume and borders).
+// The same surface with fewer triangles, by collapsing edges (quadrics of Garland and Heckbert 1997), none of them
+// slivers.
 #include <atomic>
 
 #include "core/mesh.hpp"
@@ -11,9 +12,10 @@ struct DecimateOptions {
   const std::atomic<bool>* stop = nullptr;  ///< when set and true: RunError "interrupted"
 };
 
-/// With at most `triangles` triangles, or as few as collapsing leaves: pieces, handles and holes stay. The surface must
-/// be manifold and oriented; it may be open. It can cross itself afterwards: examine() the result, and measure how far
-/// it moved with hausdorff_distance().
+/// With at most `triangles` triangles, or as few as collapsing leaves: pieces, handles and holes stay. No triangle gets
+/// flatter than 0.2 (smallest altitude by longest edge) where none was, unless that would move the surface more than
+/// twice as far and 0.1 % of its size. It must be manifold and oriented; it may be open. It can cross itself
+/// afterwards: examine() the result, and measure how far it moved with hausdorff_distance().
 /// @throws InputError without CGAL; RunError for a surface that is not manifold, or when it takes too long
 Mesh decimate_surface(const Mesh& surface, int triangles, const DecimateOptions& options = {});
 
