@@ -57,6 +57,7 @@ ModelOptions model_options(const SceneObject& object, const std::vector<int>& fi
   out.damping_stiffness = m.damping.stiffness;
   out.stiffness = m.stiffness;
   out.damper = m.damper;
+  out.least_volume = m.least_volume;
   out.material = m.material;
   out.element = m.element;
   out.consistent_mass = m.consistent_mass;

@@ -73,7 +73,8 @@ struct SceneModel {
   SceneDamping damping;
   std::optional<double> stiffness;  ///< msd: of every spring [N/m]; absent: calibrated, or the model's own default
   std::optional<double> damper;     ///< msd: of every spring [N.s/m]; absent: from damping
-  bool calibrate = true;  ///< msd: choose each spring so that the network matches young (false with stiffness)
+  bool calibrate = true;      ///< msd: choose each spring so that the network matches young (false with stiffness)
+  double least_volume = 0.7;  ///< msd: share of its own below which a tetrahedron is pushed back, [0, 0.95]; 0: never
   std::vector<SceneInclusion> inclusions;  ///< where several hold an element, the last
   bool operator==(const SceneModel&) const = default;
 };

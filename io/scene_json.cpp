@@ -57,6 +57,7 @@ void fields(A& a, SceneModel& s) {
   a("stiffness", s.stiffness);
   a("damper", s.damper);
   a("calibrate", s.calibrate);
+  a("least_volume", s.least_volume);
   a("inclusions", s.inclusions);
 }
 template <class A>

@@ -39,6 +39,8 @@ void check(const Mesh& mesh, const ModelOptions& o) {
   require_not_negative("damping.stiffness", o.damping_stiffness);
   if (o.stiffness) require_positive("stiffness", *o.stiffness);
   if (o.damper) require_not_negative("damper", *o.damper);
+  if (!(o.least_volume >= 0 && o.least_volume <= 0.95))
+    throw InputError(text("model.least_volume = ", o.least_volume, ": must be in [0, 0.95]"));
   if (mesh.num_nodes() == 0 || mesh.triangles.empty()) throw InputError("model: the mesh has no surface triangles");
   if (!mesh.x.allFinite()) throw InputError("model: the mesh has a coordinate that is not a finite number");
   for (int i : o.fixed_nodes)

@@ -18,6 +18,7 @@ struct ModelOptions {
   double damping_stiffness = 0;          ///< Rayleigh: damping = damping_stiffness * K [s]
   std::optional<double> stiffness = {};  ///< msd: of every spring [N/m]; absent: calibrated from young, poisson
   std::optional<double> damper = {};     ///< msd: of every spring [N s/m]; absent: damping_stiffness * stiffness
+  double least_volume = 0.7;  ///< msd: share of its volume at rest below which a tetrahedron is pushed back; 0: never
   std::vector<int> fixed_nodes = {};
   std::string material = "neo_hookean";    ///< fem: models/fem/materials.def
   std::string element = "tet4";            ///< fem: tet4, tet10

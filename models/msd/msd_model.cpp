@@ -2,6 +2,7 @@
 #include "core/error.hpp"
 #include "models/model.hpp"
 #include "models/msd/calibration.hpp"
+#include "models/msd/volume_guard.hpp"
 
 namespace kt {
 namespace {
@@ -20,6 +21,7 @@ class MsdModel final : public DeformableModel {
     stiffen(mesh_, factors, springs_);
     stiffened_ = num_stiffened(factors);
     for (Spring& s : springs_) s.damper = options.damper.value_or(options.damping_stiffness * s.stiffness);
+    guards_ = make_volume_guards(mesh_, springs_, options.least_volume);
     make_pattern();
   }
 
@@ -37,6 +39,10 @@ class MsdModel final : public DeformableModel {
       node(out, s.a) += f;
       node(out, s.b) -= f;
     }
+    Eigen::Matrix<double, 3, 4> push;
+    for (const VolumeGuard& g : guards_)
+      if (guard_force(g, state.x, push))
+        for (int i = 0; i < 4; ++i) node(out, g.nodes[i]) += push.col(i);
   }
 
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
@@ -58,6 +64,9 @@ class MsdModel final : public DeformableModel {
       add_blocks(dfdx, i, k);
       add_blocks(dfdv, i, s.damper * along);
     }
+    GuardForce push;
+    for (const VolumeGuard& g : guards_)
+      if (guard_force(g, state.x, kind == TangentKind::definite, push)) add_guard(dfdx, g.nodes, push.dfdx);
     for (Eigen::Index d = 0; d < mass_diagonal_.size(); ++d)
       dfdv[diagonal_[d]] -= options_.damping_mass * mass_diagonal_[d];
   }
@@ -111,6 +120,13 @@ class MsdModel final : public DeformableModel {
     mass_ = SparseMatrix(mass_diagonal_.asDiagonal());
   }
 
+  /// Where an entry of the pattern lies.
+  int slot(int row, int column) const {
+    const int* begin = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column];
+    const int* end = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column + 1];
+    return static_cast<int>(std::lower_bound(begin, end, row) - pattern_.innerIndexPtr());
+  }
+
   /// The fixed sparsity pattern and, per spring, where its 36 entries lie in it.
   void make_pattern() {
     std::vector<Eigen::Triplet<double>> entries;
@@ -125,11 +141,6 @@ class MsdModel final : public DeformableModel {
     }
     pattern_.resize(mesh_.x.size(), mesh_.x.size());
     pattern_.setFromTriplets(entries.begin(), entries.end());
-    const auto slot = [&](int row, int column) {
-      const int* begin = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column];
-      const int* end = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column + 1];
-      return static_cast<int>(std::lower_bound(begin, end, row) - pattern_.innerIndexPtr());
-    };
     for (const Spring& s : springs_) {
       std::array<int, 12> first{};  // rows are consecutive inside a 3x3 block: the first of each column is enough
       for (int c = 0; c < 3; ++c) {
@@ -155,9 +166,18 @@ class MsdModel final : public DeformableModel {
       }
   }
 
+  void add_guard(double* values, const Tetrahedron& nodes, const Eigen::Matrix<double, 12, 12>& dfdx) const {
+    for (int j = 0; j < 12; ++j)
+      for (int i = 0; i < 4; ++i) {
+        double* column = values + slot(3 * nodes[i], 3 * nodes[j / 3] + j % 3);
+        for (int r = 0; r < 3; ++r) column[r] += dfdx(3 * i + r, j);
+      }
+  }
+
   Mesh mesh_;
   ModelOptions options_;
   std::vector<Spring> springs_;
+  std::vector<VolumeGuard> guards_;
   Calibration calibration_;
   int stiffened_ = 0;  // elements in inclusions
   VectorX mass_diagonal_;
