@@ -51,8 +51,9 @@ std::optional<Prediction> predict_locking(const DeformableModel& model, const st
 }
 
 std::optional<Prediction> predict_collapse(const std::string& model, double stretch) {
-  // Measured (map inversion, steps up to 30 ms): from here down some elements flip, and stay so.
-  const double least = model == "stvk" ? 0.19 : model == "msd" ? 0.28 : -std::numeric_limits<double>::infinity();
+  // Measured (map inversion, steps up to 30 ms): from here down some elements flip, and stay so. Springs with their
+  // default least_volume: all of a body would have to be its mirror image, nearly.
+  const double least = model == "stvk" ? 0.19 : model == "msd" ? -0.71 : -std::numeric_limits<double>::infinity();
   if (!(stretch < least)) return {};
   return Prediction{"inversion", text(model == "msd" ? "object.model.type " : "object.model.material ", model,
                                       " crushed to ", stretch, " of its height: below ", least,
