@@ -148,7 +148,7 @@ TEST(SmoothDrag, FeelsNoFoldsOfTheMesh) {
   std::array<ForceMetrics, 2> metrics;
   for (const bool smooth : {false, true}) {
     Scene scene;
-    scene.duration = 0.6;
+    scene.duration = 1;  // 40 mm: a sphere finds the deeper folds on some rows only
     scene.object.mesh = KT_SOURCE_DIR "/meshes/slab_coarse.off";
     scene.object.fixed.below->fraction = 0.05;
     scene.tool.shape = "sphere";
@@ -157,10 +157,11 @@ TEST(SmoothDrag, FeelsNoFoldsOfTheMesh) {
         PressDrag{.at = {}, .depth = 0.003, .press_time = 0.2, .direction = {1, 0, 0}, .speed = 0.05};
     scene.contact.mu_static = scene.contact.mu_kinetic = 0;
     scene.contact.surface = smooth ? "loop" : "flat";
-    scene.local.reducer = "condensed";
+    scene.local.reducer = "krylov";
     metrics[smooth] = measure_forces(Session(scene).run().frames, 0.2, 1e-3);
   }
-  EXPECT_LT(metrics[1].buzz, 0.01);
+  EXPECT_LT(metrics[1].buzz, 0.005);
+  EXPECT_LT(metrics[1].crossing_jump, 0.05);
   EXPECT_LT(metrics[1].crossing_jump, 0.4 * metrics[0].crossing_jump);
 }
 

@@ -1,4 +1,4 @@
-// Runs say how many tetrahedra turned inside out: springs let them.
+// Runs say how many tetrahedra turned inside out: springs let them, unless their volumes are guarded.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,11 +9,12 @@
 namespace kt {
 namespace {
 
-SessionResult pressed(const std::string& model, double depth) {
+SessionResult pressed(const std::string& model, double depth, double least_volume) {
   Scene scene;
   scene.duration = 0.4;
   scene.object.mesh = KT_SOURCE_DIR "/meshes/block.msh";
   scene.object.model.type = model;
+  scene.object.model.least_volume = least_volume;
   scene.object.fixed.below->fraction = 0.05;
   scene.local.reducer = "condensed";
   scene.tool.path.press_drag =
@@ -30,8 +31,8 @@ bool warns_of(const SessionResult& run, const std::string& words) {
 
 bool warns(const SessionResult& run) { return warns_of(run, ""); }
 
-TEST(InvertedTetrahedra, AreCountedAndToldOfSprings) {
-  const SessionResult run = pressed("msd", 0.006);
+TEST(InvertedTetrahedra, AreCountedAndToldOfUnguardedSprings) {
+  const SessionResult run = pressed("msd", 0.006, 0);
   EXPECT_GT(run.inverted.most, 0);
   EXPECT_LE(run.inverted.last, run.inverted.most);
   EXPECT_GT(run.inverted.from, 0.05);  // not before the tool has come
@@ -40,8 +41,14 @@ TEST(InvertedTetrahedra, AreCountedAndToldOfSprings) {
   EXPECT_EQ(warns_of(run, "came back"), run.inverted.last == 0);
 }
 
+TEST(InvertedTetrahedra, AreNoneInGuardedSpringsPressedAsDeep) {
+  const SessionResult run = pressed("msd", 0.006, Scene().object.model.least_volume);
+  EXPECT_EQ(run.inverted.most, 0);
+  EXPECT_FALSE(warns(run));
+}
+
 TEST(InvertedTetrahedra, AreNoneWhereTheBodyIsHardlyPressed) {
-  const SessionResult run = pressed("fem", 0.001);
+  const SessionResult run = pressed("fem", 0.001, 0);
   EXPECT_EQ(run.inverted.most, 0);
   EXPECT_EQ(run.inverted.last, 0);
   EXPECT_FALSE(warns(run));
