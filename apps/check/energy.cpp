@@ -14,10 +14,11 @@ constexpr double kMomentum = 1e-8;  // of the sum of the forces' sizes; and of t
 constexpr double kTangent = 1e-4;   // of the difference quotient
 constexpr double kEnergy = 1e-6;    // of the kinetic energy given
 
-/// A smooth motion of the whole body, the same for every mesh of one size.
+/// A smooth motion of the whole body, the same for every mesh of one size. Not a whole number of waves fits: a cube,
+/// whose corners are its only nodes, would be moved as a rigid body.
 VectorX wave(const VectorX& x, double amplitude, double phase) {
   VectorX out(x.size());
-  const double k = 2 * 3.141592653589793 / kBodySize;
+  const double k = 0.618 * 2 * 3.141592653589793 / kBodySize;
   for (int i = 0; i < static_cast<int>(x.size() / 3); ++i) {
     const Vec3 p = node(x, i);
     node(out, i) =
