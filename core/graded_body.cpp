@@ -5,32 +5,15 @@
 
 #include "core/dense_product.hpp"
 #include "core/error.hpp"
+#include "core/orthonormalizer.hpp"
 
 namespace kt {
 namespace {
 
 constexpr int kSetUpTurns = 24, kFirstTurns = 6;  // of improving far motions: of a new body, of new kept nodes
 constexpr int kFirstSteps = 3, kSteps = 1;        // of conjugate gradients in each, and at every other refresh
-constexpr double kDependent = 1e-5;  // a far motion that is the others' to within this part of what cancels in it
 
 double square(double x) { return x * x; }
-
-/// T with T^T G T = 1, columns zero where G (positive semidefinite) has nothing new to give.
-template <int N>
-Eigen::Matrix<double, N, N> orthonormalizer(Eigen::Matrix<double, N, N> gram) {
-  using Square = Eigen::Matrix<double, N, N>;
-  Square out = Square::Zero();
-  for (int c = 0; c < N; ++c) {
-    Eigen::Vector<double, N> t = Eigen::Vector<double, N>::Unit(c);
-    for (int pass = 0; pass < 2; ++pass)
-      for (int k = 0; k < c; ++k) t -= out.col(k) * (out.col(k).dot(gram * t));
-    // Against all that cancels, and not the motion's own length: where it was made of others that had little new
-    // themselves, their large weights take its digits.
-    const double rest_sq = t.dot(gram * t), cancels_sq = t.cwiseAbs().dot(gram.cwiseAbs() * t.cwiseAbs());
-    if (rest_sq > square(kDependent) * cancels_sq) out.col(c) = t / std::sqrt(rest_sq);
-  }
-  return out;
-}
 
 }  // namespace
 

@@ -3,9 +3,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <cmath>
+#include <random>
 
 #include "core/error.hpp"
 #include "core/graded_body.hpp"
+#include "core/orthonormalizer.hpp"
 #include "core/sparse_product.hpp"
 #include "tests/support/linearized_block.hpp"
 
@@ -207,6 +210,35 @@ TEST(Krylov, SaysWhenTheExactTangentIsIndefinite) {
     EXPECT_FALSE(reduce(TangentKind::definite).definite_tangent);
     EXPECT_GT(MatrixX(reduce(TangentKind::definite).stiffness).diagonal().minCoeff(), 0);
   }
+}
+
+/// The mixed motions in long double: each stands apart from the others with length 1, or was dropped.
+template <int N>
+double worst_mix(const Eigen::Matrix<double, N, N>& motions) {
+  const Eigen::Matrix<double, N, N> T = orthonormalizer<N>(motions.transpose() * motions);
+  const auto mixed = (motions.template cast<long double>() * T.template cast<long double>()).eval();
+  Eigen::Matrix<long double, N, N> off = mixed.transpose() * mixed;
+  for (int c = 0; c < N; ++c) off(c, c) -= T.col(c).isZero(0) ? 0 : 1;
+  return static_cast<double>(off.cwiseAbs().maxCoeff());
+}
+
+TEST(Orthonormalizer, KeepsItsDigitsOrDropsTheMotion) {
+  constexpr double kDigits = 1e-4;  // rounding over what may cancel: 2e-16 / 1e-10, times entries
+  using Square = Eigen::Matrix<double, 4, 4>;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  int dropped = 0;
+  for (int problem = 0; problem < 1000; ++problem) {
+    // Each motion is the last one, or what was new in it, but for a small part: weights grow from one to the next.
+    const double part = std::pow(10, -7 * std::generate_canonical<double, 53>(random));
+    Square motions = Square::NullaryExpr([&] { return normal(random); });
+    motions.col(1) = motions.col(0) + part * motions.col(1);
+    motions.col(2) = (motions.col(1) - motions.col(0)) / part + part * motions.col(2);
+    EXPECT_LE(worst_mix<4>(motions), kDigits) << "part " << part;
+    dropped += orthonormalizer<4>(motions.transpose() * motions).col(2).isZero(0);
+  }
+  EXPECT_GT(dropped, 100);
+  EXPECT_LT(dropped, 900);
 }
 
 TEST(NodeRanks, SeparateNodesAndLeaveNoneAlone) {
