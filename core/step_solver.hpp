@@ -21,8 +21,9 @@ class StepSolver {
 };
 
 struct StepSolverOptions {
-  VectorX positions;        ///< of the nodes of the system, (3 free) [m]: how it can move as a rigid body
-  double tolerance = 1e-6;  ///< pcg: |residual| / |rhs|
+  VectorX positions;           ///< of the nodes of the system, (3 free) [m]: how it can move as a rigid body
+  double tolerance = 1e-6;     ///< pcg: |residual| / |rhs|
+  int most_iterations = 2000;  ///< pcg: it does not converge, where it takes more
 };
 
 std::vector<BackendInfo> step_solver_backends();

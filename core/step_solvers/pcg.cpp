@@ -294,7 +294,6 @@ class ConjugateGradients final : public StepSolver {
 
   /// False: not positive definite, or not converging.
   bool iterate(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) {
-    constexpr int kMost = 2000;
     const double enough = options_.tolerance * rhs.norm();
     VectorX r(rhs.size()), z(rhs.size()), p(rhs.size()), q(rhs.size());
     if (x.size() != rhs.size()) x.setZero(rhs.size());
@@ -304,7 +303,7 @@ class ConjugateGradients final : public StepSolver {
     if (r.norm() <= enough) return true;
     double rz = precondition(r, z);
     p = z;
-    for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
+    for (iterations_ = 1; iterations_ <= options_.most_iterations; ++iterations_) {
       const double curvature = multiply(matrix, p, q, partial_);
       if (!(curvature > 0) || !(rz > 0)) return false;
       const double step = rz / curvature;
