@@ -52,12 +52,13 @@ bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample>
   integrator_->step(held, friction, dt, state_);
   state_.t = t_end;
   const double push = held.push(state_.x);
-  if (push < 0) {
-    state_ = before;
-    return false;
-  }
   double local_force = 0;
   for (const ContactHold& hold : holds) local_force += hold.force;
+  if (push < 0) {
+    state_ = before;
+    if (local_force > 0) contact_error_ = -1;
+    return false;
+  }
   if (local_force > 0) contact_error_ = push / local_force - 1;
   if (normal_impulse > 0) friction_scale_ = std::clamp(push * dt / normal_impulse, 0.0, 1.0);
   return true;

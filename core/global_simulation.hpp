@@ -47,8 +47,8 @@ class GlobalSimulation {
   const DeformableModel& model() const { return model_; }
   double step() const { return max_step_; }  ///< [s]
   /// After an advance with holds: the normal force that keeps the body where the local model left it, over the one that
-  /// the local model gave for it, - 1. What its linearization made of the interval, and the body's own step. 0: no
-  /// hold.
+  /// the local model gave for it, - 1. What its linearization made of the interval, and the body's own step. -1:
+  /// the body would have to be pulled there. 0: no hold.
   double contact_error() const { return contact_error_; }
   StepStatistics statistics() const { return integrator_->statistics(); }
 

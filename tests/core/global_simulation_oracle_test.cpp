@@ -212,5 +212,17 @@ TEST(GlobalSimulation, FollowsTheHistoryInsteadOfAHoldThatWouldHaveToPull) {
   EXPECT_EQ(with.state(), without.state());
 }
 
+TEST(GlobalSimulation, CallsALocalForceWhollyWrongWhereTheBodyWouldHaveToBePulled) {
+  const HeldBlock b;
+  GlobalSimulation simulation(*b.model, make_integrator("implicit_euler"), 0.02);
+  ContactHold above = b.hold(-1e-3, false);
+  above.force = 0.2;
+  simulation.advance(0.05, {}, {&above, 1});
+  EXPECT_EQ(simulation.contact_error(), -1);
+  above.force = 0;  // the local model gave none either
+  simulation.advance(0.1, {}, {&above, 1});
+  EXPECT_EQ(simulation.contact_error(), 0);
+}
+
 }  // namespace
 }  // namespace kt
