@@ -29,7 +29,7 @@ struct CheckArguments {
   CheckOptions check;
 };
 
-/// What rows depend on: a run goes on, and reports are joined, only with the same.
+/// What rows depend on: a run goes on, and reports are joined, only with the same, but for the limits.
 Json settings_of(const CheckArguments& a) {
   return {{"budget", a.check.budget},
           {"young", a.check.young},
@@ -41,6 +41,8 @@ Json settings_of(const CheckArguments& a) {
           {"timeout", a.timeout},
           {"memory_gb", a.memory_gb}};
 }
+
+constexpr const char* kLimits[] = {"timeout", "memory_gb"};
 
 Json read_json(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
@@ -72,12 +74,22 @@ std::string rows_file(const CheckArguments& a, const Shard& shard) {
   return shard.count == 1 ? a.out + "/rows.jsonl" : text(a.out, "/rows-", shard.index, "-of-", shard.count, ".jsonl");
 }
 
-/// Rows of other settings are no rows of this run.
+/// Limits end a worker; they do not change what a row says that was not ended by them.
+Json without_limits(Json settings) {
+  for (const char* limit : kLimits) settings.erase(limit);
+  return settings;
+}
+
+/// Rows of other settings are no rows of this run; with other limits, those that met a limit are made again.
 void agree_on_settings(const std::string& rows, const Json& settings, bool resume) {
   const std::string file = rows + ".settings.json";
-  if (resume && fs::exists(rows) && fs::exists(file) && read_json(file) != settings)
-    throw InputError(text("--resume: ", rows, " was made with other settings: ", read_json(file).dump(),
-                          "; give the same, or another --out"));
+  if (resume && fs::exists(file) && fs::exists(rows) && fs::file_size(rows) > 0) {
+    const Json before = read_json(file);
+    if (without_limits(before) != without_limits(settings))
+      throw InputError(text("--resume: ", rows, " was made with other settings: ", before.dump(),
+                            "; give the same (--timeout and --memory may differ), or another --out"));
+    if (before != settings) forget_rows(rows, met_limit);
+  }
   write_file_whole(file, settings.dump() + "\n");
 }
 
@@ -90,11 +102,11 @@ std::vector<Json> run_workers(const CheckArguments& a, const std::vector<Library
                     .memory_bytes = static_cast<std::size_t>(a.memory_gb * 1073741824.0),
                     .stop = &stop_requested()};
   options.progress = progress_bar("checking");
-  if (a.resume && fs::exists(rows)) forget_killed(rows);
+  if (a.resume && fs::exists(rows)) forget_rows(rows, was_killed);
   std::vector<Json> out = run_batch(jobs, options);
   // Killed from outside, by hand or by the system for want of memory: once more, and what is killed again says so.
   if (std::ranges::any_of(out, was_killed) && !stop_requested()) {
-    forget_killed(rows);
+    forget_rows(rows, was_killed);
     options.resume = true;
     out = run_batch(jobs, options);
   }
@@ -175,10 +187,11 @@ int merge(const CheckArguments& a) {
   Json settings;
   for (const std::string& file : files) {
     const Json its = read_json(file + ".settings.json");
-    if (!settings.is_null() && its != settings)
+    if (settings.is_null()) settings = its;
+    if (without_limits(its) != without_limits(settings))
       throw InputError(
           text(file, " was made with other settings than ", files.front(), ": ", its.dump(), ", ", settings.dump()));
-    settings = its;
+    for (const char* limit : kLimits) settings[limit] = std::max(settings[limit].get<double>(), its[limit].get<double>());
     for (const Json& row : read_batch(file)) {
       const auto key = row["key"].get<std::string>();
       // One that was killed gives way to one that was not.

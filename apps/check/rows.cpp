@@ -58,17 +58,25 @@ bool was_killed(const Json& batch_row) {
   return batch_row["outcome"] == "crash" && batch_row["trouble"].get<std::string>().starts_with("crashed (Killed)");
 }
 
-int forget_killed(const std::string& file) {
+bool met_limit(const Json& batch_row) {
+  const Json& result = batch_row["result"];
+  if (batch_row["outcome"] == "timeout" || batch_row["outcome"] == "memory") return true;
+  return result.is_object() && result.contains("stages") && std::ranges::any_of(result["stages"], [](const Json& s) {
+           return s["why"].get<std::string>().find(kNoMemory) != std::string::npos;
+         });
+}
+
+int forget_rows(const std::string& file, bool (*are_forgotten)(const Json& batch_row)) {
   std::string kept;
-  int killed = 0;
+  int forgotten = 0;
   for (const Json& row : read_batch(file)) {
-    if (was_killed(row))
-      ++killed;
+    if (are_forgotten(row))
+      ++forgotten;
     else
       kept += dump(row) + "\n";
   }
-  if (killed > 0) write_file_whole(file, kept);
-  return killed;
+  if (forgotten > 0) write_file_whole(file, kept);
+  return forgotten;
 }
 
 Json make_report(std::vector<Json> rows, const Json& settings) {

@@ -14,8 +14,11 @@ nlohmann::ordered_json report_row(const nlohmann::ordered_json& batch_row);
 /// Its worker was ended from outside: that says nothing about the mesh, and it is to be checked again.
 bool was_killed(const nlohmann::ordered_json& batch_row);
 
-/// Rewrites the file of a batch without rows that was_killed(). @returns how many there were
-int forget_killed(const std::string& file);
+/// Its worker met the limit of time or memory: with larger ones it may end.
+bool met_limit(const nlohmann::ordered_json& batch_row);
+
+/// Rewrites the file of a batch without these rows. @returns how many there were
+int forget_rows(const std::string& file, bool (*are_forgotten)(const nlohmann::ordered_json& batch_row));
 
 /// {"kilotouch", "settings", "summary", "times", "rows"}; rows by path, without their outlines.
 nlohmann::ordered_json make_report(std::vector<nlohmann::ordered_json> rows, const nlohmann::ordered_json& settings);

@@ -19,6 +19,9 @@ Verdict verdict_named(const std::string& name);
 /// The worse of two; skipped is no worse than pass.
 Verdict worse(Verdict a, Verdict b);
 
+/// The reason of a stage whose memory did not suffice.
+constexpr const char* kNoMemory = "memory: more is needed than is allowed";
+
 struct StageResult {
   std::string name;
   Verdict verdict = Verdict::pass;

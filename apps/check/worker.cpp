@@ -57,7 +57,7 @@ StageResult run_stage(const CheckStageEntry& entry, MeshWork& work) {
   try {
     entry.run(work, out);
   } catch (const std::bad_alloc&) {
-    out.lower(Verdict::fail, "memory: more is needed than is allowed");
+    out.lower(Verdict::fail, kNoMemory);
   } catch (const std::exception& e) {
     out.lower(Verdict::fail, e.what());
   }

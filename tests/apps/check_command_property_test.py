@@ -198,6 +198,12 @@ class Check(unittest.TestCase):
         self.assertRegex(rows["large.off"]["why"], "^timeout: ran longer than 0.7 s")
         self.assertIn(rows["large.off"]["stage"], STAGES)
         self.assertRegex(rows["small.off"]["why"], "empty")
+        with open(self.path("slow", "rows.jsonl"), encoding="utf-8") as file:
+            small = next(line for line in file if '"small.off"' in line)
+        check(self.path("library"), *SURFACES, "--out", self.path("slow"), "--resume", "--timeout", 100, "--no-report", ok=(2,))
+        check(self.path("library"), "--out", self.path("slow"), "--resume", "--timeout", 3, "--no-report")
+        self.assertRegex(self.rows(self.path("slow"))["large.off"]["why"], "^timeout: ran longer than 3 s")  # again, for longer
+        self.assertIn(small, lines(self.path("slow", "rows.jsonl")))  # not again
         check(self.path("library"), "--out", self.path("tight"), "--memory", 0.09, "--no-report")
         row = self.rows(self.path("tight"))["large.off"]
         self.assertEqual(row["verdict"], "fail")
