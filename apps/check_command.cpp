@@ -191,7 +191,8 @@ int merge(const CheckArguments& a) {
     if (without_limits(its) != without_limits(settings))
       throw InputError(
           text(file, " was made with other settings than ", files.front(), ": ", its.dump(), ", ", settings.dump()));
-    for (const char* limit : kLimits) settings[limit] = std::max(settings[limit].get<double>(), its[limit].get<double>());
+    for (const char* limit : kLimits)
+      settings[limit] = std::max(settings[limit].get<double>(), its[limit].get<double>());
     for (const Json& row : read_batch(file)) {
       const auto key = row["key"].get<std::string>();
       // One that was killed gives way to one that was not.

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kSpacing = kBodySize / 200;  // of samples, for distances
 constexpr double kFarOff = 0.02;              // of the size: a coarser surface that is further off is not the same
+constexpr double kFlat = 0.5;                 // [degrees] tetrahedra below this: others may do better
+constexpr double kNeedle = 0.1;               // [degrees] bodies that are hard to step
 
 std::string percent_of_size(double distance) { return text(100 * distance / kBodySize, " % of its size"); }
 
@@ -46,24 +48,40 @@ Mesh coarser(const Mesh& surface, const MeshWork& work, bool is_clean, StageResu
   throw RunError(text("not decimated: ", why));
 }
 
-/// By the first that can. Failures of the others lower the verdict.
+/// By the first that can; where its tetrahedra are flat, by the one whose are the least so, and that keeps the number
+/// of triangles. Failures of the others lower the verdict.
 std::optional<Mesh> filled(const Mesh& surface, const MeshWork& work, StageResult& out) {
   std::vector<std::string> failures;
+  std::optional<Mesh> best;
+  std::string by, others;
+  double angle = 0;  // smallest of the best [deg]
   for (const BackendInfo& b : tetrahedralizers()) {
     if (!b.available) continue;
     try {
       Mesh solid = tetrahedralize(
           surface,
           {.name = "surface", .backend = b.name, .timeout = work.options.backend_seconds, .stop = work.options.stop});
-      out.figures["tetrahedralizer"] = b.name;
-      if (!failures.empty()) out.lower(Verdict::degraded, text(join(failures), "; filled by ", b.name));
-      return solid;
+      const double its = tetrahedra_quality(solid).dihedral_min;
+      if (best && (its <= angle || solid.triangles.size() > surface.triangles.size())) continue;
+      if (best) others += text(others.empty() ? "" : ", ", by, " ", angle);
+      best = std::move(solid);
+      by = b.name;
+      angle = its;
+      if (angle > kFlat || static_cast<int>(surface.triangles.size()) > work.options.budget) break;  // good, or slow
     } catch (const InputError& e) {
       failures.emplace_back(e.what());
       break;  // of the surface: the others would refuse it too
     } catch (const RunError& e) {
-      failures.emplace_back(e.what());
+      if (!best) failures.emplace_back(e.what());
     }
+  }
+  if (best) {
+    out.figures["tetrahedralizer"] = by;
+    if (!failures.empty()) out.lower(Verdict::degraded, text(join(failures), "; filled by ", by));
+    if (!others.empty())
+      out.lower(Verdict::pass, text("filled by ", by, ", whose smallest angle is ", angle, " degrees (", others, ")"));
+    if (angle < kNeedle) out.lower(Verdict::degraded, text("tetrahedra as flat as ", angle, " degrees"));
+    return best;
   }
   if (failures.empty()) failures.emplace_back("no tetrahedralizer is in this build");
   out.lower(Verdict::degraded, join(failures));
