@@ -1,5 +1,6 @@
 // A sphere pressed in at places all over the surface: is the force finite, outward, and growing with the depth?
 #include <cmath>
+#include <functional>
 
 #include "apps/check/hand_paths.hpp"
 #include "apps/check/mesh_work.hpp"
@@ -9,19 +10,19 @@
 namespace kt {
 namespace {
 
-constexpr double kRest = 0.01;   // [s] at the end of each stop
-constexpr double kRings = 0.05;  // of the largest force: less at a greater depth is not monotone
-constexpr double kFalls = 0.3;   // more than a light body's ringing
+constexpr double kRest = 0.01;  // [s] at the end of each stop
 
 /// Mean force along the normal when the body has come to rest, at each depth [N].
-std::vector<double> force_over_depth(const SessionResult& run, const PressPath& path, const Vec3& normal) {
+/// @param forces  on the tool, one a tick of h [N]
+std::vector<double> force_over_depth(std::span<const Vec3> forces, double h, const PressPath& path,
+                                     const Vec3& normal) {
   std::vector<double> out;
   for (const double end : path.rests) {
     double sum = 0;
     int ticks = 0;
-    for (const LocalFrame& f : run.frames)
-      if (f.t > end - kRest && f.t <= end) {
-        sum += f.force.dot(normal);
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      if (const double t = static_cast<double>(i + 1) * h; t > end - kRest && t <= end + 0.5 * h) {
+        sum += forces[i].dot(normal);
         ++ticks;
       }
     out.push_back(ticks > 0 ? sum / ticks : 0);
@@ -29,18 +30,27 @@ std::vector<double> force_over_depth(const SessionResult& run, const PressPath& 
   return out;
 }
 
-void judge_forces(const std::vector<double>& force, const std::string& name, const Vec3& where, StageResult& out) {
-  const double largest = *std::ranges::max_element(force);
+/// @param of_whole_body  the whole nonlinear body's forces at the same depths; empty: not to be had
+void judge_forces(const std::vector<double>& force, const std::function<std::vector<double>()>& of_whole_body,
+                  const std::string& name, const Vec3& where, StageResult& out) {
   if (!(force.back() > 0)) {
     out.lower(Verdict::fail, text(name, ": the force at full depth is ", force.back(), " N, not outward"), where);
     return;
   }
-  for (std::size_t i = 1; i < force.size(); ++i)
-    if (const double fall = force[i - 1] - force[i]; fall > kRings * largest) {
-      out.lower(fall > kFalls * largest ? Verdict::fail : Verdict::degraded,
-                text(name, ": deeper, but the force falls from ", force[i - 1], " to ", force[i], " N"), where);
-      return;
-    }
+  const Fall fall = largest_fall(force);
+  if (judge_fall(fall, {}) == Verdict::pass) return;
+  std::string said =
+      text(name, ": deeper, but the force falls from ", force[fall.to - 1], " to ", force[fall.to], " N; ");
+  const std::vector<double> truth = of_whole_body();
+  std::optional<Fall> its;
+  if (!truth.empty()) its = largest_fall(truth);
+  if (!its)
+    said += "not compared with the whole nonlinear body";
+  else if (its->share > 0)
+    said += text("that of the whole nonlinear body from ", truth[its->to - 1], " to ", truth[its->to]);
+  else
+    said += "that of the whole nonlinear body does not";
+  out.lower(judge_fall(fall, its), said, where);
 }
 
 int free_between(const SessionResult& run, double from, double to) {
@@ -79,12 +89,18 @@ void check_press(MeshWork& work, StageResult& out) {
       const PressPath path = press_path(spot);
       const SessionResult run = run_along(body, path.path, work.options.stop);
       judge_run(run, name, where, all, out);
-      const auto force = force_over_depth(run, path, spot.normal);
-      if (judge_hold(body, run, path, name, where, work.options.stop, all, out)) judge_forces(force, name, where, out);
+      const double h = run.frames.front().t;
+      const auto force = force_over_depth(tick_forces(run.frames), h, path, spot.normal);
+      const auto of_whole_body = [&] {
+        const auto truth = truth_of(body, run, run.frames.size(), work.options.stop);
+        return truth ? force_over_depth(truth->force, h, path, spot.normal) : std::vector<double>();
+      };
+      if (judge_hold(body, run, path, name, where, work.options.stop, all, out))
+        judge_forces(force, of_whole_body, name, where, out);
       const double held = force.back();
       largest = std::max(largest, held);
       if (i != thickest) continue;
-      const auto ticks = static_cast<std::size_t>(std::lround(path.rests[1] / run.frames.front().t));
+      const auto ticks = static_cast<std::size_t>(std::lround(path.rests[1] / h));
       if (const auto truth = truth_of(body, run, ticks, work.options.stop))
         off = compare_forces(tick_forces(run.frames), *truth).force_error;
     }

@@ -68,6 +68,23 @@ Verdict judge_loss(const Loss& loss) {
   return loss.ticks > kBounce ? Verdict::fail : Verdict::degraded;
 }
 
+Fall largest_fall(std::span<const double> force) {
+  const double largest = *std::ranges::max_element(force);
+  Fall out;
+  for (std::size_t i = 1; largest > 0 && i < force.size(); ++i)
+    if (const double share = (force[i - 1] - force[i]) / largest; share > out.share) out = {share, i};
+  return out;
+}
+
+Verdict judge_fall(const Fall& fall, const std::optional<Fall>& of_whole_body) {
+  constexpr double kRings = 0.05;  // less at a greater depth is not monotone
+  constexpr double kFalls = 0.3;   // more than a light body's ringing
+  constexpr double kAlike = 0.5;   // of it, at least: the whole body falls, too
+  if (fall.share <= kRings) return Verdict::pass;
+  const bool is_true = of_whole_body && of_whole_body->share >= kAlike * fall.share;
+  return fall.share > kFalls && !is_true ? Verdict::fail : Verdict::degraded;
+}
+
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,
                StageResult& out) {
   ++all.runs;

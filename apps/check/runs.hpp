@@ -39,6 +39,20 @@ Loss longest_loss(const CheckBody& body, const SessionResult& run, double from, 
 
 Verdict judge_loss(const Loss& loss);
 
+/// Of the forces at rest of one press, from each depth to the next: the one that falls most.
+struct Fall {
+  double share = 0;    ///< of the largest force; 0: none falls
+  std::size_t to = 0;  ///< which depth it leads to
+};
+
+/// @param force  at each depth [N], at least one
+Fall largest_fall(std::span<const double> force);
+
+/// A limb that gives way, or a tool that slips off, pushes back less the deeper it is: no fault of the engine where the
+/// whole nonlinear body's force falls at least half as much, but no surface to press either.
+/// @param of_whole_body  along the same way; none: unknown
+Verdict judge_fall(const Fall& fall, const std::optional<Fall>& of_whole_body);
+
 /// Numbers that no run may have: forces that are not finite, a tool inside the body, energy out of nothing.
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,
                StageResult& out);

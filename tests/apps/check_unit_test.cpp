@@ -197,6 +197,22 @@ TEST(CheckLoss, IsExcusedByAWholeBodyThatLeavesToo) {
   EXPECT_EQ(judge_loss({21, std::nullopt}), Verdict::fail);
 }
 
+TEST(CheckFall, IsTheLargestFromOneDepthToTheNext) {
+  const Fall fall = largest_fall(std::vector<double>{0.1, 0.4, 0.36, 0.2});
+  EXPECT_NEAR(fall.share, 0.16 / 0.4, 1e-15);
+  EXPECT_EQ(fall.to, 3u);
+  EXPECT_EQ(largest_fall(std::vector<double>{0.1, 0.2, 0.2, 0.3}).share, 0);
+  EXPECT_EQ(largest_fall(std::vector<double>{0, 0, 0, 0}).share, 0);
+}
+
+TEST(CheckFall, IsNoFailureWhereTheWholeBodyFallsToo) {
+  EXPECT_EQ(judge_fall({0.05, 1}, {}), Verdict::pass) << "ringing";
+  EXPECT_EQ(judge_fall({0.06, 1}, {}), Verdict::degraded);
+  EXPECT_EQ(judge_fall({0.31, 1}, {}), Verdict::fail) << "nothing to compare with";
+  EXPECT_EQ(judge_fall({0.31, 1}, Fall{0.15, 2}), Verdict::fail);
+  EXPECT_EQ(judge_fall({0.31, 1}, Fall{0.16, 2}), Verdict::degraded) << "excused, but told";
+}
+
 TEST(CheckHand, PressesAndRestsAtFourDepths) {
   const PressPath press = press_path(kSpot);
   ASSERT_EQ(press.rests.size(), 4u);
