@@ -45,6 +45,8 @@ std::string quoted(std::string_view token) {
 
 TextReader::TextReader(std::string path, std::string data) : path_(std::move(path)), data_(std::move(data)) {
   if (data_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+  if (data_.starts_with("\xFF\xFE") || data_.starts_with("\xFE\xFF"))
+    throw InputError(text(path_, ": the file is UTF-16 text; must be ASCII or UTF-8 (save it so)"));
 }
 
 void TextReader::skip_blanks() {

@@ -18,7 +18,8 @@ std::string quoted(std::string_view token);
 /// Cursor over text made of white-space separated words and `#` comments.
 class TextReader {
  public:
-  TextReader(std::string path, std::string data);  ///< a UTF-8 byte order mark at the start is skipped
+  TextReader(std::string path, std::string data);  ///< a UTF-8 byte order mark at the start is skipped;
+                                                   ///< UTF-16 is an InputError
 
   /// Next word, over line ends and comments; nothing at the end of the file.
   std::optional<std::string_view> word();

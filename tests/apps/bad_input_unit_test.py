@@ -29,6 +29,7 @@ FILES = {  # made for the cases below
     "ball.off": None,  # copied from meshes/
     "ball.json": SCENE,
     "garbage.off": bytes(range(256)) * 4,
+    "utf16.obj": "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".encode("utf-16"),
     "header.off": "FFO\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
     "garbage.stl": b"\0" * 80 + (4000000000).to_bytes(4, "little") + b"\0" * 50,
     "short.ply": "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -69,6 +70,7 @@ CASES = [
         ("a folder", ["mesh", "info", "folder.off"], ["folder.off", "directory"]),
         ("0 bytes", ["mesh", "info", "empty.off"], ["empty.off", "0 bytes"]),
         ("binary garbage", ["mesh", "info", "garbage.off"], ["garbage.off:1", "OFF"]),
+        ("UTF-16 text, as some shells write it", ["mesh", "info", "utf16.obj"], ["utf16.obj", "UTF-16", "UTF-8"]),
         ("wrong header", ["mesh", "info", "header.off"], ["header.off:1", "FFO", "OFF"]),
         ("unknown format", ["mesh", "info", "mesh.xyz"], ["mesh.xyz", ".xyz", ".off"]),
         ("the file ends early", ["mesh", "info", "truncated.off"], ["truncated.off:", "ends"]),
