@@ -48,8 +48,8 @@ Mesh coarser(const Mesh& surface, const MeshWork& work, bool is_clean, StageResu
   throw RunError(text("not decimated: ", why));
 }
 
-/// By the first that can; where its tetrahedra are flat, by the one whose are the least so, and that keeps the number
-/// of triangles. Failures of the others lower the verdict.
+/// By the first that can; where its tetrahedra are flat, by one whose are less so and no needles, and that leaves no
+/// more triangles. Failures of the others lower the verdict.
 std::optional<Mesh> filled(const Mesh& surface, const MeshWork& work, StageResult& out) {
   std::vector<std::string> failures;
   std::optional<Mesh> best;
@@ -62,7 +62,7 @@ std::optional<Mesh> filled(const Mesh& surface, const MeshWork& work, StageResul
           surface,
           {.name = "surface", .backend = b.name, .timeout = work.options.backend_seconds, .stop = work.options.stop});
       const double its = tetrahedra_quality(solid).dihedral_min;
-      if (best && (its <= angle || solid.triangles.size() > surface.triangles.size())) continue;
+      if (best && (its < std::max(angle, kNeedle) || solid.triangles.size() > surface.triangles.size())) continue;
       if (best) others += text(others.empty() ? "" : ", ", by, " ", angle);
       best = std::move(solid);
       by = b.name;
