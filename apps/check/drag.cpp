@@ -76,10 +76,11 @@ void check_drag(MeshWork& work, StageResult& out) {
       refresh = std::max(refresh, m.refresh_jump);
       if (m.lost_contacts > 0) {
         const Loss loss = longest_loss(body, run, kDragPressTime, kAlways, work.options.stop);
-        out.lower(judge_loss(loss),
-                  text(name, ": contact lost ", m.lost_contacts, m.lost_contacts == 1 ? " time" : " times", ", ",
-                       loss.told()),
-                  work.in_file(first_loss(run, drags[i].spot.place)));
+        if (loss.ticks > 0)  // not in the very tick in which the press ends
+          out.lower(judge_loss(loss),
+                    text(name, ": contact lost ", m.lost_contacts, m.lost_contacts == 1 ? " time" : " times", ", ",
+                         loss.told()),
+                    work.in_file(first_loss(run, drags[i].spot.place)));
       }
       if (m.buzz > kBuzz)
         out.lower(Verdict::degraded, text(name, ": buzz above 100 Hz of ", 100 * m.buzz, " % of the force"), where);
