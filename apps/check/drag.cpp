@@ -76,7 +76,7 @@ void check_drag(MeshWork& work, StageResult& out) {
       refresh = std::max(refresh, m.refresh_jump);
       if (m.lost_contacts > 0) {
         const Loss loss = longest_loss(body, run, kDragPressTime, kAlways, work.options.stop);
-        if (loss.ticks > 0)  // not in the very tick in which the press ends
+        if (loss.ticks > 0)  // else it bounced on the way down, before the drag
           out.lower(judge_loss(loss),
                     text(name, ": contact lost ", m.lost_contacts, m.lost_contacts == 1 ? " time" : " times", ", ",
                          loss.told()),
