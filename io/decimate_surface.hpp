@@ -8,7 +8,10 @@
 namespace kt {
 
 struct DecimateOptions {
-  double timeout = 60;                      ///< of the child process that does it [s], > 0
+  bool evenly = false;  ///< long triangles are split first, and collapses cost something on flat parts, too (quadrics
+                        ///< of uncertain normals: Trettner and Kobbelt 2020): edges alike, further off. For surfaces
+                        ///< from CAD, whose long triangles leave only flat tetrahedra
+  double timeout = 60;  ///< of the child process that does it [s], > 0
   const std::atomic<bool>* stop = nullptr;  ///< when set and true: RunError "interrupted"
 };
 
@@ -20,6 +23,6 @@ struct DecimateOptions {
 Mesh decimate_surface(const Mesh& surface, int triangles, const DecimateOptions& options = {});
 
 /// The part that needs CGAL.
-Mesh decimate_cgal(const Mesh& surface, int triangles);
+Mesh decimate_cgal(const Mesh& surface, int triangles, bool evenly);
 
 }  // namespace kt
