@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "apps/check/contact_spots.hpp"
+#include "apps/check/fill.hpp"
 #include "apps/check/hand_paths.hpp"
 #include "apps/check/library.hpp"
 #include "apps/check/models.hpp"
@@ -17,6 +18,10 @@
 #include "apps/check/verdict.hpp"
 #include "core/error.hpp"
 #include "io/child_process.hpp"
+#include "io/surface_distance.hpp"
+#include "io/tetrahedra_quality.hpp"
+#include "io/tetrahedralize.hpp"
+#include "tests/io/mesh_samples.hpp"
 
 namespace kt {
 namespace {
@@ -175,6 +180,30 @@ TEST(CheckSpots, LieOnTheSurfaceApartAndFree) {
   for (const Vec3& p : walk) EXPECT_NEAR(query.distance(p, 0.01), 0.002, 1e-6);  // a sphere of 4 mm, 2 mm deep
 }
 
+#if KT_WITH_CGAL && KT_WITH_TETGEN
+TEST(CheckFill, DecimatesEvenlyWhereTetrahedraWouldBeFlat) {
+  MeshWork work;
+  work.options.budget = 200;
+  const Mesh fine = thin_disc(66);
+  ASSERT_TRUE(is_fillable(examine(fine)));
+  StageResult out;
+  const Mesh coarse = decimated(fine, work, true, out);
+  const auto first = out.figures.at("decimated");
+  EXPECT_FALSE(first.contains("evenly"));
+  const auto flat = tetrahedralize(coarse, {.name = "disc", .backend = "tetgen"});
+  EXPECT_LT(tetrahedra_quality(flat).dihedral_min, 0.5) << "then this test has nothing to show";
+
+  const auto body = filled(coarse, fine, work, out);
+  ASSERT_TRUE(body.has_value());
+  EXPECT_GT(tetrahedra_quality(*body).dihedral_min, 2);
+  EXPECT_TRUE(out.figures.at("decimated").at("evenly"));
+  EXPECT_EQ(out.figures.at("tetrahedralizer"), "tetgen");
+  EXPECT_EQ(out.verdict, Verdict::pass) << out.why;
+  const Mesh skin{body->x, body->triangles, {}};
+  EXPECT_NEAR(out.figures.at("decimated").at("distance"), hausdorff_distance(fine, skin, 5e-4), 1e-12);
+}
+#endif
+
 double speed_at(const std::vector<TimedPoint>& path, double t) {
   for (std::size_t i = 1; i < path.size(); ++i)
     if (path[i].t > t) return (path[i].x - path[i - 1].x).norm() / (path[i].t - path[i - 1].t);
@@ -195,6 +224,18 @@ TEST(CheckLoss, IsExcusedByAWholeBodyThatLeavesToo) {
   EXPECT_EQ(judge_loss({1, 0}), Verdict::degraded);
   EXPECT_EQ(judge_loss({20, std::nullopt}), Verdict::degraded) << "a light body bounces";
   EXPECT_EQ(judge_loss({21, std::nullopt}), Verdict::fail);
+}
+
+/// A tool on the way down may bounce; what counts begins later.
+TEST(CheckLoss, BeforeTheTimeThatIsAskedForIsNone) {
+  SessionResult run;
+  for (int i = 1; i <= 300; ++i) {
+    LocalFrame f;
+    f.t = 1e-3 * i;
+    f.mode = i == 60 || i > 250 ? ContactMode::free : ContactMode::stick;
+    run.frames.push_back(f);
+  }
+  EXPECT_EQ(longest_loss({}, run, 0.1, 0.25, nullptr).ticks, 0);
 }
 
 TEST(CheckFall, IsTheLargestFromOneDepthToTheNext) {

@@ -7,14 +7,17 @@
 namespace kt {
 namespace {
 
-/// Smallest altitude by longest edge, of the flattest triangle.
+/// Smallest altitude by longest edge.
+double shape_of(const Mesh& mesh, const Triangle& t) {
+  const Vec3 a = node(mesh.x, t[0]), b = node(mesh.x, t[1]), c = node(mesh.x, t[2]);
+  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  return (b - a).cross(c - a).norm() / (longest * longest);
+}
+
+/// That of the flattest triangle.
 double flattest(const Mesh& mesh) {
   double out = 1;
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = node(mesh.x, t[0]), b = node(mesh.x, t[1]), c = node(mesh.x, t[2]);
-    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    out = std::min(out, (b - a).cross(c - a).norm() / (longest * longest));
-  }
+  for (const Triangle& t : mesh.triangles) out = std::min(out, shape_of(mesh, t));
   return out;
 }
 
@@ -68,6 +71,24 @@ TEST(DecimateSurface, WhatIsThinGetsDownToTheNumberWithFlatterOnes) {
   EXPECT_LE(coarse.triangles.size(), 40u);
   EXPECT_TRUE(examine(coarse).clean());
   EXPECT_NEAR(enclosed_volume(coarse), 100, 1e-9);
+}
+
+/// On a flat face every collapse costs nothing, and plain quadrics leave the needles that came.
+TEST(DecimateSurface, EvenlyLeavesNoNeedlesOnFlatFaces) {
+  const Mesh disc = thin_disc(100);
+  const auto median_shape = [](const Mesh& mesh) {
+    std::vector<double> shapes;
+    for (const Triangle& t : mesh.triangles) shapes.push_back(shape_of(mesh, t));
+    std::ranges::sort(shapes);
+    return shapes[shapes.size() / 2];
+  };
+  const Mesh plain = decimate_surface(disc, 297), even = decimate_surface(disc, 297, {.evenly = true});
+  EXPECT_LT(median_shape(plain), 0.3);
+  EXPECT_GT(median_shape(even), 0.4);
+  EXPECT_LE(even.triangles.size(), 297u);
+  EXPECT_TRUE(examine(even).clean());
+  EXPECT_LT(hausdorff_distance(disc, even, 2e-3), 5e-4);  // a quarter of its thickness
+  EXPECT_NEAR(enclosed_volume(even), enclosed_volume(disc), 5e-3 * enclosed_volume(disc));
 }
 
 TEST(DecimateSurface, ThreeTrianglesAtAnEdgeAndTooLittleTimeAreErrors) {

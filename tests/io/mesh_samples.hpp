@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,24 @@ inline std::vector<std::string> own_meshes() {
 inline std::vector<std::string> real_meshes() { return files_in(KT_SOURCE_DIR "/../shared/data/meshes"); }
 
 inline std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+/// A disc, 100 mm wide and 2 mm thick, as CAD draws it: both faces are fans of needles.
+inline Mesh thin_disc(int segments) {
+  Mesh out;
+  out.x.resize(6 * segments);
+  for (int i = 0; i < segments; ++i) {
+    const double a = 2 * std::numbers::pi * i / segments;
+    for (int side = 0; side < 2; ++side)
+      node(out.x, 2 * i + side) = Vec3(0.05 * std::cos(a), 0.05 * std::sin(a), 0.002 * side);
+    const int b = 2 * ((i + 1) % segments);
+    out.triangles.push_back({2 * i, b, b + 1});
+    out.triangles.push_back({2 * i, b + 1, 2 * i + 1});
+    if (i == 0 || i == segments - 1) continue;
+    out.triangles.push_back({0, b, 2 * i});
+    out.triangles.push_back({1, 2 * i + 1, b + 1});
+  }
+  return out;
+}
 
 inline std::string write_sample(const PrivateFolder& folder, const std::string& name, const std::string& content) {
   std::ofstream(folder / name, std::ios::binary) << content;
