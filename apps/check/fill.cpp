@@ -19,25 +19,15 @@ struct Coarse {
   double off = 0;  ///< from what it was [m]
 };
 
-/// Coarser by as much as leaves the surface free of new intersections.
-Coarse coarser(const Mesh& surface, const MeshWork& work, bool is_clean, bool evenly) {
-  std::string why;
-  for (const double more : {1.0, 1.6, 2.5, 4.0}) try {
-      const auto target = static_cast<std::size_t>(more * work.options.budget);
-      if (target >= surface.triangles.size()) break;
-      Mesh coarse =
-          decimate_surface(surface, static_cast<int>(target),
-                           {.evenly = evenly, .timeout = work.options.backend_seconds, .stop = work.options.stop});
-      if (is_clean && !is_fillable(examine(coarse))) {
-        why = text(coarse.triangles.size(), " triangles would cross one another");
-        continue;
-      }
-      const double off = hausdorff_distance(surface, coarse, kSpacing);
-      return {std::move(coarse), off};
-    } catch (const std::runtime_error& e) {
-      why = e.what();
-    }
-  throw RunError(text("not decimated: ", why));
+/// @throws RunError where it is to be clean and would cross itself
+Coarse coarser(const Mesh& surface, std::size_t triangles, bool evenly, bool is_clean, const MeshWork& work) {
+  Mesh coarse =
+      decimate_surface(surface, static_cast<int>(triangles),
+                       {.evenly = evenly, .timeout = work.options.backend_seconds, .stop = work.options.stop});
+  if (is_clean && !is_fillable(examine(coarse)))
+    throw RunError(text(coarse.triangles.size(), " triangles would cross one another"));
+  const double off = hausdorff_distance(surface, coarse, kSpacing);
+  return {std::move(coarse), off};
 }
 
 nlohmann::ordered_json figures_of(const Coarse& c, const MeshWork& work) {
@@ -60,9 +50,9 @@ Filling fill(const Mesh& surface, const std::string& backend, const MeshWork& wo
 
 /// A decimated surface once more from what it was, with edges alike: better tetrahedra, further off.
 /// @return whether it has taken the place of the first
-bool fill_evenly(Filling& best, const Mesh& fine, const MeshWork& work, StageResult& out) {
+bool fill_evenly(Filling& best, const Mesh& fine, std::size_t triangles, const MeshWork& work, StageResult& out) {
   try {
-    const Coarse even = coarser(fine, work, true, true);
+    const Coarse even = coarser(fine, triangles, true, true, work);
     Filling its = fill(even.surface, best.by, work);
     if (even.off > kFarOff * kBodySize || its.angle < best.angle) return false;
     out.figures["decimated"] = figures_of(even, work);
@@ -90,12 +80,21 @@ bool is_fillable(const MeshReport& r) {
 }
 
 Mesh decimated(const Mesh& surface, const MeshWork& work, bool is_clean, StageResult& out) {
-  Coarse coarse = coarser(surface, work, is_clean, false);
-  out.figures["decimated"] = figures_of(coarse, work);
-  out.lower(coarse.off > kFarOff * kBodySize ? Verdict::degraded : Verdict::pass,
-            text("over the budget of ", work.options.budget, " triangles: ", surface.triangles.size(), " decimated to ",
-                 coarse.surface.triangles.size(), ", off by up to ", percent_of_size(coarse.off)));
-  return std::move(coarse.surface);
+  std::string why;
+  for (const double more : {1.0, 1.6, 2.5, 4.0}) try {
+      const auto target = static_cast<std::size_t>(more * work.options.budget);
+      if (target >= surface.triangles.size()) break;
+      Coarse coarse = coarser(surface, target, false, is_clean, work);
+      out.figures["decimated"] = figures_of(coarse, work);
+      out.lower(
+          coarse.off > kFarOff * kBodySize ? Verdict::degraded : Verdict::pass,
+          text("over the budget of ", work.options.budget, " triangles: ", surface.triangles.size(), " decimated to ",
+               coarse.surface.triangles.size(), ", off by up to ", percent_of_size(coarse.off)));
+      return std::move(coarse.surface);
+    } catch (const std::runtime_error& e) {
+      why = e.what();
+    }
+  throw RunError(text("not decimated: ", why));
 }
 
 std::optional<Mesh> filled(const Mesh& surface, const Mesh& fine, const MeshWork& work, StageResult& out) {
@@ -111,7 +110,9 @@ std::optional<Mesh> filled(const Mesh& surface, const Mesh& fine, const MeshWork
       if (best) others += text(others.empty() ? "" : ", ", best->by, " ", best->angle);
       best = std::move(its);
       if (best->angle > kFlat) break;
-      if (surface.triangles.size() < fine.triangles.size() && fill_evenly(*best, fine, work, out)) break;
+      if (surface.triangles.size() < fine.triangles.size() &&
+          fill_evenly(*best, fine, surface.triangles.size(), work, out))
+        break;
       if (is_over_budget(surface, work)) break;  // others would be slow
     } catch (const InputError& e) {
       failures.emplace_back(e.what());
