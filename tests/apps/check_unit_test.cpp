@@ -202,6 +202,23 @@ TEST(CheckFill, DecimatesEvenlyWhereTetrahedraWouldBeFlat) {
   const Mesh skin{body->x, body->triangles, {}};
   EXPECT_NEAR(out.figures.at("decimated").at("distance"), hausdorff_distance(fine, skin, 5e-4), 1e-12);
 }
+#if KT_WITH_NETGEN
+TEST(CheckFill, AsksTheOthersWhereTetrahedraAreFlat) {
+  const Mesh disc = thin_disc(36);
+  const auto angle = [&](const char* backend) {
+    return tetrahedra_quality(tetrahedralize(disc, {.name = "disc", .backend = backend})).dihedral_min;
+  };
+  ASSERT_LT(angle("tetgen"), 0.5);
+  ASSERT_GT(angle("netgen"), angle("tetgen"));
+  MeshWork work;  // the disc is not over the budget
+  StageResult out;
+  const auto body = filled(disc, disc, work, out);
+  ASSERT_TRUE(body.has_value());
+  EXPECT_EQ(tetrahedra_quality(*body).dihedral_min, angle("netgen"));
+  EXPECT_EQ(out.figures.at("tetrahedralizer"), "netgen");
+  EXPECT_EQ(out.verdict, Verdict::pass) << out.why;
+}
+#endif
 #endif
 
 double speed_at(const std::vector<TimedPoint>& path, double t) {
