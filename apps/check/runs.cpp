@@ -28,7 +28,7 @@ std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& ru
   constexpr int kMostNodes = 3000;
   if (body.session->model().mesh().num_nodes() > kMostNodes) return {};
   const std::vector<Vec3> tool = tool_path(run);
-  for (const double rate : {2000.0, 4000.0, 8000.0}) try {
+  for (const double rate : {2000.0, 4000.0, 8000.0, 16000.0}) try {
       return run_reference(*body.session, std::span(tool).first(std::min(ticks + 1, tool.size())),
                            {.rate_hz = rate, .stop = stop});
     } catch (const RunError&) {

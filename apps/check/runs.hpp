@@ -20,7 +20,7 @@ struct RunExtremes {
 /// `kilotouch run` does, though that takes half of a check's time: one of another place can throw the body away.
 SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std::atomic<bool>* stop);
 
-/// Forces of the whole nonlinear body along the first `ticks` of a run, in steps of 2 kHz, or of 4 or 8 kHz where these
+/// Forces of the whole nonlinear body along the first `ticks` of a run, in steps of 2 kHz, or of 4, 8 or 16 where these
 /// leave the finite numbers; nothing for a body that is too large for that.
 std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& run, std::size_t ticks,
                                   const std::atomic<bool>* stop);
