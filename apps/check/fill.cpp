@@ -13,6 +13,7 @@ constexpr double kSpacing = kBodySize / 200;  // of samples, for distances
 constexpr double kFarOff = 0.02;              // of the size: a coarser surface that is further off is not the same
 constexpr double kFlat = 0.5;    // [degrees] tetrahedra below this: another surface or others may do better
 constexpr double kNeedle = 0.1;  // [degrees] bodies that are hard to step
+constexpr double kWorth = 2;     // times the angle, at least: an even surface is further off
 
 struct Coarse {
   Mesh surface;
@@ -54,7 +55,7 @@ bool fill_evenly(Filling& best, const Mesh& fine, std::size_t triangles, const M
   try {
     const Coarse even = coarser(fine, triangles, true, true, work);
     Filling its = fill(even.surface, best.by, work);
-    if (even.off > kFarOff * kBodySize || its.angle < best.angle) return false;
+    if (even.off > kFarOff * kBodySize || its.angle < kWorth * best.angle) return false;
     out.figures["decimated"] = figures_of(even, work);
     out.figures["decimated"]["evenly"] = true;
     out.lower(Verdict::pass, text("again, with edges alike, off by up to ", percent_of_size(even.off),
