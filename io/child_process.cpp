@@ -119,6 +119,11 @@ std::string ChildResult::trouble(const ChildLimits& limits) const {
   return words.empty() ? out : out + ": " + words;
 }
 
+void require_good(const ChildResult& run, const std::string& what, const ChildLimits& limits, const std::string& hint) {
+  if (run.signal == SIGKILL && !run.timed_out) throw ChildKilled(what);
+  if (!run.good()) throw RunError(text(what, " ", run.trouble(limits), hint));
+}
+
 PrivateFolder::PrivateFolder() : PrivateFolder((std::filesystem::temp_directory_path() / "kilotouch-").string()) {}
 
 PrivateFolder::PrivateFolder(const std::string& prefix) {

@@ -3,6 +3,7 @@
 // surfaces. The child has limits on memory, processor time and wall-clock time, a private folder that is removed
 // afterwards, and dies with its parent.
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <string>
 #include <vector>
@@ -24,6 +25,22 @@ struct ChildResult {
   /// "ran longer than 60 s", "crashed (SIGSEGV)", "ended with exit code 3" plus its last words on one line.
   std::string trouble(const ChildLimits& limits) const;
 };
+
+/// A child that was killed from outside (SIGKILL): by a person, a batch system, the kernel for lack of memory. No
+/// std::runtime_error: who has another way to go when a library fails must not take this for its failure.
+class ChildKilled : public std::exception {
+ public:
+  explicit ChildKilled(const std::string& what)
+      : what_(what + " was killed (SIGKILL), from outside or by the system") {}
+  const char* what() const noexcept override { return what_.c_str(); }
+
+ private:
+  std::string what_;
+};
+
+/// @throws RunError "`what` crashed (...)`hint`" for a child that is not good, ChildKilled for one that was killed
+void require_good(const ChildResult& run, const std::string& what, const ChildLimits& limits,
+                  const std::string& hint = {});
 
 /// A folder that only this user can read; removed with all it holds at the end.
 class PrivateFolder {

@@ -11,8 +11,9 @@ Mesh decimate_surface(const Mesh& surface, int triangles, const DecimateOptions&
   const PrivateFolder folder;
   const std::string file = folder / "out.obj";
   const ChildLimits limits{.seconds = options.timeout, .memory_bytes = std::size_t{8} << 30, .stop = options.stop};
-  const ChildResult run = run_forked([&] { save_mesh(file, decimate_cgal(surface, triangles, options.evenly)); }, folder, limits);
-  if (!run.good()) throw RunError(text("decimation ", run.trouble(limits)));
+  const ChildResult run =
+      run_forked([&] { save_mesh(file, decimate_cgal(surface, triangles, options.evenly)); }, folder, limits);
+  require_good(run, "decimation", limits);
   return load_mesh(file);
 }
 #else

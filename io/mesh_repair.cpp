@@ -116,7 +116,7 @@ Mesh guarded(const std::string& what, const Options& options, const std::functio
   const std::string file = folder / "out.obj";
   const ChildLimits limits{.seconds = options.timeout, .memory_bytes = std::size_t{8} << 30, .stop = options.stop};
   const ChildResult run = run_forked([&] { save_mesh(file, work()); }, folder, limits);
-  if (!run.good()) throw RunError(text(what, " ", run.trouble(limits)));
+  require_good(run, what, limits);
   if (output) *output = run.output;
   return load_mesh(file);
 }

@@ -141,7 +141,7 @@ Mesh fill_in_child(const std::string& backend, const Mesh& surface, const Tetrah
   const std::string file = folder / "out.vtu";
   const ChildLimits limits = child_limits(options);
   const ChildResult run = run_forked([&] { save_mesh(file, fill(surface, options)); }, folder, limits);
-  if (!run.good()) throw RunError(text(backend, " ", run.trouble(limits)));
+  require_good(run, backend, limits);
   try {
     return load_mesh(file);
   } catch (const InputError& e) {

@@ -34,11 +34,8 @@ Mesh tetrahedralize_tetgen(const Mesh& surface, const TetrahedralizeOptions& opt
   const ChildLimits limits = child_limits(options);
   const ChildResult run = run_program({"tetgen", switches, "in.smesh"}, folder, limits);
   if (run.exit_code == 127) throw RunError("tetgen: the program is not installed (package tetgen)");
-  if (!run.good()) {
-    const char* hint =
-        KT_WITH_CGAL ? "" : " (often a surface that intersects itself: only a build with CGAL sees where)";
-    throw RunError(text("tetgen ", run.trouble(limits), hint));
-  }
+  require_good(run, "tetgen", limits,
+               KT_WITH_CGAL ? "" : " (often a surface that intersects itself: only a build with CGAL sees where)");
   try {
     Notes ignored;
     Mesh solid = read_node_ele(folder / "in.1.node", LoadOptions{}, ignored);

@@ -1,5 +1,6 @@
 #include "apps/check/worker.hpp"
 
+#include <signal.h>
 #include <sys/resource.h>
 #include <time.h>
 
@@ -8,6 +9,7 @@
 #include "apps/check/outline.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "io/child_process.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -58,6 +60,9 @@ StageResult run_stage(const CheckStageEntry& entry, MeshWork& work) {
     entry.run(work, out);
   } catch (const std::bad_alloc&) {
     out.lower(Verdict::fail, kNoMemory);
+  } catch (const ChildKilled&) {
+    // What would come of it is no fact of the mesh. The parent tries a worker that was killed once more.
+    ::raise(SIGKILL);
   } catch (const std::exception& e) {
     out.lower(Verdict::fail, e.what());
   }

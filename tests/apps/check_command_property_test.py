@@ -162,6 +162,28 @@ class Check(unittest.TestCase):
         self.assertEqual(left, [], "workers outlived their parent")
         self.assertEqual([name for name in os.listdir(self.path("killed")) if ".work-" in name], [])
 
+    def test_a_library_killed_from_outside_is_not_its_failure(self):
+        if not shutil.which("tetgen"):
+            self.skipTest("needs tetgen")
+        library = self.small_library()
+        check(library, *SURFACES, "--out", self.path("whole"), "--no-report")
+        os.mkdir(self.path("bin"))
+        with open(self.path("bin", "tetgen"), "w", encoding="utf-8") as fake:
+            fake.write(f"#!/bin/sh\necho . >>{self.path('tries')}\nkill -9 $$\n")
+        os.chmod(self.path("bin", "tetgen"), 0o700)
+        path = os.environ["PATH"]
+        self.addCleanup(os.environ.__setitem__, "PATH", path)
+        os.environ["PATH"] = self.path("bin") + os.pathsep + path
+        code, _ = check(library, *SURFACES, "--out", self.path("killed"), "--no-report")
+        self.assertEqual(code, 1)
+        killed = [row for row in report(self.path("killed"))["rows"] if "(Killed)" in row["why"]]
+        self.assertGreater(len(killed), 0)
+        self.assertEqual([row["stage"] for row in killed], ["solid"] * len(killed))
+        self.assertEqual(len(lines(self.path("tries"))), 2 * len(killed), "each is tried once more")
+        os.environ["PATH"] = path
+        check(library, *SURFACES, "--out", self.path("killed"), "--resume", "--no-report")
+        self.assertEqual(without_times(report(self.path("killed"))), without_times(report(self.path("whole"))))
+
     def test_ctrl_c_keeps_what_is_done(self):
         library = self.small_library()
         run = subprocess.Popen([PROGRAM, "check", library, "--out", self.path("out"), "--no-report"], stdout=subprocess.PIPE, text=True)
