@@ -82,7 +82,7 @@ bool is_fillable(const MeshReport& r) {
 
 Mesh decimated(const Mesh& surface, const MeshWork& work, bool is_clean, StageResult& out) {
   std::string why;
-  for (const double more : {1.0, 1.6, 2.5, 4.0}) try {
+  for (const double more : {1.0, 1.6, 2.5, 1.0 * kMostBudgets}) try {
       const auto target = static_cast<std::size_t>(more * work.options.budget);
       if (target >= surface.triangles.size()) break;
       Coarse coarse = coarser(surface, target, false, is_clean, work);

@@ -8,13 +8,16 @@
 
 namespace kt {
 
+constexpr int kMostBudgets = 4;  ///< where fewer triangles would cross one another
+
 std::string percent_of_size(double distance);
 bool is_over_budget(const Mesh& surface, const MeshWork& work);
 
 /// Closed, manifold, turned the right way and free of intersections.
 bool is_fillable(const MeshReport& report);
 
-/// With as many triangles as the budget allows, or up to four times as many where fewer would cross one another.
+/// With as many triangles as the budget allows, or up to kMostBudgets times as many where fewer would cross one
+/// another; with more only where collapsing leaves more: pieces stay.
 /// @param is_clean the result must be fillable
 /// @throws RunError when there is none
 Mesh decimated(const Mesh& surface, const MeshWork& work, bool is_clean, StageResult& out);

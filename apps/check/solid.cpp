@@ -45,7 +45,8 @@ Mesh body_of(MeshWork& work, StageResult& out) {
   bool is_small = !is_over_budget(fine, work);
   if (!is_small) try {
       surface = decimated(fine, work, fillable, out);
-      is_small = is_closed || !is_over_budget(surface, work);
+      const int most = (is_closed ? kMostBudgets : 1) * work.options.budget;
+      is_small = static_cast<int>(surface.triangles.size()) <= most;
     } catch (const RunError& e) {
       out.lower(Verdict::degraded, e.what());
     }

@@ -202,6 +202,26 @@ TEST(CheckFill, DecimatesEvenlyWhereTetrahedraWouldBeFlat) {
   const Mesh skin{body->x, body->triangles, {}};
   EXPECT_NEAR(out.figures.at("decimated").at("distance"), hausdorff_distance(fine, skin, 5e-4), 1e-12);
 }
+/// Pieces stay when edges collapse, and this many are not stepped: they are wrapped instead.
+TEST(CheckFill, WhatDecimationLeavesFarOverTheBudgetIsNotFilled) {
+  MeshWork work;
+  work.options.budget = 50;
+  constexpr int kPieces = 64;  // of 4 triangles: 256, five times the budget
+  work.surface.x.resize(12 * kPieces);
+  for (int p = 0; p < kPieces; ++p) {
+    const Vec3 at = 0.025 * Vec3(p % 4, p / 4 % 4, p / 16);
+    for (int k = 0; k < 4; ++k)
+      node(work.surface.x, 4 * p + k) = at + (k == 0 ? Vec3(0, 0, 0) : Vec3(0.01 * Vec3::Unit(k - 1)));
+    for (const Triangle& t : {Triangle{0, 2, 1}, Triangle{0, 1, 3}, Triangle{0, 3, 2}, Triangle{1, 2, 3}})
+      work.surface.triangles.push_back({4 * p + t[0], 4 * p + t[1], 4 * p + t[2]});
+  }
+  work.repaired = examine(work.surface);
+  ASSERT_TRUE(is_fillable(work.repaired));
+  StageResult out;
+  check_solid(work, out);
+  EXPECT_TRUE(out.figures.contains("wrap")) << out.why;
+}
+
 #if KT_WITH_NETGEN
 TEST(CheckFill, AsksTheOthersWhereTetrahedraAreFlat) {
   const Mesh disc = thin_disc(36);
