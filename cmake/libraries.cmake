@@ -22,7 +22,8 @@ endfunction()
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
 set(kt_off)
 foreach(pair "CHOLMOD=core/cholmod" "EMBREE=collision/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
-             "CGAL=io/[a-z_]*cgal" "CGAL=collision/cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen" )
+             "CGAL=io/[a-z_]*cgal" "CGAL=collision/cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen"
+             "ZLIB=io/[a-z_]*zlib")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)
@@ -67,6 +68,11 @@ if(KT_WITH_CGAL)
   target_link_libraries(kt_collision_cgal PRIVATE kt_core kt_arithmetic kt_flags CGAL::CGAL)
   target_sources(kt_collision PRIVATE $<TARGET_OBJECTS:kt_collision_cgal>)
 endif()
+if(KT_WITH_ZLIB)
+  target_link_libraries(kt_io PRIVATE ZLIB::ZLIB)
+endif()
+# Of one file only: the others need not be compiled anew for it.
+set_source_files_properties(io/vtu_array.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_ZLIB=$<BOOL:${KT_WITH_ZLIB}>)
 if(KT_WITH_NETGEN)
   target_include_directories(kt_io PRIVATE ${KT_NETGEN_INCLUDE})
   target_link_libraries(kt_io PRIVATE ${KT_NETGEN_LIBRARY})

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -195,6 +196,29 @@ class CommandLine(unittest.TestCase):
     def test_mesh_repair_turns_a_surface_outward(self):
         self.kilotouch("mesh", "repair", os.path.join(MESHES, "broken", "inside_out.off"), "-o", "fixed.off")
         self.assertIn("no defects found", self.kilotouch("mesh", "info", "fixed.off"))
+
+    def test_mesh_repair_offers_the_tolerance_that_joins_rounded_corners(self):
+        with open(os.path.join(MESHES, "sphere.off"), encoding="ascii") as file:
+            words = [w for line in file if not line.startswith("#") for w in line.split()]
+        nodes, faces = int(words[1]), int(words[2])
+        x = [[float(v) for v in words[4 + 3 * i:7 + 3 * i]] for i in range(nodes)]
+        corner = [[int(i) for i in words[5 + 3 * nodes + 4 * f:8 + 3 * nodes + 4 * f]] for f in range(faces)]
+        with open(self.path("rounded.stl"), "w", encoding="ascii") as file:
+            file.write("solid\n")
+            for f, triangle in enumerate(corner):  # every triangle rounded a little differently
+                file.write("facet normal 0 0 0\nouter loop\n")
+                for i in triangle:
+                    file.write("vertex " + " ".join(f"{v + 1e-8 * (f % 3):.9f}" for v in x[i]) + "\n")
+                file.write("endloop\nendfacet\n")
+            file.write("endsolid\n")
+        offer = re.search(r"mesh repair --weld (\S+) joins them \(open edges (\d+) -> 0\)",
+                          self.kilotouch("mesh", "repair", "rounded.stl", "-o", "pieces.off", "--json", "offer.json"))
+        self.assertTrue(offer)
+        self.assertEqual(load(self.path("offer.json"))["weld"]["tolerance"], float(offer[1]))
+        self.assertLess(float(offer[1]), 1e-6)
+        told = self.kilotouch("mesh", "repair", "rounded.stl", "--weld", offer[1], "-o", "whole.off", "--json", "whole.json")
+        self.assertIn("no defects left", told)
+        self.assertEqual(load(self.path("whole.json"))["report"]["triangles"], faces)
 
     def test_mesh_tet_fills_a_surface_in_every_format(self):
         if not any(b["available"] for b in self.tetrahedralizers()):
