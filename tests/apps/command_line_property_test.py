@@ -28,7 +28,8 @@ SUMMARY = {  # key -> keys inside; None: a value
     "local": ["reducer", "dof", "patch_vertices", "certified_error", "reason"],
     "force": ["mean_n", "max_n", "mean_t", "max_t", "max_t_over_mu_n", "buzz", "crossing_jump", "refresh_jump"],
     "ticks": ["free", "stick", "slide", "frictional_slide", "total"],
-    "crossings": None, "lost_contacts": None, "missed_impacts": None, "penetration_max_m": None, "energy_min_j": None,
+    "crossings": None, "lost_contacts": None, "missed_impacts": None, "free_ticks_inside": None,
+    "edge_ticks": None, "went_through": None, "contact_lost": None, "penetration_max_m": None, "energy_min_j": None,
     "contact_solver": ["unsolved_ticks", "residual_max"],
     "step_us": ["p50", "p99", "p999", "max"], "global_ms": ["p50", "p99", "max"], "refresh_ms": ["p50", "p99"],
     "deadline_misses": None, "allocations_per_tick": None, "warnings": None,
@@ -156,6 +157,21 @@ class CommandLine(unittest.TestCase):
         self.kilotouch("run", *scene, "--no-report", "--out", "b")  # the old reference goes with the old run
         self.assertNotIn("reference", load(self.path("b", "summary.json")))
         self.assertFalse(os.path.exists(self.path("b", "reference.csv")))
+
+    def test_a_lost_contact_is_said_and_ends_with_1(self):
+        """Above the body in one tick, below it in the next."""
+        path = [[0, 0.03, 0.026, 0.2], [0.05, 0.03, 0.026, 0.2], [0.0505, 0.03, 0.026, -0.2], [0.1, 0.03, 0.026, -0.2]]
+        scene = {"duration": 0.1, "object": {"mesh": os.path.join(MESHES, "block.msh")}, "local": {"reducer": "condensed"},
+                 "tool": {"shape": "sphere", "radius": 0.006, "path": {"waypoints": path}}}
+        with open(self.path("leap.json"), "w", encoding="utf-8") as file:
+            json.dump(scene, file)
+        run = subprocess.run([PROGRAM, "run", "leap.json", "--no-report", "--out", "o"], cwd=self.folder, capture_output=True,
+                             text=True, timeout=250)
+        summary = load(self.path("o", "summary.json"))
+        self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+        self.assertTrue(summary["contact_lost"])
+        self.assertGreater(summary["missed_impacts"], 0)
+        self.assertIn("most of all in tick 50 (t = 0.051 s) with 400 m/s, 0.4 m in one tick", run.stdout)
 
     def test_drag_needs_no_scene(self):
         self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *QUICK, "--no-report", "--out", "out")
