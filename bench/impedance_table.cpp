@@ -1,5 +1,6 @@
 // Relative error of the contact impedance for every reducer and frequency, the worst vertex of a patch (two rings
-// around a vertex) against the whole linearized body: the table of design/method.md section 3, on three bodies.
+// around a vertex) against the whole linearized body: the table of docs/method.md#4-the-local-model-section-iii, on
+// three bodies.
 //   ./build/release/bench/impedance_table [--json FILE]
 #include <cstdio>
 #include <fstream>

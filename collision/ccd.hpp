@@ -1,5 +1,5 @@
 #pragma once
-// Narrow phase: first time of impact of a point or a sphere with one moving triangle. Method: method.md section 4.
+// Narrow phase: first time of impact of a point or a sphere with one moving triangle. Method: docs/collision.md.
 #include <optional>
 
 #include "collision/contact.hpp"

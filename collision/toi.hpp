@@ -2,7 +2,7 @@
 // Narrow phase for any two meshes: the first time at which a vertex touches a face, or an edge an edge, while all their
 // points move on straight lines over the step. Two-sided and without conditions on the direction: do they touch at any
 // time of the closed interval [0, 1]? (collision/ccd.hpp answers for a tool and a body with an outside.)
-// Method: method.md section 4; derivation of the bounds: docs/collision.md.
+// Method and derivation of the bounds: docs/collision.md.
 #include "core/types.hpp"
 
 namespace kt {

@@ -1,10 +1,10 @@
 #include "core/certificate.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 #include <numbers>
 
+#include "core/dense_solvers.hpp"
 #include "core/error.hpp"
 
 namespace kt {
@@ -109,7 +109,6 @@ Certificate certify(const LocalModel& model, const FreeBody& body, std::span<con
 
 namespace {
 
-using ComplexMatrix = Eigen::MatrixXcd;
 using Rows = NodeRows<6>;  // real parts of three motions, then their imaginary parts
 
 /// K - w^2 M + i w D of real motions: its real and imaginary parts.
@@ -196,14 +195,13 @@ class Enrichment {
     load_.conservativeResize(m, 3);
     load_.bottomRows(6) = as_complex(MatrixX(z.transpose() * residual));
   }
-  template <class Factor>
-  ComplexMat3 compliance(const Factor& own_dynamic) const {
+  ComplexMat3 compliance(const ComplexLu& own_dynamic) const {
     const ComplexMatrix rest = A_ - own_.transpose() * own_dynamic.solve(own_);
     // Motions of one direction and its imaginary part may coincide: least squares of full rank.
-    return load_.transpose() * rest.completeOrthogonalDecomposition().solve(load_);
+    return load_.transpose() * solve_least_squares(rest, load_);
   }
   /// Coefficients of the motions without the model's own.
-  ComplexMatrix coefficients() const { return A_.completeOrthogonalDecomposition().solve(load_); }
+  ComplexMatrix coefficients() const { return solve_least_squares(A_, load_); }
 
  private:
   MatrixX Z_;
@@ -216,7 +214,7 @@ ComplexMat3 estimate_compliance(const GradedBody& graded, const LocalModel& mode
   const double w = 2 * std::numbers::pi * hz;
   const WholeMotion motion(graded, model);
   const MatrixX inputs = MatrixX(model.basis.middleRows(3 * vertex, 3)).transpose();
-  const Eigen::PartialPivLU<ComplexMatrix> own_dynamic(
+  const ComplexLu own_dynamic(
       as_complex(MatrixX(model.stiffness) - w * w * MatrixX(model.mass), w * MatrixX(model.damping)));
   const ComplexMatrix q = own_dynamic.solve(inputs.cast<Complex>());
   Rows coordinates(q.rows(), 6);

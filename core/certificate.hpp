@@ -1,7 +1,7 @@
 #pragma once
 // How far off a local model is: relative error of the contact impedance, the 3 x 3 force per displacement that a tool
 // feels at a patch vertex, against the whole linearized body, frequency by frequency. A person notices 7 to 10 % of
-// force.                                                                                          method.md section 3.
+// force. docs/method.md#4-the-local-model-section-iii
 #include <span>
 
 #include "core/graded_body.hpp"

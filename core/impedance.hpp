@@ -1,7 +1,7 @@
 #pragma once
 // How a body answers a force that swings at one patch vertex: u = C(w) f, (3 x 3 complex) [m/N]. Its inverse, the
-// contact impedance, is what a tool feels; how far a local model's is off certifies the model.            method.md
-// section 3.
+// contact impedance, is what a tool feels; how far a local model's is off certifies the model.
+// docs/method.md#4-the-local-model-section-iii
 #include <complex>
 #include <span>
 

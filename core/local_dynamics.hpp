@@ -14,8 +14,8 @@ enum class LocalScheme {
   exact              ///< every vibration by its own exponential, forces constant over the step; needs is_uncoupled()
 };
 
-/// The inner product in which a contact constraint is projected; method.md section 5, note 4. implicit: the scheme's
-/// own, in which the end of the step meets the constraint.
+/// The inner product in which a contact constraint is projected (docs/method.md#6-the-papers-laws-528). implicit: the
+/// scheme's own, in which the end of the step meets the constraint.
 enum class Metric { identity, mass, implicit };
 
 /// Change of the body's mean velocity over the step per contact impulse: dq / h = Y J^T p; the same at the patch: C = B

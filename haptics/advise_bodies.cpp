@@ -44,7 +44,7 @@ std::string why_no_truth(const AdviceScene& scene) {
   if (scene.scene.tool.shape == "capsule" || scene.scene.tool.shape == "mesh")
     return text("the press that judges bodies knows a sphere, not a ", scene.scene.tool.shape);
   if (scene.scene.tool.shape == "point")
-    return "the force on a point depends on the mesh and has no limit (docs/method.md, section 6)";
+    return "the force on a point depends on the mesh and has no limit (docs/method.md#8-what-is-measured)";
   if (object.layers) return "the body has layers of masses instead of tetrahedra";
   if (object.model.type == "msd" && (object.model.stiffness || !object.model.calibrate))
     return "springs of a given stiffness stand for no material";

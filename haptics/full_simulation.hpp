@@ -1,7 +1,6 @@
 #pragma once
 // The whole nonlinear body under the engine's own contact tick, at one fine rate and without a slow side: the truth
-// that multi-rate methods are measured against.                                                     method.md
-// section 7.
+// that multi-rate methods are measured against; docs/method.md#8-what-is-measured.
 //
 // Each step is one of linearly implicit Euler: with the exact force f(x, v), and a matrix A = M + h D + h^2 K that may
 // be some steps old (a W-method: its order, one, does not depend on the matrix; Steihaug and Wolfbrandt 1979),

@@ -1,5 +1,5 @@
 // The tick of the consistent laws: contacts are constraints on the end of the step, moved by impulses.
-// The surface point under the tool moves with it (method.md section 5, notes 3 and 4).
+// The surface point under the tool moves with it (docs/method.md#7-the-consistent-law).
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,5 @@
 #pragma once
-// The quantities that every experiment reports; method.md section 8.
+// The quantities that every experiment reports; docs/method.md#8-what-is-measured.
 #include <span>
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
 // A sphere pressed into a body at rest, without friction: the force that model and mesh alone decide. Hertz' problem on
-// any body.                                                                                      method.md section 6.
+// any body. What a point feels instead: docs/method.md#8-what-is-measured.
 //
 // The surface resists at points that are fixed in its triangles, each with a pressure in proportion to its overlap.
 // That is the slope of an energy: Newton's method with a line search goes down it and does not swing between two

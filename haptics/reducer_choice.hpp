@@ -1,6 +1,6 @@
 #pragma once
 // Which reducer serves a scene: the one it names, or for "auto" the cheapest whose certified error stays under the
-// tolerance and whose tick stays in the time budget.                                              method.md section 3.
+// tolerance and whose tick stays in the time budget; docs/method.md#4-the-local-model-section-iii.
 #include <optional>
 
 #include "core/certificate.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 // The reference of a session: the full nonlinear body, same contact law and geometry code, at a fine rate, along the
-// tool path that the session took. What methods are off from it is their error.                     method.md sections
-// 7, 8.
+// tool path that the session took. What methods are off from it is their error; docs/method.md#8-what-is-measured.
 #include <span>
 
 #include "haptics/full_simulation.hpp"

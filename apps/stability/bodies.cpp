@@ -1,9 +1,9 @@
 #include "apps/stability/bodies.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
 
+#include "core/dense_solvers.hpp"
 #include "core/free_dofs.hpp"
 #include "models/fem/material.hpp"
 
@@ -34,10 +34,9 @@ VectorX shaken(const DeformableModel& model, double size, unsigned seed) {
 Vibration slowest_vibration(const DeformableModel& model) {
   const FreeDofs dofs = make_free_dofs(model.mesh().num_nodes(), model.fixed_nodes());
   const Tangent tangent = model.tangent(rest_state(model), TangentKind::exact);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX> modes(-MatrixX(gather(dofs, tangent.dfdx)),
-                                                                MatrixX(gather(dofs, model.mass())));
-  Vibration out{std::sqrt(modes.eigenvalues()[0]), VectorX::Zero(model.mesh().x.size())};
-  scatter(dofs, modes.eigenvectors().col(0), out.shape);
+  const EigenPairs modes = generalized_eigen(-MatrixX(gather(dofs, tangent.dfdx)), gather(dofs, model.mass()));
+  Vibration out{std::sqrt(modes.values[0]), VectorX::Zero(model.mesh().x.size())};
+  scatter(dofs, modes.vectors.col(0), out.shape);
   return out;
 }
 

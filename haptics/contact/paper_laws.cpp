@@ -1,6 +1,6 @@
 // The paper's three modes: sticking (P), sliding (Q) and frictional sliding, for one contact.       Paper section V.
-// With the identity metric the velocity correction is the paper's projector; method.md section 5 shows that the mass
-// and the implicit metric are the same operator in another inner product.
+// With the identity metric the velocity correction is the paper's projector; the mass and the implicit metric are
+// the same operator in another inner product. docs/method.md#6-the-papers-laws-528
 #include <Eigen/LU>
 
 #include "haptics/contact/contact_solver.hpp"
@@ -34,7 +34,8 @@ void slide(const ContactProblem& problem, const Vec3& velocity, ContactSolution&
   out.impulse = -n * (n.dot(velocity) / n.dot(metric(problem) * n));
 }
 
-/// The paper leaves the end of contact open; the surface cannot pull the tool (method.md section 5, note 2).
+/// The paper leaves the end of contact open; the surface cannot pull the tool
+/// (docs/method.md#5-the-haptic-tick-section-iv-figure-2).
 bool pulls(const ContactProblem& problem) { return problem.force.dot(problem.normal[kFirst]) <= 0; }
 
 class PaperSlide final : public ContactSolver {

@@ -1,5 +1,6 @@
 #pragma once
-// The paper's operators P, P~, Q, Q~ in closed form: no 3m x 3m matrix is ever built; method.md section 5.
+// The paper's operators P, P~, Q, Q~ in closed form: no 3m x 3m matrix is ever built.
+// docs/method.md#6-the-papers-laws-528
 #include "core/types.hpp"
 
 namespace kt {

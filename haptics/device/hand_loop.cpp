@@ -1,10 +1,9 @@
 #include "haptics/device/hand_loop.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <vector>
 
-#include "core/types.hpp"
+#include "core/dense_solvers.hpp"
 #include "haptics/device/hand_motion.hpp"
 
 namespace kt {
@@ -48,7 +47,7 @@ double loop_growth(const HandLoop& loop) {
   const LinearLoop one(loop);
   MatrixX step(one.size(), one.size());
   for (int i = 0; i < one.size(); ++i) step.col(i) = one.tick(VectorX::Unit(one.size(), i));
-  return Eigen::EigenSolver<MatrixX>(step, false).eigenvalues().cwiseAbs().maxCoeff();
+  return spectral_radius(step);
 }
 
 double stiffest_stable_wall(const HandLoop& loop, double most) {

@@ -1,5 +1,5 @@
 #pragma once
-// Spring constants that make a network behave like an isotropic solid; method.md section 1.
+// Spring constants that make a network behave like an isotropic solid; docs/method.md#1-the-body-12.
 #include "models/msd/springs.hpp"
 
 namespace kt {

@@ -1,11 +1,10 @@
 // The body seen from a contact against dense matrices of the whole one, and the products it is made with.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
 
+#include "core/dense_solvers.hpp"
 #include "core/error.hpp"
 #include "core/graded_body.hpp"
 #include "core/orthonormalizer.hpp"
@@ -99,11 +98,7 @@ TEST(GradedBody, VibratesAsSlowlyAsTheWholeOne) {
   const FreeBody& body = graded.update(b.tangent, b.patch());
   ASSERT_FALSE(graded.is_whole());
   const FreeBody whole(b.tangent);
-  const auto squared_rates = [](const FreeBody& f) {
-    return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(MatrixX(f.stiffness), MatrixX(f.mass))
-        .eigenvalues()
-        .eval();
-  };
+  const auto squared_rates = [](const FreeBody& f) { return generalized_eigenvalues(f.stiffness, f.mass); };
   const VectorX found = squared_rates(body), exact = squared_rates(whole);
   for (int k = 0; k < 8; ++k) {
     EXPECT_GE(found[k], exact[k] * (1 - 1e-9)) << "a confined body is stiffer, " << k;
@@ -121,9 +116,7 @@ TEST(FarMotions, SurviveABodyThatGivesWayAndComeBack) {
   for (int k = 0; k < 40; ++k) graded.update(b.tangent, b.patch());
   const FreeBody& body = graded.update(b.tangent, b.patch());
   const FreeBody whole(b.tangent);
-  const auto slowest = [](const FreeBody& f) {
-    return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(MatrixX(f.stiffness), MatrixX(f.mass)).eigenvalues()[0];
-  };
+  const auto slowest = [](const FreeBody& f) { return generalized_eigenvalues(f.stiffness, f.mass)[0]; };
   EXPECT_LE(slowest(body), 1.002 * slowest(whole));
   TangentModel broken = b.tangent;
   broken.dfdx.coeffs().setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -137,8 +130,8 @@ TEST(FarMotions, SurviveABodyThatGivesWayAndComeBack) {
 double static_error(const LinearizedBlock& b, const FreeBody& body) {
   const FreeBody whole(b.tangent);
   const MatrixX B = whole.inputs(b.patch()), Bc = body.inputs(b.patch());
-  return relative_error(Bc.transpose() * MatrixX(body.stiffness).ldlt().solve(Bc),
-                        B.transpose() * MatrixX(whole.stiffness).ldlt().solve(B));
+  return relative_error(Bc.transpose() * solve_symmetric(body.stiffness, Bc),
+                        B.transpose() * solve_symmetric(whole.stiffness, B));
 }
 
 TEST(GradedBody, YieldsAsTheWholeOneAndBetterAtEveryRefresh) {

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "core/dense_solvers.hpp"
 #include "core/local_dynamics.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/linearized_block.hpp"
@@ -190,7 +191,7 @@ TEST(LocalDynamics, IsDenseAlgebraForBothSchemesAllMetricsAndBothSolverPaths) {
         const MatrixX inner = metric == Metric::identity ? MatrixX::Identity(m.dof(), m.dof())
                               : metric == Metric::mass   ? M
                                                          : implicit;
-        const MatrixX Y_metric = inner.llt().solve(MatrixX(B.transpose()));
+        const MatrixX Y_metric = solve_definite(inner, B.transpose());
         EXPECT_LE(relative_error(dynamics.metric().Y, Y_metric), kRoundoff);
         EXPECT_LE(relative_error(dynamics.metric().C, B * Y_metric), kRoundoff);
 

@@ -1,11 +1,10 @@
 // Reducers by projection and the impedance against dense matrices of the whole body.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <numbers>
 
+#include "core/dense_solvers.hpp"
 #include "core/error.hpp"
 #include "core/far_motions.hpp"
 #include "core/graded_body.hpp"
@@ -20,7 +19,7 @@ namespace {
 MatrixX body_response(const LinearizedBlock& b, const SurfacePatch& patch, double s) {
   const FreeBody body(b.tangent);
   const MatrixX B = body.inputs(patch);
-  return B.transpose() * MatrixX(s * s * body.mass + s * body.damping + body.stiffness).ldlt().solve(B);
+  return B.transpose() * solve_symmetric(s * s * body.mass + s * body.damping + body.stiffness, B);
 }
 /// Rows of the vertices in reach: those that the inputs push at.
 MatrixX touchable_rows(const LocalModel& m) {
@@ -31,7 +30,7 @@ MatrixX touchable_rows(const LocalModel& m) {
 }
 MatrixX model_response(const LocalModel& m, double s) {
   const MatrixX B = touchable_rows(m);
-  return B * MatrixX(s * s * m.mass + s * m.damping + m.stiffness).ldlt().solve(B.transpose());
+  return B * solve_symmetric(s * s * m.mass + s * m.damping + m.stiffness, B.transpose());
 }
 
 TEST(Krylov, IsExactAtItsShifts) {
@@ -52,7 +51,8 @@ TEST(Krylov, IsExactAtItsShifts) {
     if (const int k = body.dofs.to_free[3 * m.patch.global_node[static_cast<std::size_t>(i / 3)] + i % 3]; k >= 0)
       on_patch.row(i) = loads.row(k);
   const MatrixX A_model = s * s * m.mass + s * m.damping + m.stiffness;
-  const MatrixX moved = basis * A_model.ldlt().solve(basis.transpose() * on_patch), moved_body = A.ldlt().solve(loads);
+  const MatrixX moved = basis * solve_symmetric(A_model, basis.transpose() * on_patch);
+  const MatrixX moved_body = solve_symmetric(A, loads);
   MatrixX expected = on_patch;
   for (Eigen::Index i = 0; i < basis.rows(); ++i)
     if (const int k = body.dofs.to_free[3 * m.patch.global_node[static_cast<std::size_t>(i / 3)] + i % 3]; k >= 0)
@@ -74,8 +74,8 @@ TEST(Krylov, FollowsSmoothLoadsToFirstOrderAroundItsShifts) {
     const MatrixX V =
         orthonormal_motions(body.mass, responses(body, patch, {0, 200}, *make_sparse_solver(), 0, slopes), 1e-6);
     const MatrixX A = s * s * body.mass + s * body.damping + body.stiffness, f = V.transpose() * loads;
-    const MatrixX exact = loads.transpose() * A.ldlt().solve(loads);
-    return relative_error(f.transpose() * MatrixX(V.transpose() * A * V).ldlt().solve(f), exact);
+    const MatrixX exact = loads.transpose() * solve_symmetric(A, loads);
+    return relative_error(f.transpose() * solve_symmetric(V.transpose() * A * V, f), exact);
   };
   for (const bool slopes : {false, true}) {
     const double order = std::log2(error_at(slopes, 240) / error_at(slopes, 220));
@@ -109,13 +109,13 @@ TEST(Condensed, IsGuyansReduction) {
   EXPECT_LE(relative_error(model_response(m, 0), body_response(b, m.patch, 0)), 1e-9);
   // Away from rest: the static motions under unit displacements of the patch carry the mass.
   const FreeBody body(b.tangent);
-  const MatrixX B = body.inputs(m.patch, true), K = body.stiffness, C = K.ldlt().solve(B);
+  const MatrixX B = body.inputs(m.patch, true), K = body.stiffness, C = solve_symmetric(K, B);
   MatrixX V(C.rows(), C.cols() + 2);
-  V << C * (B.transpose() * C).inverse(), K.ldlt().solve(body.force), body.velocity;
+  V << C * (B.transpose() * C).inverse(), solve_symmetric(K, body.force), body.velocity;
   const double s = 300;
   const MatrixX A = s * s * MatrixX(body.mass) + s * MatrixX(body.damping) + K;
   const MatrixX touched = body.inputs(m.patch);
-  const MatrixX expected = touched.transpose() * V * (V.transpose() * A * V).ldlt().solve(V.transpose() * touched);
+  const MatrixX expected = touched.transpose() * V * solve_symmetric(V.transpose() * A * V, V.transpose() * touched);
   EXPECT_LE(relative_error(model_response(m, s), expected), 1e-7);
 }
 
@@ -226,8 +226,8 @@ TEST(Confine, TakesOverMotionsThatItsBasisHardlyFollowsWithLittleEnergy) {
   const FreeBody body(b.tangent);
   const SurfacePatch patch = b.patch();
   // The slowest vibrations, as many as the patch has freedoms.
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX> all(MatrixX(body.stiffness), MatrixX(body.mass));
-  const RowMatrix V = all.eigenvectors().leftCols(body.inputs(patch, false).cols());
+  const EigenPairs all = generalized_eigen(body.stiffness, body.mass);
+  const RowMatrix V = all.vectors.leftCols(body.inputs(patch, false).cols());
   const LocalModel m = confine(b.tangent, body, patch, V);
   const MatrixX K = m.stiffness;
   VectorX motion = VectorX::Zero(m.basis.rows());
@@ -255,8 +255,8 @@ TEST(Confine, TakesOverMotionsBesideOneWithoutASpring) {
   const MatrixX K = body.stiffness, M = body.mass;
   const MatrixX inputs = body.inputs(patch, false);
   const VectorX gives_way = inputs * random_vector(inputs.cols(), 99), pull = K * gives_way;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX> all(K, M);
-  MatrixX motions = all.eigenvectors().leftCols(inputs.cols() / 2);
+  const EigenPairs all = generalized_eigen(K, M);
+  MatrixX motions = all.vectors.leftCols(inputs.cols() / 2);
   motions.col(0) = gives_way;
   const RowMatrix V = orthonormal_motions(body.mass, motions, 1e-6);
   body.stiffness = (K - 1.001 / gives_way.dot(pull) * pull * pull.transpose()).sparseView();

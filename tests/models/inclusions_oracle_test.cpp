@@ -1,9 +1,9 @@
 // Bodies with inclusions against homogeneous ones, central differences, bars in series and dense eigenvalues.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cstdio>
 
+#include "core/dense_solvers.hpp"
 #include "core/free_dofs.hpp"
 #include "core/integrator.hpp"
 #include "models/fem/material.hpp"
@@ -88,7 +88,7 @@ TEST_P(InclusionsTest, LeaveTheBodyAtRestAndItsTangentsDefinite) {
   for (const SparseMatrix& m : {tangent.dfdx, tangent.dfdv}) {
     const MatrixX k = -MatrixX(m);
     EXPECT_LE(relative_error(k, k.transpose()), kRoundoff);
-    const VectorX values = Eigen::SelfAdjointEigenSolver<MatrixX>(k).eigenvalues();
+    const VectorX values = symmetric_eigenvalues(k);
     EXPECT_GE(values.minCoeff(), -1e-10 * values.maxCoeff());
   }
 }
@@ -105,8 +105,7 @@ TEST_P(InclusionsTest, ShortenTheStableStep) {
   const State rest = rest_state(*mixed);
   const MatrixX K = -MatrixX(gather(free, mixed->tangent(rest, TangentKind::symmetric).dfdx)),
                 M = MatrixX(gather(free, mixed->mass()));
-  const double omega = std::sqrt(
-      Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(0.5 * (K + K.transpose()), M).eigenvalues().maxCoeff());
+  const double omega = std::sqrt(generalized_eigenvalues(0.5 * (K + K.transpose()), M).maxCoeff());
   const double found = fastest_mode(*mixed, rest).omega, before = fastest_mode(*soft, rest).omega;
   EXPECT_NEAR(found, omega, 0.02 * omega);
   EXPECT_GT(found, 1.2 * before);

@@ -1,0 +1,115 @@
+// What comments, messages and pages refer to: every page, every heading of a page and every file named exists.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+
+namespace kt {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = KT_SOURCE_DIR;
+
+/// "8 What is `measured`?" -> "8-what-is-measured", as web pages of repositories name a heading.
+std::string anchor_of(const std::string& heading) {
+  std::string out;
+  for (const unsigned char c : heading) {
+    if (std::isalnum(c) || c == '-' || c == '_') out += static_cast<char>(std::tolower(c));
+    if (c == ' ') out += '-';
+  }
+  return out;
+}
+
+std::set<std::string> anchors_in(const fs::path& page) {
+  std::set<std::string> out;
+  std::ifstream in(page);
+  for (std::string line; std::getline(in, line);)
+    if (const auto at = line.find_first_not_of('#'); at > 0 && at < line.size() && line[at] == ' ')
+      out.insert(anchor_of(line.substr(at + 1)));
+  return out;
+}
+
+struct Place {
+  std::string file, text;
+  int line = 0;
+};
+
+/// The lines of our texts that name a page. The change log tells of pages as they were.
+std::vector<Place> lines_with_pages() {
+  std::vector<Place> out;
+  const std::regex ours(".*\\.([ch]pp|def|py|md|cmake)");
+  for (auto at = fs::recursive_directory_iterator(kRoot); at != fs::recursive_directory_iterator(); ++at) {
+    const std::string file = fs::relative(at->path(), kRoot).generic_string();
+    if (at->is_directory()) {
+      if (file.front() == '.' || file == "build" || file == "out") at.disable_recursion_pending();
+      continue;
+    }
+    if (!std::regex_match(file, ours) || file == "CHANGELOG.md" || file == "tests/references_unit_test.cpp") continue;
+    std::ifstream in(at->path());
+    Place place{file, "", 0};
+    while (std::getline(in, place.text)) {
+      ++place.line;
+      if (place.text.find(".md") != std::string::npos) out.push_back(place);
+    }
+  }
+  return out;
+}
+
+/// Beside the file that names it, from the root, or in docs/; empty when there is no such page.
+fs::path find_page(const std::string& from, const std::string& name) {
+  for (const fs::path& folder : {(kRoot / from).parent_path(), kRoot, kRoot / "docs"})
+    if (fs::exists(folder / name)) return folder / name;
+  return {};
+}
+
+TEST(References, AnchorsAreThoseOfTheirHeadings) {
+  EXPECT_EQ(anchor_of("8 What is measured"), "8-what-is-measured");
+  EXPECT_EQ(anchor_of("3 Linearization (3)\u2013(4)"), "3-linearization-34");
+  EXPECT_EQ(anchor_of("Measures in `summary.json`"), "measures-in-summaryjson");
+}
+
+TEST(References, EveryPageAndHeadingExists) {
+  const std::regex reference("([A-Za-z0-9_.][A-Za-z0-9_./-]*[A-Za-z0-9_]\\.md)(#([A-Za-z0-9_-]+))?");
+  std::map<fs::path, std::set<std::string>> anchors;
+  int found = 0;
+  for (const Place& p : lines_with_pages())
+    for (std::sregex_iterator m(p.text.begin(), p.text.end(), reference), end; m != end; ++m, ++found) {
+      const fs::path page = find_page(p.file, (*m)[1]);
+      EXPECT_FALSE(page.empty()) << p.file << ":" << p.line << ": there is no page " << (*m)[1];
+      if (page.empty() || !(*m)[3].matched) continue;
+      if (!anchors.count(page)) anchors[page] = anchors_in(page);
+      EXPECT_TRUE(anchors[page].count((*m)[3]))
+          << p.file << ":" << p.line << ": " << (*m)[1] << " has no heading #" << (*m)[3];
+    }
+  EXPECT_GT(found, 100);  // the files were read
+}
+
+/// A number says nothing when sections move; a heading's name is checked above.
+TEST(References, SectionsOfPagesAreNamedByTheirHeadings) {
+  const std::regex number("\\.md[`)]*,? +(sections?|notes?) [0-9]+");
+  for (const Place& p : lines_with_pages())
+    EXPECT_FALSE(std::regex_search(p.text, number)) << p.file << ":" << p.line << ": " << p.text;
+}
+
+TEST(References, FilesInPagesExist) {
+  const std::regex code(
+      "`((core|collision|self_contact|models|io|haptics|apps|bench|scripts|scenes|meshes|tests|cmake)/"
+      "[A-Za-z0-9_./-]+\\.[a-z]+)`");
+  int found = 0;
+  for (const auto& entry : fs::directory_iterator(kRoot / "docs")) {
+    if (entry.path().extension() != ".md" || entry.path().stem() == "how_to_add") continue;  // files yet to be made
+    std::ifstream in(entry.path());
+    for (std::string line; std::getline(in, line);)
+      for (std::sregex_iterator m(line.begin(), line.end(), code), end; m != end; ++m, ++found)
+        EXPECT_TRUE(fs::exists(kRoot / m->str(1)))
+            << entry.path().filename() << " names " << m->str(1) << ", which is not there";
+  }
+  EXPECT_GT(found, 40);
+}
+
+}  // namespace
+}  // namespace kt
