@@ -4,6 +4,10 @@ find_program(KT_CCACHE ccache)
 if(KT_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${KT_CCACHE})
 endif()
+find_program(KT_LLD ld.lld)
+if(KT_LLD AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+  add_link_options(-fuse-ld=lld)  # links a program of many templates in a third of the time
+endif()
 
 add_library(kt_flags INTERFACE)
 target_compile_options(kt_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion
@@ -14,3 +18,44 @@ endif()
 add_library(kt_arithmetic INTERFACE)
 # Nobody reads errno after a square root: without it that is one instruction, with the same result.
 target_compile_options(kt_arithmetic INTERFACE -ffp-contract=off -fno-math-errno)
+
+# Hardening. The engine's loops over small matrices stay as they are: only buffers of characters get a canary there, and
+# the standard library's own assertions are for what reads files (kt_hardened: io/, apps/, tests/).
+add_library(kt_hardened INTERFACE)
+if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+  target_compile_options(kt_flags INTERFACE -fstack-protector)
+  target_compile_options(kt_hardened INTERFACE -fstack-protector-strong)
+  target_compile_definitions(kt_hardened INTERFACE _GLIBCXX_ASSERTIONS)
+  if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")  # a sanitizer checks more, and does not see through fortified calls
+    target_compile_options(kt_flags INTERFACE
+                           $<$<CONFIG:Release,RelWithDebInfo,MinSizeRel>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>)
+  endif()
+  if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
+    add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
+  endif()
+endif()
+
+# A program finds libraries outside the system's folders (Netgen's) by their full path, in the build as installed. CMake
+# would otherwise leave room for another path in the build's, as an empty entry: that is the current folder, from which
+# anybody's library would be loaded.
+set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+
+# kt_unity(target [EXCEPT pattern...]): several sources of a target in one compiled file, but for those that match.
+# Most of a file's time goes into the headers and templates that its neighbours need too.
+function(kt_unity target)
+  cmake_parse_arguments(ARG "" "SIZE" "EXCEPT" ${ARGN})
+  if(NOT KT_UNITY)
+    return()
+  endif()
+  if(NOT ARG_SIZE)
+    set(ARG_SIZE 8)
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${ARG_SIZE})
+  get_target_property(sources ${target} SOURCES)
+  foreach(pattern ${ARG_EXCEPT})
+    set(alone ${sources})
+    list(FILTER alone INCLUDE REGEX "${pattern}")
+    set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endforeach()
+endfunction()

@@ -16,3 +16,4 @@ configure_package_config_file(cmake/kilotouch-config.cmake.in kilotouch-config.c
 write_basic_package_version_file(kilotouch-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/kilotouch-config.cmake ${PROJECT_BINARY_DIR}/kilotouch-config-version.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kilotouch)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -1,7 +1,7 @@
 # One static library per line of the dependency order (docs/architecture.md). A new backend is one .cpp in its folder:
 # the globs pick it up at the next build. A .cpp that needs an optional package is left out when the package is off.
 function(kt_library name)
-  cmake_parse_arguments(ARG "" "" "DIRS;DEPENDS;WITHOUT" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DIRS;DEPENDS;WITHOUT;ALONE" ${ARGN})
   set(sources)
   foreach(dir ${ARG_DIRS})
     file(GLOB found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${dir}/*.cpp)
@@ -17,6 +17,7 @@ function(kt_library name)
                                                $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kilotouch>)
   target_compile_features(kt_${name} PUBLIC cxx_std_20)
   target_link_libraries(kt_${name} PUBLIC ${ARG_DEPENDS} kt_arithmetic PRIVATE $<BUILD_INTERFACE:kt_flags>)
+  kt_unity(kt_${name} EXCEPT ${ARG_ALONE})
 endfunction()
 
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
@@ -35,18 +36,24 @@ if(NOT KT_BUILD_APPS)
   list(APPEND kt_off "io/[a-z_]*json" "io/scene")
 endif()
 
-kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off})
-kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal)
+# ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
+# whose files take a minute each; and files that share the name of a local helper with a neighbour.
+kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
+           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/grading)
+kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
-kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core)
-kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off})
+kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
+kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply_check io/json_batch io/json_rules)
 kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods WITHOUT ${kt_off}
+           ALONE haptics/local_simulation haptics/contact/ haptics/session_thread haptics/advise_bodies haptics/press.cpp
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
 # Which optional parts are in, as 0/1 macros for the .def tables.
 foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN)
   target_compile_definitions(kt_core PUBLIC KT_WITH_${option}=$<BOOL:${KT_WITH_${option}}>)
 endforeach()
+
+target_link_libraries(kt_io PRIVATE $<BUILD_INTERFACE:kt_hardened>)
 
 if(KT_WITH_CHOLMOD)
   target_include_directories(kt_core PRIVATE ${KT_CHOLMOD_INCLUDE})

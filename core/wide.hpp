@@ -2,10 +2,13 @@
 // Loops that are compiled for several vector widths: the widest that the processor has is taken when the program
 // starts. Only for loops whose lanes do not meet, so that every width gives the same bits.
 //
+// Not under a sanitizer: the choice is made before it has started.
+//
 // KT_WIDE before a function: the compiler finds the vectors by itself.
 // KT_WIDTHS(name, (parameters), (arguments)): defines name(parameters) as name_in<W>(arguments), W doubles to a
 // register. For sums that must stay in registers: vectors wider than a register would go through memory.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
 #define KT_WIDE __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #define KT_WIDTHS(name, parameters, arguments)                                               \
   __attribute__((target("arch=x86-64-v4"))) void name parameters { name##_in<8> arguments; } \

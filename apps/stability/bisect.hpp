@@ -6,7 +6,7 @@
 namespace kt {
 
 /// The last place known to be inside and the first known to be outside; NaN for the one that was not found.
-struct Crossing {
+struct RayCrossing {
   double inside = std::numeric_limits<double>::quiet_NaN();
   double outside = std::numeric_limits<double>::quiet_NaN();
   bool is_found() const { return !std::isnan(inside) && !std::isnan(outside); }
@@ -24,8 +24,8 @@ struct BisectOptions {
 /// @param inside, outside  ends of the ray, in either order of size; both > 0 for a geometric one
 /// @param is_outside       called with places on the ray, the ends first; it may record them. One crossing is assumed.
 template <class IsOutside>
-Crossing bisect(double inside, double outside, const BisectOptions& options, const IsOutside& is_outside) {
-  Crossing out;
+RayCrossing bisect(double inside, double outside, const BisectOptions& options, const IsOutside& is_outside) {
+  RayCrossing out;
   if (is_outside(inside)) {
     out.outside = inside;
     return out;

@@ -149,18 +149,18 @@ MapPoint run_case(const Case& c, double angle, double distance) {
     const bool found = touching > 0 || !is_expected;
     p.value = deepest;
     p.hash = result.hash;
-    p.verdict = !finite || !found || result.missed_impacts > 0 || deepest > kDeepestAllowed ? Verdict::fails
-                : forces.lost_contacts > 0                                                  ? Verdict::degrades
-                                                                                            : Verdict::works;
+    p.verdict = !finite || !found || result.missed_impacts > 0 || deepest > kDeepestAllowed ? MapVerdict::fails
+                : forces.lost_contacts > 0                                                  ? MapVerdict::degrades
+                                                                                            : MapVerdict::works;
     p.why = text(touching, " ticks in contact, largest force ", largest, " N, deepest ", 1e6 * deepest, " um, ",
                  result.missed_impacts, " missed, ", forces.lost_contacts, " lost, ", finite ? "finite" : "not finite",
                  "; ", loudness(result));
   } catch (const InputError& e) {  // refused before the run
-    p.verdict = Verdict::fails;
+    p.verdict = MapVerdict::fails;
     p.predicted_failure = true;
     p.prediction = p.why = e.what();
   } catch (const RunError& e) {
-    p.verdict = Verdict::fails;
+    p.verdict = MapVerdict::fails;
     p.why = e.what();
   }
   return p;

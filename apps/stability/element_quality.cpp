@@ -53,11 +53,13 @@ RayResult implicit_ray(const Ray& ray, const DeformableModel& model) {
       for (int i = 0; i < kSteps; ++i) integrator->step(model, load, dt, state);
       const int inverted = count_inverted(model.mesh(), state.x), open = integrator->statistics().not_converged;
       p.value = integrator->statistics().iterations / static_cast<double>(kSteps);
-      p.verdict = !state.x.allFinite() || open > 0 ? Verdict::fails : inverted > 0 ? Verdict::degrades : Verdict::works;
+      p.verdict = !state.x.allFinite() || open > 0 ? MapVerdict::fails
+                  : inverted > 0                   ? MapVerdict::degrades
+                                                   : MapVerdict::works;
       p.why = text(p.value, " linear systems a step; ", open, " of ", kSteps, " steps did not converge, ", inverted,
                    " elements inside out");
     } catch (const RunError& e) {
-      p.verdict = Verdict::fails;
+      p.verdict = MapVerdict::fails;
       p.why = e.what();
     }
     StateHash hash;

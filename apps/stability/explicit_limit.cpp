@@ -32,9 +32,9 @@ RayResult find_explicit_limit(const DeformableModel& model, const std::string& i
     const StepRun run = run_steps(model, *stepper, start, dt, kSteps, kGrowth);
     judge_growth(run, kGrowth, p);
     out.points.push_back(p);
-    return p.verdict == Verdict::fails;
+    return p.verdict == MapVerdict::fails;
   };
-  const Crossing limit = bisect(1e-6, 1, {.tolerance = 0.005}, fails);
+  const RayCrossing limit = bisect(1e-6, 1, {.tolerance = 0.005}, fails);
   out.boundaries.push_back({series, kMeasuredLimit, {{x, limit.at()}}, false});
   out.boundaries.push_back(
       {series, "theory: 2/(ω_max(√(1+ζ²)+ζ)), Lanczos", {{x, make_integrator(integrator)->stable_step(mode)}}, true});

@@ -68,12 +68,12 @@ MapPoint judge(const Row& row, double mu, double speed, const Mesh& mesh, const 
   if (p.why.empty() && run.deepest > 0.5 * depth)
     p.why = text("the tool is ", 1e3 * run.deepest, " mm inside of the body");
   if (!p.why.empty()) {
-    p.verdict = Verdict::fails;
+    p.verdict = MapVerdict::fails;
     return p;
   }
   p.why =
       text("buzz ", 100 * f.buzz, " %, jump at edges ", 100 * f.crossing_jump, " %, ", 1e6 * run.deepest, " um inside");
-  p.verdict = p.value > kJnd ? Verdict::degrades : Verdict::works;
+  p.verdict = p.value > kJnd ? MapVerdict::degrades : MapVerdict::works;
   return p;
 }
 
@@ -114,7 +114,7 @@ StabilityMap map_friction(const MapOptions& options) {
   });
   int ours = 0, ours_fail = 0, others = 0, others_fail = 0;
   for (const MapPoint& p : map.points) {
-    const bool is_ours = p.series.starts_with("coulomb"), has_failed = p.verdict == Verdict::fails;
+    const bool is_ours = p.series.starts_with("coulomb"), has_failed = p.verdict == MapVerdict::fails;
     (is_ours ? ours : others) += 1;
     (is_ours ? ours_fail : others_fail) += has_failed;
   }

@@ -59,20 +59,20 @@ RayResult wall_ray(const Setting& setting, double damping, bool controlled, cons
     p.value = run.ripple;
     p.hash = run.hash;
     out.points.push_back(p);
-    return p.verdict == Verdict::fails;
+    return p.verdict == MapVerdict::fails;
   };
   for (double k = kSoftest; k <= kStiffest; k *= options.full ? 2 : 10) fails(k);
   // The first stiffness that fails, from below.
   double good = 0, bad = 0;
   for (const MapPoint& p : out.points) {
-    if (p.verdict == Verdict::fails) {
+    if (p.verdict == MapVerdict::fails) {
       bad = p.y;
       break;
     }
     good = p.y;
   }
   if (good > 0 && bad > 0) {
-    const Crossing limit = bisect(good, bad, {.tolerance = 0.05}, fails);
+    const RayCrossing limit = bisect(good, bad, {.tolerance = 0.05}, fails);
     out.boundaries.push_back({series, "limit cycle, measured", {{damping, limit.at()}}, false});
   }
   const double passive = damping / (0.5 * loop.h + loop.delay);

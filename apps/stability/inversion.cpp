@@ -45,10 +45,12 @@ MapPoint release(const ModelChoice& choice, double share, double dt) {
     int inverted = 0;
     for (const Tetrahedron& t : model->mesh().tetrahedra) inverted += tetrahedron_volume(state.x, t) <= 0;
     p.value = off();
-    p.verdict = inverted > 0 || !(p.value < 0.1) ? Verdict::fails : p.value > 1e-3 ? Verdict::degrades : Verdict::works;
+    p.verdict = inverted > 0 || !(p.value < 0.1) ? MapVerdict::fails
+                : p.value > 1e-3                 ? MapVerdict::degrades
+                                                 : MapVerdict::works;
     p.why = text("after ", state.t, " s off by ", 100 * p.value, " % of its edge, ", inverted, " elements inside out");
   } catch (const RunError& e) {
-    p.verdict = Verdict::fails;
+    p.verdict = MapVerdict::fails;
     p.why = e.what();
   }
   StateHash hash;
@@ -76,10 +78,10 @@ StabilityMap map_inversion(const MapOptions& options) {
         RayResult out;
         const auto stays = [&](double share) {
           out.points.push_back(release(choice, share, dt));
-          return out.points.back().verdict == Verdict::fails;
+          return out.points.back().verdict == MapVerdict::fails;
         };
         for (double share : {0.5, 0.2, -0.2, -0.5}) stays(share);
-        const Crossing c = bisect(0.9, -0.9, {.tolerance = 0.02, .geometric = false}, stays);
+        const RayCrossing c = bisect(0.9, -0.9, {.tolerance = 0.02, .geometric = false}, stays);
         out.boundaries.push_back({choice.name(), "does not come back, measured", {{c.at(), dt}}, false});
         return out;
       },
@@ -88,7 +90,7 @@ StabilityMap map_inversion(const MapOptions& options) {
   for (const ModelChoice& choice : materials) {
     double worst = -1;  // the least crushed that stays
     for (const MapPoint& p : map.points)
-      if (p.series == choice.name() && p.verdict == Verdict::fails) worst = std::max(worst, p.x);
+      if (p.series == choice.name() && p.verdict == MapVerdict::fails) worst = std::max(worst, p.x);
     if (worst > -1) lost += text(lost.empty() ? "" : ", ", choice.name(), " below ", worst);
   }
   map.claim = "let go, bodies come back from any crushing, inside out too" +

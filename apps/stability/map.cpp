@@ -17,13 +17,13 @@ Confusion count_predictions(const std::vector<MapPoint>& points) {
   for (const MapPoint& p : points) {
     ++out.points;
     switch (p.verdict) {
-      case Verdict::works:
+      case MapVerdict::works:
         ++out.working, out.false_alarms += p.predicted_failure;
         break;
-      case Verdict::degrades:
+      case MapVerdict::degrades:
         ++out.degraded, out.degraded_warned += p.predicted_failure;
         break;
-      case Verdict::fails:
+      case MapVerdict::fails:
         ++out.failures, out.predicted += p.predicted_failure;
         break;
     }

@@ -11,13 +11,13 @@ namespace kt {
 
 /// works: as it should. degrades: runs on, but wrong by what a person notices (force off by more than the JND of 10 %,
 /// buzz). fails: non-finite, energy grows, limit cycle, contact lost, no result.
-enum class Verdict { works, degrades, fails };
+enum class MapVerdict { works, degrades, fails };
 
 /// One run.
 struct MapPoint {
   std::string series;  ///< a method, a body: what has a boundary of its own
   double x = 0, y = 0;
-  Verdict verdict = Verdict::works;
+  MapVerdict verdict = MapVerdict::works;
   std::string why;                 ///< of the verdict, in words with numbers
   double value = 0;                ///< what the verdict was taken from; each map says what it is
   bool predicted_failure = false;  ///< by the engine, before the run (haptics/predict.hpp)
@@ -52,8 +52,8 @@ struct MapOptions {
 
 inline bool is_stopped(const MapOptions& options) { return options.stop && options.stop->load(); }
 
-inline const char* word(Verdict verdict) {
-  return verdict == Verdict::works ? "works" : verdict == Verdict::degrades ? "degrades" : "fails";
+inline const char* word(MapVerdict verdict) {
+  return verdict == MapVerdict::works ? "works" : verdict == MapVerdict::degrades ? "degrades" : "fails";
 }
 
 /// Predicted against observed. A point that degrades counts as neither failure nor false alarm.

@@ -64,7 +64,7 @@ RayResult explicit_ray(const Ray& ray, const MapOptions& options) {
     const StepRun run = run_steps(body, *integrator, start, kStep, kSteps, kGrowth);
     judge_growth(run, kGrowth, p);
     out.points.push_back(p);
-    return p.verdict == Verdict::fails;
+    return p.verdict == MapVerdict::fails;
   };
   const double measured = bisect(kLeastDamping, kMostDamping, {.tolerance = 0.005}, fails).at();
   const double theory = bisect(kLeastDamping, kMostDamping, {.tolerance = 1e-4}, [&](double damping) {
@@ -97,11 +97,11 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
       }
       p.value = (state.x - exact.x).norm() / (exact.x - body.mesh().x).norm();
       const double growth = (state.x - body.mesh().x).norm() / (start.x - body.mesh().x).norm();
-      p.verdict = !(growth < 10) ? Verdict::fails : p.value > 0.1 ? Verdict::degrades : Verdict::works;
+      p.verdict = !(growth < 10) ? MapVerdict::fails : p.value > 0.1 ? MapVerdict::degrades : MapVerdict::works;
       p.why = text("off by ", 100 * p.value, " % from the direct solver, ",
                    tested->statistics().linear_iterations / kSteps, " iterations a step");
     } catch (const RunError& e) {
-      p.verdict = Verdict::fails;
+      p.verdict = MapVerdict::fails;
       p.why = e.what();
     }
     StateHash hash;

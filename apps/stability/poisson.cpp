@@ -106,13 +106,13 @@ RayResult trace(const Element& e, int cells, const Reference& reference) {
         p.value = off;
         p.why = error.what();
       }
-      p.verdict = off > kLocked ? Verdict::fails : off > kOff ? Verdict::degrades : Verdict::works;
+      p.verdict = off > kLocked ? MapVerdict::fails : off > kOff ? MapVerdict::degrades : MapVerdict::works;
       out.points.push_back(p);
       return off > limit;
     };
   };
   for (double limit : {kOff, kLocked}) {
-    const Crossing c = bisect(kMost, kLeast, {.tolerance = 0.05}, locking_beyond(limit));
+    const RayCrossing c = bisect(kMost, kLeast, {.tolerance = 0.05}, locking_beyond(limit));
     const std::string label = limit == kOff ? "10 % too stiff, measured" : "50 % too stiff (locked), measured";
     out.boundaries.push_back({e.name, label, {{c.at(), cells}}, false});
     if (e.name == "tet4")

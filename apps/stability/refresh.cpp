@@ -50,21 +50,21 @@ MapPoint judge(const Row& row, double latency_ms, double loss, const std::vector
   if (p.why.empty() && run.result.missed_impacts > 0)
     p.why = text("inside without contact in ", run.result.missed_impacts, " ticks");
   if (!p.why.empty()) {
-    p.verdict = Verdict::fails;
+    p.verdict = MapVerdict::fails;
     return p;
   }
   const auto off =
       std::ranges::count_if(run.result.frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
   p.why = text("force off by ", 100 * p.value, " %, buzz ", 100 * run.force.buzz, " %, jump at refreshes ",
                100 * run.force.refresh_jump, " %, at the patch's edge in ", off, " ticks");
-  p.verdict = p.value > kJnd || run.force.buzz > kJnd || off > 0 ? Verdict::degrades : Verdict::works;
+  p.verdict = p.value > kJnd || run.force.buzz > kJnd || off > 0 ? MapVerdict::degrades : MapVerdict::works;
   return p;
 }
 
 RayResult trace(const Row& row, double loss, const Mesh& mesh, const MapOptions& options) {
   RayResult out;
   const std::vector<Vec3> forces = forces_in_time(row.rate_hz, mesh, options);
-  const auto is = [&](Verdict least) {
+  const auto is = [&](MapVerdict least) {
     return [&, least](double latency) {
       for (const MapPoint& p : out.points)
         if (p.x == latency) return p.verdict >= least;
@@ -73,8 +73,8 @@ RayResult trace(const Row& row, double loss, const Mesh& mesh, const MapOptions&
     };
   };
   const double tolerance = options.full ? 0.05 : 0.4;
-  for (double latency : {1.0, 10.0, 100.0, kLongest}) is(Verdict::fails)(latency);
-  const auto limit = [&](Verdict least, const char* label) {
+  for (double latency : {1.0, 10.0, 100.0, kLongest}) is(MapVerdict::fails)(latency);
+  const auto limit = [&](MapVerdict least, const char* label) {
     double good = 0, bad = 0;
     for (const MapPoint& p : out.points) {
       if (p.verdict >= least) {
@@ -84,12 +84,12 @@ RayResult trace(const Row& row, double loss, const Mesh& mesh, const MapOptions&
       good = p.x;
     }
     if (good == 0 || bad == 0) return;
-    const Crossing found = bisect(good, bad, {.tolerance = tolerance}, is(least));
+    const RayCrossing found = bisect(good, bad, {.tolerance = tolerance}, is(least));
     out.boundaries.push_back({row.name(), label, {{found.at(), loss}}, false});
   };
-  limit(Verdict::degrades, "off by more than 10 %, measured");
+  limit(MapVerdict::degrades, "off by more than 10 %, measured");
   std::ranges::sort(out.points, {}, &MapPoint::x);
-  limit(Verdict::fails, "contact lost, measured");
+  limit(MapVerdict::fails, "contact lost, measured");
   return out;
 }
 
@@ -117,7 +117,7 @@ StabilityMap map_refresh(const MapOptions& options) {
   });
   double latest = 0;
   for (const MapPoint& p : map.points)
-    if (p.y == 0 && p.verdict == Verdict::works) latest = std::max(latest, p.x);
+    if (p.y == 0 && p.verdict == MapVerdict::works) latest = std::max(latest, p.x);
   const Confusion c = count_predictions(map.points);
   map.claim = text("without loss the force stays within ", 100 * kJnd, " % of its run without latency up to ", latest,
                    " ms; no contact is lost at any latency up to ", kLongest, " ms: ", c.failures, " of ", c.points,

@@ -17,7 +17,7 @@ Mesh block_with_sliver(int n, double h, double dihedral_deg) {
     node(out.x, moved) = foot + share * (node(block.x, moved) - foot);
     return out;
   };
-  const Crossing c = bisect(1, 1e-8, {.tolerance = 1e-9}, [&](double share) {
+  const RayCrossing c = bisect(1, 1e-8, {.tolerance = 1e-9}, [&](double share) {
     return tetrahedra_quality(with_distance(share)).dihedral_min < dihedral_deg;
   });
   return with_distance(c.inside);

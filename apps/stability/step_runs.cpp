@@ -52,7 +52,7 @@ void judge_growth(const StepRun& run, double limit, MapPoint& point) {
   const bool bad = run.diverged(limit);
   point.value = run.growth;
   point.hash = run.hash;
-  point.verdict = bad ? Verdict::fails : Verdict::works;
+  point.verdict = bad ? MapVerdict::fails : MapVerdict::works;
   point.why = bad ? text("grows ", limit, " times within ", run.steps, " steps")
                   : text("stays below ", run.growth, " times its start for ", run.steps, " steps");
 }

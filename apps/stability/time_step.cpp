@@ -61,13 +61,13 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
     p.value = run.period_error;
     p.hash = run.hash;
     const bool bad = run.diverged(2) || !run.converged;
-    p.verdict = bad ? Verdict::fails : run.period_error > kJnd ? Verdict::degrades : Verdict::works;
+    p.verdict = bad ? MapVerdict::fails : run.period_error > kJnd ? MapVerdict::degrades : MapVerdict::works;
     p.why = bad ? (run.error.empty() ? "grows, or Newton's method does not converge" : run.error)
                 : text("slowest vibration off by ", 100 * run.period_error, " % after a period");
     out.points.push_back(p);
-    return p.verdict != Verdict::works;
+    return p.verdict != MapVerdict::works;
   };
-  const Crossing limit = bisect(period / 400, period / 5, {.tolerance = 0.01}, is_off);
+  const RayCrossing limit = bisect(period / 400, period / 5, {.tolerance = 0.01}, is_off);
   for (double periods : {1.1, 30.3}) is_off(periods * period);  // no limit of stability
   out.boundaries.push_back({ray.series(), "10 % off a period, measured", {{ray.young, limit.at()}}, false});
   out.boundaries.push_back({ray.series(),
@@ -95,7 +95,7 @@ RayResult static_ray(const Ray& ray, const MapOptions& options) {
     StateHash hash;
     hash.add(state.x);
     p.hash = hash.value();
-    p.verdict = integrator->statistics().not_converged > 0 || !(p.value < 1e-6) ? Verdict::fails : Verdict::works;
+    p.verdict = integrator->statistics().not_converged > 0 || !(p.value < 1e-6) ? MapVerdict::fails : MapVerdict::works;
     p.why = text("equilibrium, residual ", p.value, " of the load; vibrations are not there at all");
     out.points.push_back(p);
   }

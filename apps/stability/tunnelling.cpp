@@ -89,15 +89,16 @@ MapPoint shoot_at_sheet(const std::string& method, double speed, double thicknes
     const auto& frames = run.result.frames;
     const bool is_through = !run.result.snapshots.empty() && is_below(mesh, run.result.snapshots.back());
     p.why = failure_of(run);
-    p.verdict = p.why.empty() && !is_through ? Verdict::works : Verdict::fails;
+    p.verdict = p.why.empty() && !is_through ? MapVerdict::works : MapVerdict::fails;
     if (is_through)
       p.why = run.force.ticks_free == static_cast<int>(frames.size()) ? "went through unseen"
                                                                       : "was felt, and went through";
-    if (p.verdict == Verdict::works) p.why = text("held, at most ", 1e6 * run.deepest, " um inside");
+    if (p.verdict == MapVerdict::works) p.why = text("held, at most ", 1e6 * run.deepest, " um inside");
     p.value = run.deepest;
-    if (p.verdict == Verdict::works && run.deepest > 0.5 * std::min(thickness, kRadius)) p.verdict = Verdict::degrades;
+    if (p.verdict == MapVerdict::works && run.deepest > 0.5 * std::min(thickness, kRadius))
+      p.verdict = MapVerdict::degrades;
     if (phase == 0 || p.verdict > out.verdict) out = p;
-    if (out.verdict == Verdict::fails) break;
+    if (out.verdict == MapVerdict::fails) break;
   }
   return out;
 }
@@ -108,7 +109,7 @@ RayResult trace(const std::string& method, double thickness, const MapOptions& o
   RayResult out;
   const auto fails = [&](double speed) {
     out.points.push_back(shoot_at_sheet(method, speed, thickness, options));
-    return out.points.back().verdict == Verdict::fails;
+    return out.points.back().verdict == MapVerdict::fails;
   };
   double good = 0, bad = 0;
   for (double v : {kSlowest, 0.5, 5.0, kFastest}) {
@@ -120,7 +121,7 @@ RayResult trace(const std::string& method, double thickness, const MapOptions& o
   }
   if (bad > 0 && bad < kFastest) fails(kFastest);
   if (good > 0 && bad > 0) {
-    const Crossing limit = bisect(good, bad, {.tolerance = options.full ? 0.05 : 0.2}, fails);
+    const RayCrossing limit = bisect(good, bad, {.tolerance = options.full ? 0.05 : 0.2}, fails);
     out.boundaries.push_back({method, "the ball gets through, measured", {{limit.at(), thickness}}, false});
   }
   return out;
@@ -147,7 +148,7 @@ StabilityMap map_tunnelling(const MapOptions& options) {
     for (double t : thicknesses) map.boundaries.back().points.push_back({2 * kRadius / 1e-3, t});
   }
   const auto through = std::ranges::count_if(
-      map.points, [](const MapPoint& p) { return p.series == "multirate" && p.verdict == Verdict::fails; });
+      map.points, [](const MapPoint& p) { return p.series == "multirate" && p.verdict == MapVerdict::fails; });
   map.claim = text("multirate lets the ball through in ", through, " runs up to ", kFastest,
                    " m/s; frozen and penalty do above 2 r in a tick, ", 2 * kRadius / 1e-3, " m/s");
   return map;

@@ -33,20 +33,20 @@ Swing swing_of(std::span<const double> values, double from, double to) {
   return {high - low, sum / static_cast<double>(part.size())};
 }
 
-Verdict judge_ripple(const WallRun& run, std::string& why) {
+MapVerdict judge_ripple(const WallRun& run, std::string& why) {
   constexpr double kJnd = 0.1;
   constexpr double kDiesOut = 0.97;  // of the ripple a quarter of the run before
   constexpr double kBounces = 0.8;   // the same of a tool that lifts off: its swing does not follow the linear loop
   constexpr double kEncoderSwing = 5e-5;  // [m] five steps of the encoder: less is its noise
   why = text("force swings by ", 100 * run.ripple, " % of its mean at the end, by ", 100 * run.ripple_before,
              " % before; the tool by ", 1e3 * run.swing, " mm");
-  if (!(run.ripple > kJnd)) return Verdict::works;
+  if (!(run.ripple > kJnd)) return MapVerdict::works;
   const bool bounces = run.ripple > 1;
   if (run.swing > kEncoderSwing && run.ripple > (bounces ? kBounces : kDiesOut) * run.ripple_before) {
     why = "limit cycle: " + why;
-    return Verdict::fails;
+    return MapVerdict::fails;
   }
-  return Verdict::degrades;
+  return MapVerdict::degrades;
 }
 
 WallRun press_wall(const HandLoop& loop, double most_damping) {

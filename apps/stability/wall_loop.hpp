@@ -25,7 +25,7 @@ WallRun press_wall(const HandLoop& loop, double most_damping);
 
 /// Forces that should have come to rest: fails when they swing on or the tool bounces; degrades while a swing that dies
 /// out can be felt, or the encoder's steps.
-Verdict judge_ripple(const WallRun& run, std::string& why);
+MapVerdict judge_ripple(const WallRun& run, std::string& why);
 
 /// Highest minus lowest, and mean size, of the values in [from, to) of all [share].
 struct Swing {

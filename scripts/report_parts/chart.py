@@ -7,6 +7,7 @@ import textwrap
 
 from report_parts.drawing import CAN_DRAW, plt
 from report_parts.pages import page
+from report_parts.notices import with_notice
 from report_parts.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
 
 LIBRARY = "/usr/share/javascript/chart.js/chart.min.js"  # Debian: libjs-chart.js
@@ -222,7 +223,7 @@ def chart_page(folder, document):
         data["charts"].append({"title": chart["title"], "panels": panels})
     try:
         with open(LIBRARY, encoding="utf-8") as file:
-            library = file.read()
+            library = with_notice("Chart.js", file.read())
     except OSError:
         library = None
     subtitle = (f"{sum(len(c['points']) for c in document['charts'])} runs in {document['seconds'] / 60:.1f} minutes on "

@@ -7,6 +7,7 @@ import os
 
 from report_parts.drawing import CAN_DRAW, np, plt
 from report_parts.style import BLUE, GREEN, GREY, ORANGE, VERMILION
+from report_parts.notices import with_notice
 from report_parts.thumbnail import thumbnail
 
 SCRIPTS = ("/usr/share/javascript/jquery/jquery.min.js", "/usr/share/javascript/jquery-datatables/jquery.dataTables.min.js")
@@ -214,7 +215,8 @@ def script_files():
     """jQuery and DataTables, of Debian's libjs-jquery and libjs-jquery-datatables. Without them the table cannot be shown."""
     if not all(os.path.exists(path) for path in SCRIPTS):
         return None
-    return "".join("<script>" + open(path, encoding="utf-8").read().replace("</script", "<\\/script") + "</script>" for path in SCRIPTS)
+    scripts = (with_notice(name, open(path, encoding="utf-8").read()) for name, path in zip(("jQuery", "DataTables"), SCRIPTS))
+    return "".join("<script>" + script.replace("</script", "<\\/script") + "</script>" for script in scripts)
 
 
 def plain_table(rows):

@@ -25,7 +25,7 @@ TEST(Bisect, FindsTheBoundaryToItsToleranceFromEitherSide) {
 TEST(Bisect, SaysWhenARayHasNoBoundary) {
   int calls = 0;
   const auto count = [&](bool answer) { return [&calls, answer](double) { return ++calls, answer; }; };
-  const Crossing inside = bisect(1.0, 2.0, {}, count(false)), outside = bisect(1.0, 2.0, {}, count(true));
+  const RayCrossing inside = bisect(1.0, 2.0, {}, count(false)), outside = bisect(1.0, 2.0, {}, count(true));
   EXPECT_FALSE(inside.is_found());
   EXPECT_EQ(inside.inside, 2);
   EXPECT_FALSE(outside.is_found());
@@ -62,7 +62,7 @@ TEST(Rays, KeepWhatIsThereWhenStoppedAndThrowWhatOneThrows) {
                RunError);
 }
 
-MapPoint judged(Verdict verdict, bool predicted) {
+MapPoint judged(MapVerdict verdict, bool predicted) {
   MapPoint p;
   p.verdict = verdict;
   p.predicted_failure = predicted;
@@ -70,9 +70,9 @@ MapPoint judged(Verdict verdict, bool predicted) {
 }
 
 TEST(Confusion, CountsFailuresThatWerePredictedAndAlarmsOverNothing) {
-  const Confusion c =
-      count_predictions({judged(Verdict::fails, true), judged(Verdict::fails, true), judged(Verdict::fails, false),
-                         judged(Verdict::works, true), judged(Verdict::works, false), judged(Verdict::degrades, true)});
+  const Confusion c = count_predictions({judged(MapVerdict::fails, true), judged(MapVerdict::fails, true),
+                                         judged(MapVerdict::fails, false), judged(MapVerdict::works, true),
+                                         judged(MapVerdict::works, false), judged(MapVerdict::degrades, true)});
   EXPECT_EQ(c, (Confusion{.points = 6,
                           .failures = 3,
                           .predicted = 2,
@@ -85,7 +85,7 @@ TEST(Confusion, CountsFailuresThatWerePredictedAndAlarmsOverNothing) {
 
 TEST(MapFiles, QuoteWordsAndKeepNumbersToTheLastBit) {
   StabilityMap map;
-  MapPoint p = judged(Verdict::fails, true);
+  MapPoint p = judged(MapVerdict::fails, true);
   p.series = "a, \"b\"";
   p.x = 0.1;
   p.y = 1e-300;

@@ -15,7 +15,7 @@ namespace {
 /// Elements pressed at a place, counted from 1 as reports do.
 SessionResult pressed(const std::string& mesh, std::size_t place) {
   MeshWork work;
-  work.options.mesh = KT_SOURCE_DIR "/../shared/data/meshes/" + mesh;
+  work.options.mesh = KT_TEST_DATA "/meshes/" + mesh;
   SessionResult out;
   with_threads(1, [&] {
     for (const CheckStage stage : {check_load, check_doctor, check_repair, check_solid, check_models}) {
@@ -34,7 +34,7 @@ class CheckPress : public testing::TestWithParam<std::pair<const char*, std::siz
 /// search for contacts went to and fro between places of a small triangle.
 TEST_P(CheckPress, KeepsTheBodyTogetherAndTheToolOutside) {
   const auto& [mesh, place] = GetParam();
-  if (!std::filesystem::exists(KT_SOURCE_DIR "/../shared/data/meshes")) GTEST_SKIP() << "no meshes";
+  if (!std::filesystem::exists(KT_TEST_DATA "/meshes")) GTEST_SKIP() << "no meshes";
   if (!KT_WITH_CGAL || !KT_WITH_TETGEN) GTEST_SKIP() << "needs cgal and tetgen";
   const SessionResult run = pressed(mesh, place);
   double force = 0;

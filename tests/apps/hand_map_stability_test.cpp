@@ -8,7 +8,7 @@
 namespace kt {
 namespace {
 
-Verdict verdict_of(const HandLoop& loop, double most_damping = 0) {
+MapVerdict verdict_of(const HandLoop& loop, double most_damping = 0) {
   std::string why;
   return judge_ripple(press_wall(loop, most_damping), why);
 }
@@ -24,16 +24,16 @@ HandLoop loop_of(double stiffness, double damping, double h = 1e-3, double delay
 
 TEST(HandStability, AWallAboveTwoDampingsPerTickIsALimitCycleAndSaidToBe) {
   const double limit = 2 * 1.0 / 1e-3;  // b = K T / 2
-  EXPECT_NE(verdict_of(loop_of(0.8 * limit, 1)), Verdict::fails);
-  EXPECT_EQ(verdict_of(loop_of(1.2 * limit, 1)), Verdict::fails);
+  EXPECT_NE(verdict_of(loop_of(0.8 * limit, 1)), MapVerdict::fails);
+  EXPECT_EQ(verdict_of(loop_of(1.2 * limit, 1)), MapVerdict::fails);
   EXPECT_FALSE(predict_limit_cycle(loop_of(0.8 * limit, 1)));
   EXPECT_TRUE(predict_limit_cycle(loop_of(1.2 * limit, 1)));
 }
 
 TEST(HandStability, DelayLowersTheLimitFivefold) {
   const double limit = 1.0 / (0.5e-3 + 2e-3);
-  EXPECT_NE(verdict_of(loop_of(0.8 * limit, 1, 1e-3, 2e-3)), Verdict::fails);
-  EXPECT_EQ(verdict_of(loop_of(1.2 * limit, 1, 1e-3, 2e-3)), Verdict::fails);
+  EXPECT_NE(verdict_of(loop_of(0.8 * limit, 1, 1e-3, 2e-3)), MapVerdict::fails);
+  EXPECT_EQ(verdict_of(loop_of(1.2 * limit, 1, 1e-3, 2e-3)), MapVerdict::fails);
   EXPECT_TRUE(predict_limit_cycle(loop_of(1.2 * limit, 1, 1e-3, 2e-3)));
 }
 
@@ -41,8 +41,8 @@ TEST(HandStability, PassivityControlHoldsFiveTimesTheLimit) {
   for (const auto& [h, delay] : {std::pair{1e-3, 0.0}, {4e-3, 0.0}, {1e-3, 2e-3}}) {
     const double limit = 1.0 / (0.5 * h + delay);
     const HandLoop loop = loop_of(5 * limit, 1, h, delay);
-    EXPECT_EQ(verdict_of(loop), Verdict::fails);
-    EXPECT_NE(verdict_of(loop, 20), Verdict::fails) << h << ' ' << delay;
+    EXPECT_EQ(verdict_of(loop), MapVerdict::fails);
+    EXPECT_NE(verdict_of(loop, 20), MapVerdict::fails) << h << ' ' << delay;
     EXPECT_FALSE(predict_limit_cycle(loop, 20));
   }
 }

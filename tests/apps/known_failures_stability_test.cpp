@@ -32,7 +32,7 @@ TEST(ExplicitStep, DivergesWhereTheFastestModeSaysAndIsPredicted) {
       EXPECT_LE(distance_from_theory(map, [](const std::string&) { return true; }), 0.02) << choice.name() << damping;
       const double limit = ray.boundaries[0].points[0].second;
       for (const MapPoint& p : ray.points) {
-        EXPECT_EQ(p.verdict == Verdict::fails, p.y > limit) << p.y / limit;
+        EXPECT_EQ(p.verdict == MapVerdict::fails, p.y > limit) << p.y / limit;
         if (std::abs(p.y / limit - 1) > 0.02) {
           EXPECT_EQ(p.predicted_failure, p.y > limit) << p.y / limit;
         }
@@ -174,7 +174,7 @@ TEST(TriangleWithoutArea, IsPredicted) {
 TEST(FastBall, GoesThroughFrozenPlanesBeyondItsOwnSizeATickAndIsPredicted) {
   for (const auto& [speed, fails] : {std::pair{1.5, false}, {3.0, true}}) {
     const MapPoint p = shoot_at_sheet("frozen", speed, 0.002);
-    EXPECT_EQ(p.verdict == Verdict::fails, fails) << speed << ": " << p.why;
+    EXPECT_EQ(p.verdict == MapVerdict::fails, fails) << speed << ": " << p.why;
     EXPECT_EQ(p.predicted_failure, fails) << speed << ": " << p.prediction;
   }
   EXPECT_TRUE(shoot_at_sheet("legacy", 0.05, 0.002).predicted_failure);
@@ -184,16 +184,16 @@ TEST(FastBall, IsHeldByTheEnginesOwnMethodAtEverySpeedAndThickness) {
   for (double thickness : {0.0005, 0.002, 0.008})
     for (double speed : {0.5, 5.0, 10.0}) {
       const MapPoint p = shoot_at_sheet("multirate", speed, thickness);
-      EXPECT_NE(p.verdict, Verdict::fails) << thickness << ' ' << speed << ": " << p.why;
+      EXPECT_NE(p.verdict, MapVerdict::fails) << thickness << ' ' << speed << ": " << p.why;
       EXPECT_FALSE(p.predicted_failure) << p.prediction;
     }
 }
 
 TEST(LateModels, TurnTheForceAwayButNeverLoseContact) {
-  EXPECT_EQ(drag_with_late_models(30, 10, 0).verdict, Verdict::works);
+  EXPECT_EQ(drag_with_late_models(30, 10, 0).verdict, MapVerdict::works);
   for (double latency : {100.0, 500.0}) {
     const MapPoint p = drag_with_late_models(30, latency, 0.6);
-    EXPECT_EQ(p.verdict, Verdict::degrades) << p.why;
+    EXPECT_EQ(p.verdict, MapVerdict::degrades) << p.why;
     EXPECT_NE(p.why.find("patch's edge"), std::string::npos) << p.why;
   }
 }

@@ -203,6 +203,21 @@ class Report(unittest.TestCase):
         self.assertTrue(os.path.exists(os.path.join(self.folder, "chart.html")))
         self.assertFalse(os.path.exists(os.path.join(self.folder, "chart_drag.png")))
 
+    def test_scripts_inside_pages_bring_their_licence(self):
+        sys.path.insert(0, os.path.join(ROOT, "scripts"))
+        self.addCleanup(sys.path.remove, os.path.join(ROOT, "scripts"))
+        from report_parts import check_page, notices
+        for name, holder in (("Chart.js", "Chart.js Contributors"), ("jQuery", "OpenJS"), ("DataTables", "SpryMedia")):
+            text = notices.with_notice(name, "let a = 1;")
+            self.assertTrue(text.startswith("/*!") and text.endswith("*/\nlet a = 1;"))
+            self.assertIn(holder, text)
+            self.assertIn("The above copyright notice and this permission notice shall be included", text)
+            self.assertEqual(text.count("*/"), 1)
+        scripts = check_page.script_files()
+        if scripts is None:
+            self.skipTest("libjs-jquery-datatables is not installed")
+        self.assertEqual(scripts.count("Permission is hereby granted"), 2)
+
     def test_wrong_input_is_one_line(self):
         empty = self.sub("empty")
         damaged = self.sub("damaged")

@@ -93,7 +93,7 @@ Count count(const Queries& all) {
 class Benchmark : public testing::TestWithParam<const char*> {};
 
 TEST_P(Benchmark, NoVertexFaceCollisionIsMissedOrLate) {
-  const std::string archive = std::string(KT_SOURCE_DIR "/../shared/data/ccd/ccd-") + GetParam() + ".tar.xz";
+  const std::string archive = std::string(KT_TEST_DATA "/ccd/ccd-") + GetParam() + ".tar.xz";
   if (!std::filesystem::exists(archive)) GTEST_SKIP() << "no " << archive;
   const PrivateFolder folder;
   const ChildLimits limits;

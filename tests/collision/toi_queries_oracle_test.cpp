@@ -47,7 +47,7 @@ struct Archive {
 class ToiBenchmark : public testing::TestWithParam<Archive> {};
 
 TEST_P(ToiBenchmark, NoCollisionIsMissedOrLate) {
-  const std::string archive = std::string(KT_SOURCE_DIR "/../shared/data/ccd/ccd-") + GetParam().name + ".tar.xz";
+  const std::string archive = std::string(KT_TEST_DATA "/ccd/ccd-") + GetParam().name + ".tar.xz";
   if (!std::filesystem::exists(archive)) GTEST_SKIP() << "no " << archive;
   const PrivateFolder folder;
   const ChildLimits limits;

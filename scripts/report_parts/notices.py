@@ -1,0 +1,26 @@
+"""The licence that has to travel with the JavaScript libraries that pages carry inside."""
+
+COPYRIGHT = {
+    "Chart.js": "Copyright (c) 2014-2022 Chart.js Contributors; contains @kurkle/color, Copyright (c) 2018-2021 Jukka Kurkela",
+    "jQuery": "Copyright OpenJS Foundation and other contributors, https://openjsf.org/",
+    "DataTables": "Copyright (c) 2008-2022 SpryMedia Limited, https://datatables.net/",
+}
+MIT = """\
+Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated documentation
+files (the "Software"), to deal in the Software without restriction, including without limitation the rights to use, copy,
+modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to permit persons to whom the
+Software is furnished to do so, subject to the following conditions:
+
+The above copyright notice and this permission notice shall be included in all copies or substantial portions of the
+Software.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE
+WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR
+COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE,
+ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+"""
+
+
+def with_notice(library, script):
+    """The script behind a comment with its copyright and licence (MIT)."""
+    return f"/*! {library}. {COPYRIGHT[library]}\n\n{MIT}*/\n{script}"

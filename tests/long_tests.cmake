@@ -1,0 +1,17 @@
+# Tests that take some 8 s of a processor's time each, or more: their label ends in `_long`. scripts/test leaves them out,
+# scripts/test --all and the nightly job run them. Each has quicker tests of the same thing beside it
+# (docs/architecture.md#build-and-tests).
+# gtest's patterns of names:
+set(kt_long_tests
+    # haptics, oracle: two hands on the whole body at a fine rate; the reference's own convergence
+    TwoTools.FeelEachOtherAsOnTheWholeBody
+    FullSimulation.OldMatricesChangeTheForceByLessThanTheStepDoes
+    FullSimulation.ConvergesWithTheStep
+    # haptics, determinism: runs of every combination of law, tool and link
+    Lockstep.LocalModelsAreRunInForFourTicks
+    Lockstep.TwoToolsRunAndReplayBitForBit
+    Lockstep.LossAndLatencyComeFromTheSeed
+    Thread.LockstepReplayOfATurningToolIsTheRun
+    Thread.LockstepReplayOfTwoToolsIsTheRun)
+# Scripts, by the name of the file:
+set(kt_long_scripts)
