@@ -136,7 +136,9 @@ double Refresher::delay(double t) const {
 
 /// How far the tool's surface gets while the model made at time t is in use [m].
 double Refresher::reach(double t, const ReachingTool& tool) const {
-  return 1.5 * tool_reach(tool.shape) + tool.max_speed * (delay(t) + interval(t));
+  // A model that is there at once starts where the tool is; one that comes late may find it off its path.
+  const double around = delay(t) > 0 ? 1.5 : 1.2;
+  return around * tool_reach(tool.shape) + tool.max_speed * (delay(t) + interval(t));
 }
 
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
