@@ -140,10 +140,12 @@ void check_positive(const char* name, double value, bool zero_allowed) {
 }
 
 void check_tolerance(const Mesh& mesh, double tolerance) {
-  const double longest = bounds(mesh).size().maxCoeff();
-  if (!(tolerance >= 0) || tolerance >= longest)
-    throw InputError(text("--weld is ", tolerance, "; must be at least 0 and below the longest side of the mesh, ",
-                          longest, " in its own unit"));
+  if (tolerance == 0) return;
+  const double least = rounding_of(mesh), longest = bounds(mesh).size().maxCoeff();
+  if (!(tolerance >= least) || tolerance >= longest)
+    throw InputError(text("--weld is ", tolerance, "; must be 0, or from ", least,
+                          ", the rounding of the coordinates, to below ", longest,
+                          ", the longest side of the mesh, in its own unit"));
 }
 
 /// Nodes in one place are joined, tetrahedra that this flattens and second copies dropped; the surface is the boundary.

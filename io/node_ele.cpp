@@ -20,12 +20,12 @@ int read_nodes(const std::string& path, const LoadOptions& options, VectorX& x) 
   long long base = 0;
   for (int i = 0; i < n; ++i) {
     if (in.bytes_left() == 0) in.fail("file ends at node ", i, "; the header announces ", n);
-    const long long index = in.integer(text("the number of node ", i));
+    const long long index = in.integer(What("the number of node", i));
     if (i == 0) base = index;
     if (base != 0 && base != 1) in.fail("first node has number ", base, "; must be 0 or 1");
     if (index != base + i) in.fail("node number ", index, " follows ", base + i - 1, "; must be consecutive");
-    for (int k = 0; k < 3; ++k) x[3 * i + k] = in.number(text("a coordinate of node ", index), options.lenient);
-    for (int k = 0; k < extras; ++k) in.number(text("an attribute or marker of node ", index), true);
+    for (int k = 0; k < 3; ++k) x[3 * i + k] = in.coordinate(What("a coordinate of node", index), options.lenient);
+    for (int k = 0; k < extras; ++k) in.number(What("an attribute or marker of node", index), true);
   }
   if (const auto extra = in.word()) in.fail("data ", quoted(*extra), " after the ", n, " nodes the header announces");
   return static_cast<int>(base);
@@ -47,16 +47,16 @@ Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& n
   mesh.tetrahedra.reserve(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) {
     if (in.bytes_left() == 0) in.fail("file ends at tetrahedron ", i, "; the header announces ", n);
-    in.integer(text("the number of tetrahedron ", i));
+    in.integer(What("the number of tetrahedron", i));
     Tetrahedron t{};
     for (int& corner : t) {
-      const long long number = in.integer(text("a node of tetrahedron ", i));
+      const long long number = in.integer(What("a node of tetrahedron", i));
       if (number < base || number > mesh.num_nodes() - 1 + base)
         in.fail("node ", number, " of tetrahedron ", i, " is out of range ", base, "..", mesh.num_nodes() - 1 + base);
       corner = static_cast<int>(number - base);
     }
     mesh.tetrahedra.push_back(t);
-    for (int k = 0; k < extras; ++k) in.number(text("an attribute of tetrahedron ", i), true);
+    for (int k = 0; k < extras; ++k) in.number(What("an attribute of tetrahedron", i), true);
   }
   if (const auto extra = in.word()) in.fail("data ", quoted(*extra), " after the ", n, " tetrahedra announced");
   if (corners == 10) notes.push_back("quadratic tetrahedra: the mid-edge nodes are not used");

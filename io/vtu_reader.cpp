@@ -225,10 +225,10 @@ Mesh VtuReader::build(const Element& piece, const Element* points, const std::ma
   const std::vector<double> offsets = values(cells.at("offsets"), num_cells, "cell offset");
   const std::vector<double> types = values(cells.at("types"), num_cells, "cell type");
   const std::vector<double> connectivity = values(cells.at("connectivity"), kAny, "connectivity");
-  if (!options_.lenient)
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if (!std::isfinite(x[i]))
-        fail(points->begin, "coordinate ", "xyz"[i % 3], " of point ", i / 3, " is ", x[i], "; must be finite");
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (std::isfinite(x[i]) ? std::abs(x[i]) >= kLargestCoordinate : !options_.lenient)
+      fail(points->begin, "coordinate ", "xyz"[i % 3], " of point ", i / 3, " is ", x[i], "; must be finite and below ",
+           kLargestCoordinate);
   double begin = 0;
   CellCollector collector;
   std::vector<int> corner;

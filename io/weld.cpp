@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <unordered_map>
 #include <vector>
@@ -30,9 +31,11 @@ class PointGrid {
   PointGrid(const VectorX& x, double radius) : x_(x), radius_(radius) {}
   void add(int i) { cells_[cell(node(x_, i))].push_back(i); }
 
-  /// Calls `see(j, squared distance)` for the points within the radius of node i.
+  /// Calls `see(j, squared distance)` for the points within the radius of node i; for some of them when thousands are.
   template <class See>
   void near(int i, const See& see) const {
+    constexpr int kMostLooks = 10000;
+    int looks = 0;
     const Vec3 p = node(x_, i);
     const Cell c = cell(p);
     for (std::int64_t a = -1; a <= 1; ++a)
@@ -40,9 +43,11 @@ class PointGrid {
         for (std::int64_t d = -1; d <= 1; ++d) {
           const auto found = cells_.find({c[0] + a, c[1] + b, c[2] + d});
           if (found == cells_.end()) continue;
-          for (const int j : found->second)
+          for (const int j : found->second) {
+            if (++looks > kMostLooks) return;
             if (const double distance_sq = (node(x_, j) - p).squaredNorm(); distance_sq <= radius_ * radius_)
               see(j, distance_sq);
+          }
         }
   }
 
@@ -119,7 +124,7 @@ int count_open_edges(const EdgeTable& table) {
 
 double rounded_up_to_one_digit(double value) {
   const double unit = std::pow(10, std::floor(std::log10(value)));
-  return std::stod(text(std::ceil(value / unit * (1 - 1e-12)) * unit));
+  return std::strtod(text(std::ceil(value / unit * (1 - 1e-12)) * unit).c_str(), nullptr);
 }
 
 }  // namespace
@@ -160,8 +165,8 @@ std::optional<NearNodes> find_near_nodes(const Mesh& surface) {
     });
     if (std::isfinite(nearest_sq)) largest_sq = std::max(largest_sq, nearest_sq);
   }
-  if (!(largest_sq > 0)) return std::nullopt;
   out.distance = std::sqrt(largest_sq);
+  if (!(out.distance > rounding_of(surface))) return std::nullopt;
   out.tolerance = rounded_up_to_one_digit(2 * out.distance);
   Mesh joined = surface;
   out.count = join_nodes(joined, out.tolerance);

@@ -50,7 +50,7 @@ TEST(CheckShards, EachMeshIsInOnePart) {
 TEST(CheckLibrary, KeysArePathsFromTheFolderAndUnique) {
   const PrivateFolder folder;
   std::filesystem::create_directories(folder / "a/b");
-  for (const char* name : {"a/b/one.obj", "a/two.STL", "a/readme.txt", "a/pair.ele", "a/pair.node"})
+  for (const char* name : {"a/b/one.obj", "a/two.STL", "a/._two.STL", "a/readme.txt", "a/pair.ele", "a/pair.node"})
     std::ofstream(folder / name) << "x";
   const auto found = find_meshes({folder / "a"});
   ASSERT_EQ(found.size(), 3u);

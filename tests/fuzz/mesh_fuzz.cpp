@@ -15,6 +15,7 @@
 #include "io/mesh_formats.hpp"
 #include "io/mesh_io.hpp"
 #include "io/mesh_repair.hpp"
+#include "io/weld.hpp"
 
 namespace {
 
@@ -62,6 +63,7 @@ Mesh load(const std::string& name, std::string_view bytes, bool is_lenient) {
 
 /// Everything that looks at a mesh, and what is printed of it.
 void look_at(const Mesh& mesh) {
+  kt::find_near_nodes(mesh);
   const kt::MeshReport report = kt::examine(mesh, {.self_intersections = false});
   for (const kt::DefectList& list : kt::defects(report))
     if (!list.places->empty()) kt::describe(list.places->front());

@@ -125,6 +125,8 @@ TEST(MeshRepair, RefusesBadOptions) {
   EXPECT_THROW(repair(solid, {.fill_holes = 3}), InputError);
   EXPECT_THROW(repair(solid, {.weld_tolerance = 0.02}), InputError);  // as large as the mesh
   EXPECT_THROW(repair(tetrahedron_surface(), {.weld_tolerance = -1}), InputError);
+  EXPECT_THROW(repair(tetrahedron_surface(), {.weld_tolerance = 1e-300}), InputError);  // below the rounding
+  EXPECT_THROW(repair(tetrahedron_surface(), {.weld_tolerance = std::nan("")}), InputError);
   EXPECT_THROW(repair(tetrahedron_surface(), {.fill_holes = -1}), InputError);
   EXPECT_THROW(wrap(tetrahedron_surface(), {.alpha = -1}), InputError);
   EXPECT_THROW(wrap(tetrahedron_surface(), {.alpha = 1e-9}), InputError);

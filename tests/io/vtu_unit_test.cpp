@@ -91,6 +91,9 @@ std::string said_of_tetrahedron(const std::string& what, const std::string& by) 
 TEST(Vtu, NumbersThatAreNoIndicesAreRefused) {
   EXPECT_EQ(said_of_tetrahedron("Name", "Name"), "");
   EXPECT_NE(said_of_tetrahedron("1 2 3<", "1 2 2.5<").find("point 2.5 of cell 0 is no integer"), std::string::npos);
+  EXPECT_NE(
+      said_of_tetrahedron("0 0 1<", "0 0 -1e200<").find("a.vtu:5: coordinate z of point 3 is -1e+200; must be finite"),
+      std::string::npos);
   EXPECT_NE(said_of_tetrahedron(">4<", ">3.5<").find("offset 3.5 of cell 0 is no integer"), std::string::npos);
   EXPECT_NE(said_of_tetrahedron(">10<", ">1e300<").find("cell 0 has type 1e+300"), std::string::npos);
   EXPECT_NE(said_of_tetrahedron(">10<", ">nan<").find("cell 0 has type nan"), std::string::npos);
