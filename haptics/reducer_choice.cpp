@@ -92,7 +92,7 @@ double predict_tick_us(const LocalModel& model) {
 }
 
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
-  constexpr double kRest = 10000, kPerColumnSq = 1.5;    // solutions, orthonormalization
+  constexpr double kRest = 10000, kPerColumnSq = 0.6;    // solutions, orthonormalization
   constexpr double kCutOut = 1000, kPerDofCubed = 2e-4;  // of nodes that are there already; dense factors
   if (model.reducer != "krylov" && model.reducer != "condensed")
     return kCutOut + kPerDofCubed * std::pow(model.dof(), 3);
@@ -101,7 +101,8 @@ double predict_refresh_us(const LocalModel& model, const ReduceOptions& options)
   const auto reach = static_cast<double>(std::ranges::count(patch.in_reach, 1));
   const auto shifts = static_cast<double>(options.shifts_hz.size());
   const double later = at_rest ? 0 : 3 * reach + 12 * (shifts - 2) + 12 * shifts + 3 * options.echoes;
-  const double columns = 3 * patch.num_vertices() + later;
+  const double rim = reach < patch.num_vertices() ? 12 : 0;
+  const double columns = 3 * reach + rim + later;
   return kRest + kPerColumnSq * columns * columns;
 }
 

@@ -33,6 +33,7 @@ struct BlockOptions {
   int x = 6, y = 6, z = 4;
   double edge = 5e-3, young = 1e4;
   bool clamped = true;
+  double across = 0.5;  // of its width: where it is touched
 };
 
 /// A block at rest with its base clamped, touched in the middle of its top.
@@ -49,7 +50,7 @@ struct TouchedBlock {
     model = make_model("fem", mesh, physics);
     tangent = linearize(*model, rest_state(*model));
     const Surface surface = make_surface(mesh);
-    const Vec3 top = o.edge * Vec3(0.5 * o.x + 0.1, 0.5 * o.y + 0.2, o.z);
+    const Vec3 top = o.edge * Vec3(o.across * o.x + 0.1, 0.5 * o.y + 0.2, o.z);
     double nearest = 1;
     for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
       Vec3 centroid = Vec3::Zero();
@@ -86,6 +87,28 @@ TEST(AutoReducer, TakesDifferentModelsForDifferentBodies) {
     ++names[choice.chosen().name];
   }
   EXPECT_GE(names.size(), 3u);
+}
+
+/// A refresh that chooses its nodes anew costs more already.
+TEST(Samples, WaitForARefreshThatKeepsItsNodesButNotForLong) {
+  const TouchedBlock near({.x = 14, .y = 14, .z = 7, .edge = 2e-3});
+  const TouchedBlock far({.x = 14, .y = 14, .z = 7, .edge = 2e-3, .across = 0.9});
+  ReducerChoice choice("krylov", 1, {});
+  const auto refresh = [&](const TouchedBlock& at) {
+    choice.revise(choice.reduce(near.tangent, at.patch, at.site), at.site);
+    return choice.certified_error();
+  };
+  choice.set_up(near.tangent, near.patch, near.site);
+  const double at_set_up = choice.certified_error();
+  EXPECT_EQ(refresh(far), at_set_up) << "chose its nodes anew";
+  EXPECT_NE(refresh(far), at_set_up) << "kept them";
+
+  choice = ReducerChoice("krylov", 1, {});
+  choice.set_up(near.tangent, near.patch, near.site);
+  int waited = 0;
+  while (refresh(waited % 2 == 0 ? far : near) == at_set_up && waited < 20) ++waited;
+  EXPECT_GE(waited, 3);
+  EXPECT_LE(waited, 8);
 }
 
 TEST(AutoReducer, ServesABodyThatIsFreeToMove) {
