@@ -20,6 +20,7 @@ class Bytes {
     if (!std::filesystem::exists(path, error)) throw InputError(text(path, ": no such file"));
     if (std::filesystem::is_directory(path, error))
       throw InputError(text(path, ": is a folder, not a file of queries"));
+    if (!std::filesystem::is_regular_file(path, error)) throw InputError(text(path, ": is not a regular file"));
     file_.open(path, std::ios::binary | std::ios::ate);
     if (!file_) throw InputError(text(path, ": cannot be read"));
     size_ = static_cast<std::int64_t>(file_.tellg());

@@ -212,9 +212,9 @@ class HostileInput(unittest.TestCase):
         self.kilotouch("check", "merge", "o", "--out", "m", status=1)
         with open(self.path("m", "report.html"), encoding="utf-8") as file:
             page = file.read()
-        # Opens every row, searches and sorts.
-        page = page.replace("</body>", "<script>$('#table').DataTable().search('z&<im').draw(); $('#table').DataTable().search('').order([1, 'desc']).draw(); "
-                                       "$('#table tbody tr.row').click();</script></body>")
+        # Searches, sorts and opens every row, once the table is there.
+        page = page.replace("</body>", "<script>$(function () { const t = $('#table').DataTable(); t.search('z&<im').draw(); t.search('').order([1, 'desc']).draw(); "
+                                       "$('#table tbody tr.row').click(); });</script></body>")
         with open(self.path("m", "opened.html"), "w", encoding="utf-8") as file:
             file.write(page)
         dom = subprocess.run([BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={self.path('c')}", "--virtual-time-budget=3000", "--dump-dom",

@@ -48,7 +48,7 @@ TEST(VisibleText, NamesKeepTheirBytes) {
   const std::string letters = "\\x5cf0\xff\xc3\xa4\xe2";
   for (int k = 0; k < 20000; ++k) {
     std::string name;
-    for (unsigned n = random() % 12; n > 0; --n) name += letters[random() % letters.size()];
+    for (auto n = random() % 12; n > 0; --n) name += letters[random() % letters.size()];
     ASSERT_EQ(unescape_bytes(escape_bytes(name)), name);
     ASSERT_EQ(visible(escape_bytes(name)), escape_bytes(name));  // UTF-8
   }

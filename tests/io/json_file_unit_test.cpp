@@ -27,18 +27,18 @@ TEST(ParseJsonText, SaysWhere) {
   EXPECT_EQ(message_of("{\n  \"a\": nul\n}"), "x.json:2:11: is not JSON from here on");
   EXPECT_EQ(message_of("[1e999]"), "x.json: is not JSON: a number in it is too large");
   EXPECT_EQ(message_of(nested(kDeepestJson)), "");
-  EXPECT_EQ(message_of("\n" + nested(kDeepestJson + 1)),
+  EXPECT_EQ(message_of(text("\n", nested(kDeepestJson + 1))),
             "x.json:2: more than 100 levels of [ ] and { } inside one another; at most 100 are read");
   EXPECT_EQ(message_of(nested(1000000)).substr(0, 9), "x.json:1:");
 }
 
 TEST(RequireShallowJson, TextsAndCommentsAreNoLevels) {
   const std::string many(500, '[');
-  EXPECT_NO_THROW(require_shallow_json("{\"a\": \"\\\"" + many + "\"}", "x"));
-  EXPECT_NO_THROW(require_shallow_json("// " + many + "\n{} /* " + many + " */", "x"));
-  EXPECT_NO_THROW(require_shallow_json("\"" + many, "x"));  // not closed
+  EXPECT_NO_THROW(require_shallow_json(text(R"({"a": "\")", many, "\"}"), "x"));
+  EXPECT_NO_THROW(require_shallow_json(text("// ", many, "\n{} /* ", many, " */"), "x"));
+  EXPECT_NO_THROW(require_shallow_json(text('"', many), "x"));  // not closed
   EXPECT_NO_THROW(require_shallow_json("\"\\", "x"));
-  EXPECT_THROW(require_shallow_json("\"" + many + "\"" + many, "x"), InputError);
+  EXPECT_THROW(require_shallow_json(text('"', many, '"', many), "x"), InputError);
 }
 
 TEST(JsonText, NamesThatAreNoUtf8CostNothing) {
