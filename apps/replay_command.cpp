@@ -7,6 +7,7 @@
 #include "apps/run_outputs.hpp"
 #include "apps/run_session.hpp"
 #include "core/error.hpp"
+#include "haptics/device/recording.hpp"
 
 namespace kt {
 namespace {
@@ -24,6 +25,12 @@ nlohmann::json load_session(const std::string& file) {
   }
 }
 
+/// The scene keeps its own path, so that figures and outputs are those of the run; the tool goes the way that it went.
+void add_path(const Scene& scene, SceneTool& tool, const std::string& recording, SessionOptions& out) {
+  out.tool_paths.push_back(read_recording(recording, 1 / scene.local.rate_hz).path);
+  if (tool.path.recording) tool.path.recording = recording;  // the one it was made from may be gone
+}
+
 void replay(std::string file, const std::string& out, int& exit_code) {
   if (std::filesystem::is_directory(file)) file += "/session.json";
   const nlohmann::json json = load_session(file);
@@ -32,13 +39,14 @@ void replay(std::string file, const std::string& out, int& exit_code) {
   std::string hash;
   try {
     scene = parse_scene(json["scene"].dump(), {}, file);
-    const auto recording = std::filesystem::path(file).parent_path() / json["recording"].get<std::string>();
-    scene.tool.path = {std::nullopt, std::nullopt, recording.string(), std::nullopt};
+    const auto recorded = [&](const nlohmann::json& of) {
+      return (std::filesystem::path(file).parent_path() / of.at("recording").get<std::string>()).string();
+    };
+    add_path(scene, scene.tool, recorded(json), settings.session);
     settings.session.max_speed = json["max_speed"].get<double>();
     if (scene.second_tool) {
       const auto& second = json.at("second_tool");
-      const auto path = std::filesystem::path(file).parent_path() / second.at("recording").get<std::string>();
-      scene.second_tool->path = {std::nullopt, std::nullopt, path.string(), std::nullopt};
+      add_path(scene, *scene.second_tool, recorded(second), settings.session);
       settings.session.second_max_speed = second.at("max_speed").get<double>();
     }
     for (const auto& r : json["refreshes"]) settings.session.refreshes.push_back({r.at(0), r.at(1), r.at(2)});

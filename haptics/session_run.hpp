@@ -45,9 +45,11 @@ class HapticLoop {
     DeviceLimits limits;
     Vec3 start, position;
     std::vector<LocalFrame> frames;
+    std::vector<Vec3> model_force;
     std::vector<double> penetration;
     int limited = 0, missed = 0;
     std::optional<PassivityControl> passivity;  // of a device that moves with the force
+    Vec3 shown(const Vec3& x, const Vec3& force) noexcept;
     std::optional<PassivityRun> energy() const;
   };
   void check_penetration(Hand& hand, const ToolSweep& sweep, const VectorX& x) noexcept;
