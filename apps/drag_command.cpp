@@ -22,6 +22,7 @@ Scene drag_scene(const std::string& mesh, const std::vector<std::string>& set) {
   base.tool.radius = 0.004;
   base.tool.path.press_drag->depth = 0.003;
   base.tool.path.press_drag->speed = 0.04;
+  base.tool.path.press_drag->ease = "minimum_jerk";
   return parse_scene(to_json(base), set, "drag " + mesh);
 }
 

@@ -7,6 +7,7 @@
 #include "apps/run_outputs.hpp"
 #include "apps/run_session.hpp"
 #include "core/error.hpp"
+#include "haptics/device/recording.hpp"
 #include "io/json_file.hpp"
 #include "io/shell_words.hpp"
 
@@ -28,16 +29,23 @@ class SessionFile {
 
   Scene scene() const {
     if (!json_["scene"].is_object()) fail("scene", "must be a group");
+    // The scene keeps its own path, so that figures and outputs are those of the run; the tool goes the way that it went.
     Scene out = parse_scene(json_text(json_["scene"]), {}, file_);
-    set_recording(out.tool, json_, "");
-    if (out.second_tool) set_recording(*out.second_tool, second(), "second_tool.");
+    if (out.tool.path.recording) out.tool.path.recording = recording(json_, "");  // what it was made from may be gone
+    if (out.second_tool && out.second_tool->path.recording)
+      out.second_tool->path.recording = recording(second(), "second_tool.");
     return out;
   }
 
   SessionOptions options(const Scene& scene) const {
     SessionOptions out;
+    const auto path = [&](const std::string& file) { return read_recording(file, 1 / scene.local.rate_hz).path; };
+    out.tool_paths.push_back(path(recording(json_, "")));
     out.max_speed = speed(json_, "");
-    if (scene.second_tool) out.second_max_speed = speed(second(), "second_tool.");
+    if (scene.second_tool) {
+      out.tool_paths.push_back(path(recording(second(), "second_tool.")));
+      out.second_max_speed = speed(second(), "second_tool.");
+    }
     out.refreshes = refreshes(scene);
     return out;
   }
@@ -70,7 +78,7 @@ class SessionFile {
   }
 
   /// Beside the session, wherever that lies: a session that came from elsewhere opens no other file.
-  void set_recording(SceneTool& tool, const Json& group, const std::string& prefix) const {
+  std::string recording(const Json& group, const std::string& prefix) const {
     const std::string name = word(group, "recording", prefix);
     const fs::path folder = fs::path(file_).parent_path(), path = folder / name;
     std::error_code none;
@@ -78,7 +86,7 @@ class SessionFile {
         fs::is_symlink(path, none))
       fail(prefix + "recording",
            text("is ", shown_json(Json(name)), ", must be the name of a file in the session's folder"));
-    tool.path = {std::nullopt, std::nullopt, path.string(), std::nullopt};
+    return path.string();
   }
 
   std::vector<RefreshEvent> refreshes(const Scene& scene) const {

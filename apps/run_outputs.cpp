@@ -53,12 +53,14 @@ Json model_json(const Session& session) {
   return out;
 }
 
-/// @param frames   of one tool
-/// @param step_us  of the tick: that of both tools
-std::string trace_csv(const std::vector<LocalFrame>& frames, const std::vector<double>& step_us) {
+/// @param frames       of one tool
+/// @param model_force  before the device: what its force would be without passivity control and limit
+/// @param step_us      of the tick: that of both tools
+std::string trace_csv(const std::vector<LocalFrame>& frames, const std::vector<Vec3>& model_force,
+                      const std::vector<double>& step_us) {
   std::string out =
       "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
-      "torque_x,torque_y,torque_z\n";
+      "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z\n";
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const LocalFrame& f = frames[i];
     const auto number = [&](double value) {
@@ -75,7 +77,8 @@ std::string trace_csv(const std::vector<LocalFrame>& frames, const std::vector<d
     number(f.gap);
     out += text(f.model_frame, ',');
     number(step_us[i]);
-    for (int c = 0; c < 3; ++c) number(f.torque[c]);
+    for (const Vec3& v : {f.torque, f.normal, model_force[i]})
+      for (int c = 0; c < 3; ++c) number(v[c]);
     out.back() = '\n';
   }
   return out;
@@ -175,6 +178,7 @@ Json force_json(const ForceMetrics& force, const SceneContact& contact) {
           {"mean_t", force.mean_t},
           {"max_t", force.max_t},
           {"max_t_over_mu_n", contact.mu_static > 0 ? force.max_t_over_n / contact.mu_static : 0.0},
+          {"felt_t_over_mu_n", contact.mu_static > 0 ? force.felt_t_over_n / contact.mu_static : 0.0},
           {"buzz", force.buzz},
           {"crossing_jump", force.crossing_jump},
           {"refresh_jump", force.refresh_jump}};
@@ -354,14 +358,14 @@ Json make_summary(const Session& session, const SessionResult& result) {
 }
 
 void add_reference(Json& summary, const SessionResult& result, const Reference& reference) {
-  const ForceError error = compare_forces(tick_forces(result.frames), reference);
+  const ForceError error = compare_forces(result.model_force, reference);  // it knows no device
   summary["reference"] = {{"force_error", error.force_error},
                           {"jnd_fraction", error.jnd_fraction},
                           {"floor_n", error.floor},
                           {"rate_hz", reference.rate_hz},
                           {"seconds", reference.seconds}};
   if (result.second_tool) {
-    const ForceError second = compare_forces(tick_forces(result.second_tool->frames), reference.second_force);
+    const ForceError second = compare_forces(result.second_tool->model_force, second_tool_of(reference));
     summary["reference"]["second_tool"] = {
         {"force_error", second.force_error}, {"jnd_fraction", second.jnd_fraction}, {"floor_n", second.floor}};
   }
@@ -369,7 +373,8 @@ void add_reference(Json& summary, const SessionResult& result, const Reference& 
 }
 
 void add_truth(Json& summary, const SessionResult& result, const Reference& truth) {
-  const std::vector<Vec3> forces = tick_forces(result.frames), path = tool_path(result);
+  const std::vector<Vec3>& forces = result.model_force;
+  const std::vector<Vec3> path = tool_path(result);
   const ForceError error = compare_forces(forces, truth);
   const double work = tool_work(forces, path), true_work = tool_work(truth.force, path);
   summary["truth"] = {{"force_error", error.force_error},
@@ -383,7 +388,7 @@ void write_run(const std::string& dir, const Session& session, const SessionResu
   make_folder(dir);
   const Vec3 start = result.start;
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
-  write_file_whole(dir + "/trace.csv", trace_csv(result.frames, result.step_us));
+  write_file_whole(dir + "/trace.csv", trace_csv(result.frames, result.model_force, result.step_us));
   write_file_whole(dir + "/events.csv", events_csv(find_contact_events(result.frames)));
   write_file_whole(dir + "/summary.json", json_text(summary, 2) + "\n");
   write_file_whole(dir + "/view.json", json_text(view_json(session, result)));
@@ -391,7 +396,7 @@ void write_run(const std::string& dir, const Session& session, const SessionResu
   for (const char* name : {"/trace_2.csv", "/events_2.csv", "/recording_2.csv"})
     std::filesystem::remove(dir + name);  // an earlier run's
   if (const auto& second = result.second_tool) {
-    write_file_whole(dir + "/trace_2.csv", trace_csv(second->frames, result.step_us));
+    write_file_whole(dir + "/trace_2.csv", trace_csv(second->frames, second->model_force, result.step_us));
     write_file_whole(dir + "/events_2.csv", events_csv(find_contact_events(second->frames)));
     write_file_whole(dir + "/recording_2.csv", recording_csv(second->frames, second->start));
   }

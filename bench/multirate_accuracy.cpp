@@ -304,7 +304,7 @@ void diagnose(const Session& session, const std::vector<Vec3>& path, const Argum
       const Reference other = cached_reference(session, path, arguments, options);
       const auto [n, t] = Table::gains(other.force, reference, 0.3);
       std::printf("       %-66s %6.3f%%  gains %.4f %.4f\n", name.c_str(),
-                  100 * compare_forces(other.force, reference).force_error, n, t);
+                  100 * compare_forces(other.force, reference.force).force_error, n, t);
     } catch (const RunError&) {  // an indefinite stiffness, held long enough
       std::printf("       %-66s diverges\n", name.c_str());
     }

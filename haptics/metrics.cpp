@@ -38,6 +38,28 @@ double buzz_energy(std::span<const LocalFrame> stretch, double h) {
 
 bool in_contact(const LocalFrame& f) { return f.mode != ContactMode::free; }
 
+/// Of the force that was written, faded and limited, about the contact's normal. Several contacts have several normals
+/// and no cone of their own.
+double largest_felt_ratio(std::span<const LocalFrame> frames) {
+  constexpr double kWeak = 0.05;    // of the mean force: below, nobody feels which way it points
+  constexpr double kLargest = 100;  // from there on it pulls, or nearly
+  const auto is_judged = [](const LocalFrame& f) { return in_contact(f) && f.contacts == 1; };
+  double sum = 0, out = 0;
+  long count = 0;
+  for (const LocalFrame& f : frames)
+    if (is_judged(f)) {
+      sum += f.force.norm();
+      ++count;
+    }
+  for (const LocalFrame& f : frames) {
+    const double size = f.force.norm(), normal = f.force.dot(f.normal);
+    if (!is_judged(f) || !(size > kWeak * sum / static_cast<double>(count))) continue;
+    const double tangential = (f.force - normal * f.normal).norm();
+    out = std::max(out, tangential < kLargest * normal ? tangential / normal : kLargest);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<double> high_pass(std::span<const double> values, double cutoff_hz, double rate_hz) {
@@ -60,6 +82,7 @@ double percentile(std::vector<double> values, double p) {
 
 ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_from, double h) {
   ForceMetrics out;
+  out.felt_t_over_n = largest_felt_ratio(frames);
   double work = 0, steady_force = 0, buzz = 0;
   int touching = 0, steady = 0;
   std::size_t stretch_begin = 0;

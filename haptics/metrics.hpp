@@ -10,6 +10,8 @@ namespace kt {
 struct ForceMetrics {
   double mean_n = 0, max_n = 0, mean_t = 0, max_t = 0;  ///< [N], over the ticks in contact
   double max_t_over_n = 0;                              ///< largest |f_t| / f_n of any one contact
+  double felt_t_over_n = 0;  ///< largest tangential / normal part of the force that was written, in ticks with
+                             ///< one contact and a force above 5 % of the mean; 100 where it pulls
   double buzz = 0;           ///< RMS of the force above 100 Hz in steady contact (not within 5 ms
                              ///< of a refresh) / mean force
   double crossing_jump = 0;  ///< largest |dF| over one tick at a triangle crossing / mean force

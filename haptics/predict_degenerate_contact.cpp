@@ -16,7 +16,7 @@ double flatness(const Vec3& a, const Vec3& b, const Vec3& c) {
   return longest_sq > 0 ? (b - a).cross(c - a).norm() / longest_sq : 0;
 }
 
-/// Depth of the tool's deepest point at the start [m]; 0 when its path is a recording, which is read tick by tick.
+/// Depth of the tool's deepest point at the start [m].
 double start_depth(const Session& session) {
   if (session.path().empty()) return 0;
   SurfacePatch whole;

@@ -197,8 +197,35 @@ double tool_work(std::span<const Vec3> forces, std::span<const Vec3> tool) {
   return out;
 }
 
+int steps_per_tick(const Reference& reference) {
+  return std::max(1, static_cast<int>(std::lround(reference.rate_hz * reference.h)));
+}
+
+Reference second_tool_of(const Reference& reference) {
+  Reference out = reference;
+  out.force = reference.second_force;
+  out.second_force.clear();
+  return out;
+}
+
+namespace {
+
+/// At the ends of n steps a tick, linear between the ends of ticks; before the first of them as there.
+std::vector<Vec3> drawn_out(std::span<const Vec3> forces, int n) {
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const Vec3& before = forces[i > 0 ? i - 1 : 0];
+    for (int k = 1; k <= n; ++k) out.push_back(before + k / double(n) * (forces[i] - before));
+  }
+  return out;
+}
+
+}  // namespace
+
 ForceError compare_forces(std::span<const Vec3> forces, const Reference& reference) {
-  return compare_forces(forces, reference.force);
+  const int n = steps_per_tick(reference);
+  if (n == 1) return compare_forces(forces, reference.force);
+  return compare_forces(resample_forces(drawn_out(forces, n), n), reference.force);
 }
 
 ForceError compare_forces(std::span<const Vec3> forces, std::span<const Vec3> reference) {

@@ -56,8 +56,11 @@ struct ForceError {
 constexpr double kForceFloor = 0.05;  // below, a force is too weak beside the others to be judged by its percentage
 constexpr double kNoticeableForce = 0.10;  // just noticeable difference of forces, 7-10 % of them
 
-/// Of as many ticks as both have. @param forces  one a tick [N]
+/// Of as many ticks as both have. Like with like: the forces, those at the ends of ticks and linear in between, are
+/// averaged as those of the reference's steps were; else a kink would be an error.
+/// @param forces  one a tick [N]
 ForceError compare_forces(std::span<const Vec3> forces, const Reference& reference);
+/// Of forces as they stand.
 ForceError compare_forces(std::span<const Vec3> forces, std::span<const Vec3> reference);
 std::vector<Vec3> tick_forces(std::span<const LocalFrame> frames);
 
@@ -74,7 +77,13 @@ Reference read_reference(const std::string& file, std::uint64_t key);
 /// The key that a file of write_reference has. @throws InputError when it is none
 std::uint64_t key_in_reference(const std::string& file);
 
-/// The columns t, force_x, force_y and force_z of any run's reference.csv or trace.csv: only `h` and `force` are set.
+/// Steps of the reference in a tick, over which its forces are means; 1: they are those at the ends of ticks.
+int steps_per_tick(const Reference& reference);
+/// The reference of the second tool, alone.
+Reference second_tool_of(const Reference& reference);
+
+/// The columns t, force_x, force_y and force_z of any run's reference.csv or trace.csv: only `h` and `force` are set,
+/// and of a reference.csv its rate.
 /// Throws InputError when they are not there, or not one a tick.
 Reference read_forces(const std::string& file);
 

@@ -104,8 +104,9 @@ Reference read_forces(const std::string& file) {
     throw InputError(text(file, ": no forces to compare with: ", what));
   };
   std::string line;
-  while (std::getline(in, line) && line.starts_with('#')) {
-  }
+  Reference out;
+  while (std::getline(in, line) && line.starts_with('#'))
+    std::sscanf(line.c_str(), "# kilotouch reference %*x %lf", &out.rate_hz);
   const std::vector<std::string> names = split_line(line);
   std::array<std::size_t, 4> column;
   for (std::size_t c = 0; c < column.size(); ++c) {
@@ -113,7 +114,6 @@ Reference read_forces(const std::string& file) {
     column[c] = static_cast<std::size_t>(std::ranges::find(names, kWanted[c]) - names.begin());
     if (column[c] == names.size()) fail(text("no column ", kWanted[c]));
   }
-  Reference out;
   for (int row = 1; std::getline(in, line); ++row) {
     const std::vector<std::string> cells = split_line(line);
     std::array<double, 4> value{};

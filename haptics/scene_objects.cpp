@@ -40,6 +40,13 @@ Mesh split_long_edges(Mesh surface, double max_edge) {
   }
 }
 
+/// A body that has its tetrahedra from elsewhere is not filled.
+void note_unused(const SceneObject& object, bool has_tetrahedra, std::vector<std::string>& notes) {
+  if (!object.tetrahedralize || !(has_tetrahedra || object.layers)) return;
+  notes.push_back(text("object.tetrahedralize does nothing: ",
+                       object.layers ? "object.layers makes the tetrahedra" : object.mesh + " has tetrahedra already"));
+}
+
 }  // namespace
 
 Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
@@ -49,6 +56,7 @@ Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
   if (mesh.triangles.empty()) throw InputError(text(object.mesh, ": the mesh has no triangles"));
   rescale(mesh, object);
   require_near(mesh, object);
+  note_unused(object, !mesh.tetrahedra.empty(), notes);
   if (object.repair && mesh.tetrahedra.empty()) {
     RepairResult repaired = repair(mesh);
     for (const std::string& what : repaired.done) notes.push_back("object.repair: " + what);

@@ -6,11 +6,13 @@
 #include "collision/moving_tool.hpp"
 #include "core/step_solver.hpp"
 #include "haptics/device/press_drag.hpp"
+#include "haptics/device/recording.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
 #include "haptics/scene_friction.hpp"
 #include "haptics/session_run.hpp"
 #include "haptics/tool_turn.hpp"
+#include "haptics/unused_settings.hpp"
 #include "io/mesh_io.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"
@@ -76,6 +78,12 @@ std::vector<TimedPoint> to_path(const std::vector<Waypoint>& waypoints) {
 
 int pressing_axis(const SceneFixed& fixed) { return fixed.below ? fixed.below->axis[0] - 'x' : 2; }
 
+/// How near the reference points of two tools may come before the tools overlap, as far as their radii tell [m].
+double least_apart(std::span<const ToolShape> tools) {
+  constexpr double kLeast = 1e-6;  // of points
+  return std::max(kLeast, tools[0].radius + tools[1].radius);
+}
+
 PressDragOptions press_drag_options(const PressDrag& p, const SceneTool& tool, const Scene& scene) {
   PressDragOptions out;
   out.axis = pressing_axis(scene.object.fixed);
@@ -87,15 +95,42 @@ PressDragOptions press_drag_options(const PressDrag& p, const SceneTool& tool, c
   out.duration = scene.duration;
   out.clearance = 0.5 * p.depth;
   out.turn = rotation(tool.turn);
+  out.eased = p.ease == "minimum_jerk";
   return out;
 }
 
-std::vector<TimedPoint> scene_path(const Scene& scene, const SceneTool& tool, const ToolShape& shape,
-                                   const Mesh& body) {
+/// @param name   of the tool in the scene
+/// @param other  path of a tool from which a place that is chosen stays `apart` [m]
+std::vector<TimedPoint> scene_path(const Scene& scene, const SceneTool& tool, const std::string& name,
+                                   const ToolShape& shape, const Mesh& body, std::vector<std::string>& warnings,
+                                   const std::vector<TimedPoint>& other = {}, double apart = 0) {
   const ScenePath& p = tool.path;
-  if (p.press_drag) return make_press_drag(body, shape, press_drag_options(*p.press_drag, tool, scene));
+  if (p.recording) {
+    Recording recording = read_recording(*p.recording, 1 / scene.local.rate_hz);
+    for (const std::string& note : recording.notes)
+      warnings.push_back(text(name, ".path.recording ", *p.recording, ": ", note));
+    return std::move(recording.path);
+  }
+  if (p.press_drag) {
+    PressDragOptions options = press_drag_options(*p.press_drag, tool, scene);
+    options.other = other;
+    options.apart = apart;
+    return make_press_drag(body, shape, options);
+  }
   if (p.waypoints) return to_path(*p.waypoints);
   return p.hand ? to_path(p.hand->target) : std::vector<TimedPoint>();
+}
+
+/// Tools pass through one another unseen: where they do so all the time, one lies in the other's place.
+void check_apart(const std::vector<TimedPoint>& first, const std::vector<TimedPoint>& second, double apart,
+                 std::vector<std::string>& warnings) {
+  const double start = (first.front().x - second.front().x).norm(), least = least_distance(first, second);
+  const auto say = [&](const char* when, double distance) {
+    return text("second_tool.path: the tools are ", 1e3 * distance, " mm apart ", when, ", their radii together are ",
+                1e3 * apart, " mm: they do not touch one another, and both push the same piece of the body; move one");
+  };
+  if (start < apart) throw InputError(say("at the start", start));
+  if (least < apart) warnings.push_back(say("on their way", least));
 }
 
 std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool,
@@ -104,16 +139,22 @@ std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& 
   DeviceOptions options;
   options.h = 1 / scene.local.rate_hz;
   options.path = path;
-  if (p.recording) {
-    options.recording = *p.recording;
-    return make_device("recorded", options);
-  }
+  if (p.recording) return make_device("recorded", options);
   if (!p.hand) return make_device("scripted", options);
   options.hand_stiffness = p.hand->stiffness;
   options.hand_damping = p.hand->damping;
   options.hand_mass = p.hand->mass;
   options.hand_delay = 1e-3 * p.hand->delay_ms;
   return make_device("hand", options);
+}
+
+/// The way that a tool took on a device. Its force leaves as it did then, and goes nowhere.
+std::unique_ptr<HapticDevice> played_again(const std::vector<TimedPoint>& path, const DeviceLimits& limits, double h) {
+  DeviceOptions options;
+  options.path = path;
+  options.h = h;
+  options.limits = limits;
+  return make_device("recorded", options);
 }
 
 /// Names and combinations that only the tables of several libraries together can judge.
@@ -230,19 +271,52 @@ State settled_by_falling(const Scene& scene, const DeformableModel& model, SelfC
   return {0, state.x, none};
 }
 
+/// Why a state is none that a body can hang in; empty when it is one.
+std::string collapse(const DeformableModel& model, const VectorX& x) {
+  constexpr double kMost = 1;  // of the body's longest extent: a rod bends through a right angle with less
+  const Mesh& mesh = model.mesh();
+  const auto inside_out =
+      std::ranges::count_if(mesh.tetrahedra, [&](const Tetrahedron& t) { return tetrahedron_volume(x, t) < 0; });
+  const double sag = (x - mesh.x).reshaped(3, mesh.num_nodes()).colwise().norm().maxCoeff();
+  const double size = bounds(mesh).size().maxCoeff();
+  if (inside_out == 0 && sag < kMost * size) return {};
+  return text("it would sag by ", 1e3 * sag, " mm, ", sag / size, " of its size, with ", inside_out, " of ",
+              mesh.tetrahedra.size(), " tetrahedra inside out");
+}
+
+/// The setting that holds a body up, and about how far it has to be raised.
+std::string stiffer(const SceneObject& object, const Mesh& mesh) {
+  constexpr double kShortened = 0.1;  // a column of this stiffness, by its own weight: rho g H / (2 E)
+  const SceneModel& m = object.model;
+  if (m.type == "msd" && m.stiffness) return text("raise object.model.stiffness (", *m.stiffness, " N/m)");
+  const double height = bounds(mesh).size().dot(object.gravity.cwiseAbs()) / object.gravity.norm();
+  const double enough = m.density * object.gravity.norm() * height / (2 * kShortened);
+  return text("raise object.model.young (", m.young, " Pa) to about ", std::max(enough, 3 * m.young), " Pa");
+}
+
 /// A body with weight has hung in it before the session; without a clamped part it falls.
 State settled(const Scene& scene, const DeformableModel& model, SelfContact* self_contact,
               std::vector<std::string>& warnings) {
   State state = rest_state(model);
-  if (scene.object.gravity.isZero(0) || model.fixed_nodes().empty()) return state;
-  if (self_contact) return settled_by_falling(scene, model, *self_contact, warnings);
-  const auto equilibrium = make_integrator("quasistatic", {.solver = scene.global.solver});
-  try {
-    equilibrium->step(model, VectorX::Zero(state.x.size()), 0, state);
-    if (equilibrium->statistics().not_converged == 0) return state;
-  } catch (const RunError&) {
+  const SceneObject& object = scene.object;
+  if (object.gravity.isZero(0) || model.fixed_nodes().empty()) return state;
+  std::string why;
+  if (self_contact) {
+    state = settled_by_falling(scene, model, *self_contact, warnings);
+    why = collapse(model, state.x);
+  } else {
+    const auto equilibrium = make_integrator("quasistatic", {.solver = scene.global.solver});
+    try {
+      equilibrium->step(model, VectorX::Zero(state.x.size()), 0, state);
+      why = equilibrium->statistics().not_converged > 0 ? "no equilibrium was found" : collapse(model, state.x);
+    } catch (const RunError&) {
+      why = "no equilibrium was found";
+    }
   }
-  warnings.push_back("object.gravity: no equilibrium was found, the body starts undeformed and falls");
+  if (why.empty()) return state;
+  warnings.push_back(text("object.gravity: the body does not bear its own weight: ", why,
+                          "; it starts undeformed and falls; ", stiffer(object, model.mesh()),
+                          ", lower object.gravity, or clamp more of it (object.fixed)"));
   return rest_state(model);
 }
 
@@ -266,6 +340,7 @@ Session::Session(const Scene& scene, Mesh body) : scene_(checked(scene)), tools_
 
 void Session::build(Mesh mesh) {
   const Scene& scene = scene_;
+  for (std::string& setting : unused_settings(scene)) warnings_.push_back(std::move(setting));
   const std::vector<int> fixed = find_fixed_nodes(mesh, scene.object.fixed);
   if (fixed.empty()) warnings_.push_back("object.fixed: nothing is clamped, the body floats");
   model_ = make_model(scene.object.model.type, std::move(mesh), model_options(scene.object, fixed));
@@ -275,11 +350,14 @@ void Session::build(Mesh mesh) {
   start_ = settled(scene, *model_, self_contact_.get(), warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
-  path_ = scene_path(scene, scene.tool, tools_[0], hanging);
+  path_ = scene_path(scene, scene.tool, "tool", tools_[0], hanging, warnings_);
   scene_device(scene, scene.tool, path_);  // a wrong path is found now and not by run()
   if (scene.second_tool) {
-    second_path_ = scene_path(scene, *scene.second_tool, tools_[1], hanging);
+    const double apart = least_apart(tools_);
+    second_path_ =
+        scene_path(scene, *scene.second_tool, "second_tool", tools_[1], hanging, warnings_, path_, 2 * apart);
     scene_device(scene, *scene.second_tool, second_path_);
+    check_apart(path_, second_path_, apart, warnings_);
   }
   predictions_ = predict_failures(*this);
   for (const Prediction& known : predictions_) warnings_.push_back(known.message);
@@ -344,6 +422,8 @@ SessionResult Session::run(const SessionOptions& options) {
   std::vector<std::unique_ptr<HapticDevice>> devices;
   devices.push_back(scene_device(scene_, scene_.tool, path_));
   if (scene_.second_tool) devices.push_back(scene_device(scene_, *scene_.second_tool, second_path_));
+  for (std::size_t k = 0; k < std::min(devices.size(), options.tool_paths.size()); ++k)
+    devices[k] = played_again(options.tool_paths[k], devices[k]->limits(), 1 / scene_.local.rate_hz);
   result.max_speed = options.max_speed > 0 ? options.max_speed : devices[0]->max_speed();
   std::vector<ReachingTool> reaching{{tools_[0], result.max_speed}};
   if (scene_.second_tool) {

@@ -67,6 +67,7 @@ struct LostContact {
 struct SecondToolRun {
   Vec3 start = Vec3::Zero();
   std::vector<LocalFrame> frames;
+  std::vector<Vec3> model_force;
   std::vector<double> penetration;
   int limited_forces = 0, missed_impacts = 0;
   LostContact lost;
@@ -76,7 +77,8 @@ struct SecondToolRun {
 
 struct SessionResult {
   Vec3 start = Vec3::Zero();                 ///< tool position before the first tick [m]
-  std::vector<LocalFrame> frames;            ///< one a tick
+  std::vector<LocalFrame> frames;            ///< one a tick; their force is the one that was written to the device
+  std::vector<Vec3> model_force;             ///< before passivity control and the device's limit: one a tick [N]
   std::vector<double> step_us;               ///< CPU time of each tick [us]
   std::vector<double> lateness_us;           ///< thread link: wall clock after the tick was due [us]
   std::vector<double> penetration;           ///< per tick, into the whole body [m]; empty when not asked for
@@ -116,9 +118,11 @@ struct SessionOptions {
   bool check_contacts = true;           ///< look for tools inside the body after each tick; in lockstep, also for
                                         ///< triangles that cross after each global step, with self-contact
   std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
-  double max_speed = 0;                 ///< replay: the first run's tool speed bound [m/s]; 0: the device's
-  double second_max_speed = 0;          ///< the same of a second tool
-  std::vector<double> snapshot_times;   ///< [s]
+  std::vector<std::vector<TimedPoint>> tool_paths;  ///< replay: of each tool, instead of the scene's; the devices'
+                                                    ///< limits stay
+  double max_speed = 0;                          ///< replay: the first run's tool speed bound [m/s]; 0: the device's
+  double second_max_speed = 0;                   ///< the same of a second tool
+  std::vector<double> snapshot_times;            ///< [s]
   std::function<long long()> count_allocations;  ///< allocations of this thread so far
   std::function<void(double)> progress;          ///< share done, 0..1
   const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there
@@ -141,7 +145,7 @@ class Session {
   std::span<const ToolShape> tools() const { return tools_; }  ///< 1 or 2
   const SurfaceFriction& friction() const { return friction_; }
   const State& start() const { return start_; }
-  const std::vector<TimedPoint>& path() const { return path_; }  ///< of the first tool, when it is scripted
+  const std::vector<TimedPoint>& path() const { return path_; }  ///< of the first tool; of a hand its target
   /// What is known to go wrong in a run, found at set-up; each is a warning of the run's result too.
   const std::vector<Prediction>& predictions() const { return predictions_; }
 

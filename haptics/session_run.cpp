@@ -52,9 +52,10 @@ HapticLoop::HapticLoop(const Scene& scene, std::span<const ToolShape> tools, con
     hand.limits = hand.device->limits();
     if (hand.limits.yields)
       hand.passivity.emplace(
-          PassivityOptions{scene.local.passivity_damping, 1 / scene.local.rate_hz, hand.limits.delay});
+          PassivityOptions{scene.local.passivity_damping, local_->h(), hand.limits.delay, hand.limits.max_force});
     hand.start = hand.position = hand.device->position(0);
     hand.frames.resize(ticks);
+    hand.model_force.resize(ticks);
     if (options.check_contacts) hand.penetration.resize(ticks);
   }
 }
@@ -84,10 +85,10 @@ LocalReport HapticLoop::tick() noexcept {
   for (std::size_t k = 0; k < count; ++k) {
     Hand& hand = hands_[k];
     LocalFrame& frame = frames[k];
-    bool limited = false;
-    if (hand.passivity) frame.force = hand.passivity->tick(sweeps[k].x_t1, frame.force);
-    hand.device->write(safe_force(frame.force, hand.limits, limited), local_->h());
-    hand.limited += limited;
+    // What is recorded, counted as work and judged is what the hand is given.
+    hand.model_force[tick_] = frame.force;
+    frame.force = hand.shown(sweeps[k].x_t1, frame.force);
+    hand.device->write(frame.force, local_->h());
     hand.position = sweeps[k].x_t1;
     frame.t = t_end;
     hand.frames[tick_] = frame;
@@ -104,6 +105,14 @@ LocalReport HapticLoop::tick() noexcept {
     look(tick_, m.state.q);
   report.tick = tick_++;
   return report;
+}
+
+/// The force that its device can give at the place x [m].
+Vec3 HapticLoop::Hand::shown(const Vec3& x, const Vec3& force) noexcept {
+  bool cut = false;
+  const Vec3 out = passivity ? passivity->tick(x, force) : safe_force(force, limits, cut);
+  limited += passivity ? passivity->limited() : cut;
+  return out;
 }
 
 /// As it was in a tick that is done.
@@ -187,6 +196,7 @@ void HapticLoop::finish(SessionResult& out) {
   StateHash hash;
   for (Hand& hand : hands_) {
     hand.frames.resize(tick_);
+    hand.model_force.resize(tick_);
     if (!hand.penetration.empty()) hand.penetration.resize(tick_);
     for (const LocalFrame& f : hand.frames) {
       hash.add(f.tool);
@@ -203,6 +213,7 @@ void HapticLoop::finish(SessionResult& out) {
   Hand& first = hands_[0];
   out.start = first.start;
   out.frames = std::move(first.frames);
+  out.model_force = std::move(first.model_force);
   out.penetration = std::move(first.penetration);
   out.limited_forces = first.limited;
   out.missed_impacts = first.lost.free_ticks_inside + first.lost.pass_throughs;
@@ -212,6 +223,7 @@ void HapticLoop::finish(SessionResult& out) {
     Hand& second = hands_[1];
     *out.second_tool = {second.start,
                         std::move(second.frames),
+                        std::move(second.model_force),
                         std::move(second.penetration),
                         second.limited,
                         second.lost.free_ticks_inside + second.lost.pass_throughs,

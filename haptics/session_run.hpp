@@ -54,10 +54,12 @@ class HapticLoop {
     DeviceLimits limits;
     Vec3 start, position;
     std::vector<LocalFrame> frames;
+    std::vector<Vec3> model_force;
     std::vector<double> penetration;
     int limited = 0;
     LostContact lost;
     std::optional<PassivityControl> passivity;  // of a device that moves with the force
+    Vec3 shown(const Vec3& x, const Vec3& force) noexcept;
     std::optional<PassivityRun> energy() const;
   };
   ToolSweep sweep_of(const Hand& hand, int tick) const;

@@ -28,6 +28,7 @@ class Explainer {
 
   std::optional<JsonProblem> explain(const Json& value, const Rules& maybe_reference, const std::string& path) const {
     const Rules& rules = resolve(maybe_reference);
+    if (rules.contains("anyOf")) return explain_choice(value, rules, path);
     if (!has_type(value, rules))
       return JsonProblem{path, text("is ", shown(value), ", must be ", wanted(rules), about(rules))};
     if (value.is_object()) return explain_object(value, rules, path);
@@ -52,6 +53,24 @@ class Explainer {
     return true;
   }
 
+  /// Of rules for several types: the rule for the value's own type, or all of them.
+  std::optional<JsonProblem> explain_choice(const Json& value, const Rules& rules, const std::string& path) const {
+    for (const Rules& choice : rules.at("anyOf")) {
+      if (!has_type(value, resolve(choice))) continue;
+      auto problem = explain(value, choice, path);
+      if (problem && value.is_number()) problem->message += " or " + others(rules, choice) + about(rules);
+      return problem;
+    }
+    return JsonProblem{path, text("is ", shown(value), ", must be ", wanted(rules), about(rules))};
+  }
+
+  std::string others(const Rules& rules, const Rules& but) const {
+    std::string out;
+    for (const Rules& choice : rules.at("anyOf"))
+      if (choice != but) out += (out.empty() ? "" : " or ") + wanted(choice);
+    return out;
+  }
+
   static bool in_range(const Json& value, const Rules& rules) {
     const double x = value.get<double>();
     return x >= rules.value("minimum", x) && x <= rules.value("maximum", x) &&
@@ -73,6 +92,7 @@ class Explainer {
   std::string wanted(const Rules& maybe_reference) const {
     const Rules& rules = resolve(maybe_reference);
     const std::string type = rules.value("type", "");
+    if (rules.contains("anyOf")) return others(rules, Rules());
     if (rules.contains("enum")) return "one of " + join(rules.at("enum").get<Names>());
     if (type == "number") return "a number" + range(rules);
     if (type == "integer") return "a whole number" + range(rules);

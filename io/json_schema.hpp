@@ -20,7 +20,8 @@ struct JsonProblem {
 std::optional<JsonProblem> find_json_problem(const nlohmann::json& document, const nlohmann::ordered_json& schema);
 
 /// The first rule of the schema that the document breaks, in words. Knows the rules our schemas use: type, enum,
-/// ranges, list lengths, required, unknown keys, numbers of properties, dependencies, and pairs that exclude each other
+/// ranges, list lengths, required, unknown keys, numbers of properties, dependencies, "anyOf" of types, and pairs that
+/// exclude each other
 /// ("not": {"required": [a, b]}, alone or in "allOf").
 std::optional<JsonProblem> explain_json(const nlohmann::json& document, const nlohmann::ordered_json& schema);
 

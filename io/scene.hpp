@@ -107,6 +107,7 @@ struct PressDrag {
   double press_time = 0.2;        ///< [s]
   Vec3 direction{1.0, 0.0, 0.0};  ///< of the drag; its length does not matter
   double speed = 0.05;            ///< of the drag [m/s]
+  std::string ease = "none";      ///< how it starts and turns: none (at once), minimum_jerk
   bool operator==(const PressDrag&) const = default;
 };
 

@@ -12,6 +12,10 @@ Found check_object(const SceneObject& object) {
     return JsonProblem{"object.fixed.box", "has a max below its min: write [[min x, y, z], [max x, y, z]]"};
   if (object.model.stiffness && object.model.calibrate)
     return JsonProblem{"object.model.calibrate", "is true beside stiffness: a spring is given or calibrated, not both"};
+  if (object.model.type == "msd" && !object.model.stiffness && !object.model.calibrate)
+    return JsonProblem{"object.model.calibrate",
+                       "is false without stiffness: give object.model.stiffness (N/m, of every spring), or leave "
+                       "calibrate out to have it from young"};
   return std::nullopt;
 }
 

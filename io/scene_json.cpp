@@ -81,6 +81,7 @@ void fields(A& a, PressDrag& s) {
   a("press_time", s.press_time);
   a("direction", s.direction);
   a("speed", s.speed);
+  a("ease", s.ease);
 }
 template <class A>
 void fields(A& a, SceneHand& s) {
@@ -295,6 +296,22 @@ void settle_calibrate(nlohmann::json& document) {
   if (model.contains("stiffness") && !model.contains("calibrate")) model["calibrate"] = false;
 }
 
+/// A unit by its name is its length in metres.
+void settle_unit(nlohmann::json& document, const std::string& group) {
+  struct Unit {
+    const char* name;
+    double metres;
+  };
+  constexpr Unit kUnits[] = {{"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}, {"in", 0.0254}, {"ft", 0.3048}};
+  const auto path = nlohmann::json::json_pointer("/" + group + "/scale");
+  if (!document.contains(path) || !document[path].is_string()) return;
+  for (const Unit& unit : kUnits)
+    if (document[path] == unit.name) {
+      document[path] = unit.metres;
+      return;
+    }
+}
+
 /// Self-contact takes steps that are solved to the end, unless the file names others (and the session refuses).
 void settle_integrator(nlohmann::json& document) {
   if (!document.contains("global") || !document["global"].contains("self_contact")) return;
@@ -309,6 +326,7 @@ Scene scene_from_json(const nlohmann::json& document) {
   split_all_mu(settled);
   settle_integrator(settled);
   settle_calibrate(settled);
+  for (const char* group : {"object", "tool", "second_tool"}) settle_unit(settled, group);
   Scene scene;
   Reader reader(settled);
   fields(reader, scene);

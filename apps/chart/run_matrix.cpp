@@ -132,7 +132,8 @@ class MatrixRun {
           one["trouble"] = row->second["trouble"];
       const std::string coarse = truth_folder(body.name, rate_name(coarse_hz())) + "/reference.csv";
       if (!one.contains("trouble") && fs::exists(truth_file(body)) && fs::exists(coarse))
-        one["change_by_halving"] = compare_forces(read_forces(coarse).force, read_forces(truth_file(body))).force_error;
+        one["change_by_halving"] =
+            compare_forces(read_forces(coarse).force, read_forces(truth_file(body)).force).force_error;
       out.push_back(one);
     }
     return out;

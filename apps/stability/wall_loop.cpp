@@ -58,7 +58,7 @@ WallRun press_wall(const HandLoop& loop, double most_damping) {
   options.hand_damping = loop.hand_damping;
   options.hand_delay = loop.delay;
   const auto device = make_device("hand", options);
-  PassivityControl passivity({most_damping, loop.h, loop.delay});
+  PassivityControl passivity({most_damping, loop.h, loop.delay, device->limits().max_force});
   const auto ticks = static_cast<int>(std::lround(duration(loop) / loop.h));
   std::vector<double> forces, places;
   WallRun out;
@@ -70,8 +70,7 @@ WallRun press_wall(const HandLoop& loop, double most_damping) {
     before = x.z();
     // It pushes only: a wall does not stick.
     const double force = x.z() < 0 ? std::max(0.0, -loop.wall_stiffness * x.z() - loop.wall_damping * rate) : 0;
-    bool limited = false;
-    const Vec3 shown = safe_force(passivity.tick(x, Vec3(0, 0, force)), device->limits(), limited);
+    const Vec3 shown = passivity.tick(x, Vec3(0, 0, force));
     device->write(shown, loop.h);
     forces.push_back(shown.z());
     places.push_back(x.z());

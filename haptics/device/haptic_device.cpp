@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace kt {
 
@@ -27,10 +28,17 @@ std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceO
 }
 
 Vec3 safe_force(const Vec3& force, const DeviceLimits& limits, bool& limited) noexcept {
-  const double size = force.norm();
-  limited = !(size <= limits.max_force && std::isfinite(size));
-  if (!std::isfinite(size)) return Vec3::Zero();
-  return limited ? Vec3(limits.max_force / size * force) : force;
+  limited = true;
+  if (!force.allFinite()) return Vec3::Zero();
+  // Of the order of one: squares of large and small forces are no numbers.
+  const double largest = force.lpNorm<Eigen::Infinity>();
+  const Vec3 way = largest > 0 ? Vec3(force / largest) : force;
+  const double size = std::hypot(way.x(), way.y(), way.z());
+  limited = size > limits.max_force / largest || force.norm() > limits.max_force;
+  if (!limited) return force;
+  constexpr double kRounding = 1e-15;  // of the few operations here: the result is never above the limit
+  if (limits.max_force < std::numeric_limits<double>::min() / kRounding) return Vec3::Zero();
+  return (1 - kRounding) * limits.max_force / size * way;
 }
 
 Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept {
@@ -40,6 +48,22 @@ Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept {
   if (after == path.end()) return path.back().x;
   const TimedPoint &a = *(after - 1), &b = *after;
   return a.x + (t - a.t) / (b.t - a.t) * (b.x - a.x);
+}
+
+double least_distance(const std::vector<TimedPoint>& a, const std::vector<TimedPoint>& b) noexcept {
+  double least = std::numeric_limits<double>::infinity();
+  std::optional<Vec3> before;
+  for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();) {
+    const bool is_first = k == b.size() || (i < a.size() && a[i].t <= b[k].t);
+    const double t = is_first ? a[i++].t : b[k++].t;
+    const Vec3 apart = interpolate_path(b, t) - interpolate_path(a, t);
+    const Vec3 way = apart - before.value_or(apart);  // between two times both move evenly
+    const double square = way.squaredNorm();
+    const double back = square > 0 ? std::clamp(apart.dot(way) / square, 0.0, 1.0) : 0;
+    least = std::min(least, (apart - back * way).norm());
+    before = apart;
+  }
+  return least;
 }
 
 double path_speed(const std::vector<TimedPoint>& path) noexcept {

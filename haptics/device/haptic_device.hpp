@@ -37,25 +37,29 @@ struct TimedPoint {
 };
 
 struct DeviceOptions {
-  std::vector<TimedPoint> path;  ///< scripted: the path; hand: its target; ascending t, linear in between
-  std::string recording;         ///< recorded: file with one "t,x,y,z" line a tick
+  std::vector<TimedPoint> path;  ///< scripted, recorded: the path; hand: its target; ascending t, linear in between
+  std::string recording;         ///< recorded: file with "t,x,y,z" rows, read when there is no path
   double h = 1e-3;               ///< haptic step [s]
   // hand: a mass held to the target by a spring and a damper
   double hand_stiffness = 300, hand_damping = 3, hand_mass = 0.1;  ///< [N/m], [N s/m], [kg]
   double hand_delay = 0;       ///< [s] from write() to the motors: bus, driver, amplifier
   double encoder_step = 1e-5;  ///< [m] positions are read in multiples of this; 0: exact
   double max_force = 7.9;      ///< [N] what the simulated device can give
+  DeviceLimits limits = {};    ///< recorded: of the device that was played on
 };
 
 std::vector<BackendInfo> device_backends();
 std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceOptions& options);
 
-/// What may be written to a device: the force, shortened to the limit (limited = true), or zero when its
-/// size is not finite (then limited = true as well).
+/// What may be written to a device: the force, or of one that is too large the limit in its direction (limited = true),
+/// never above it by rounding; zero when a component is not finite (then limited = true as well).
 Vec3 safe_force(const Vec3& force, const DeviceLimits& limits, bool& limited) noexcept;
 
 /// Position on a path at time t; its ends hold.
 Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept;
+
+/// Smallest distance of two tools on their paths at the same time [m].
+double least_distance(const std::vector<TimedPoint>& a, const std::vector<TimedPoint>& b) noexcept;
 
 /// Largest speed between neighbouring points [m/s].
 double path_speed(const std::vector<TimedPoint>& path) noexcept;

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/types.hpp"
+#include "haptics/device/haptic_device.hpp"
 
 namespace kt {
 
@@ -18,6 +18,7 @@ struct PassivityOptions {
   double most_damping = 0;  ///< that the controller may add [N s/m]; 0: it only watches
   double h = 1e-3;          ///< tick [s]
   double delay = 0;         ///< until a written force acts [s]
+  double max_force = std::numeric_limits<double>::infinity();  ///< that the device can give [N]
 };
 
 /// At one device. No allocation after construction, no clock.
@@ -30,8 +31,12 @@ class PassivityControl {
     written_.assign(static_cast<std::size_t>(ticks * (1 + 1e-12)) + 2, Vec3::Zero());
   }
 
-  /// The force to write at a tick that found the device at x [m], when the body asks for `force` [N].
-  Vec3 tick(const Vec3& x, const Vec3& force) noexcept {
+  /// The force to write at a tick that found the device at x [m], when the body asks for `wanted` [N]. What the device
+  /// cannot give the hand has never felt: a spring that is cut to the limit is counted as it was cut.
+  Vec3 tick(const Vec3& x, const Vec3& wanted) noexcept {
+    const DeviceLimits limits{.max_force = o_.max_force};
+    bool cut = false, damper_cut = false;
+    const Vec3 force = safe_force(wanted, limits, cut);
     const Vec3 way = started_ ? Vec3(x - x_) : Vec3(Vec3::Zero());
     started_ = true;
     x_ = x;
@@ -48,7 +53,8 @@ class PassivityControl {
     most_debt_ = std::max(most_debt_, debt_);
     const Vec3 change = force - force_;
     force_ = force;
-    const Vec3 out = force - damping_for(way, change) * way / o_.h;
+    const Vec3 out = safe_force(force - damping_for(way, change) * way / o_.h, limits, damper_cut);
+    limited_ = cut || damper_cut;
     std::move_backward(written_.begin(), written_.end() - 1, written_.end());
     written_.front() = out;
     return out;
@@ -60,6 +66,7 @@ class PassivityControl {
   double most_debt() const { return most_debt_; }    ///< largest sum that the hold gave away and was not taken back [J]
   double given_by_hold() const { return by_hold_; }  ///< all that the hold gave away, less what was taken back [J]
   int damped_ticks() const { return damped_ticks_; }
+  bool limited() const { return limited_; }    ///< the last tick's force was cut to what the device can give
   double damping() const { return damping_; }  ///< of the last tick [N s/m]
 
  private:
@@ -81,7 +88,7 @@ class PassivityControl {
   double late_ = 0;            // share of a tick in which an older force still acts
   std::vector<Vec3> written_;  // newest first
   Vec3 x_ = Vec3::Zero(), force_ = Vec3::Zero();
-  bool started_ = false;
+  bool started_ = false, limited_ = false;
   double taken_ = 0, least_ = 0, most_ = 0, debt_ = 0, most_debt_ = 0, by_hold_ = 0, damping_ = 0;
   int damped_ticks_ = 0;
 };

@@ -9,9 +9,11 @@
 namespace kt {
 namespace {
 
-constexpr double kSpacing = 5e-4;  // [m] between points of the drag
-constexpr double kSteepest = 0.6;  // rise per run
-constexpr double kThinnest = 3.0;  // thickness of the body under the tool, in depths
+constexpr double kSpacing = 5e-4;   // [m] between points of the drag
+constexpr double kSteepest = 0.6;   // rise per run
+constexpr double kThinnest = 3.0;   // thickness of the body under the tool, in depths
+constexpr double kEase = 0.1;       // [s] in which an eased tool takes up its speed
+constexpr double kEaseStep = 1e-3;  // [s] between points of an eased path
 
 /// First touch of a tool moving from one end of a line to the other.
 std::optional<Vec3> sweep_touch(const Mesh& mesh, MovingTool& tool, const ToolSweep& sweep) {
@@ -69,9 +71,73 @@ std::vector<Vec3> touch_line(const Mesh& mesh, MovingTool& tool, int axis, doubl
   return out;
 }
 
+/// Way from rest to rest with least jerk; all from 0 to 1.
+double rest_to_rest(double t) { return t * t * t * (10 + t * (6 * t - 15)); }
+
+/// Way made while the speed rises from 0 to 1 with least jerk: 1/2 at t = 1.
+double speeding_up(double t) { return t * t * t * (1 - 0.5 * t); }
+
+/// From one end of the drag to the other.
+struct Stroke {
+  double length, speed;  // [m], [m/s]
+  double ramp = std::min(kEase, length / speed);
+  double time = length / speed + ramp;
+  double way(double t) const {
+    if (t < ramp) return speed * ramp * speeding_up(t / ramp);
+    if (t > time - ramp) return length - speed * ramp * speeding_up((time - t) / ramp);
+    return speed * (t - 0.5 * ramp);
+  }
+};
+
+Vec3 place_on(const std::vector<Vec3>& line, double way) {
+  const double at = std::clamp(way / kSpacing, 0.0, static_cast<double>(line.size() - 1));
+  const auto i = std::min(static_cast<std::size_t>(at), line.size() - 2);
+  return line[i] + (at - static_cast<double>(i)) * (line[i + 1] - line[i]);
+}
+
+std::vector<TimedPoint> eased_path(const std::vector<Vec3>& line, const PressDragOptions& o) {
+  const Vec3 up = Vec3::Unit(o.axis);
+  std::vector<TimedPoint> path;
+  const int pressing = std::max(1, static_cast<int>(std::ceil(o.press_time / kEaseStep)));
+  for (int i = 0; i <= pressing; ++i) {
+    const double share = i / static_cast<double>(pressing);
+    path.push_back(
+        {share * o.press_time, line[0] + (o.clearance - rest_to_rest(share) * (o.clearance + o.depth)) * up});
+  }
+  if (!(o.speed > 0) || line.size() < 2) return path;
+  const Stroke stroke{kSpacing * static_cast<double>(line.size() - 1), o.speed};
+  for (int i = 1; path.back().t < o.duration; ++i) {
+    const double strokes = i * kEaseStep / stroke.time, begun = std::floor(strokes);
+    const double way = stroke.way((strokes - begun) * stroke.time);
+    const bool returns = std::fmod(begun, 2) == 1;
+    path.push_back({o.press_time + i * kEaseStep, place_on(line, returns ? stroke.length - way : way) - o.depth * up});
+  }
+  return path;
+}
+
+std::vector<TimedPoint> even_path(const std::vector<Vec3>& line, const PressDragOptions& o) {
+  const Vec3 up = Vec3::Unit(o.axis);
+  std::vector<TimedPoint> path{{0, line[0] + o.clearance * up}, {o.press_time, line[0] - o.depth * up}};
+  const double dt = o.speed > 0 ? kSpacing / o.speed : 0;
+  const int last = static_cast<int>(line.size()) - 1;
+  for (int i = 1; dt > 0 && last > 0 && path.back().t < o.duration; ++i) {
+    const int turn = i % (2 * last);  // there and back again
+    path.push_back({o.press_time + i * dt, line[turn <= last ? turn : 2 * last - turn] - o.depth * up});
+  }
+  return path;
+}
+
+std::vector<TimedPoint> path_along(const std::vector<Vec3>& line, const PressDragOptions& o) {
+  return o.eased ? eased_path(line, o) : even_path(line, o);
+}
+
+bool is_clear(const std::vector<Vec3>& line, const PressDragOptions& o) {
+  return o.other.empty() || !(least_distance(path_along(line, o), o.other) < o.apart);
+}
+
 /// Of a grid of places, the one with the longest drag; ties go to the place nearest to the middle.
-Vec3 choose_place(const Mesh& mesh, MovingTool& tool, int axis, double depth, const Vec3& direction, double length,
-                  const Quaternion& turn) {
+Vec3 choose_place(const Mesh& mesh, MovingTool& tool, const PressDragOptions& o, const Vec3& direction, double length) {
+  const int axis = o.axis;
   const Bounds box = bounds(mesh);
   const Vec3 side = Vec3::Unit(axis).cross(direction);
   const double along = box.size().dot(direction.cwiseAbs()), across = box.size().dot(side.cwiseAbs());
@@ -80,8 +146,8 @@ Vec3 choose_place(const Mesh& mesh, MovingTool& tool, int axis, double depth, co
   for (int i = -3; i <= 3; ++i)
     for (int k = -3; k <= 3; ++k) {
       const Vec3 over = box.centre() + 0.11 * (i * along * direction + k * across * side);
-      const auto line = touch_line(mesh, tool, axis, depth, over, direction, length, turn);
-      if (line.empty()) continue;
+      const auto line = touch_line(mesh, tool, axis, o.depth, over, direction, length, o.turn);
+      if (line.empty() || !is_clear(line, o)) continue;
       const double height = (line.front()[axis] - box.min[axis]) / box.size()[axis];
       const double score = static_cast<double>(line.size()) * (0.5 + height) / (1 + 0.02 * (i * i + k * k));
       if (score > best_score) {
@@ -89,6 +155,9 @@ Vec3 choose_place(const Mesh& mesh, MovingTool& tool, int axis, double depth, co
         best = over;
       }
     }
+  if (best_score < 0 && !o.other.empty())
+    throw InputError(text("second_tool.path.press_drag.at: no place on the body stays ", 1e3 * o.apart,
+                          " mm clear of the first tool; name one, or take a smaller tool"));
   return best;
 }
 
@@ -101,7 +170,6 @@ std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis,
 }
 
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& o) {
-  const Vec3 up = Vec3::Unit(o.axis);
   Vec3 direction = o.direction;
   direction[o.axis] = 0;
   if (!(direction.norm() > 0))
@@ -116,7 +184,7 @@ std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool,
       if (k != o.axis) over[k] = (*o.at)[i++];
     }
   else
-    over = choose_place(mesh, moving, o.axis, o.depth, direction, o.speed * drag_time, o.turn);
+    over = choose_place(mesh, moving, o, direction, o.speed * drag_time);
   const std::vector<Vec3> line =
       touch_line(mesh, moving, o.axis, o.depth, over, direction, o.speed * drag_time, o.turn);
   if (line.empty())
@@ -124,14 +192,7 @@ std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool,
                           ") misses the body, which spans (", bounds(mesh).min.transpose(), ") to (",
                           bounds(mesh).max.transpose(), ") m"));
 
-  std::vector<TimedPoint> path{{0, line[0] + o.clearance * up}, {o.press_time, line[0] - o.depth * up}};
-  const double dt = o.speed > 0 ? kSpacing / o.speed : 0;
-  const int last = static_cast<int>(line.size()) - 1;
-  for (int i = 1; dt > 0 && last > 0 && path.back().t < o.duration; ++i) {
-    const int turn = i % (2 * last);  // there and back again
-    path.push_back({o.press_time + i * dt, line[turn <= last ? turn : 2 * last - turn] - o.depth * up});
-  }
-  return path;
+  return path_along(line, o);
 }
 
 }  // namespace kt

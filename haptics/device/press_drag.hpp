@@ -18,11 +18,16 @@ struct PressDragOptions {
   double duration = 1.0;                     ///< [s]
   double clearance = 0.002;                  ///< the path starts this far above the surface [m]
   Quaternion turn = Quaternion::Identity();  ///< of the tool
+  bool eased = false;  ///< the tool starts, turns and stops with least jerk; else its speed changes at once
+  std::vector<TimedPoint> other = {};  ///< path of another tool: a place that is chosen stays clear of it,
+  double apart = 0;                    ///< by this at any time [m]
 };
 
+/// Eased: down from rest to rest (Flash and Hogan 1985), then from end to end at the given speed, which it takes up and
+/// gives up within 0.1 s.
 /// The tool touches where it would if dropped along the axis; it turns round where the surface ends, becomes
 /// steeper than 31 degrees, or where the body is thinner than three depths. Throws InputError when the tool, dropped
-/// there, misses the body.
+/// there, misses the body, and when no place is clear of the other tool.
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& options);
 
 /// Reference point of the tool at first touch when dropped along the axis, or nothing when it misses.

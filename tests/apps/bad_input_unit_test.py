@@ -187,6 +187,8 @@ CASES = [
         ("a recording that is missing", run_with("tool.path.recording=lost.csv"), ["lost.csv"]),
         ("a recording with a word", run_with("tool.path.recording=words.csv"), ["words.csv:2", "zero"]),
         ("a recording that goes back", run_with("tool.path.recording=backwards.csv"), ["backwards.csv:4", "0.001"]),
+        ("springs that are neither given nor calibrated", run_with("object.model.calibrate=false"), ["calibrate", "stiffness"]),
+        ("a unit that is none", run_with("object.scale=mn"), ["object.scale", '"mn"', "mm"]),
         ("no value", run_with("contact.mu"), ["contact.mu", "key=value"]),
     ]),
     ("Files of collision queries", [

@@ -2,6 +2,7 @@
 """The command line as other programs rely on it: commands, exit codes, files, keys. KILOTOUCH names the program."""
 import csv
 import json
+import math
 import os
 import re
 import signal
@@ -21,12 +22,12 @@ QUICK = [*SHORT, "--set", "local.reducer=condensed"]  # auto certifies eight loc
 
 COMMANDS = ["run", "drag", "paper", "replay", "advise", "chart", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd", "stability"]
 COLUMNS = ("t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
-           "torque_x,torque_y,torque_z").split(",")
+           "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z").split(",")
 SUMMARY = {  # key -> keys inside; None: a value
     "scene": None, "seed": None, "hash": None,
     "model": ["type", "material", "nodes", "tets", "springs", "triangles"],
     "local": ["reducer", "dof", "patch_vertices", "certified_error", "reason"],
-    "force": ["mean_n", "max_n", "mean_t", "max_t", "max_t_over_mu_n", "buzz", "crossing_jump", "refresh_jump"],
+    "force": ["mean_n", "max_n", "mean_t", "max_t", "max_t_over_mu_n", "felt_t_over_mu_n", "buzz", "crossing_jump", "refresh_jump"],
     "ticks": ["free", "stick", "slide", "frictional_slide", "total"],
     "crossings": None, "lost_contacts": None, "missed_impacts": None, "free_ticks_inside": None,
     "edge_ticks": None, "went_through": None, "contact_lost": None, "penetration_max_m": None, "energy_min_j": None,
@@ -183,12 +184,46 @@ class CommandLine(unittest.TestCase):
         for out in ("one", "two"):
             self.kilotouch("run", SCENE, *QUICK, "--no-report", "--out", out)
         self.assertEqual(load(self.path("one", "summary.json"))["hash"], load(self.path("two", "summary.json"))["hash"])
-        self.assertIn("bit for bit", self.kilotouch("replay", "one"))
+        self.assertIn("bit for bit", self.kilotouch("replay", "one", "--out", "again"))
+        self.assert_same_figures("one", "again")
+        self.assertIn("bit for bit", self.kilotouch("replay", "again"))
         session = load(self.path("one", "session.json"))
         session["scene"]["contact"]["mu_kinetic"] = 0.1
         with open(self.path("one", "session.json"), "w", encoding="utf-8") as file:
             json.dump(session, file)
         self.assertIn("DIFFERS", self.kilotouch("replay", "one", status=1))
+
+    def assert_same_figures(self, run, replay):
+        """All of a run's summary but its times."""
+        run, replay = load(self.path(run, "summary.json")), load(self.path(replay, "summary.json"))
+        timed = {"command", "step_us", "global_ms", "refresh_ms", "refresh_parts_ms", "cpu", "deadline_misses", "allocations_per_tick"}
+        for key in run.keys() - timed:
+            self.assertEqual(run[key], replay[key], key)
+
+    def test_the_written_force_is_the_recorded_one_and_replays(self):
+        """A hand that presses harder than its device can push back, and passivity control that works on what is left."""
+        hand = {"stiffness": 3000, "damping": 5, "target": [[0, 0.025, 0.025, 0.025], [0.05, 0.025, 0.025, 0.005]]}
+        scene = {"duration": 0.1, "object": {"mesh": os.path.join(MESHES, "pad.off"), "model": {"young": 1e6},
+                                             "layers": {"count": 1, "thickness": 0.001}},
+                 "tool": {"radius": 0.004, "path": {"hand": hand}}, "local": {"passivity_damping": 20}}
+        with open(self.path("hand.json"), "w", encoding="utf-8") as file:
+            json.dump(scene, file)
+        # A limit cycle is predicted, on standard error.
+        for arguments in (["run", "hand.json", "--no-report", "--out", "run"], ["replay", "run", "--out", "again"]):
+            result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assert_same_figures("run", "again")
+        with open(self.path("run", "trace.csv"), newline="", encoding="utf-8") as file:
+            rows = [{key: float(value) for key, value in row.items() if key != "mode"} for row in csv.DictReader(file)]
+        def size(row, name):
+            return math.hypot(*(row[f"{name}_{axis}"] for axis in "xyz"))
+        self.assertLessEqual(max(size(row, "force") for row in rows), 7.9)
+        self.assertGreater(max(size(row, "model_force") for row in rows), 8)
+        work = least = 0
+        for before, row in zip(rows, rows[1:]):
+            work -= sum(row["force_" + axis] * (row["tool_" + axis] - before["tool_" + axis]) for axis in "xyz")
+            least = min(least, work)
+        self.assertAlmostEqual(load(self.path("run", "summary.json"))["energy_min_j"], least, places=12)
 
     def test_interrupt_keeps_what_was_recorded(self):
         process = subprocess.Popen([PROGRAM, "run", SCENE, "--set", "duration=300", "--set", "local.reducer=condensed", "--no-report", "--out", "out"],

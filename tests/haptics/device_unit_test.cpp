@@ -6,7 +6,7 @@
 #include <fstream>
 #include <random>
 
-#include "haptics/device/haptic_device.hpp"
+#include "haptics/device/recording.hpp"
 
 namespace kt {
 namespace {
@@ -26,6 +26,14 @@ TEST(InterpolatePath, IsLinearBetweenPointsAndHoldsItsEnds) {
 TEST(PathSpeed, IsThatOfTheFastestPiece) {
   EXPECT_EQ(path_speed(kPath), 8);
   EXPECT_EQ(path_speed({{0, {1, 1, 1}}}), 0);
+}
+
+TEST(LeastDistance, IsThatOfTheSameTime) {
+  const std::vector<TimedPoint> there{{0, {0, 0, 0}}, {1, {1, 0, 0}}}, back{{0, {1, 0.1, 0}}, {1, {0, 0.1, 0}}};
+  EXPECT_NEAR(least_distance(there, back), 0.1, 1e-15) << "they meet half-way, at no point of either";
+  const std::vector<TimedPoint> later{{0, {-0.3, 0, 0}}, {1, {0.7, 0, 0}}};
+  EXPECT_NEAR(least_distance(there, later), 0.3, 1e-15) << "the same line, at other times";
+  EXPECT_EQ(least_distance(there, {{0, {0, 0, 2}}}), 2);
 }
 
 TEST(Scripted, FollowsItsPathWhateverTheForce) {
@@ -67,27 +75,96 @@ class RecordedFile : public testing::Test {
       ("kt_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + ".csv");
 };
 
-TEST_F(RecordedFile, GivesOnePositionATickBitForBit) {
+TEST_F(RecordedFile, GivesTheRowOfATickBitForBit) {
   const auto device = play("t,x,y,z\n0,0.10000000000000001,0,0\n0.1,0.2,-3e-2,1\n0.2,5,6,7\n");
   EXPECT_EQ(device->position(0), Vec3(0.1, 0, 0));
   EXPECT_EQ(device->position(0.1), Vec3(0.2, -0.03, 1));
-  EXPECT_EQ(device->position(0.1 + 1e-9), Vec3(0.2, -0.03, 1)) << "no interpolation";
+  EXPECT_EQ(device->position(0.1 + 1e-9), Vec3(0.2, -0.03, 1)) << "its time differs by rounding";
   EXPECT_EQ(device->position(0.2), Vec3(5, 6, 7));
   EXPECT_EQ(device->position(7), Vec3(5, 6, 7)) << "its end holds";
 }
 
-TEST_F(RecordedFile, BadFilesAreNamedWithTheirLine) {
-  EXPECT_NE(refusal("").find("empty"), std::string::npos);
-  EXPECT_NE(refusal("t,x,y,z\n").find("empty"), std::string::npos);
-  EXPECT_NE(refusal("0,1,2,3\n0.1,1,2\n").find(":2:"), std::string::npos);
-  EXPECT_NE(refusal("0,1,2,x\n").find(":1:"), std::string::npos);
-  EXPECT_NE(refusal("0,1,2,nan\n").find(":1:"), std::string::npos);
-  EXPECT_NE(refusal("0,1,2,inf\n").find(":1:"), std::string::npos);
-  EXPECT_NE(refusal("0,1,2,1e999\n").find(":1:"), std::string::npos);
-  EXPECT_NE(refusal("0 1 2 3\n").find(":1:"), std::string::npos);
-  EXPECT_NE(refusal("0,1,2,3\n\n0.1,1,2,3\n").find(":2:"), std::string::npos);
-  EXPECT_NE(refusal("0,1,2,3\n0,1,2,3\n").find("does not follow"), std::string::npos);
+TEST_F(RecordedFile, TakesRowsByTheirTime) {
+  const auto slow = play("0,0,0,0\n0.4,4,0,8\n0.8,4,0,0\n");  // a fourth of the ticks
+  EXPECT_TRUE(slow->position(0.1).isApprox(Vec3(1, 0, 2)));
+  EXPECT_TRUE(slow->position(0.6).isApprox(Vec3(4, 0, 4)));
+  const auto fast = play("0,0,0,0\n0.025,9,0,0\n0.05,0,0,0\n0.075,9,0,0\n0.1,1,0,0\n0.15,9,9,9\n0.2,2,0,0\n");
+  EXPECT_EQ(fast->position(0.1), Vec3(1, 0, 0));
+  EXPECT_EQ(fast->position(0.2), Vec3(2, 0, 0));
+  const auto jittered = play("0,0,0,0\n0.09,0.9,0,0\n0.213,2.13,0,0\n0.3,3,0,0\n");
+  for (int i = 0; i <= 3; ++i) EXPECT_NEAR(jittered->position(0.1 * i).x(), i, 1e-12);
+}
+
+TEST_F(RecordedFile, CountsTimesFromTheFirstRowAndKeepsTheirDigits) {
+  // As doubles, times of 1.7e9 s come in steps of 2.4e-7 s.
+  const auto device = play("1700000000.0000001,0,0,0\n1700000000.1000001,1,0,0\n1700000000.2000001,4,0,0\n");
+  EXPECT_EQ(device->position(0.1), Vec3(1, 0, 0));
+  EXPECT_EQ(device->position(0.2), Vec3(4, 0, 0));
+  EXPECT_NEAR(read_recording(write("1.7e9,0,0,0\n1700000000.001,1,0,0\n"), 1e-3).path[1].t, 1e-3, 1e-9);
+}
+
+TEST_F(RecordedFile, ReadsWhatLoggersAndSpreadsheetsWrite) {
+  const std::vector<TimedPoint> wanted{{0, {1, 2, 3}}, {0.1, {4, 5, -6}}};
+  for (const char* text :
+       {"t,x,y,z\n0,1,2,3\n0.1,4,5,-6\n", "\xef\xbb\xbft,x,y,z\n0,1,2,3\n0.1,4,5,-6\n",
+        "# device log\nt,x,y,z\n0,1,2,3\n0.1,4,5,-6\n", "# t,x,y,z\n0.000000e+00,1,2,3\n1.000000e-01,4,5,-6\n",
+        "t,x,y,z\r\n0,1,2,3\r\n0.1,4,5,-6\r\n\r\n", "t,x,y,z\r0,1,2,3\r0.1,4,5,-6\r", "0,1,2,3\n\n0.1,4,5,-6\n\n \n",
+        "t, x, y, z\n0, 1, 2, 3\n 0.1 ,\t4, 5, -6", "0 1 2 3\n0.1  4 5 -6 \n", "0\t1\t2\t3\n0.1\t4\t5\t-6\n",
+        "Time [s];X [m];Y [m];Z [m]\n0;1;2;3\n0.1;4;5;-6\n",
+        "\"t\",\"x\",\"y\",\"z\"\n\"0\",\"1\",\"2\",\"3\"\n0.1,4,5,-6\n", "0,1,2,3,\n+0.1,+4,5,-6,\n",
+        "z,t,y,x\n3,0,2,1\n-6,0.1,5,4\n"}) {
+    const Recording read = read_recording(write(text), 0.1);
+    EXPECT_EQ(read.path, wanted) << text;
+    EXPECT_TRUE(read.notes.empty()) << text << read.notes.front();
+  }
+}
+
+TEST_F(RecordedFile, TellsOfColumnsThatAreNotRead) {
+  const auto note = [&](const std::string& text) { return read_recording(write(text), 1).notes.at(0); };
+  EXPECT_NE(note("t,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,1\n").find("not read: \"qx\", \"qy\", \"qz\", \"qw\""),
+            std::string::npos);
+  EXPECT_NE(note("0,1,2,3,0,0,0,1\n").find("columns 5 to 8"), std::string::npos);
+}
+
+TEST_F(RecordedFile, TellsOfRowsFartherApartThanATick) {
+  const auto notes = [&](const std::string& text) { return read_recording(write(text), 1e-3).notes; };
+  EXPECT_TRUE(notes("0,0,0,0\n0.001,0,0,0\n0.002,0,0,0\n").empty());
+  const auto gaps = notes("0,0,0,0\n0.001,0,0,0\n0.036,0,0,0\n0.037,0,0,0\n0.041,0,0,0\n0.042,0,0,0\n");
+  ASSERT_EQ(gaps.size(), 1u);
+  EXPECT_NE(gaps[0].find("than a tick of 1 ms 2 times, usually 1 ms, at most 35 ms before line 3"), std::string::npos)
+      << gaps[0];
+}
+
+TEST_F(RecordedFile, SpeedIsThatFromTickToTick) {
+  EXPECT_NEAR(play("0,0,0,0\n1,2,0,0\n1.1,2,1,0\n")->max_speed(), 10, 1e-9);
+  // 1 mm of noise within a hundredth of a tick is no speed that a tick could see.
+  EXPECT_LT(play("0,0,0,0\n0.5,1,0,0\n0.501,1.001,0,0\n0.502,1,0,0\n1,2,0,0\n")->max_speed(), 2.1);
+}
+
+TEST_F(RecordedFile, BadFilesAreNamedWithTheirLineAndValue) {
+  const auto says = [&](const std::string& text, std::initializer_list<const char*> words) {
+    const std::string found = refusal(text);
+    for (const char* word : words) EXPECT_NE(found.find(word), std::string::npos) << text << " gives " << found;
+    EXPECT_EQ(found.find('\n'), std::string::npos);
+  };
+  says("", {"empty"});
+  says("t,x,y,z\n", {"empty"});
+  says("# nothing\n\n", {"empty"});
+  says("0,1,2,3\n0.1,1,2\n", {":2:", "3 values", "\"t,x,y,z\""});
+  says("0,1,2,x\n", {":1:", "z \"x\" is not a number"});
+  says("t,x,y,z\n\n# three\n0,1,2,nan\n", {":4:", "nan"});
+  says("0,1,2,inf\n", {":1:", "inf"});
+  says("0,1,2,1e999\n", {":1:", "1e999"});
+  says("0,1,2,1e200\n", {":1:", "z is \"1e200\""});
+  says("0,1,,3\n", {":1:", "y \"\""});
+  says("0;0,5;1;2\n", {":1:", "\"0,5\"", "decimal point"});
+  says("0,1,2,3\n0.2,1,2,3\nt,x,y,z\n", {":3:", "\"t\""});
+  says("0,1,2,3\n0,1,2,3\n", {":2:", "\"0\" s does not follow", "\"0\""});
+  says("1700000000.2,1,2,3\n1700000000.1,1,2,3\n", {":2:", "\"1700000000.1\"", "\"1700000000.2\""});
+  says("t_ms,x,y,z\n0,1,2,3\n", {":1:", "named t among \"t_ms\"", "in s and m"});
+  says("junk\xff\x01\n", {":1:", "junk??"});
   EXPECT_THROW(make_device("recorded", {.path = {}, .recording = "/no/such/file"}), InputError);
+  EXPECT_THROW(make_device("recorded", {.path = {}, .recording = "/dev/null"}), InputError);
 }
 
 DeviceOptions hand_options() {
@@ -201,6 +278,25 @@ TEST(SafeForce, ShortensTheForceToTheLimit) {
   EXPECT_TRUE(limited);
 }
 
+TEST(SafeForce, OfAnyFiniteForceIsTheLimitInItsDirectionAndNeverMore) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> component(-1, 1), exponent(-160, 300);
+  for (int i = 0; i < 100000; ++i) {
+    const Vec3 way = Vec3(component(random), component(random), component(random)).normalized();
+    const double limit = std::pow(10, exponent(random)), size = limit * std::pow(10, 1 + std::abs(exponent(random)));
+    if (!(size < 1e307)) continue;
+    bool limited = false;
+    const Vec3 out = safe_force(size * way, {limit}, limited);
+    ASSERT_TRUE(limited);
+    ASSERT_LE(out.stableNorm(), limit);
+    ASSERT_LE(std::hypot(out.x(), out.y(), out.z()), limit);
+    ASSERT_LT((out - limit * way).lpNorm<Eigen::Infinity>(), 1e-14 * limit) << limit << ' ' << size;
+  }
+  bool limited = false;
+  EXPECT_TRUE(safe_force({0, 1e200, 0}, {7.9}, limited).isApprox(Vec3(0, 7.9, 0)));
+  EXPECT_TRUE(safe_force({1.7e308, 1.7e308, 1.7e308}, {3}, limited).isApprox(Vec3::Constant(std::sqrt(3))));
+}
+
 TEST(SafeForce, WritesNothingWrongWhateverTheBits) {
   std::mt19937_64 random(3);
   const double special[] = {0,      -0.0,   NAN,     INFINITY, -INFINITY, 5e-324, -5e-324, 2e-308,
@@ -219,9 +315,8 @@ TEST(SafeForce, WritesNothingWrongWhateverTheBits) {
     bool limited = false;
     const Vec3 out = safe_force(force, {limit}, limited);
     ASSERT_TRUE(out.allFinite()) << force.transpose() << " limit " << limit;
-    // norm(): below 1e-160 N the squares vanish, and such a force counts as none.
-    ASSERT_LE(out.norm(), limit * (1 + 1e-12)) << force.transpose() << " limit " << limit;
-    if (!std::isfinite(force.norm())) {
+    ASSERT_LE(out.stableNorm(), limit) << force.transpose() << " limit " << limit;
+    if (!force.allFinite()) {
       ASSERT_TRUE(limited && out.isZero(0)) << force.transpose() << " limit " << limit;
     } else if (!limited) {
       ASSERT_EQ(out, force);

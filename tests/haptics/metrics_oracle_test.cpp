@@ -124,6 +124,20 @@ TEST(ForceMetrics, CountsModesMeansAndLostContacts) {
   EXPECT_EQ(m.lost_contacts, 0) << "the tool did not come nearer";
 }
 
+TEST(FeltCone, IsThatOfTheWrittenForceAboutTheNormal) {
+  auto frames = contact(std::vector<double>(100, 0.5));  // 0.5 N sideways, 2 N up
+  for (LocalFrame& f : frames) f.contacts = 1;
+  EXPECT_DOUBLE_EQ(measure_forces(frames, 0, kStep).felt_t_over_n, 0.25);
+  frames[50].force = {3, 0, 1.5};  // as a fade leaves it; the contact's own parts stay
+  EXPECT_DOUBLE_EQ(measure_forces(frames, 0, kStep).felt_t_over_n, 2);
+  EXPECT_DOUBLE_EQ(measure_forces(frames, 0, kStep).max_t_over_n, 0.25);
+  frames[50].contacts = 2;  // about which normal?
+  frames[60].force = {0.05, 0, 0};
+  EXPECT_DOUBLE_EQ(measure_forces(frames, 0, kStep).felt_t_over_n, 0.25) << "too weak to be felt";
+  frames[70].force = {0, 0, -1};
+  EXPECT_DOUBLE_EQ(measure_forces(frames, 0, kStep).felt_t_over_n, 100) << "it pulls";
+}
+
 TEST(LostContacts, AreThoseThatEndWhileTheToolPresses) {
   auto frames = contact({0, 0, 0});
   frames[2].mode = ContactMode::free;

@@ -85,6 +85,28 @@ TEST(Passivity, TheObserverCountsTheEnergyThatThereIs) {
   }
 }
 
+TEST(Passivity, CountsWhatTheDeviceCanGive) {
+  // Pressed in to 20 N and let out again, 2 N at most: what is cut off on the way in is cut off on the way out.
+  constexpr double kStiffness = 1e4, kLimit = 2, kStep = 1e-6;
+  PassivityControl control({.most_damping = 20, .h = 1e-3, .delay = 0, .max_force = kLimit});
+  double put_in = 0, before = 0, force = 0;
+  for (int i = 0; i <= 4000; ++i) {
+    const double z = -kStep * (i <= 2000 ? i : 4000 - i);
+    put_in -= force * (z - before);
+    before = z;
+    force = control.tick({0, 0, z}, {0, 0, -kStiffness * z}).z();
+    ASSERT_LE(force, kLimit);
+    EXPECT_NEAR(control.taken(), put_in, 1e-15) << "by the force that was written";
+    if (i == 100) {
+      EXPECT_FALSE(control.limited());
+    } else if (i == 2000) {
+      EXPECT_TRUE(control.limited());
+      EXPECT_NEAR(control.taken(), kLimit * 2e-3 - 0.5 * kLimit * kLimit / kStiffness, 1e-5);
+    }
+  }
+  EXPECT_LT(control.most_debt(), 1e-5) << "a spring that is cut gives back no more than it took";
+}
+
 TEST(Passivity, LeavesAloneWhatGivesNoEnergy) {
   PassivityControl control({.most_damping = 20, .h = 1e-3, .delay = 0});
   // A damper takes energy in every tick.

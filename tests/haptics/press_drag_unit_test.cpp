@@ -49,6 +49,62 @@ TEST(PressDrag, ComesDownPressesAndDragsAtConstantDepthAndSpeed) {
   EXPECT_NEAR(interpolate_path(path, 0.6).x(), 0.03 + 0.05 * 0.4, 1e-6);
 }
 
+TEST(PressDrag, EasedItStartsTurnsAndStopsWithoutAKink) {
+  PressDragOptions o;
+  o.at = {{0.08, 0.05}};
+  o.eased = true;
+  o.duration = 2.5;
+  const auto path = make_press_drag(slab(), kSphere, o);
+  EXPECT_GE(path.back().t, o.duration);
+  EXPECT_NEAR(path.front().x.z(), kTop + 0.004 + o.clearance, kRounding);
+  EXPECT_NEAR(interpolate_path(path, o.press_time).z(), kTop + 0.004 - o.depth, kRounding);
+  // Half-way in time it is half-way down, at 15/8 of the mean speed.
+  EXPECT_NEAR(interpolate_path(path, o.press_time / 2).z(), kTop + 0.004 + (o.clearance - o.depth) / 2, kRounding);
+  double fastest_down = 0, fastest = 0, jerkiest = 0, highest = 0;
+  for (std::size_t i = 2; i < path.size(); ++i) {
+    const Vec3 before = (path[i - 1].x - path[i - 2].x) / (path[i - 1].t - path[i - 2].t);
+    const Vec3 after = (path[i].x - path[i - 1].x) / (path[i].t - path[i - 1].t);
+    const bool presses = path[i].t <= o.press_time;
+    (presses ? fastest_down : fastest) = std::max(presses ? fastest_down : fastest, after.norm());
+    jerkiest = std::max(jerkiest, (after - before).norm());
+    highest = std::max(highest, path[i].x.x());
+  }
+  EXPECT_NEAR(fastest_down, 15.0 / 8 * (o.clearance + o.depth) / o.press_time, 1e-4);
+  EXPECT_NEAR(fastest, o.speed, 1e-6);
+  // Most acceleration: of the press 10 / sqrt(3) way / time^2, of the ramp 1.5 speed / ramp; in steps of 1 ms.
+  EXPECT_LT(jerkiest,
+            1.01e-3 * std::max(5.7735 * (o.clearance + o.depth) / (o.press_time * o.press_time), 1.5 * o.speed / 0.1));
+  // 0.1 s of its speed are half the way: the drag is late by 0.05 s.
+  EXPECT_NEAR(interpolate_path(path, o.press_time + 0.15).x(), 0.08 + o.speed * 0.1, 1e-6);
+  EXPECT_LT(highest, 0.104);
+  EXPECT_GT(highest, 0.0995);
+  EXPECT_LT(path.back().x.x(), highest - 0.005) << "on its way back";
+}
+
+TEST(PressDrag, EasedItFollowsShortDragsAndNone) {
+  PressDragOptions o;
+  o.eased = true;
+  o.at = {{0.103, 0.05}};  // 1 mm of surface is left
+  for (const double speed : {0.0, 1e-3, 0.05, 1.0}) {
+    o.speed = speed;
+    const auto path = make_press_drag(slab(), kSphere, o);
+    for (const TimedPoint& p : path) ASSERT_TRUE(p.x.allFinite());
+    EXPECT_LE(path_speed(path), std::max(1.2 * speed, 15.0 / 8 * (o.clearance + o.depth) / o.press_time * 1.001));
+  }
+}
+
+TEST(PressDrag, AChosenPlaceStaysClearOfAnotherTool) {
+  PressDragOptions o;
+  const auto first = make_press_drag(slab(), kSphere, o);
+  o.other = first;
+  o.apart = 0.016;
+  const auto second = make_press_drag(slab(), kSphere, o);
+  EXPECT_GE(least_distance(first, second), o.apart);
+  EXPECT_EQ(least_distance(first, first), 0);
+  o.apart = 1;
+  EXPECT_THROW(make_press_drag(slab(), kSphere, o), InputError) << "larger than the body";
+}
+
 TEST(PressDrag, TurnsRoundWhereTheSurfaceEnds) {
   PressDragOptions o;
   o.at = {{0.09, 0.05}};

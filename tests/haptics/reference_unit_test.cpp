@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/input_errors.hpp"
@@ -48,6 +50,40 @@ TEST(CompareForces, IsWhatMethodSectionEightSays) {
   EXPECT_NEAR(error.floor, 0.05 * std::sqrt(size / 100), kRoundoff);
   reference.force.assign(100, Vec3::Zero());
   EXPECT_EQ(compare_forces(forces, reference).force_error, 0);
+}
+
+/// A force that rises evenly and then stands still: what pressing and then dragging does.
+double at_kink(double t) { return std::min(t, 0.01); }
+
+TEST(CompareForces, AKinkOfThePathIsNoError) {
+  constexpr double kTick = 1e-3;
+  for (const int n : {1, 2, 10}) {
+    Reference reference{.rate_hz = n / kTick, .h = kTick};
+    std::vector<Vec3> ticks, steps;
+    for (int i = 1; i <= 20; ++i) ticks.push_back({0, 0, at_kink(i * kTick)});
+    for (int i = 1; i <= 20 * n; ++i) steps.push_back({0, 0, at_kink(i * kTick / n)});
+    reference.force = resample_forces(steps, n);
+    EXPECT_LT(compare_forces(ticks, reference).force_error, kRoundoff) << n;
+    // An error stays one: the whole of a constant, and of one that alternates the half that a mean over a tick shows.
+    for (Vec3& f : ticks) f.x() = 1e-3;
+    const double size = std::sqrt(10 * 1e-4 + 385e-6);  // of the force: 1 to 10 mN, and ten times 10 mN
+    EXPECT_NEAR(compare_forces(ticks, reference).force_error, std::sqrt(20.0) * 1e-3 / size, 2e-3) << n;
+  }
+}
+
+TEST(CompareForces, AFileSaysWhetherItsForcesAreMeans) {
+  const std::string file = std::filesystem::temp_directory_path() / "kt_read_forces_test.csv";
+  write_reference(file, {.key = 1,
+                         .rate_hz = 1e4,
+                         .h = 1e-3,
+                         .seconds = 0,
+                         .force = {Vec3::Ones(), Vec3::Ones()},
+                         .second_force = {},
+                         .warnings = {"w"}});
+  EXPECT_EQ(steps_per_tick(read_forces(file)), 10);
+  std::ofstream(file) << "t,force_x,force_y,force_z\n0.001,1,2,3\n0.002,1,2,3\n";
+  EXPECT_EQ(steps_per_tick(read_forces(file)), 1) << "of a trace they are those at the ends of ticks";
+  std::filesystem::remove(file);
 }
 
 Scene fem_scene() {

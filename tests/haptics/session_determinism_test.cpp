@@ -132,6 +132,37 @@ TEST(Thread, LockstepReplayOfATurningToolIsTheRun) {
   EXPECT_EQ(run(scene, replay).hash, live.hash);
 }
 
+/// A hand that presses beyond what its device can give, with passivity control.
+TEST(Lockstep, ReplayWritesTheForcesOfTheDevice) {
+  Scene scene = small_scene();
+  scene.duration = 0.12;
+  scene.global.early_refresh = false;
+  scene.object.model.young = 3e5;
+  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}};
+  scene.tool.path.hand =
+      SceneHand{.stiffness = 3000, .damping = 1, .target = {{0, {0.03, 0.026, 0.025}}, {0.05, {0.03, 0.026, 0.01}}}};
+  scene.local.passivity_damping = 20;
+  const SessionResult first = run(scene);
+  ASSERT_GT(first.limited_forces, 0);
+  ASSERT_GT(first.passivity->damped_ticks, 0);
+  double most = 0, most_wanted = 0;
+  for (std::size_t i = 0; i < first.frames.size(); ++i) {
+    most = std::max(most, first.frames[i].force.norm());
+    most_wanted = std::max(most_wanted, first.model_force[i].norm());
+  }
+  EXPECT_LE(most, 7.9);
+  EXPECT_GT(most_wanted, 8);
+  SessionOptions replay;
+  replay.refreshes = first.refreshes;
+  replay.max_speed = first.max_speed;
+  auto& path = replay.tool_paths.emplace_back(std::vector<TimedPoint>{{0, first.start}});
+  for (const LocalFrame& f : first.frames) path.push_back({f.t, f.tool});
+  const SessionResult again = run(scene, replay);
+  EXPECT_EQ(again.hash, first.hash);
+  EXPECT_EQ(again.limited_forces, first.limited_forces);
+  EXPECT_EQ(again.passivity->damped_ticks, first.passivity->damped_ticks);
+}
+
 /// A second tool on the other side of the block.
 Scene with_second_tool(Scene scene) {
   scene.second_tool = scene.tool;

@@ -86,7 +86,8 @@ TEST(TwoTools, FeelEachOtherAsOnTheWholeBody) {
       const auto path = tool_path(run), second_path = second_tool_path(run);
       if (!reference) reference = run_reference(session, path, {.rate_hz = 4000}, second_path);
       const double first = compare_forces(tick_forces(run.frames), *reference).force_error;
-      const double second = compare_forces(tick_forces(run.second_tool->frames), reference->second_force).force_error;
+      const double second =
+          compare_forces(tick_forces(run.second_tool->frames), second_tool_of(*reference)).force_error;
       std::printf("%s, %s (%s), %d Hz: force error %.2f %% and %.2f %%, largest forces %.2f N and %.2f N\n", name,
                   reducer, run.reducer_name.c_str(), rate, 100 * first, 100 * second, largest(run.frames),
                   largest(run.second_tool->frames));

@@ -135,6 +135,45 @@ TEST(Scene, OneFrictionCoefficientSetsBoth) {
   EXPECT_EQ(s.contact.mu_kinetic, 0.8);
 }
 
+TEST(Scene, SpringsAreGivenOrCalibrated) {
+  EXPECT_FALSE(parse_scene(kSmallest, {"object.model.stiffness=20"}).object.model.calibrate);
+  EXPECT_NE(set_error("object.model.calibrate=false").find("object.model.calibrate is false without stiffness"),
+            std::string::npos);
+  EXPECT_EQ(error_of(kSmallest, {"object.model.calibrate=false", "object.model.stiffness=20"}), "");
+  EXPECT_EQ(error_of(kSmallest, {"object.model.calibrate=false", "object.model.type=fem"}), "")
+      << "it has no springs: told by the session";
+}
+
+TEST(Scene, AScaleMayBeAUnit) {
+  const std::pair<const char*, double> units[] = {{"um", 1e-6}, {"mm", 1e-3},   {"cm", 1e-2},
+                                                  {"m", 1},     {"in", 0.0254}, {"ft", 0.3048}};
+  for (const auto& [name, metres] : units) {
+    const Scene s = parse_scene(kSmallest, {std::string("object.scale=") + name, "tool.shape=mesh", "tool.mesh=t.off",
+                                            std::string("tool.scale=") + name});
+    EXPECT_EQ(s.object.scale, metres);
+    EXPECT_EQ(s.tool.scale, metres);
+    EXPECT_EQ(parse_scene(to_json(s)), s);
+  }
+  EXPECT_EQ(parse_scene(R"({"object": {"mesh": "a.off", "scale": "mm"}})").object.scale, 1e-3);
+  EXPECT_EQ(set_error("object.scale=mn"),
+            "--set object.scale=mn: object.scale is \"mn\", did you mean mm? (known: um, mm, cm, m, in, ft)");
+  EXPECT_EQ(
+      set_error("object.scale=0"),
+      "--set object.scale=0: object.scale is 0, must be a number above 0, at most 1000 or one of um, mm, cm, m, in, ft "
+      "(one mesh unit by name, or in m)");
+  EXPECT_EQ(set_error("object.scale=[1]"),
+            "--set object.scale=[1]: object.scale is [1], must be a number above 0, at most 1000 or one of um, mm, cm, "
+            "m, in, ft "
+            "(one mesh unit by name, or in m)");
+}
+
+TEST(Scene, AnEasedPathIsAskedFor) {
+  EXPECT_EQ(parse_scene(kSmallest).tool.path.press_drag->ease, "none");
+  EXPECT_EQ(parse_scene(kSmallest, {"tool.path.press_drag.ease=minimum_jerk"}).tool.path.press_drag->ease,
+            "minimum_jerk");
+  EXPECT_NE(set_error("tool.path.press_drag.ease=jerk").find("none, minimum_jerk"), std::string::npos);
+}
+
 TEST(Scene, SelfContactTakesStepsThatAreSolvedToTheEnd) {
   EXPECT_FALSE(parse_scene(kSmallest).global.self_contact.has_value());
   EXPECT_EQ(parse_scene(kSmallest).global.integrator, "implicit_euler");
@@ -167,7 +206,7 @@ TEST(Scene, WritesAndReadsItselfBack) {
       {"global.self_contact={}"},
       {"global.self_contact.mu=0", "global.self_contact.reach=1e-4", "global.integrator=sdirk2"},
       {"contact.stribeck=0.05", "contact.regions=[{\"box\":[[0,0,0],[1,1,1]],\"mu\":0.2}]"},
-      {"tool.path.press_drag.at=[0.02,0.05]", "object.model.calibrate=false"},
+      {"tool.path.press_drag.at=[0.02,0.05]", "object.model.calibrate=false", "object.model.stiffness=20"},
       {R"(object.model.inclusions=[{"center": [0.1, 0, 1e-3], "radius": 0.005, "stiffer": 5}])"}};
   for (const auto& overrides : variants) {
     const Scene scene = parse_scene(kSmallest, overrides);
