@@ -7,6 +7,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/mesh_command.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 
 namespace {
@@ -52,6 +53,13 @@ std::string explain(const CLI::App& root, const CLI::ParseError& error, const st
   return name + ": " + error.what() + " (see " + name + " --help)";
 }
 
+/// To the command, or to those of it.
+void add_quiet_option(CLI::App& command) {
+  const auto inner = command.get_subcommands([](CLI::App*) { return true; });
+  for (CLI::App* one : inner) add_quiet_option(*one);
+  if (inner.empty()) kt::add_quiet_option(command);
+}
+
 }  // namespace
 
 const std::atomic<bool>& kt::stop_requested() { return stop; }
@@ -64,7 +72,7 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
   CLI::App app{"kilotouch: haptic-rate contact with deformable objects", "kilotouch"};
-  app.set_version_flag("--version", KT_VERSION);
+  app.set_version_flag("-V,--version", KT_VERSION);
   app.require_subcommand(1);
   int exit_code = 0;
   kt::add_run_command(app, exit_code);
@@ -78,6 +86,7 @@ int main(int argc, char** argv) {
   kt::add_stability_command(app, exit_code);
   kt::add_check_command(app, exit_code);
   kt::add_list_command(app, exit_code);
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) add_quiet_option(*command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -7,6 +7,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/mesh_report.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 #include "io/mesh_io.hpp"
 #include "io/mesh_repair.hpp"
@@ -54,7 +55,7 @@ void finish(const MeshArguments& a, const Mesh& mesh, json& out) {
     std::cout << "written: " << a.out << "\n";
     out["written"] = a.out;
   }
-  if (!a.json_file.empty()) write_file_whole(a.json_file, out.dump(2) + "\n");
+  write_json(a.json_file, out.dump(2) + "\n");
 }
 
 void info(const MeshArguments& a) {
@@ -138,7 +139,7 @@ void tet(MeshArguments& a) {
 void add_common(CLI::App& command, MeshArguments& a) {
   command.add_option("MESH", a.mesh, "file: " + join(readable_mesh_extensions()))->required();
   command.add_option("-o,--out", a.out, "write the mesh: " + join(writable_mesh_extensions()));
-  command.add_option("--json", a.json_file, "write the whole result as JSON");
+  add_json_option(command, a.json_file, "the whole result");
 }
 
 }  // namespace

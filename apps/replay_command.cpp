@@ -6,6 +6,7 @@
 #include "apps/commands.hpp"
 #include "apps/run_outputs.hpp"
 #include "apps/run_session.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 
 namespace kt {
@@ -24,11 +25,10 @@ nlohmann::json load_session(const std::string& file) {
   }
 }
 
-void replay(std::string file, const std::string& out, int& exit_code) {
+void replay(std::string file, RunSettings settings, int& exit_code) {
   if (std::filesystem::is_directory(file)) file += "/session.json";
   const nlohmann::json json = load_session(file);
   Scene scene;
-  RunSettings settings;
   std::string hash;
   try {
     scene = parse_scene(json["scene"].dump(), {}, file);
@@ -46,7 +46,8 @@ void replay(std::string file, const std::string& out, int& exit_code) {
   } catch (const nlohmann::json::exception& e) {
     throw InputError(text(file, ": damaged session file: ", e.what()));
   }
-  settings.out = out;
+  settings.piped = Piped::lines;
+  settings.input = file;
   settings.reproduce = "kilotouch replay " + file;
   const RunOutcome outcome = run_scene(scene, settings);
   const bool same = hash_text(outcome.result.hash) == hash;
@@ -61,11 +62,20 @@ void replay(std::string file, const std::string& out, int& exit_code) {
 void add_replay_command(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("replay", "run a recorded session again and compare its hash");
   auto file = std::make_shared<std::string>();
-  auto out = std::make_shared<std::string>();
+  auto out = std::make_shared<std::string>(), json = std::make_shared<std::string>();
+  auto details = std::make_shared<bool>(false);
   command->add_option("SESSION", *file, "session.json of a run, or the run's folder")->required();
+  add_json_option(*command, *json, "the summary");
+  command->add_flag("--details", *details, "print every figure, not the first screen alone");
   command->add_option("--out", *out, "folder for the results of the replay; none are written without it");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --out out/slab && kilotouch replay out/slab");
-  command->callback([file, out, &exit_code] { replay(*file, *out, exit_code); });
+  command->callback([file, out, json, details, &exit_code] {
+    RunSettings settings;
+    settings.out = *out;
+    settings.json_file = *json;
+    settings.details = *details;
+    replay(*file, std::move(settings), exit_code);
+  });
 }
 
 }  // namespace kt

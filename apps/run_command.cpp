@@ -1,6 +1,7 @@
 // kilotouch run SCENE.json
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
+#include "apps/words.hpp"
 
 namespace kt {
 namespace {
@@ -24,7 +25,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_flag("--static", a->is_static,
                     "the body in equilibrium at every step: --set global.integrator=quasistatic");
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
-  command->add_option("--json", a->settings.json_file, "also write the summary to this file");
+  add_json_option(*command, a->settings.json_file, "the summary");
   auto* reference = command->add_flag("--reference", a->settings.reference.compute,
                                       "also run the full model in fine steps along the same path, and compare");
   command->add_option("--reference-rate", a->settings.reference.rate_hz, "of those steps [Hz]")
@@ -38,11 +39,13 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "--truth", a->settings.reference.truth,
       "also compare with reference.csv or trace.csv of a better run along the same tool path, as on a finer mesh");
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
+  command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab");
   command->callback([a, &exit_code] {
     a->settings.report = !a->no_report;
     if (a->is_static) a->set.push_back("global.integrator=quasistatic");
+    a->settings.input = a->scene;
     a->settings.reproduce = "kilotouch run " + a->scene;
     for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
     const RunOutcome outcome = run_scene(load_scene(a->scene, a->set), a->settings);

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -13,13 +14,30 @@
 #include "apps/print_summary.hpp"
 #include "apps/report.hpp"
 #include "apps/run_outputs.hpp"
+#include "apps/words.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
 
-std::function<void(double)> progress_bar(const std::string& title) {
-  if (!isatty(STDERR_FILENO)) return {};
-  using Clock = std::chrono::steady_clock;
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Lines that a log or another program can read; none of what takes a few seconds.
+std::function<void(double)> progress_lines(const std::string& title) {
+  return [title, start = Clock::now(), next = 5.0](double share) mutable {
+    const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
+    if (elapsed < next || share >= 1) return;
+    next = elapsed + 10;
+    std::fprintf(stderr, "%s: %.0f %%, %.0f s so far\n", title.c_str(), 100 * share, elapsed);
+  };
+}
+
+}  // namespace
+
+std::function<void(double)> progress_bar(const std::string& title, Piped piped) {
+  if (is_quiet()) return {};
+  if (!isatty(STDERR_FILENO)) return piped == Piped::lines ? progress_lines(title) : nullptr;
   return [title, start = Clock::now(), last = Clock::now()](double share) mutable {
     const auto now = Clock::now();
     const double elapsed = std::chrono::duration<double>(now - start).count();
@@ -63,6 +81,23 @@ static std::optional<Reference> read_truth(const std::string& file, const Scene&
   return out;
 }
 
+/// A message that starts with a key of the scene starts with the file, too.
+static std::string with_file(const std::string& file, const std::string& message) {
+  const std::string first = message.substr(0, message.find_first_of(".: "));
+  const std::vector<std::string> keys = known_scene_keys();
+  const bool starts_with_key =
+      std::ranges::any_of(keys, [&](const std::string& key) { return key == first || key.starts_with(first + '.'); });
+  return file.empty() || !starts_with_key ? message : file + ": " + message;
+}
+
+static Session make_session(const Scene& scene, const std::string& file) {
+  try {
+    return Session(scene);
+  } catch (const InputError& e) {
+    throw InputError(with_file(file, e.what()));
+  }
+}
+
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (settings.reference.compute && !(settings.reference.rate_hz >= scene.local.rate_hz))
     throw InputError(text("--reference-rate: ", settings.reference.rate_hz, " Hz, must be at least local.rate_hz, ",
@@ -72,13 +107,13 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
-  Session session(scene);
+  Session session = make_session(scene, settings.input);
   for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
   require_folder_of(settings.json_file);
   if (!settings.out.empty()) make_folder(settings.out);
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
-  options.progress = progress_bar(scene.title.empty() ? "running" : scene.title);
+  options.progress = progress_bar(scene.title.empty() ? "running" : scene.title, settings.piped);
   options.stop = &stop_requested();
   const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0.2 * scene.duration;
   if (options.snapshot_times.empty())
@@ -93,7 +128,8 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (reference) add_reference(out.summary, out.result, *reference);
   if (truth && !out.result.stopped) add_truth(out.summary, out.result, *truth);
   if (!settings.quiet) print_summary(out.summary);
-  if (!settings.json_file.empty()) write_file_whole(settings.json_file, out.summary.dump(2) + "\n");
+  if (!settings.quiet && settings.details) print_details(out.summary);
+  write_json(settings.json_file, out.summary.dump(2) + "\n");
   if (settings.out.empty()) return out;
   write_run(settings.out, session, out.result, out.summary);
   const std::string reference_file = settings.out + "/reference.csv";
@@ -104,7 +140,8 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (settings.states) write_states(settings.out, session, out.result);
   if (settings.report) write_report(settings.out, {.title = scene.title, .compare = {}});
   if (!settings.quiet)
-    std::cout << "  results       " << settings.out << (settings.report ? "/report.html" : "/summary.json") << '\n';
+    std::cout << "  results       " << settings.out << (settings.report ? "/report.html" : "/summary.json")
+              << (settings.details ? "\n" : "; every figure: --details\n");
   return out;
 }
 
