@@ -24,7 +24,7 @@ table.numbers th:first-child { width: 27%; } table.numbers th:last-child { width
 .card span { color: #555; font-size: 0.88em; }
 .warnings { background: #fff4e0; border-left: 5px solid #E69F00; padding: 0.6em 1em; margin: 1em 0; } .warnings ul { margin: 0.2em 0; padding-left: 1.2em; }
 .answers { border: 1px solid #ccc; border-radius: 8px; padding: 0.2em 1em; margin: 1em 0; } .answers p { margin: 0.4em 0; } .answers ul { margin: 0.2em 0; padding-left: 1.2em; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; font-size: 0.85em; } .wide td { white-space: nowrap; } .wide th.number { white-space: normal; }
 .good { color: #00694c; font-weight: 600; } .bad { color: #a83f00; font-weight: 600; }
 pre { background: #f4f4f4; padding: 0.8em 1em; overflow-x: auto; font-size: 0.88em; border-radius: 6px; }
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } }

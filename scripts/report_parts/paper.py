@@ -91,7 +91,7 @@ LAW_COLUMNS = [  # (key in paper.json's table, name, how to write it)
     ("method", "method", PLAIN), ("law", "law", PLAIN), ("metric", "metric", PLAIN), ("mu", "friction μ", PLAIN), ("buzz", "buzz above 100 Hz", percent), ("crossing_jump", "jump at a mesh line", percent),
     ("mean_n", "mean normal force", with_unit("N")), ("mean_t", "mean tangential force", with_unit("N")),
     ("max_n", "largest normal force", with_unit("N")), ("max_t", "largest tangential force", with_unit("N")),
-    ("integrator", "local integrator", PLAIN), ("reducer", "local model", PLAIN), ("refresh_hz", "refreshes a second", PLAIN), ("blend_ms", "blending", with_unit("ms")),
+    ("reducer", "local model", PLAIN), ("refresh_hz", "refreshes a second", "{:.0f}".format),
     ("refresh_jump", "jump at a refresh", percent), ("penetration_max_m", "deepest penetration", with_unit("µm", 1e6)), ("step_us_p50", "tick, median", with_unit("µs"))]
 
 
@@ -104,7 +104,7 @@ def law_table(rows):
         return ""
     named = {key: (name, write) for key, name, write in LAW_COLUMNS}
     keys = [key for key, _, _ in LAW_COLUMNS if any(key in row for row in rows)]
-    keys += [key for key in rows[0] if key not in keys]
+    rows = [dict(row, reducer=str(row["reducer"]).split(" {")[0]) if "reducer" in row else row for row in rows]  # without its frequencies
     head = "".join(f"<th class='{'' if key in WORDS else 'number'}'>{html.escape(named.get(key, (key, PLAIN))[0])}</th>" for key in keys)
     body = "".join("<tr>" + "".join(f"<td class='{'' if key in WORDS else 'number'}'>"
                                     f"{written(row.get(key), named.get(key, (key, PLAIN))[1])}</td>" for key in keys) + "</tr>" for row in rows)
