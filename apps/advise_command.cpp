@@ -6,6 +6,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
+#include "apps/words.hpp"
 #include "haptics/advise.hpp"
 #include "io/json_file.hpp"
 #include "io/output_file.hpp"
@@ -47,13 +48,14 @@ void print_bodies(const Advice& a) {
     std::cout << ", pressed " << form("%.3g mm", 1e3 * truth.depth)
               << " at rest; truth: " << form("%.4g N", truth.force) << " +- " << percent(truth.uncertainty)
               << " (tet10, " << truth.nodes << " nodes)";
-  std::printf("\n    %-6s %-14s %6s %9s %8s %8s  %s\n", "model", "mesh", "nodes", "force N", "error", "ms/refr.",
-              "verdict");
+  std::printf("\n    %-6s %-14s %6s %6s %7s %9s %8s %8s  %s\n", "model", "mesh", "nodes", "cell/a", "expect", "force N",
+              "error", "ms/refr.", "verdict");
   for (const AdviceBody& b : a.bodies)
-    std::printf("  %s %-6s %-14s %6s %9s %8s %8s  %s\n",
+    std::printf("  %s %-6s %-14s %6s %6s %7s %9s %8s %8s  %s\n",
                 a.row.index >= 0 && &b == &a.bodies[a.rows[a.row.index].body] ? "*" : " ", b.model.c_str(),
-                b.mesh_name.c_str(), b.nodes > 0 ? std::to_string(b.nodes).c_str() : "-", form("%.4g", b.force).c_str(),
-                percent(b.error).c_str(), form("%.3g", b.refresh_ms).c_str(),
+                b.mesh_name.c_str(), b.nodes > 0 ? std::to_string(b.nodes).c_str() : "-",
+                form("%.2g", b.cell_over_contact_radius).c_str(), form("x %.3g", b.expected_factor).c_str(),
+                form("%.4g", b.force).c_str(), percent(b.error).c_str(), form("%.3g", b.refresh_ms).c_str(),
                 verdict(candidate_of(b), a.tolerance, b.note).c_str());
 }
 
@@ -100,16 +102,26 @@ std::string reason(const Advice& a, double local_rate_hz) {
               " of a core");
 }
 
+/// The last line: what to type.
+void print_recommendation(const Advice& a, const AdviseArguments& arguments) {
+  if (a.settings.empty()) {
+    std::cout << "recommended: kilotouch advise " << arguments.scene << " --budget-seconds "
+              << 4 * arguments.options.budget_seconds << ": no row could be judged in the time\n";
+    return;
+  }
+  std::cout << (a.found() ? "recommended" : "nearest, not within the tolerance") << ": kilotouch run "
+            << arguments.scene;
+  for (const std::string& s : arguments.set) std::cout << " --set " << s;
+  for (const std::string& s : a.settings) std::cout << " --set " << s;
+  std::cout << '\n';
+}
+
 void print_advice(const Advice& a, double local_rate_hz) {
   print_bodies(a);
   print_rows(a, local_rate_hz);
   std::printf("took %.0f s", a.seconds);
   if (const int open = count_unjudged(a)) std::printf("; %d rows not judged", open);
   std::cout << (a.stopped ? "; stopped\n" : "\n") << reason(a, local_rate_hz) << '\n';
-  if (a.settings.empty()) return;
-  std::cout << (a.found() ? "recommended:" : "nearest:");
-  for (const std::string& s : a.settings) std::cout << " --set " << s;
-  std::cout << '\n';
 }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
@@ -137,6 +149,8 @@ Json advice_json(const Advice& a, const Scene& scene) {
                              {"nodes", b.nodes},
                              {"force", number(b.force)},
                              {"error", number(b.error)},
+                             {"cell_over_contact_radius", number(b.cell_over_contact_radius)},
+                             {"expected_factor", number(b.expected_factor)},
                              {"refresh_ms", number(b.refresh_ms)},
                              {"reference_seconds", b.reference_seconds},
                              {"verdict", verdict(candidate_of(b), a.tolerance, b.note)}});
@@ -176,7 +190,7 @@ void add_advise_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--budget-seconds", a->options.budget_seconds, "wall clock; what does not fit is left out and named")
       ->capture_default_str();
-  command->add_option("--json", a->json_file, "also write all rows to this file");
+  add_json_option(*command, a->json_file, "all rows");
   command->footer("Example:\n  kilotouch advise scenes/slab_drag.json --tolerance 0.1");
   command->callback([a, &exit_code] {
     check(a->options);
@@ -186,7 +200,8 @@ void add_advise_command(CLI::App& app, int& exit_code) {
     a->options.stop = &stop_requested();
     const Advice advice = kt::advise(scene, a->options);
     print_advice(advice, scene.local.rate_hz);
-    if (!a->json_file.empty()) write_file_whole(a->json_file, json_text(advice_json(advice, scene), 2) + "\n");
+    print_recommendation(advice, *a);
+    write_json(a->json_file, json_text(advice_json(advice, scene), 2) + "\n");
     exit_code = advice.found() && !advice.stopped ? 0 : 1;
   });
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
+#include "apps/words.hpp"
 #include "collision/toi.hpp"
 #include "core/error.hpp"
 #include "io/ccd_queries.hpp"
@@ -174,7 +175,7 @@ void bench_ccd(const BenchArguments& a) {
     print_row("all", modes[k].first, all[k]);
     out["all"].push_back(row_json("all", modes[k].first, all[k]));
   }
-  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(out, 2) + "\n");
+  write_json(a.json_file, json_text(out, 2) + "\n");
 }
 
 }  // namespace
@@ -188,7 +189,7 @@ void add_bench_command(CLI::App& app, int& exit_code) {
   ccd->add_option("--mode", a->mode, "conservative, exact or both")
       ->check(CLI::IsMember({"conservative", "exact", "both"}))
       ->capture_default_str();
-  ccd->add_option("--json", a->json_file, "also write the table to this file");
+  add_json_option(*ccd, a->json_file, "the table");
   ccd->footer("Example:\n  kilotouch bench ccd cloth-ball-vf.bin cloth-ball-ee.bin --mode exact");
   ccd->callback([a, &exit_code] {
     bench_ccd(*a);

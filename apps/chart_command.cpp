@@ -10,6 +10,7 @@
 #include "apps/commands.hpp"
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 #include "haptics/reference.hpp"
 #include "io/json_file.hpp"
@@ -146,7 +147,7 @@ int run_chart(ChartArguments& a) {
   chart["stopped"] = stop_requested().load();
   write_file_whole(a.settings.out + "/chart.json", json_text(chart, 1) + "\n");
   write_file_whole(a.settings.out + "/chart.csv", chart_csv(chart));
-  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(chart, 1) + "\n");
+  write_json(a.json_file, json_text(chart, 1) + "\n");
   print_chart(chart);
   const bool drawn = !a.no_report && !stop_requested() && write_chart_report(a.settings.out);
   std::printf("  results       %s (%.0f s)\n", (a.settings.out + (drawn ? "/chart.html" : "/chart.csv")).c_str(),
@@ -163,7 +164,7 @@ void add_chart_command(CLI::App& app, int& exit_code) {
   a->settings.jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   command->add_option("SCENE", a->scenes, "scene files; none: the standard ones");
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
-  command->add_option("--json", a->json_file, "also write chart.json to this file");
+  add_json_option(*command, a->json_file, "chart.json");
   command->add_flag("--full", a->full,
                     "every rate, material, mesh: takes hours; --resume goes on where it was stopped");
   command->add_option("--jobs", a->settings.jobs, "runs side by side")

@@ -9,6 +9,7 @@
 #include "apps/commands.hpp"
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 #include "io/json_batch.hpp"
 #include "io/json_file.hpp"
@@ -104,7 +105,7 @@ std::vector<Json> run_workers(const CheckArguments& a, const std::vector<Library
   options.limits = {.seconds = a.timeout,
                     .memory_bytes = static_cast<std::size_t>(a.memory_gb * 1073741824.0),
                     .stop = &stop_requested()};
-  options.progress = progress_bar("checking");
+  options.progress = progress_bar("checking", Piped::lines);
   if (a.resume && fs::exists(rows)) forget_rows(rows, was_killed);  // and looks at what is kept
   std::vector<Json> out = run_batch(jobs, options);
   // Killed from outside, by hand or by the system for want of memory: once more, and what is killed again says so.
@@ -129,6 +130,17 @@ void print_summary(const Json& report, std::size_t meshes, const std::vector<std
               << (*row)["why"].get<std::string>() << "\n";
   }
   if (fresh.size() > kShown) std::cout << "  ... and " << fresh.size() - kShown << " more\n";
+  const auto slow =
+      std::ranges::count_if(report["rows"], [](const Json& r) { return r["real_time"]["keeps"] == "no"; });
+  const auto large = std::ranges::count_if(report["rows"], [](const Json& r) {
+    return r["real_time"]["told"].get<std::string>().find("--budget") != std::string::npos;
+  });
+  if (slow > 0)
+    std::cout << "not in real time on this machine: " << slow << " of " << report["rows"].size()
+              << " bodies; each row says which part is slow\n";
+  if (large > 0)
+    std::cout << "not for real time as they are: " << large << " surfaces over the budget; what was judged is a body "
+              << "of fewer triangles (--budget)\n";
   if (report["rows"].size() < meshes)
     std::cout << "stopped: " << meshes - report["rows"].size() << " meshes are left; --resume goes on\n";
   std::cout << "results: " << out << "/report.json\n";
@@ -139,9 +151,11 @@ int finish(const CheckArguments& a, std::vector<Json> rows, const Json& settings
   Json outlines = Json::object();
   for (const Json& row : rows)
     if (row.contains("outline")) outlines[row["path"].get<std::string>()] = row["outline"];
-  const Json report = make_report(std::move(rows), settings);
+  Json report = make_report(std::move(rows), settings);
+  report["left"] = meshes - std::min(meshes, report["rows"].size());  // of a run that was stopped
   write_file_whole(a.out + "/report.json", json_text(report, 1) + "\n");
   write_file_whole(a.out + "/outlines.json", json_text(outlines) + "\n");
+  write_json(a.json, json_text(report, 1) + "\n");
   const std::vector<std::string> fresh =
       new_failures(report, a.baseline.empty() ? Json() : read_check_report(a.baseline));
   print_summary(report, meshes, fresh, a.out);
@@ -255,7 +269,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--no-report", a->no_report, "no report.html");
   command->add_option("--one", a->one)->group("");  // the worker's part
-  command->add_option("--json", a->json)->group("");
+  add_json_option(*command, a->json, "report.json");
   command->footer(
       "Exit code 1: something failed that did not fail in the baseline, or the run was stopped.\n"
       "Examples:\n  kilotouch check library/ --jobs 8 --out out\n"

@@ -3,6 +3,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
+#include "apps/words.hpp"
 #include "io/shell_words.hpp"
 
 namespace kt {
@@ -43,9 +44,10 @@ void add_drag_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", a->set, "change a setting, KEY=VALUE (docs/scene.md); may be repeated")
       ->allow_extra_args(false);
   auto* out = command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
-  command->add_option("--json", a->settings.json_file, "also write the summary to this file");
+  add_json_option(*command, a->settings.json_file, "the summary");
   command->add_flag("--force", a->settings.force, "replace another mesh's results in the folder --out");
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
+  command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
   command->footer(
       "The mesh is scaled to 0.1 m (--set object.size=...) and clamped in its lowest fifth.\n"
@@ -53,6 +55,7 @@ void add_drag_command(CLI::App& app, int& exit_code) {
   command->callback([a, out, &exit_code] {
     a->settings.report = !a->no_report;
     a->settings.force = a->settings.force || out->empty();  // the default folder holds the last run, whatever it was
+    a->settings.input = a->mesh;
     std::vector<std::string> words{"kilotouch", "drag", a->mesh};
     for (const std::string& set : a->set) words.insert(words.end(), {"--set", set});
     a->settings.reproduce = shell_words(words);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
+#include "apps/words.hpp"
 #include "collision/triangle_index.hpp"
 #include "core/integrator.hpp"
 #include "haptics/device/haptic_device.hpp"
@@ -50,7 +51,7 @@ void list(const std::string& json_file) {
           {{"name", b.name}, {"what", b.what}, {"available", b.available}, {"option", b.option}});
     }
   }
-  if (!json_file.empty()) write_file_whole(json_file, json_text(json, 2) + "\n");
+  write_json(json_file, json_text(json, 2) + "\n");
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ void list(const std::string& json_file) {
 void add_list_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("list", "every backend of every family, and why one is unavailable");
   auto file = std::make_shared<std::string>();
-  command->add_option("--json", *file, "also write the table to this file");
+  add_json_option(*command, *file, "the table");
   command->footer("Example:\n  kilotouch list");
   command->callback([file] { list(*file); });
 }

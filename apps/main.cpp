@@ -10,6 +10,7 @@
 #include "apps/mesh_command.hpp"
 #include "apps/output_streams.hpp"
 #include "apps/stop_signals.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 #include "core/visible_text.hpp"
 #include "io/child_process.hpp"
@@ -54,6 +55,13 @@ std::string explain(const CLI::App& root, const CLI::ParseError& error, const st
 /// The parser's words come from the command line and may hold anything; a message is one line.
 void complain(const std::string& message) { std::cerr << kt::visible(message) << '\n'; }
 
+/// To the command, or to those of it.
+void add_quiet_option(CLI::App& command) {
+  const auto inner = command.get_subcommands([](CLI::App*) { return true; });
+  for (CLI::App* one : inner) add_quiet_option(*one);
+  if (inner.empty()) kt::add_quiet_option(command);
+}
+
 /// Runs what the words ask for.    @returns the exit code
 int run(int argc, char** argv) {
   // Freed memory is used again: else every refresh fetches its matrices from the system page by page, and gives them
@@ -61,7 +69,7 @@ int run(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   CLI::App app{"kilotouch: haptic-rate contact with deformable objects", "kilotouch"};
-  app.set_version_flag("--version", KT_VERSION);
+  app.set_version_flag("-V,--version", KT_VERSION);
   app.require_subcommand(1);
   int exit_code = 0;
   kt::add_run_command(app, exit_code);
@@ -75,6 +83,7 @@ int run(int argc, char** argv) {
   kt::add_stability_command(app, exit_code);
   kt::add_check_command(app, exit_code);
   kt::add_list_command(app, exit_code);
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) add_quiet_option(*command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -8,6 +8,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/mesh_report.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 #include "io/json_file.hpp"
 #include "io/mesh_io.hpp"
@@ -57,7 +58,7 @@ void finish(const MeshArguments& a, const Mesh& mesh, json& out) {
     std::cout << "written: " << a.out << "\n";
     out["written"] = a.out;
   }
-  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(out, 2) + "\n");
+  write_json(a.json_file, json_text(out, 2) + "\n");
 }
 
 /// Says which tolerance would join the open edges that lie beside one another; false when none would.
@@ -160,7 +161,7 @@ void tet(MeshArguments& a) {
 void add_common(CLI::App& command, MeshArguments& a) {
   command.add_option("MESH", a.mesh, "file: " + join(readable_mesh_extensions()))->required();
   command.add_option("-o,--out", a.out, "write the mesh: " + join(writable_mesh_extensions()));
-  command.add_option("--json", a.json_file, "write the whole result as JSON");
+  add_json_option(command, a.json_file, "the whole result");
 }
 
 }  // namespace

@@ -7,17 +7,72 @@
 
 namespace kt {
 
-void print_summary(const nlohmann::ordered_json& s) {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void line(const std::string& name, const std::string& content) {
+  std::cout << "  " << name << std::string(name.size() < 14 ? 14 - name.size() : 1, ' ') << content << '\n';
+}
+
+std::string number(double v, const char* format) {
+  char out[48];
+  std::snprintf(out, sizeof out, format, v);
+  return out;
+}
+
+std::string force_line(const Json& force) {
+  const auto newtons = [&](const char* key) { return number(force[key].get<double>(), "%.3g"); };
+  return text("normal mean ", newtons("mean_n"), " N, largest ", newtons("max_n"), " N; friction mean ",
+              newtons("mean_t"), " N, largest ", newtons("max_t"), " N");
+}
+
+std::string body_line(const Json& model) {
+  const auto mm = [&](int i) { return number(1e3 * model["size_m"][i].get<double>(), "%.3g"); };
+  return text(mm(0), " x ", mm(1), " x ", mm(2), " mm, one unit of the mesh file is ",
+              number(model["mesh_unit_m"].get<double>(), "%.3g"), " m; ", model["type"].get<std::string>(), ", ",
+              model["nodes"], " nodes");
+}
+
+void print_trust(const Json& trust) {
+  const Json& reasons = trust["reasons"];
+  if (reasons.empty()) return line("trustworthy", "yes");
+  line("trustworthy", "no");
+  for (const Json& reason : reasons) {
+    std::cout << "    - " << reason["what"].get<std::string>() << '\n';
+    if (!reason["cure"].is_null()) std::cout << "      cure: " << reason["cure"].get<std::string>() << '\n';
+  }
+}
+
+void print_reference(const Json& s) {
   const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
-  const auto line = [](const std::string& name, const std::string& content) {
-    std::cout << "  " << name << std::string(name.size() < 14 ? 14 - name.size() : 1, ' ') << content << '\n';
-  };
-  const auto number = [](double v, const char* format) {
-    char out[48];
-    std::snprintf(out, sizeof out, format, v);
-    return std::string(out);
-  };
+  if (s.contains("reference"))
+    line("reference", text("force error ", number(100 * value("reference", "force_error"), "%.3g"),
+                           " %, noticeable in ", number(100 * value("reference", "jnd_fraction"), "%.3g"),
+                           " % of the time, against ", number(1e-3 * value("reference", "rate_hz"), "%.3g"), " kHz (",
+                           number(value("reference", "seconds"), "%.3g"), " s)"));
+  if (s.contains("reference") && s["reference"].contains("second_tool")) {
+    const auto& second = s["reference"]["second_tool"];
+    line("", text("second tool: force error ", number(100 * second["force_error"].get<double>(), "%.3g"),
+                  " %, noticeable in ", number(100 * second["jnd_fraction"].get<double>(), "%.3g"), " % of the time"));
+  }
+}
+
+}  // namespace
+
+void print_summary(const Json& s) {
   std::cout << s["scene"].get<std::string>() << '\n';
+  line("force", force_line(s["force"]));
+  if (s.contains("second_tool")) line("second tool", force_line(s["second_tool"]["force"]));
+  line("real time", s["real_time"]["told"].get<std::string>());
+  print_trust(s["trust"]);
+  line("body", body_line(s["model"]));
+  print_reference(s);
+  for (const Json& note : s["notes"]) std::cout << "  warning: " << note.get<std::string>() << '\n';
+}
+
+void print_details(const nlohmann::ordered_json& s) {
+  const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
   line("body", text(s["model"]["type"].get<std::string>(), ", ", s["model"]["nodes"], " nodes, ", s["model"]["tets"],
                     " tetrahedra, ", s["model"]["triangles"], " surface triangles"));
   line("local model", text(s["local"]["name"].get<std::string>(), ", ", s["local"]["dof"], " dof, ",
@@ -76,18 +131,7 @@ void print_summary(const nlohmann::ordered_json& s) {
               " platform gaps over 1 ms; SCHED_FIFO ", s["real_time_scheduling"].get<bool>() ? "yes" : "no"));
   line("refresh", text("global step ", number(value("global_ms", "p50"), "%.3g"), " ms, linearize and reduce ",
                        number(value("refresh_ms", "p50"), "%.3g"), " ms (medians)"));
-  if (s.contains("reference"))
-    line("reference", text("force error ", number(100 * value("reference", "force_error"), "%.3g"),
-                           " %, noticeable in ", number(100 * value("reference", "jnd_fraction"), "%.3g"),
-                           " % of the time, against ", number(1e-3 * value("reference", "rate_hz"), "%.3g"), " kHz (",
-                           number(value("reference", "seconds"), "%.3g"), " s)"));
-  if (s.contains("reference") && s["reference"].contains("second_tool")) {
-    const auto& second = s["reference"]["second_tool"];
-    line("", text("second tool: force error ", number(100 * second["force_error"].get<double>(), "%.3g"),
-                  " %, noticeable in ", number(100 * second["jnd_fraction"].get<double>(), "%.3g"), " % of the time"));
-  }
   line("hash", s["hash"].get<std::string>());
-  for (const auto& warning : s["warnings"]) std::cout << "  warning: " << warning.get<std::string>() << '\n';
 }
 
 }  // namespace kt

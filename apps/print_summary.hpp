@@ -4,7 +4,10 @@
 
 namespace kt {
 
-/// A few lines on standard output: what happened.
+/// The first screen: the force, whether it is real time, whether it is to be trusted, each with what cures it.
 void print_summary(const nlohmann::ordered_json& summary);
+
+/// Every figure that has a line.
+void print_details(const nlohmann::ordered_json& summary);
 
 }  // namespace kt

@@ -6,6 +6,7 @@
 #include "apps/commands.hpp"
 #include "apps/run_outputs.hpp"
 #include "apps/run_session.hpp"
+#include "apps/words.hpp"
 #include "core/error.hpp"
 #include "haptics/device/recording.hpp"
 #include "io/json_file.hpp"
@@ -116,17 +117,16 @@ class SessionFile {
   Json json_;
 };
 
-void replay(std::string file, const std::string& out, bool force, int& exit_code) {
+void replay(std::string file, RunSettings settings, int& exit_code) {
   if (fs::is_directory(file)) file += "/session.json";
   if (!fs::exists(file))
     throw InputError(text(file, ": cannot read the session (a run leaves it as OUT/session.json)"));
   const SessionFile session(file);
   const Scene scene = session.scene();
   const std::string hash = session.hash();
-  RunSettings settings;
   settings.session = session.options(scene);
-  settings.force = force;
-  settings.out = out;
+  settings.piped = Piped::lines;
+  settings.input = file;
   settings.reproduce = shell_words({"kilotouch", "replay", file});
   const RunOutcome outcome = run_scene(scene, settings);
   if (outcome.result.stopped) return;
@@ -142,13 +142,23 @@ void replay(std::string file, const std::string& out, bool force, int& exit_code
 void add_replay_command(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("replay", "run a recorded session again and compare its hash");
   auto file = std::make_shared<std::string>();
-  auto out = std::make_shared<std::string>();
+  auto out = std::make_shared<std::string>(), json = std::make_shared<std::string>();
+  auto details = std::make_shared<bool>(false);
   command->add_option("SESSION", *file, "session.json of a run, or the run's folder")->required();
+  add_json_option(*command, *json, "the summary");
+  command->add_flag("--details", *details, "print every figure, not the first screen alone");
   command->add_option("--out", *out, "folder for the results of the replay; none are written without it");
   auto force = std::make_shared<bool>(false);
   command->add_flag("--force", *force, "replace another scene's results in the folder --out");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --out out/slab && kilotouch replay out/slab");
-  command->callback([file, out, force, &exit_code] { replay(*file, *out, *force, exit_code); });
+  command->callback([file, out, force, json, details, &exit_code] {
+    RunSettings settings;
+    settings.out = *out;
+    settings.force = *force;
+    settings.json_file = *json;
+    settings.details = *details;
+    replay(*file, std::move(settings), exit_code);
+  });
 }
 
 }  // namespace kt

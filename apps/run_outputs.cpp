@@ -9,6 +9,9 @@
 #include "core/error.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/contact_events.hpp"
+#include "haptics/contact_width.hpp"
+#include "haptics/real_time.hpp"
+#include "haptics/run_doubts.hpp"
 #include "haptics/run_warnings.hpp"
 #include "io/json_file.hpp"
 #include "io/output_file.hpp"
@@ -40,6 +43,7 @@ Json cpu_json(const SessionResult& result) {
 Json model_json(const Session& session) {
   const ModelInfo info = session.model().info();
   const Mesh& mesh = session.model().mesh();
+  const Vec3 size = bounds(mesh).size();
   const auto springs = info.parameters.find("springs");
   Json out{{"type", info.type},
            {"material", info.material},
@@ -47,6 +51,8 @@ Json model_json(const Session& session) {
            {"tets", mesh.tetrahedra.size()},
            {"springs", springs == info.parameters.end() ? 0 : static_cast<int>(springs->second)},
            {"triangles", mesh.triangles.size()},
+           {"size_m", {size.x(), size.y(), size.z()}},
+           {"mesh_unit_m", session.mesh_unit()},
            {"fixed_nodes", session.model().fixed_nodes().size()}};
   for (const auto& [name, value] : info.parameters)
     if (name != "springs") out["parameters"][name] = value;
@@ -210,6 +216,38 @@ Json contact_solver_json(const std::vector<LocalFrame>& frames) {
   return {{"unsolved_ticks", unsolved}, {"residual_max", largest}};
 }
 
+Json real_time_json(const RealTime& r) {
+  return {{"holds", r.keeps != Keeps::no},
+          {"keeps", name_of(r.keeps)},
+          {"slow_part", r.slow_part},
+          {"slow_part_ms", r.part_ms},
+          {"refresh_budget_ms", r.budget_ms},
+          {"refresh_ms_p50", r.refresh_ms},
+          {"refresh_hz", r.refresh_hz},
+          {"tick_share", r.tick_share},
+          {"cure", r.cure.empty() ? Json(nullptr) : Json(r.cure)},
+          {"told", r.told()}};
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+/// The mesh's cells against the width of the contact, along the way that the first tool took.
+Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
+  if (!w) return nullptr;
+  return {{"cell_m", w->cell},
+          {"contact_radius_m", w->contact_radius},
+          {"cell_over_contact_radius", {{"min", w->least}, {"mean", w->mean}, {"max", w->most}}},
+          {"force_factor", number_or_null(w->factor)},
+          {"fine_edge_m", number_or_null(w->fine_edge)}};
+}
+
+Json trust_json(const std::vector<Doubt>& doubts) {
+  Json reasons = Json::array();
+  for (const Doubt& d : doubts)
+    reasons.push_back({{"what", d.what}, {"cure", d.cure.empty() ? Json(nullptr) : Json(d.cure)}});
+  return {{"trustworthy", doubts.empty()}, {"reasons", reasons}};
+}
+
 /// Least work that all hands together have done on the body so far, over the run [J]; below 0: energy came out.
 double least_work_of_both(const SessionResult& result) {
   double work = 0, least = 0;
@@ -352,7 +390,20 @@ Json make_summary(const Session& session, const SessionResult& result) {
       result.allocations < 0 || result.frames.empty()
           ? Json(nullptr)
           : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
-  out["warnings"] = run_warnings(result, keeps_outside(scene));
+  const std::vector<Vec3> way = tool_path(result);
+  const std::optional<ContactWidth> width = find_contact_width(session, way);
+  out["mesh_at_contact"] = mesh_at_contact_json(width);
+  out["real_time"] = real_time_json(judge_real_time(scene, result));
+  std::vector<std::string> warnings =
+      run_warnings(result, keeps_outside(scene));
+  const bool is_scripted = !session.path().empty() && !scene.tool.path.hand;  // then it was predicted
+  if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));
+  std::vector<ForceMetrics> forces{force};
+  if (result.second_tool)
+    forces.push_back(measure_forces(result.second_tool->frames, steady_from(scene, result), 1 / scene.local.rate_hz));
+  out["trust"] = trust_json(find_doubts(scene, result, warnings, forces));
+  out["notes"] = result.notes;
+  out["warnings"] = std::move(warnings);
   out["settings"] = Json::parse(to_json(scene));
   return out;
 }

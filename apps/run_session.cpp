@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -16,6 +17,7 @@
 #include "apps/run_folder.hpp"
 #include "apps/run_outputs.hpp"
 #include "apps/stop_signals.hpp"
+#include "apps/words.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/run_warnings.hpp"
 #include "io/json_file.hpp"
@@ -23,9 +25,25 @@
 
 namespace kt {
 
-std::function<void(double)> progress_bar(const std::string& title) {
-  if (!isatty(STDERR_FILENO)) return {};
-  using Clock = std::chrono::steady_clock;
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Lines that a log or another program can read; none of what takes a few seconds.
+std::function<void(double)> progress_lines(const std::string& title) {
+  return [title, start = Clock::now(), next = 5.0](double share) mutable {
+    const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
+    if (elapsed < next || share >= 1) return;
+    next = elapsed + 10;
+    std::fprintf(stderr, "%s: %.0f %%, %.0f s so far\n", title.c_str(), 100 * share, elapsed);
+  };
+}
+
+}  // namespace
+
+std::function<void(double)> progress_bar(const std::string& title, Piped piped) {
+  if (is_quiet()) return {};
+  if (!isatty(STDERR_FILENO)) return piped == Piped::lines ? progress_lines(title) : nullptr;
   return [title, start = Clock::now(), last = Clock::now()](double share) mutable {
     const auto now = Clock::now();
     const double elapsed = std::chrono::duration<double>(now - start).count();
@@ -101,6 +119,23 @@ static std::optional<Reference> read_truth(const std::string& file, const Scene&
   return out;
 }
 
+/// A message that starts with a key of the scene starts with the file, too.
+static std::string with_file(const std::string& file, const std::string& message) {
+  const std::string first = message.substr(0, message.find_first_of(".: "));
+  const std::vector<std::string> keys = known_scene_keys();
+  const bool starts_with_key =
+      std::ranges::any_of(keys, [&](const std::string& key) { return key == first || key.starts_with(first + '.'); });
+  return file.empty() || !starts_with_key ? message : file + ": " + message;
+}
+
+static Session make_session(const Scene& scene, const std::string& file) {
+  try {
+    return Session(scene);
+  } catch (const InputError& e) {
+    throw InputError(with_file(file, e.what()));
+  }
+}
+
 int run_exit_code(const RunOutcome& outcome) {
   const SessionResult& result = outcome.result;
   const bool is_lost = outcome.summary.at("contact_lost").get<bool>();
@@ -131,7 +166,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   const FolderHolds before =
       settings.out.empty() ? FolderHolds::nothing : look_at_folder(settings.out, scene, settings.force);
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
-  Session session(scene);
+  Session session = make_session(scene, settings.input);
   if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
   for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
   require_folder_of(settings.json_file);
@@ -139,7 +174,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   read_reference_before(session, settings.reference.file);
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
-  options.progress = progress_bar(scene.title.empty() ? "running" : scene.title);
+  options.progress = progress_bar(scene.title.empty() ? "running" : scene.title, settings.piped);
   options.stop = &stop_requested();
   const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0.2 * scene.duration;
   if (options.snapshot_times.empty())
@@ -154,15 +189,17 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (reference) add_reference(out.summary, out.result, *reference);
   if (truth && !out.result.stopped) add_truth(out.summary, out.result, *truth);
   if (!settings.out.empty()) save(settings, session, out, reference);
-  if (!settings.json_file.empty()) write_file_whole(settings.json_file, json_text(out.summary, 2) + "\n");
+  write_json(settings.json_file, json_text(out.summary, 2) + "\n");
   if (!settings.quiet) print_summary(out.summary);
+  if (!settings.quiet && settings.details) print_details(out.summary);
   if (settings.out.empty()) return out;
   // What a stop leaves is on the disk; pictures would make it wait.
   const bool draws = settings.report && !stop_requested();
   if (draws) write_report(settings.out, {.title = scene.title, .compare = {}});
   if (settings.quiet) return out;
   std::cout << "  results       " << settings.out << (draws ? "/report.html" : "/summary.json")
-            << (before == FolderHolds::other_settings ? " (in place of a run with other settings)" : "") << '\n';
+            << (before == FolderHolds::other_settings ? " (in place of a run with other settings)" : "")
+            << (settings.details ? "\n" : "; every figure: --details\n");
   return out;
 }
 

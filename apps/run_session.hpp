@@ -16,6 +16,9 @@ struct ReferenceSettings {
   std::string truth;  ///< one of another body, law or mesh, along the same path; empty: none
 };
 
+/// Of progress where stderr is no terminal.
+enum class Piped { silent, lines };
+
 struct RunSettings {
   std::string out;        ///< folder for the results; empty: none are written
   std::string json_file;  ///< also the summary alone; empty: no
@@ -23,7 +26,10 @@ struct RunSettings {
   bool states = false;    ///< VTU and PVD of the snapshots
   bool report = true;     ///< pictures and report.html
   bool quiet = false;     ///< no summary on standard output
+  bool details = false;   ///< a summary of every figure, not the first screen alone
+  Piped piped = Piped::silent;
   std::string reproduce;  ///< the command, for the report
+  std::string input;      ///< the file that the scene or its mesh came from, for messages
   SessionOptions session;
   ReferenceSettings reference;
 };
@@ -39,7 +45,7 @@ int run_exit_code(const RunOutcome& outcome);
 /// Throws InputError and RunError.
 RunOutcome run_scene(const Scene& scene, RunSettings settings);
 
-/// A bar with the time left on stderr, when that is a terminal; nothing otherwise.
-std::function<void(double)> progress_bar(const std::string& title);
+/// A bar with the time left on stderr, when that is a terminal; else nothing, or a plain line every ten seconds.
+std::function<void(double)> progress_bar(const std::string& title, Piped piped = Piped::silent);
 
 }  // namespace kt

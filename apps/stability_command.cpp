@@ -8,6 +8,7 @@
 #include "apps/run_session.hpp"
 #include "apps/stability/map_files.hpp"
 #include "apps/stability/maps.hpp"
+#include "apps/words.hpp"
 #include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
@@ -91,7 +92,7 @@ void run_stability(const StabilityArguments& a, int& exit_code) {
   results = write_results(a, maps, stop_requested());
   if (maps.size() > 1) print_row("all", sum, results["seconds"].get<double>());
   for (const StabilityMap& map : maps) std::cout << "  " << map.name << ": " << map.claim << '\n';
-  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(results, 2) + "\n");
+  write_json(a.json_file, json_text(results, 2) + "\n");
   if (!a.no_report && !stop_requested()) write_stability_report(a.out);
   std::cout << "  results  " << a.out << (a.no_report ? "/stability.json" : "/stability.html") << '\n';
   exit_code = stop_requested() || has_failed ? 1 : 0;
@@ -107,7 +108,7 @@ void add_stability_command(CLI::App& app, int& exit_code) {
   for (const MapEntry& e : stability_maps()) known += (known.empty() ? "" : ", ") + e.name;
   command->add_option("MAP", a->maps, "which maps; default: all of " + known);
   command->add_option("--out", a->out, "folder for the results")->capture_default_str();
-  command->add_option("--json", a->json_file, "also write stability.json to this file");
+  add_json_option(*command, a->json_file, "stability.json");
   command->add_flag("--full", a->full, "finer maps of larger bodies: takes far longer");
   command->add_option("--jobs", a->jobs, "threads")->check(CLI::Range(1, 256))->capture_default_str();
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no stability.html");

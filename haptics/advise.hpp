@@ -48,10 +48,12 @@ struct AdviceBody {
   SceneTetrahedralize filled = {};  ///< what makes that mesh
   Mesh mesh = {};
   int nodes = 0;
-  double force = kUnknown;       ///< on the pressed tool [N]
-  double error = kUnknown;       ///< of that force
-  double refresh_ms = kUnknown;  ///< CPU time of a global step and the cheapest local model from it
-  std::string note = {};         ///< why it was not judged
+  double force = kUnknown;                     ///< on the pressed tool [N]
+  double error = kUnknown;                     ///< of that force
+  double cell_over_contact_radius = kUnknown;  ///< under the tool
+  double expected_factor = kUnknown;           ///< of the continuum's force, by contact_width.hpp
+  double refresh_ms = kUnknown;                ///< CPU time of a global step and the cheapest local model from it
+  std::string note = {};                       ///< why it was not judged
   double reference_rate_hz = 0, reference_seconds = 0;  ///< of its full model: steps, how much of the path; 0: not run
 };
 

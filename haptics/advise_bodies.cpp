@@ -3,6 +3,7 @@
 
 #include "core/parallel.hpp"
 #include "haptics/advise_parts.hpp"
+#include "haptics/contact_width.hpp"
 #include "io/refine_surface.hpp"
 #include "io/tetrahedralize.hpp"
 
@@ -151,6 +152,10 @@ void press_bodies(const AdviceScene& scene, const AdviceClock& clock, double sha
       const Session session(changed, body.mesh);
       body.nodes = session.model().mesh().num_nodes();
       if (body.nodes > kMostNodes) throw RunError(text("more than ", kMostNodes, " nodes"));
+      if (const auto width = find_contact_width(session, std::span(&scene.site.to, 1))) {
+        body.cell_over_contact_radius = width->mean;
+        body.expected_factor = width->factor;
+      }
       body.refresh_ms = measure_refresh(changed, body.mesh);
       body.note = out.truth.why_none;
       if (!is_judged) continue;

@@ -47,21 +47,23 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
   if (const StepStatistics& steps = result.global_steps; steps.projected + steps.not_converged > 0)
     warnings.push_back(
         text("global steps: ", steps.projected, " of ", steps.iterations,
-             " systems were not positive definite and were solved with the element stiffness projected; ",
+             " systems were not positive definite and were solved with the element stiffness projected, and ",
              steps.not_converged, " of ", result.global_ms.size(), " steps did not converge"));
   if (result.self_contact && result.self_contact->crossings > 0)
     warnings.push_back(text("the surface crossed itself, in up to ", result.self_contact->crossings,
                             " pairs of triangles after a global step: a fault of this program, please report it"));
   if (result.definite_tangents > 0)
-    warnings.push_back(text("the exact tangent was indefinite at ", result.definite_tangents, " of ",
-                            result.refreshes.size(),
-                            " refreshes; clamped there, the local model is stiffer than the body"));
+    warnings.push_back(
+        text("the exact tangent was indefinite at ", result.definite_tangents, " of ", result.refreshes.size(),
+             " refreshes: clamped there, the local model is stiffer than the body; set object.model.type to fem "
+             "with object.model.material neo_hookean, or press less deep"));
   const auto warn_of_depth = [&](const std::vector<double>& depth, const char* who) {
     if (depth.empty() || !keeps_outside) return;
     const auto ticks = std::ranges::count_if(depth, [](double d) { return d > kNoticeableDepth; });
     if (ticks > 0)
-      warnings.push_back(text(who, "the tool was up to ", 1e3 * std::ranges::max(depth), " mm inside the body, in ",
-                              ticks, " of ", depth.size(), " ticks: forces there are not to be trusted"));
+      warnings.push_back(text(
+          who, "the tool was up to ", 1e3 * std::ranges::max(depth), " mm inside the body, in ", ticks, " of ",
+          depth.size(), " ticks: forces there are not to be trusted; move the tool more slowly, or press less deep"));
   };
   warn_of_depth(result.penetration, "");
   if (result.second_tool) warn_of_depth(result.second_tool->penetration, "second tool: ");

@@ -13,12 +13,16 @@
 namespace kt {
 namespace {
 
-void rescale(Mesh& mesh, const SceneObject& object) {
-  if (object.scale) mesh.x *= *object.scale;
-  if (!object.size) return;
-  const double longest = bounds(mesh).size().maxCoeff();
-  if (!(longest > 0)) throw InputError(text(object.mesh, ": all nodes lie on one point"));
-  mesh.x *= *object.size / longest;
+/// @returns the file's unit [m]
+double rescale(Mesh& mesh, const SceneObject& object) {
+  double unit = object.scale.value_or(1);
+  if (object.size) {
+    const double longest = bounds(mesh).size().maxCoeff();
+    if (!(longest > 0)) throw InputError(text(object.mesh, ": all nodes lie on one point"));
+    unit = *object.size / longest;
+  }
+  mesh.x *= unit;
+  return unit;
 }
 
 /// Beyond, squares and volumes leave the finite numbers; a body lies nowhere near.
@@ -49,12 +53,13 @@ void note_unused(const SceneObject& object, bool has_tetrahedra, std::vector<std
 
 }  // namespace
 
-Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
+Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes, double* unit) {
   const SceneObject& object = scene.object;
   if (object.mesh.empty()) throw InputError("object.mesh: no mesh is named");
   Mesh mesh = load_mesh(object.mesh, {}, &notes);
   if (mesh.triangles.empty()) throw InputError(text(object.mesh, ": the mesh has no triangles"));
-  rescale(mesh, object);
+  const double its_unit = rescale(mesh, object);
+  if (unit) *unit = its_unit;
   require_near(mesh, object);
   note_unused(object, !mesh.tetrahedra.empty(), notes);
   if (object.repair && mesh.tetrahedra.empty()) {

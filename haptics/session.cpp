@@ -9,6 +9,7 @@
 #include "haptics/device/recording.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
+#include "haptics/real_time.hpp"
 #include "haptics/scene_friction.hpp"
 #include "haptics/session_run.hpp"
 #include "haptics/tool_turn.hpp"
@@ -210,10 +211,12 @@ Scene checked(Scene scene) {
 void warn_of_lag(const Scene& scene, SessionResult& result) {
   const double seconds = static_cast<double>(result.frames.size()) / scene.local.rate_hz;
   const double reached = static_cast<double>(result.global_ms.size()) / seconds;
-  if (reached < 0.8 * scene.global.rate_hz)
-    result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ",
-                                   scene.global.rate_hz, ": one step takes ", percentile(result.global_ms, 0.5),
-                                   " ms; use a coarser mesh, or lower global.rate_hz and the tool's speed"));
+  if (reached >= 0.8 * scene.global.rate_hz) return;
+  const RealTime r = judge_real_time(scene, result);
+  result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ", scene.global.rate_hz,
+                                 ": ", r.slow_part, " takes ", r.part_ms, " of the ", r.refresh_ms,
+                                 " ms of a refresh; ", r.cure));
+  result.notes.push_back(result.warnings.back());
 }
 
 /// What a patch is not made for; the path of a device that yields is known when it is over.
@@ -331,7 +334,7 @@ std::vector<BackendInfo> link_backends() {
 }
 
 Session::Session(const Scene& scene) : scene_(checked(scene)), tools_(scene_tools(scene)) {
-  build(load_scene_mesh(scene, warnings_));
+  build(load_scene_mesh(scene, warnings_, &mesh_unit_));
 }
 
 Session::Session(const Scene& scene, Mesh body) : scene_(checked(scene)), tools_(scene_tools(scene)) {
@@ -347,6 +350,7 @@ void Session::build(Mesh mesh) {
   surface_ = make_surface(model_->mesh(), scene_.contact.ridge_deg * std::numbers::pi / 180);
   if (scene.global.self_contact) set_up_self_contact();
   friction_ = scene_friction(scene.contact, surface_, model_->mesh().x, warnings_);
+  notes_ = warnings_;
   start_ = settled(scene, *model_, self_contact_.get(), warnings_);
   Mesh hanging = model_->mesh();
   hanging.x = start_.x;
@@ -416,6 +420,7 @@ SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher)
 SessionResult Session::run(const SessionOptions& options) {
   SessionResult result;
   result.warnings = warnings_;
+  result.notes = notes_;
   const SessionOptions& used = options;
   const bool threaded = scene_.link.type == "thread" && options.refreshes.empty();
 

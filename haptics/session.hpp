@@ -97,6 +97,7 @@ struct SessionResult {
   std::vector<Snapshot> snapshots;
   InvertedTetrahedra inverted;
   std::vector<std::string> warnings;
+  std::vector<std::string> notes;  ///< those of the warnings that say nothing against the forces
   int last_dof = 0, last_patch_vertices = 0;
   StepStatistics global_steps;                 ///< what the implicit steps took
   std::optional<SelfContactRun> self_contact;  ///< of a scene that asks for it
@@ -141,6 +142,7 @@ class Session {
   const Scene& scene() const { return scene_; }
   const DeformableModel& model() const { return *model_; }
   const Surface& surface() const { return surface_; }
+  double mesh_unit() const { return mesh_unit_; }  ///< of the mesh file [m]; 1 for a mesh that is given in metres
   const ToolShape& tool() const { return tools_[0]; }
   std::span<const ToolShape> tools() const { return tools_; }  ///< 1 or 2
   const SurfaceFriction& friction() const { return friction_; }
@@ -160,13 +162,15 @@ class Session {
   State start_;  // at rest, hanging in its weight
   std::vector<ToolShape> tools_;
   std::vector<TimedPoint> path_, second_path_;
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, notes_;
   std::vector<Prediction> predictions_;
+  double mesh_unit_ = 1;
 };
 
 /// Loads, scales and, where the model needs it, repairs and tetrahedralizes the scene's mesh. What was not taken over
 /// as it stands is appended to `notes`.
-Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes);
+/// @param unit  of the file [m]
+Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes, double* unit = nullptr);
 
 /// Nodes that the scene clamps, ascending. Throws InputError when a choice holds no node or all of them.
 std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed);

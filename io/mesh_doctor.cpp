@@ -167,18 +167,23 @@ void examine_orientation(const Mesh& mesh, const std::vector<Triangle>& kept, co
   }
 }
 
-/// The unit that brings the longest edge of the box nearest to 15 cm, the size of organs and hand tools.
-std::string guess_unit(const Bounds& box) {
+}  // namespace
+
+double likely_scale(const Bounds& box) {
   const double size = box.size().maxCoeff();
-  if (!(size > 0) || !std::isfinite(size)) return "none: the mesh has no size";
-  constexpr std::pair<const char*, double> kUnits[] = {{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
-  const std::pair<const char*, double>* best = &kUnits[0];
-  for (const auto& unit : kUnits)
-    if (std::abs(std::log(size * unit.second / 0.15)) < std::abs(std::log(size * best->second / 0.15))) best = &unit;
-  return text(best->first, " (the longest side would be ", size * best->second, " m)");
+  if (!(size > 0) || !std::isfinite(size)) return 0;
+  double best = 1;
+  for (const double unit : {1e-2, 1e-3, 1e-6})
+    if (std::abs(std::log(size * unit / 0.15)) < std::abs(std::log(size * best / 0.15))) best = unit;
+  return best;
 }
 
-}  // namespace
+std::string likely_unit(const Bounds& box) {
+  const double scale = likely_scale(box);
+  if (scale == 0) return "none: the mesh has no size";
+  const char* name = scale == 1 ? "m" : scale == 1e-2 ? "cm" : scale == 1e-3 ? "mm" : "um";
+  return text(name, " (the longest side would be ", box.size().maxCoeff() * scale, " m)");
+}
 
 bool MeshReport::clean() const {
   if (triangles == 0) return false;
@@ -225,7 +230,7 @@ MeshReport examine(const Mesh& mesh, const MeshExamination& how) {
   r.triangles = static_cast<int>(mesh.triangles.size());
   r.tetrahedra = static_cast<int>(mesh.tetrahedra.size());
   examine_nodes(mesh, r);
-  r.likely_unit = guess_unit(r.box);
+  r.likely_unit = likely_unit(r.box);
   const std::vector<Triangle> kept = examine_triangles(mesh, r);
   const EdgeTable table = make_edge_table(kept);
   examine_edges(mesh, table, r);

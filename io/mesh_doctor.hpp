@@ -55,6 +55,12 @@ struct MeshExamination {
   std::size_t max_intersections = 100000;
 };
 
+/// The unit, as a scale to metres, that brings the longest edge of the box nearest to 15 cm, the size of organs and
+/// hand tools; 0 for a box without a size.
+double likely_scale(const Bounds& box);
+/// The same in words: "mm (the longest side would be 0.12 m)".
+std::string likely_unit(const Bounds& box);
+
 /// Never throws for a bad mesh: that is what it is for. Indices must be in range (all readers check that).
 MeshReport examine(const Mesh& mesh, const MeshExamination& how = {});
 

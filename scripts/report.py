@@ -31,7 +31,7 @@ def main():
     parser.add_argument("folder", metavar="DIR")
     parser.add_argument("--title")
     parser.add_argument("--compare", metavar="DIR2", nargs="+", default=[])
-    parser.add_argument("--paper", action="store_true", help="DIR holds slide, stick, stick_slip, coulomb_slide and coulomb")
+    parser.add_argument("--paper", action="store_true", help="DIR holds slide, stick, stick_slip, the same _extended, coulomb_slide and coulomb")
     parser.add_argument("--chart", action="store_true", help="DIR holds the chart.json of kilotouch chart")
     parser.add_argument("--stability", action="store_true", help="DIR holds stability.json and the maps' tables")
     parser.add_argument("--check", action="store_true", help="DIR holds what kilotouch check left")

@@ -7,6 +7,7 @@
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
 #include "core/error.hpp"
+#include "haptics/real_time.hpp"
 
 namespace kt {
 namespace {
@@ -61,6 +62,7 @@ void check_drag(MeshWork& work, StageResult& out) {
               work.in_file(work.spots[0].place));
   for (CheckBody& body : work.bodies) {
     RunExtremes all;
+    RealTime slowest;
     double buzz = 0, crossing = 0, refresh = 0;
     int lost = 0;
     for (std::size_t i = 0; i < drags.size(); ++i) {
@@ -69,6 +71,8 @@ void check_drag(MeshWork& work, StageResult& out) {
       const SessionResult run =
           run_along(body, drag_path(drags[i].spot, drags[i].walk, kSpeed, kDuration), work.options.stop);
       judge_run(run, name, where, all, out);
+      const RealTime pace = judge_real_time(body.session->scene(), run);
+      if (i == 0 || pace.refresh_ms > slowest.refresh_ms) slowest = pace;
       const ForceMetrics m = measure_forces(run.frames, kDragPressTime, 1e-3);
       lost += m.lost_contacts;
       buzz = std::max(buzz, m.buzz);
@@ -90,6 +94,8 @@ void check_drag(MeshWork& work, StageResult& out) {
                   where);
     }
     report_runs(all, body.model, out);
+    if (!drags.empty())
+      out.times[body.model]["real_time"] = {{"keeps", name_of(slowest.keeps)}, {"told", slowest.told()}};
     out.figures[body.model].update(
         {{"lost", lost}, {"buzz", buzz}, {"crossing_jump", crossing}, {"refresh_jump", refresh}});
   }

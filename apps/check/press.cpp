@@ -6,6 +6,7 @@
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
 #include "core/error.hpp"
+#include "haptics/contact_width.hpp"
 
 namespace kt {
 namespace {
@@ -100,6 +101,10 @@ void check_press(MeshWork& work, StageResult& out) {
       const double held = force.back();
       largest = std::max(largest, held);
       if (i != thickest) continue;
+      if (const auto width = find_contact_width(*body.session, tool_path(run)))
+        out.figures[body.model].update(
+            {{"cell_over_contact_radius", width->mean},
+             {"force_factor", std::isfinite(width->factor) ? nlohmann::ordered_json(width->factor) : nullptr}});
       const auto ticks = static_cast<std::size_t>(std::lround(path.rests[1] / h));
       if (const auto truth = truth_of(body, run, ticks, work.options.stop))
         off = compare_forces(tick_forces(run.frames), *truth).force_error;

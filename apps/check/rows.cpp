@@ -30,6 +30,29 @@ void add_end(const Json& batch_row, Json& stages) {
   stages.push_back(to_json(end));
 }
 
+/// Whether the bodies kept up with the wall clock, the slower one's words; of a decimated surface, that it was not
+/// asked.
+Json real_time_of(const Json& stages, int triangles) {
+  Json out{{"keeps", nullptr}, {"told", ""}};
+  const auto stage = [&](const char* name) {
+    return std::ranges::find_if(stages, [&](const Json& s) { return s["name"] == name; });
+  };
+  if (const auto drag = stage("drag"); drag != stages.end())
+    for (const auto& [model, times] : drag->at("times").items()) {
+      if (!times.is_object() || !times.contains("real_time")) continue;
+      const Json& its = times["real_time"];
+      const bool is_worse = out["keeps"].is_null() || its["keeps"] == "no" || out["keeps"] == "yes";
+      if (!is_worse) continue;
+      out["keeps"] = its["keeps"];
+      out["told"] = model + ": " + its["told"].get<std::string>();
+    }
+  if (const auto solid = stage("solid"); solid != stages.end() && solid->at("figures").contains("decimated"))
+    out["told"] = out["told"].get<std::string>() + (out["told"] == "" ? "" : "; ") +
+                  text("the surface of ", triangles, " triangles is not for real time: that is the body of fewer ",
+                       "triangles that was made of it (--budget)");
+  return out;
+}
+
 }  // namespace
 
 namespace {
@@ -135,6 +158,7 @@ Json report_row(const Json& batch_row) {
     if (first->contains("where")) out["where"] = (*first)["where"];
   }
   out["triangles"] = result.is_object() ? result.value("triangles", 0) : 0;
+  out["real_time"] = real_time_of(stages, out["triangles"].get<int>());
   out["stages"] = std::move(stages);
   out["times"] = result.is_object() && result.contains("times") ? result["times"] : Json::object();
   out["times"]["wall_s"] = batch_row["seconds"];

@@ -5,7 +5,7 @@ import io
 import json
 import os
 
-from report_parts.drawing import CAN_DRAW, np, plt
+from report_parts.drawing import CAN_DRAW, matplotlib, np, plt
 from report_parts.inline import inline_json
 from report_parts.style import BLUE, GREEN, GREY, ORANGE, VERMILION
 from report_parts.notices import with_notice
@@ -23,7 +23,7 @@ h1 { font-size: 1.6em; margin: 0; } h2 { margin: 1.4em 0 0.5em; font-size: 1.2em
 .cards { display: flex; flex-wrap: wrap; gap: 0.7em; margin: 1em 0; }
 .card { border: 1px solid #ccc; border-radius: 8px; padding: 0.5em 1em; min-width: 110px; } .card b { display: block; font-size: 1.5em; }
 .card span { color: #555; } .pictures img { max-width: 100%; height: auto; }
-.bar { display: flex; height: 12px; border-radius: 6px; overflow: hidden; margin: 0.4em 0 1em; } .bar i { display: block; }
+.stopped { background: #fff4e0; border-left: 5px solid #E69F00; padding: 0.5em 1em; } .bar { display: flex; height: 12px; border-radius: 6px; overflow: hidden; margin: 0.4em 0 1em; } .bar i { display: block; }
 .tools { display: flex; flex-wrap: wrap; gap: 0.6em; align-items: center; margin: 0.6em 0; }
 .tools button { font: inherit; padding: 0.2em 0.8em; border: 1px solid #bbb; border-radius: 14px; background: #fff; cursor: pointer; }
 .tools button.on { background: #1a1a1a; color: #fff; border-color: #1a1a1a; }
@@ -58,7 +58,8 @@ function detail(r) {
   const where = w => w ? '<br>at (' + w.map(c => finite(c) ? +c.toPrecision(6) : 'NaN').join(', ') + ')' : '';
   const stages = r.stages.map(s => '<tr><td>' + escaped(s[0]) + '</td><td>' + tag(s[1]) + '</td><td>' +
     escaped(s[2]) + where(s[3]) + '</td><td><pre>' + escaped(s[4]) + '</pre></td></tr>').join('');
-  return '<div class=detail>' + image(r.large, 'where it failed') + '<table>' + stages + '</table></div>';
+  return '<div class=detail>' + image(r.large, 'where it failed') + '<table>' +
+    (r.told ? '<tr><td>real time</td><td></td><td colspan=2>' + escaped(r.told) + '</td></tr>' : '') + stages + '</table></div>';
 }
 $(function () {
   const table = $('#table').DataTable({
@@ -78,6 +79,7 @@ $(function () {
       {data: 'buzz', className: 'n', render: number(2, 100)},
       {data: 'step_us', className: 'n', render: number(3)},
       {data: 'refresh_ms', className: 'n', render: number(3)},
+      {data: 'pace', render: (d, type) => type === 'display' ? escaped(d || '–') : d},
       {data: 'cpu_s', className: 'n', render: number(3)}]});
   let verdict = '', stage = '';
   $.fn.dataTable.ext.search.push((s, d, i) => (!verdict || rows[i].verdict === verdict) && (!stage || rows[i].stage === stage));
@@ -92,7 +94,11 @@ HEADS = (("", ""), ("mesh", ""), ("verdict", ""), ("stage", "the first that is a
          ("certified %", "largest certified error of a local model's impedance"),
          ("force %", "force of a press against the whole nonlinear body along the same path, larger of both models"),
          ("buzz %", "force above 100 Hz over the mean, while dragged"), ("step µs", "99 of 100 haptic ticks take less"),
-         ("refresh ms", "median time to a new local model"), ("CPU s", "of the whole check"))
+         ("refresh ms", "median time to a new local model"), ("real time", "does the slower body keep up with 30 refreshes a second here?"), ("CPU s", "of the whole check"))
+
+
+def yes_no(value):
+    return "yes" if value else "no"
 
 
 def stage_of(row, name):
@@ -134,6 +140,10 @@ def numbers_of(row):
 def figures_text(stage):
     """Figures and times on one line each, short."""
     def short(value):
+        if isinstance(value, bool):
+            return yes_no(value)
+        if value is None:
+            return "–"
         if isinstance(value, float):
             return f"{value:.3g}"
         if isinstance(value, dict):
@@ -142,7 +152,7 @@ def figures_text(stage):
             return f"[{', '.join(short(v) for v in value[:4])}{', …' if len(value) > 4 else ''}]"
         return str(value)
     both = dict(stage.get("figures") or {}, **(stage.get("times") or {}))
-    return "\n".join(f"{key}: {short(value)}" for key, value in both.items() if value not in (0, [], {}))
+    return "\n".join(f"{key}: {short(value)}" for key, value in both.items() if isinstance(value, bool) or value not in (0, [], {}))
 
 
 def table_rows(report, outlines):
@@ -152,7 +162,8 @@ def table_rows(report, outlines):
     for row in report["rows"]:
         outline, where = outlines.get(row["path"]), row.get("where")
         entry = {"path": row["path"], "verdict": row["verdict"], "stage": row["stage"], "why": row["why"], "triangles": row["triangles"],
-                 "picture": thumbnail(outline, where, width, height), "large": ""}
+                 "picture": thumbnail(outline, where, width, height), "large": "",
+                 "pace": (row.get("real_time") or {}).get("keeps") or "", "told": (row.get("real_time") or {}).get("told") or ""}
         entry.update(numbers_of(row))
         if where and row["verdict"] != "pass" and large < LARGE_PICTURES:
             entry["large"] = thumbnail(outline, where, 320, 240)
@@ -165,17 +176,23 @@ def table_rows(report, outlines):
 
 
 def histogram(axes, values, title, label, colour=BLUE):
-    values = [v for v in values if isinstance(v, (int, float)) and np.isfinite(v)]
     axes.set_title(title)
     axes.set_xlabel(label)
     axes.set_ylabel("meshes")
     positive = [v for v in values if v > 0]
     if not positive:
-        axes.text(0.5, 0.5, "none" if not values else "all zero", ha="center", va="center", transform=axes.transAxes, color=GREY)
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, f"0 in all {len(values)} meshes", ha="center", va="center", transform=axes.transAxes, color=GREY)
         return
     low, high = min(positive), max(positive)
-    axes.hist(positive, bins=np.geomspace(low / 1.05, high * 1.05, 25), color=colour)
-    axes.set_xscale("log")
+    wide = high > 10 * low  # a scale in decades
+    low, high = low / 1.05, high * 1.05
+    axes.hist(positive, bins=np.geomspace(low, high, 25) if wide else np.linspace(low, high, 25), color=colour)
+    if wide:
+        axes.set_xscale("log")
+        axes.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+    else:
+        axes.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(5))
     axes.margins(y=0.25)  # room for the words
     axes.yaxis.get_major_locator().set_params(integer=True)
     zero = len(values) - len(positive)
@@ -183,21 +200,39 @@ def histogram(axes, values, title, label, colour=BLUE):
               transform=axes.transAxes, fontsize=9, color="#444444")
 
 
+HISTOGRAMS = (("step_us", 1, "Haptic tick", "99 of 100 ticks take less [µs]", BLUE), ("refresh_ms", 1, "New local model", "median [ms]", BLUE),
+              ("cpu_s", 1, "Whole check", "CPU time [s]", BLUE), ("error", 100, "Certified error of the local model", "% of the impedance, 0–500 Hz", ORANGE),
+              ("off", 100, "Held force against the nonlinear body", "%", ORANGE), ("buzz", 100, "Buzz while dragged", "% of the force", ORANGE))
+
+
 def histograms(rows):
-    figure, axes = plt.subplots(2, 3, figsize=(14, 5.6), constrained_layout=True)
-    scaled = lambda key, factor=1: [abs(r[key]) * factor for r in rows if r[key] is not None]
-    histogram(axes[0][0], scaled("step_us"), "Haptic tick", "99 of 100 ticks take less [µs]")
-    if axes[0][0].get_xscale() == "log":
-        axes[0][0].axvline(1000, color=VERMILION, linestyle=":")
-    histogram(axes[0][1], scaled("refresh_ms"), "New local model", "median [ms]")
-    histogram(axes[0][2], scaled("cpu_s"), "Whole check", "CPU time [s]")
-    histogram(axes[1][0], scaled("error", 100), "Certified error of the local model", "% of the impedance, 0–500 Hz", ORANGE)
-    histogram(axes[1][1], scaled("off", 100), "Held force against the nonlinear body", "%", ORANGE)
-    histogram(axes[1][2], scaled("buzz", 100), "Buzz while dragged", "% of the force", ORANGE)
+    """One for each quantity that some mesh has; none without any."""
+    shown = []
+    for key, factor, *words in HISTOGRAMS:
+        values = [abs(r[key]) * factor for r in rows if isinstance(r[key], (int, float)) and np.isfinite(r[key])]
+        if values:
+            shown.append((key, values, words))
+    if not shown:
+        return ""
+    columns = min(3, len(shown))
+    lines = -(-len(shown) // columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(4.7 * columns, 2.9 * lines), constrained_layout=True, squeeze=False)
+    for panel in axes.flat[len(shown):]:
+        panel.remove()
+    for panel, (key, values, (title, label, colour)) in zip(axes.flat, shown):
+        histogram(panel, values, title, label, colour)
+        if key == "step_us" and max(values) > 300:
+            panel.axvline(1000, color=VERMILION, linestyle=":")
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=80)
     plt.close(figure)
-    return "<img alt='histograms of times and errors' src='data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii") + "'>"
+    return ("<h2>Times and errors</h2><div class=pictures><img alt='histograms of times and errors' src='data:image/png;base64,"
+            + base64.b64encode(out.getvalue()).decode("ascii") + "'></div>")
+
+
+def stopped_note(report):
+    left = report.get("left") or 0
+    return f"<p class=stopped>Stopped early: {left} mesh{'es' if left != 1 else ''} not checked. kilotouch check … --resume goes on.</p>" if left else ""
 
 
 def cards(report):
@@ -244,8 +279,8 @@ def check_page(folder):
         outlines = {}
     rows = table_rows(report, outlines)
     scripts = script_files()
-    settings = ", ".join(f"{key} {value}" for key, value in report["settings"].items())
-    body = f"<h1>Mesh check</h1><p class=sub>kilotouch {html.escape(report['kilotouch'])}; {html.escape(settings)}</p>{cards(report)}{failed_in(report)}"
+    settings = ", ".join(f"{key} {yes_no(value) if isinstance(value, bool) else format(value, 'g') if isinstance(value, float) else value}" for key, value in report["settings"].items())
+    body = f"<h1>Mesh check</h1><p class=sub>kilotouch {html.escape(report['kilotouch'])}; {html.escape(settings)}</p>{stopped_note(report)}{cards(report)}{failed_in(report)}"
     if scripts:
         stages = "".join(f"<option>{name}</option>" for name in STAGES)
         buttons = "".join(f"<button data-verdict='{v}' class='{'' if v else 'on'}'>{v or 'all'}</button>" for v in ("", "fail", "degraded", "pass"))
@@ -254,11 +289,11 @@ def check_page(folder):
         body += (f"<div class=tools>{buttons}<select id=stage><option value=''>any stage</option>{stages}</select>"
                  f"<span class=sub>a row opens its stages; places are in the file's own coordinates</span></div>"
                  f"<table id=table class=dataTable><thead><tr>{heads}</tr></thead></table>")
-        body += f"<h2>Times and errors</h2><div class=pictures>{histograms(rows)}</div>" if CAN_DRAW else ""
+        body += histograms(rows) if CAN_DRAW else ""
         body += f"<script type='application/json' id=rows>{data}</script>{scripts}<script>{SCRIPT}</script>"
     else:
         body += "<p class=sub>Not sortable: jQuery and DataTables are missing (Debian: libjs-jquery-datatables)</p>" + plain_table(rows)
-        body += f"<h2>Times and errors</h2><div class=pictures>{histograms(rows)}</div>" if CAN_DRAW else ""
+        body += histograms(rows) if CAN_DRAW else ""
     page = (f"<!DOCTYPE html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'><title>Mesh check</title>"
             f"<style>{CSS}</style></head><body>{body}</body></html>\n")
     write_whole(os.path.join(folder, "report.html"), page)

@@ -24,6 +24,8 @@ table.numbers th:first-child { width: 27%; } table.numbers th:last-child { width
 .card { border: 1px solid #ccc; border-radius: 8px; padding: 0.6em 1em; flex: 1 1 150px; } .card b { display: block; font-size: 1.35em; }
 .card span { color: #555; font-size: 0.88em; }
 .warnings { background: #fff4e0; border-left: 5px solid #E69F00; padding: 0.6em 1em; margin: 1em 0; } .warnings ul { margin: 0.2em 0; padding-left: 1.2em; }
+.answers { border: 1px solid #ccc; border-radius: 8px; padding: 0.2em 1em; margin: 1em 0; } .answers p { margin: 0.4em 0; } .answers ul { margin: 0.2em 0; padding-left: 1.2em; }
+.wide { overflow-x: auto; font-size: 0.85em; } .wide td { white-space: nowrap; } .wide th.number { white-space: normal; }
 .good { color: #00694c; font-weight: 600; } .bad { color: #a83f00; font-weight: 600; }
 pre { background: #f4f4f4; padding: 0.8em 1em; overflow-x: auto; font-size: 0.88em; border-radius: 6px; }
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } }
@@ -57,8 +59,25 @@ def cards(summary):
     return f"<div class=cards>{''.join(shown[:6])}</div>" if shown else ""
 
 
+def answers(run):
+    """Real time, and whether to trust it, with what cures it. A stopped run says so before all else."""
+    out = []
+    told = look_up(run.summary, "real_time.told")
+    if told:
+        good = look_up(run.summary, "real_time.keeps") == "yes"
+        out.append(f"<p><b>Real time:</b> <span class={'good' if good else 'bad'}>{html.escape(str(told))}</span></p>")
+    trust = run.summary.get("trust")
+    if isinstance(trust, dict):
+        reasons = [(str(reason.get("what", "")), reason.get("cure")) for reason in trust.get("reasons") or []]
+        word = "<span class=good>yes</span>" if trust.get("trustworthy") else "<span class=bad>no</span>"
+        items = "".join(f"<li>{html.escape(what)}{f'<br><b>cure:</b> {html.escape(str(cure))}' if cure else ''}</li>" for what, cure in reasons)
+        out.append(f"<p><b>Trustworthy:</b> {word}</p>" + (f"<ul>{items}</ul>" if items else ""))
+    return f"<div class=answers>{''.join(out)}</div>" if out else ""
+
+
 def warnings_box(run):
-    notes = list(run.summary.get("warnings") or [])
+    """Warnings that are no reason above."""
+    notes = run.summary.get("notes") if "trust" in run.summary else run.summary.get("warnings")
     if not notes:
         return ""
     return f"<div class=warnings><b>Read this first</b><ul>{''.join(f'<li>{html.escape(str(note))}</li>' for note in notes)}</ul></div>"
@@ -113,7 +132,7 @@ def report(folder, title, others):
               if look_up(run.summary, key)]
     if run.friction():
         facts.append("µ = " + " / ".join(f"{mu:g}" for mu in sorted(set(run.friction()), reverse=True)))
-    body = warnings_box(run) + cards(run.summary)
+    body = answers(run) + warnings_box(run) + cards(run.summary)
     body += "<h2>Pictures</h2>" + "".join(picture(folder, file, meaning) for file, meaning in drawn) if drawn else ""
     body += "<h2>Numbers</h2>" + summary_table(runs) + reproduce(run)
     write_page(where("report.html"), page(str(name), html.escape(", ".join(facts)), body))

@@ -10,6 +10,7 @@ from report_parts.trace_pictures import draw_forces, legend_below
 from report_parts.words import PLAIN, percent, with_unit, written
 from report_parts.whole_file import save_figure
 
+FOLDERS = ("slide", "stick", "stick_slip", "slide_extended", "stick_extended", "stick_slip_extended", "coulomb_slide", "coulomb")
 EXPERIMENTS = [("slide", "Pure sliding (figure 3)"), ("stick", "Pure sticking (figure 4)"), ("stick_slip", "Stick-slip, µ = 1 (figure 5)")]
 
 
@@ -48,8 +49,8 @@ BESIDE = [("slide", "coulomb_slide", "Normal force, µ = 0: the chatter"), ("sti
 def draw_beside(axes, paper, ours, length=0.3):
     """Normal forces of both laws at the end of the run, where the drag is steady."""
     handles = []
-    for trace, colour, width, label in ((paper, VERMILION, 1.2, "paper's law, identity metric"),
-                                        (ours, BLUE, 2.2, "coulomb, implicit metric")):
+    for trace, colour, width, label in ((paper, VERMILION, 1.2, "paper: its law and method"),
+                                        (ours, BLUE, 2.2, "coulomb, extended method")):
         keep = trace["t"] >= trace["t"][-1] - length
         handles += axes.plot(trace["t"][keep], trace["f_n"][keep], color=colour, lw=width, label=label)
     axes.set_ylabel("normal force $f_n$ [N]")
@@ -88,11 +89,14 @@ def draw_paper(runs, path):
 
 
 LAW_COLUMNS = [  # (key in paper.json's table, name, how to write it)
-    ("law", "law", PLAIN), ("metric", "metric", PLAIN), ("mu", "friction μ", PLAIN), ("buzz", "buzz above 100 Hz", percent), ("crossing_jump", "jump at a mesh line", percent),
+    ("method", "method", PLAIN), ("law", "law", PLAIN), ("metric", "metric", PLAIN), ("mu", "friction μ", PLAIN), ("buzz", "buzz above 100 Hz", percent), ("crossing_jump", "jump at a mesh line", percent),
     ("mean_n", "mean normal force", with_unit("N")), ("mean_t", "mean tangential force", with_unit("N")),
-    ("max_n", "largest normal force", with_unit("N")), ("max_t", "largest tangential force", with_unit("N"))]
+    ("max_n", "largest normal force", with_unit("N")), ("max_t", "largest tangential force", with_unit("N")),
+    ("reducer", "local model", PLAIN), ("refresh_hz", "refreshes a second", "{:.0f}".format),
+    ("refresh_jump", "jump at a refresh", percent), ("penetration_max_m", "deepest penetration", with_unit("µm", 1e6)), ("step_us_p50", "tick, median", with_unit("µs"))]
 
 
+WORDS = ("method", "law", "metric", "integrator", "reducer")
 EXACT = "{:.9g}".format  # a claim may fail in the seventh digit
 
 
@@ -101,11 +105,13 @@ def law_table(rows):
         return ""
     named = {key: (name, write) for key, name, write in LAW_COLUMNS}
     keys = [key for key, _, _ in LAW_COLUMNS if any(key in row for row in rows)]
-    keys += [key for key in rows[0] if key not in keys]
-    head = "".join(f"<th class='{'number' if key not in ('law', 'metric') else ''}'>{html.escape(named.get(key, (key, PLAIN))[0])}</th>" for key in keys)
-    body = "".join("<tr>" + "".join(f"<td class='{'number' if not isinstance(row.get(key), str) else ''}'>"
+    rows = [dict(row, reducer=str(row["reducer"]).split(" {")[0]) if "reducer" in row else row for row in rows]  # without its frequencies
+    head = "".join(f"<th class='{'' if key in WORDS else 'number'}'>{html.escape(named.get(key, (key, PLAIN))[0])}</th>" for key in keys)
+    body = "".join("<tr>" + "".join(f"<td class='{'' if key in WORDS else 'number'}'>"
                                     f"{written(row.get(key), named.get(key, (key, PLAIN))[1])}</td>" for key in keys) + "</tr>" for row in rows)
-    return f"<h2>Laws side by side</h2><table class=laws><tr>{head}</tr>{body}</table>"
+    return ("<h2>Paper and extended method side by side</h2><p class=note>paper: springs alone, 10 refreshes a second and no early ones, "
+            "linearized where the body is, the wall of one ring, no replay, no blending. extended: this engine's defaults around the same drag.</p>"
+            f"<div class=wide><table class=laws><tr>{head}</tr>{body}</table></div>")
 
 
 def claim_table(claims):
@@ -118,7 +124,7 @@ def claim_table(claims):
 
 
 def paper_report(folder, title):
-    runs = {name: Run(os.path.join(folder, name)) for name in ("slide", "stick", "stick_slip", "coulomb_slide", "coulomb")}
+    runs = {name: Run(os.path.join(folder, name)) for name in FOLDERS}
     data = read_json(folder, "paper.json") or {}
     if all(run.is_empty for run in runs.values()) and not data:
         raise SystemExit(f"report.py: {folder}: no folder slide, stick, stick_slip or coulomb with results there")
@@ -127,7 +133,7 @@ def paper_report(folder, title):
     claims = data.get("claims") or []
     held = sum(1 for claim in claims if claim.get("holds"))
     subtitle = f"{held} of {len(claims)} claims hold" if claims else ""
-    body = picture(folder, "paper.png", "Top: the paper's three drag experiments. Bottom: one transition from stick to slip, and the end of "
+    body = picture(folder, "paper.png", "Top: the paper's three drag experiments, by the paper's method. Bottom: one transition from stick to slip, and the end of "
                    "the drag without and with friction: the paper's law and the consistent law, one over the other.") if CAN_DRAW else ""
     body += claim_table(claims) + law_table(data.get("table") or [])
     commands = [str(run.summary["command"]) for run in runs.values() if run.summary.get("command")]

@@ -42,6 +42,12 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("force.crossing_jump", "jump at a mesh line", percent, "largest change in one tick when the contact enters another triangle, over the mean force"),
         ("force.refresh_jump", "jump at a new local model", percent, "the same when the slow side delivers a new model"),
     ]),
+    ("The mesh at the contact", [
+        ("mesh_at_contact.cell_m", "cell of the surface under the tool", with_unit("mm", 1e3), "side of a square of two triangles"),
+        ("mesh_at_contact.contact_radius_m", "radius of the contact", with_unit("mm", 1e3), "by Hertz, where the tool is deep"),
+        ("mesh_at_contact.cell_over_contact_radius.mean", "cell over contact radius", PLAIN, "mean along the path; below 0.7 the mesh adds less than a quarter (4-node elements)"),
+        ("mesh_at_contact.force_factor", "force over the continuum's, expected", with_unit(""), "by the mesh alone, a fit to presses at rest; 1 is right"),
+    ]),
     ("Contact", [
         ("ticks.total", "ticks", PLAIN, "steps of the fast side"),
         ("ticks.free", "… without contact", PLAIN, ""),
@@ -69,6 +75,10 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("global_ms.max", "… slowest", with_unit("ms"), ""),
         ("refresh_ms.p50", "new local model, median", with_unit("ms"), "linearize and reduce"),
         ("refresh_ms.p99", "… 99 of 100 are below", with_unit("ms"), ""),
+        ("real_time.refresh_ms_p50", "refresh, both together, median", with_unit("ms"), ""),
+        ("real_time.refresh_budget_ms", "time that there is for it", with_unit("ms"), "1 / global.rate_hz"),
+        ("real_time.refresh_hz", "refreshes a second", PLAIN, "early ones included"),
+        ("real_time.slow_part", "what takes longest", PLAIN, ""),
     ]),
     ("Models", [
         ("model.type", "global model", PLAIN, ""),
@@ -95,7 +105,7 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("reference.jnd_fraction", "time with a noticeable error", percent, "share of the run in which the force is off by more than 10 %"),
     ]),
 ]
-HEAD_KEYS = ("scene", "seed", "hash", "warnings", "command", "settings", "contact")
+HEAD_KEYS = ("scene", "seed", "hash", "warnings", "notes", "trust", "real_time", "command", "settings", "contact")
 
 
 def look_up(data, dotted):

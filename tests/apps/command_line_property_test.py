@@ -33,7 +33,9 @@ SUMMARY = {  # key -> keys inside; None: a value
     "edge_ticks": None, "went_through": None, "contact_lost": None, "penetration_max_m": None, "energy_min_j": None,
     "contact_solver": ["unsolved_ticks", "residual_max"],
     "step_us": ["p50", "p99", "p999", "max"], "global_ms": ["p50", "p99", "max"], "refresh_ms": ["p50", "p99"],
-    "deadline_misses": None, "allocations_per_tick": None, "warnings": None,
+    "deadline_misses": None, "allocations_per_tick": None, "warnings": None, "notes": None, "mesh_at_contact": None,
+    "real_time": ["holds", "keeps", "slow_part", "refresh_budget_ms", "refresh_ms_p50", "refresh_hz", "tick_share", "cure", "told"],
+    "trust": ["trustworthy", "reasons"],
 }
 HAS_MATPLOTLIB = subprocess.run(["/usr/bin/python3", "-c", "import numpy, matplotlib"], capture_output=True).returncode == 0
 
@@ -53,11 +55,11 @@ class CommandLine(unittest.TestCase):
         return os.path.join(self.folder, *name)
 
     def kilotouch(self, *arguments, status=0):
-        """Standard output; what is not a terminal gets no progress bar, and no error no line on stderr."""
+        """Standard output; what is not a terminal gets no progress bar, and no error no line on stderr but warnings."""
         result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
         self.assertEqual(result.returncode, status, result.stdout + result.stderr)
         if status == 0:
-            self.assertEqual(result.stderr, "")
+            self.assertEqual([line for line in result.stderr.splitlines() if not line.startswith("kilotouch: warning: object.mesh: cells of")], [])
         return result.stdout
 
     def assert_complete(self, out):
@@ -173,6 +175,91 @@ class CommandLine(unittest.TestCase):
         self.assertTrue(summary["contact_lost"])
         self.assertGreater(summary["missed_impacts"], 0)
         self.assertIn("most of all in tick 50 (t = 0.051 s) with 400 m/s, 0.4 m in one tick", run.stdout)
+
+    def test_the_first_lines_say_force_real_time_and_trust_and_the_rest_is_behind(self):
+        run = ["run", SCENE, *QUICK, "--no-report", "--out", "out"]
+        words = self.kilotouch(*run)
+        names = [line.split()[0] for line in words.splitlines()[1:4]]
+        self.assertEqual(names, ["force", "real", "trustworthy"], words)
+        summary = load(self.path("out", "summary.json"))
+        self.assertIn(summary["real_time"]["told"], words)
+        self.assertIn(summary["real_time"]["slow_part"], ["global step", "linearize", "reduce", "certify", "prepare", "haptic tick"])
+        self.assertEqual(summary["real_time"]["holds"], summary["real_time"]["keeps"] != "no")
+        self.assertEqual(summary["trust"]["trustworthy"], not summary["trust"]["reasons"])
+        for reason in summary["trust"]["reasons"]:
+            self.assertIn(reason["what"], words)
+            self.assertIn(reason["cure"] or "", words)
+        self.assertIn("one unit of the mesh file is", words)
+        self.assertNotIn("haptic step", words)
+        details = self.kilotouch(*run, "--details")
+        for name in ("local model", "steadiness", "ticks", "haptic step", "refresh", "hash"):
+            self.assertIn(f"\n  {name} ", details)
+
+    def test_a_jump_at_an_edge_is_no_reason_to_trust_and_names_its_cure(self):
+        words = self.kilotouch("run", os.path.join(ROOT, "scenes", "paper_stick.json"), *SHORT, "--no-report", "--out", "out")
+        self.assertGreater(load(self.path("out", "summary.json"))["force"]["crossing_jump"], 0.1)
+        self.assertIn("trustworthy   no", words)
+        self.assertIn("in one tick at an edge of the mesh\n      cure: ", words)
+
+    def test_units_are_warned_of_with_the_likely_scale(self):
+        with open(os.path.join(MESHES, "sphere.off"), encoding="utf-8") as file:
+            lines = file.read().split("\n")
+        nodes = int(lines[1].split()[0])
+        for i in range(2, 2 + nodes):
+            lines[i] = " ".join(str(1000 * float(c)) for c in lines[i].split())
+        with open(self.path("mm.off"), "w", encoding="utf-8") as file:
+            file.write("\n".join(lines))
+        with open(self.path("mm.json"), "w", encoding="utf-8") as file:
+            json.dump({"object": {"mesh": "mm.off", "model": {"young": 10}}, "duration": 0.02,
+                       "tool": {"path": {"waypoints": [[0, 0, 0, 1000], [1, 0, 0, 1000]]}}}, file)
+        result = subprocess.run([PROGRAM, "run", "mm.json", "--set", "local.reducer=wall", "--no-report", "--out", "out"],
+                                cwd=self.folder, capture_output=True, text=True, timeout=250)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("set object.scale to 0.001: its unit is likely mm", result.stderr)
+        self.assertIn("object.model.young: 10 Pa is outside 100 to 1e+09 Pa", result.stderr)
+        self.assertIn("never touched the body", result.stdout)
+
+    def test_json_on_standard_output_is_json_alone(self):
+        families = json.loads(self.kilotouch_out("list", "--json", "-"))
+        self.assertIn("contact.law", families)
+        info = json.loads(self.kilotouch_out("mesh", "info", os.path.join(MESHES, "sphere.off"), "--json", "-", "--quiet"))
+        self.assertEqual(info["report"]["triangles"], 1280)
+        summary = json.loads(self.kilotouch_out("run", SCENE, *QUICK, "--no-report", "--out", "out", "--json", "-"))
+        self.assertEqual(summary, load(self.path("out", "summary.json")))
+        self.assertFalse(os.path.exists(self.path("-")))
+
+    def kilotouch_out(self, *arguments):
+        result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stdout
+
+    def test_quiet_says_nothing_and_version_has_a_short_form(self):
+        self.assertEqual(self.kilotouch("run", SCENE, *QUICK, "--no-report", "--out", "out", "--quiet"), "")
+        self.assertGreater(load(self.path("out", "summary.json"))["force"]["mean_n"], 0)
+        self.assertEqual(self.kilotouch("list", "-q"), "")
+        self.assertEqual(self.kilotouch("-V"), self.kilotouch("--version"))
+
+    def test_man_page_and_completions_have_every_option(self):
+        made = subprocess.run([os.path.join(ROOT, "scripts", "command_line_files"), "--check", "--program", PROGRAM], capture_output=True, text=True)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        with open(os.path.join(ROOT, "docs", "kilotouch.1"), encoding="utf-8") as file:
+            sections = file.read().replace("\\-", "-").split("\n.SS ")
+        for command in [*COMMANDS, "check"]:
+            section = next(part for part in sections if part.split("\n")[0] == f"kilotouch {command}")
+            options = re.findall(r"(?m)^  (?:-\w,)?(--[\w-]+)", self.kilotouch(*command.split(), "--help"))
+            self.assertIn("--help", options)
+            for option in options:
+                self.assertIn(option, section, command)
+        shell = (f"source {ROOT}/scripts/completion/kilotouch; COMP_WORDS=(kilotouch mesh rep); COMP_CWORD=2; _kilotouch; echo ${{COMPREPLY[@]}}; "
+                 "COMP_WORDS=(kilotouch run --ref); COMP_CWORD=2; _kilotouch; echo ${COMPREPLY[@]}")
+        completed = subprocess.run(["bash", "-c", shell], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(completed.stdout.split("\n")[:2], ["repair", "--reference --reference-file --reference-rate"], completed.stderr)
+
+    def test_an_error_of_set_up_names_file_and_key(self):
+        result = subprocess.run([PROGRAM, "run", SCENE, "--set", "tool.path.press_drag.at=[5,5]", "--out", "out"], cwd=self.folder,
+                                capture_output=True, text=True, timeout=250)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("organ_drag.json: tool.path.press_drag.at: ", result.stderr)
 
     def test_drag_needs_no_scene(self):
         self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *QUICK, "--no-report", "--out", "out")

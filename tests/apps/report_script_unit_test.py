@@ -218,6 +218,16 @@ class Report(unittest.TestCase):
             self.skipTest("libjs-jquery-datatables is not installed")
         self.assertEqual(scripts.count("Permission is hereby granted"), 2)
 
+    def test_the_page_begins_with_real_time_and_trust(self):
+        write_summary(self.folder, real_time={"keeps": "no", "told": "no: a refresh takes 61 ms of 33.3 (reduce 55)"}, notes=["the body <floats>"],
+                      trust={"trustworthy": False, "reasons": [{"what": "jumps of 60 % at <edges>", "cure": "set contact.surface to loop"}]})
+        subprocess.run([sys.executable, SCRIPT, self.folder], capture_output=True)
+        page = self.page()
+        places = [page.index(words) for words in ("<b>Real time:</b>", "(reduce 55)", "<b>Trustworthy:</b>", "jumps of 60 % at &lt;edges&gt;",
+                                                  "set contact.surface to loop", "the body &lt;floats&gt;", "class=cards")]
+        self.assertEqual(places, sorted(places))
+        self.assertNotIn("mind the step", page)  # a warning is a reason, or a note
+
     def test_wrong_input_is_one_line(self):
         empty = self.sub("empty")
         damaged = self.sub("damaged")

@@ -1,0 +1,75 @@
+#include "haptics/predict_units.hpp"
+
+#include <gtest/gtest.h>
+
+#include "haptics/session.hpp"
+#include "tests/support/haptics_scene.hpp"
+
+namespace kt {
+namespace {
+
+SceneSizes organ() {
+  SceneSizes s;
+  s.body = {Vec3::Zero(), Vec3(0.12, 0.08, 0.04)};
+  s.tool = 0.008;
+  s.depth = 0.003;
+  s.thickness = 0.04;
+  return s;
+}
+
+std::string only(const Scene& scene, const SceneSizes& sizes) {
+  const auto found = predict_units(scene, sizes);
+  EXPECT_EQ(found.size(), 1u);
+  return found.size() == 1 ? found[0].message : "";
+}
+
+void expect_words(const std::string& line, const std::vector<std::string>& words) {
+  for (const std::string& word : words) EXPECT_NE(line.find(word), std::string::npos) << line;
+}
+
+TEST(PredictUnits, AreNoneForAnOrgan) { EXPECT_TRUE(predict_units(Scene{}, organ()).empty()); }
+
+TEST(PredictUnits, NameAMeshInMillimetresWithItsScale) {
+  SceneSizes s = organ();
+  s.body.max *= 1000;
+  s.thickness *= 1000;
+  expect_words(only(Scene{}, s), {"120 m long", "object.scale to 0.001", "mm", "0.12 m"});
+  Scene sized;
+  sized.object.size = 120;
+  expect_words(only(sized, s), {"object.size"});
+}
+
+TEST(PredictUnits, NameABodyThatIsTooSmall) {
+  SceneSizes s = organ();
+  s.body.max *= 0.001;
+  s.thickness = s.depth = 0;
+  s.tool = 1e-5;
+  s.mesh_unit = 0.001;
+  expect_words(only(Scene{}, s), {"0.00012 m long", "object.scale to 1"});
+}
+
+TEST(PredictUnits, NameALargeToolADeepPressAndAModulusInKilopascal) {
+  SceneSizes s = organ();
+  s.tool = 0.3;
+  expect_words(only(Scene{}, s), {"300 mm wide", "tool.radius"});
+  s = organ();
+  s.depth = 0.02;
+  expect_words(only(Scene{}, s), {"20 mm is 0.5 of", "tool.path.press_drag.depth to 0.012"});
+  Scene soft;
+  soft.object.model.young = 8;
+  expect_words(only(soft, organ()), {"8 Pa", "not kPa"});
+  soft.object.model.young = 2e9;
+  expect_words(only(soft, organ()), {"2e+09 Pa"});
+}
+
+TEST(PredictUnits, OfASessionMeasureTheThicknessUnderThePress) {
+  Scene scene = small_scene();
+  scene.tool.path.press_drag->depth = 0.008;  // of 20 mm
+  const Session session(scene);
+  const auto found = std::ranges::find(session.predictions(), "units", &Prediction::failure);
+  ASSERT_NE(found, session.predictions().end());
+  expect_words(found->message, {"8 mm is 0.4 of", "20 mm"});
+}
+
+}  // namespace
+}  // namespace kt

@@ -1,0 +1,99 @@
+#include "haptics/real_time.hpp"
+
+#include <gtest/gtest.h>
+
+namespace kt {
+namespace {
+
+/// A second in which everything is quick: 30 refreshes of 4 ms, ticks of 20 us.
+SessionResult quick_run() {
+  SessionResult r;
+  r.frames.resize(1000);
+  r.step_us.assign(1000, 20);
+  r.global_ms.assign(30, 1);
+  r.refresh_ms.assign(30, 3);
+  r.refresh_parts_ms = {{"linearize", std::vector<double>(30, 0.5)},
+                        {"reduce", std::vector<double>(30, 2)},
+                        {"certify", std::vector<double>(30, 0.3)},
+                        {"prepare", std::vector<double>(30, 0.2)}};
+  r.refreshes.resize(30);
+  r.reducer = "krylov";
+  return r;
+}
+
+TEST(RealTime, HoldsWhereBothSidesAreQuick) {
+  const RealTime t = judge_real_time(Scene{}, quick_run());
+  EXPECT_EQ(t.keeps, Keeps::yes);
+  EXPECT_NEAR(t.refresh_ms, 4, 1e-12);
+  EXPECT_NEAR(t.refresh_hz, 30, 1e-12);
+  EXPECT_NEAR(t.tick_share, 0.02, 1e-12);
+  EXPECT_NEAR(t.budget_ms, 1e3 / 30, 1e-12);
+  EXPECT_TRUE(t.cure.empty());
+}
+
+TEST(RealTime, NamesTheReductionWhereThatIsSlowAndNotTheStep) {
+  SessionResult r = quick_run();
+  r.refresh_ms.assign(30, 60);
+  r.refresh_parts_ms[1].second.assign(30, 55);
+  const RealTime t = judge_real_time(Scene{}, r);
+  EXPECT_EQ(t.keeps, Keeps::no);
+  EXPECT_EQ(t.slow_part, "reduce");
+  EXPECT_NE(t.told().find("no: a refresh takes 61 ms of 33.3 (reduce 55)"), std::string::npos) << t.told();
+  EXPECT_NE(t.cure.find("local.reducer to condensed"), std::string::npos) << t.cure;
+  EXPECT_NE(t.cure.find("global.rate_hz to 13"), std::string::npos) << t.cure;
+}
+
+TEST(RealTime, NamesTheGlobalStepWhereThatIsSlow) {
+  SessionResult r = quick_run();
+  r.global_ms.assign(30, 40);
+  const RealTime t = judge_real_time(Scene{}, r);
+  EXPECT_EQ(t.keeps, Keeps::no);
+  EXPECT_EQ(t.slow_part, "global step");
+}
+
+TEST(RealTime, NamesTheTickWhereThatIsSlower) {
+  SessionResult r = quick_run();
+  r.step_us.assign(1000, 1500);
+  const RealTime t = judge_real_time(Scene{}, r);
+  EXPECT_EQ(t.keeps, Keeps::no);
+  EXPECT_EQ(t.slow_part, "haptic tick");
+  EXPECT_NE(t.cure.find("local.reducer to condensed"), std::string::npos) << t.cure;
+}
+
+TEST(RealTime, IsJustAboutKeptWithLittleRoomOrWithEarlyRefreshesThatDoNotFit) {
+  SessionResult r = quick_run();
+  r.refresh_ms.assign(30, 29);
+  EXPECT_EQ(judge_real_time(Scene{}, r).keeps, Keeps::just_about);
+  SessionResult early = quick_run();
+  early.refresh_ms.assign(98, 12);
+  early.refreshes.resize(98);
+  EXPECT_EQ(judge_real_time(Scene{}, early).keeps, Keeps::just_about);
+}
+
+/// The first refresh sets the run up.
+TEST(RealTime, DoesNotCountTheFirstRefresh) {
+  SessionResult r = quick_run();
+  r.global_ms.assign(2, 1);
+  r.refresh_ms = {5000, 3};
+  EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 4, 1e-12);
+}
+
+/// Another program had the processor nine tenths of the time.
+TEST(RealTime, TakesTheProcessorsTimeWhereThatIsLess) {
+  SessionResult r = quick_run();
+  r.refresh_ms.assign(30, 39);
+  r.slow_cpu_ms.assign(30, 4);
+  EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 4, 1e-12);
+  r.slow_cpu_ms.assign(30, 80);  // of two threads
+  EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 40, 1e-12);
+}
+
+TEST(RealTime, OfAThreadedRunIsWhatWasReached) {
+  SessionResult r = quick_run();
+  r.lateness_us.assign(1000, 5);
+  r.refreshes.resize(12);
+  EXPECT_EQ(judge_real_time(Scene{}, r).keeps, Keeps::no);
+}
+
+}  // namespace
+}  // namespace kt
