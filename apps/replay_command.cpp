@@ -30,7 +30,8 @@ class SessionFile {
 
   Scene scene() const {
     if (!json_["scene"].is_object()) fail("scene", "must be a group");
-    // The scene keeps its own path, so that figures and outputs are those of the run; the tool goes the way that it went.
+    // The scene keeps its own path, so that figures and outputs are those of the run; the tool goes the way that it
+    // went.
     Scene out = parse_scene(json_text(json_["scene"]), {}, file_);
     if (out.tool.path.recording) out.tool.path.recording = recording(json_, "");  // what it was made from may be gone
     if (out.second_tool && out.second_tool->path.recording)

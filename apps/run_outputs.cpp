@@ -394,8 +394,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   const std::optional<ContactWidth> width = find_contact_width(session, way);
   out["mesh_at_contact"] = mesh_at_contact_json(width);
   out["real_time"] = real_time_json(judge_real_time(scene, result));
-  std::vector<std::string> warnings =
-      run_warnings(result, keeps_outside(scene));
+  std::vector<std::string> warnings = run_warnings(result, keeps_outside(scene));
   const bool is_scripted = !session.path().empty() && !scene.tool.path.hand;  // then it was predicted
   if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));
   std::vector<ForceMetrics> forces{force};
