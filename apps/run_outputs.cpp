@@ -216,6 +216,11 @@ double least_work_of_both(const SessionResult& result) {
   return least;
 }
 
+/// In which the tool was inside and the body was pushed off it.
+auto pushed_out_ticks(const std::vector<LocalFrame>& frames) {
+  return std::ranges::count_if(frames, [](const LocalFrame& f) { return (f.flags & kPushedOut) != 0; });
+}
+
 Json second_tool_json(const Scene& scene, const SessionResult& result, double steady) {
   const SecondToolRun& run = *result.second_tool;
   const ForceMetrics force = measure_forces(run.frames, steady, 1 / scene.local.rate_hz);
@@ -225,6 +230,7 @@ Json second_tool_json(const Scene& scene, const SessionResult& result, double st
           {"events", events_json(run.frames)},
           {"crossings", force.crossings},
           {"lost_contacts", force.lost_contacts},
+          {"pushed_out_ticks", pushed_out_ticks(run.frames)},
           {"missed_impacts", checked ? Json(run.missed_impacts) : Json(nullptr)},
           {"penetration_max_m",
            checked ? Json(*std::max_element(run.penetration.begin(), run.penetration.end())) : Json(nullptr)},
@@ -301,6 +307,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["events"] = events_json(result.frames);
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
+  out["pushed_out_ticks"] = pushed_out_ticks(result.frames);
   const bool checked = !result.penetration.empty();
   out["missed_impacts"] = checked ? Json(result.missed_impacts) : Json(nullptr);
   out["penetration_max_m"] =

@@ -8,6 +8,7 @@
 #include "haptics/force_blend.hpp"
 #include "haptics/haptic_method.hpp"
 #include "haptics/local_motion.hpp"
+#include "haptics/push_force.hpp"
 
 namespace kt {
 
@@ -16,7 +17,8 @@ enum LocalFlag : unsigned {
   kEventsExhausted = 1,  ///< more impacts in one tick than kMaxEvents
   kLeftPatch = 2,        ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
   kLostAnchor = 4,       ///< a refresh brought a patch that does not hold the contact
-  kRigidContact = 8,     ///< contact with a part that cannot move: it feels like a mass of 1 kg
+  kRigidContact = 8,     ///< contact with a part that cannot move: see softest_contact()
+  kPushedOut = 32,       ///< the tool was inside, and the body is being pushed off it
   kNotFinite = 16,       ///< the local state left the finite numbers; it was reset and the force is zero
 };
 
@@ -48,6 +50,7 @@ struct TouchingTool {
   TouchingTool(const ToolShape& shape, double h, double fade) : moving(shape), blend(h, fade) {}
   MovingTool moving;
   ForceBlend blend;
+  PushForce push;
   ToolSweep rest{};           ///< of this tick's sweep, after the last event
   int start = -1;             ///< facet that it touches in this tick, -1: none yet
   unsigned flags = 0;         ///< LocalFlag
@@ -99,6 +102,7 @@ class LocalSimulation final : public HapticMethod {
   void accept_free_motion() noexcept;
   void step_constrained(std::span<LocalFrame> frames) noexcept;  // local_simulation_constrained.cpp
   void start_tick() noexcept;
+  bool may_be_inside(int tool) const noexcept;
   void hold_contacts(double& toi, std::span<LocalFrame> frames) noexcept;
   void rewind_to(const Contact& impact, double& toi, std::span<LocalFrame> frames) noexcept;
   void ignore_around(const Contact& contact) noexcept;

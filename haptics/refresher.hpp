@@ -8,6 +8,7 @@
 #include "haptics/local_report.hpp"
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
+#include "haptics/way_out.hpp"
 #include "io/scene.hpp"
 #include "self_contact/touching_euler.hpp"
 
@@ -62,6 +63,7 @@ class Refresher {
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
+  std::optional<WayOut> find_way_out(double t, int tool, const Vec3& place) const;
   double interval(double t) const;
   double delay(double t) const;
   double reach(double t, const ReachingTool& tool) const;
@@ -69,6 +71,7 @@ class Refresher {
   Scene scene_;
   std::vector<ReachingTool> tools_;
   Smoothing smoothing_;
+  WayOutSearch way_out_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   SelfContact* self_contact_;             // none: the body passes through itself
   GlobalSimulation global_;

@@ -23,6 +23,7 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
       {kEventsExhausted, "more impacts in one tick than are resolved"},
       {kLeftPatch, "the contact reached the edge of the local patch (raise global.rate_hz or move slower)"},
       {kLostAnchor, "a refresh brought a patch that does not hold the contact"},
+      {kPushedOut, "the tool was inside the body, which was pushed off it over a time, the force growing slowly"},
       {kRigidContact, "contact with a clamped part, which cannot give way"},
       {kNotFinite, "the local model left the finite numbers and was reset (use local.integrator implicit_euler)"}};
   for (const Kind& kind : kKinds) {
