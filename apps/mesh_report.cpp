@@ -58,6 +58,7 @@ std::string report_text(const Mesh& mesh, const MeshReport& r, int shown) {
     out += row(d.title, text(stopped ? "at least " : "", d.places->size()));
     for (std::size_t i = 0; i < std::min<std::size_t>(static_cast<std::size_t>(shown), d.places->size()); ++i)
       out += "    " + describe((*d.places)[i]) + "\n";
+    if (!d.cure.empty()) out += "    parts that hang together nowhere else are apart; to join them: " + d.cure + "\n";
     if (d.places->size() > static_cast<std::size_t>(shown)) out += "    ... (--places N shows more, --json FILE all)\n";
   }
   if (!r.open_edges.empty()) {

@@ -276,6 +276,11 @@ Json lost_json(const std::vector<LocalFrame>& frames, const std::vector<double>&
   return out;
 }
 
+/// In which the tool was inside and the body was pushed off it.
+auto pushed_out_ticks(const std::vector<LocalFrame>& frames) {
+  return std::ranges::count_if(frames, [](const LocalFrame& f) { return (f.flags & kPushedOut) != 0; });
+}
+
 Json second_tool_json(const Scene& scene, const SessionResult& result, double steady) {
   const SecondToolRun& run = *result.second_tool;
   const ForceMetrics force = measure_forces(run.frames, steady, 1 / scene.local.rate_hz);
@@ -285,6 +290,7 @@ Json second_tool_json(const Scene& scene, const SessionResult& result, double st
           {"events", events_json(run.frames)},
           {"crossings", force.crossings},
           {"lost_contacts", force.lost_contacts},
+          {"pushed_out_ticks", pushed_out_ticks(run.frames)},
           {"missed_impacts", lost["missed_impacts"]},
           {"free_ticks_inside", lost["free_ticks_inside"]},
           {"edge_ticks", lost["edge_ticks"]},
@@ -368,6 +374,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["events"] = events_json(result.frames);
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
+  out["pushed_out_ticks"] = pushed_out_ticks(result.frames);
   out.update(lost_json(result.frames, result.penetration, result.missed_impacts, result.lost));
   out["contact_lost"] = contact_was_lost(result, keeps_outside(scene));
   out["contact_solver"] = contact_solver_json(result.frames);

@@ -271,7 +271,8 @@ bool is_behind(const SurfacePatch& patch, const VectorX& x, int triangle, const 
 }  // namespace
 
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
-                          std::span<const int> candidates, int start, ContactSet& out, const Vec3& way) noexcept {
+                          std::span<const int> candidates, int start, ContactSet& out, const Vec3& way,
+                          double overlap) noexcept {
   out.count = 0;
   for (const int t : candidates) {
     if (start >= 0 && is_behind(patch, x, t, centre - way, radius)) continue;
@@ -285,7 +286,7 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
   // Nothing in front of the centre: it may have gone through the surface where it touched before.
   Contact inside = track_point_contact(patch, x, centre, start);
   constexpr double kOn = 1e-9;  // of the radius: a centre on the surface is on neither side, but for rounding
-  if (inside.gap <= kOn * radius && inside.gap > -2 * (radius + margin) - way.norm()) {
+  if (inside.gap <= kOn * radius && inside.gap > -2 * (radius + margin) - way.norm() - overlap) {
     inside.gap -= radius;
     out.add(inside);
   }

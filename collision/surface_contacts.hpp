@@ -61,9 +61,10 @@ std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const Vect
 /// `start` (or -1): a triangle touched before; when the centre has gone through the surface there, its plane counts.
 /// `way` [m]: that the centre has come since it was outside. It may lead through a thin body: triangles that the ball
 /// would have come to from within are on the far side, and none of its contacts.
+/// `overlap` [m]: how deep it may be behind `start` besides, as one that is pushed out.
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
-                          std::span<const int> candidates, int start, ContactSet& out,
-                          const Vec3& way = Vec3::Zero()) noexcept;
+                          std::span<const int> candidates, int start, ContactSet& out, const Vec3& way = Vec3::Zero(),
+                          double overlap = 0) noexcept;
 
 /// The same two places that touched, of the surface and of the core of a tool with a radius, with the surface at x: the
 /// gap between them, and the normal that goes with it. None: they have turned away from each other.

@@ -46,9 +46,10 @@ void add_apart(ContactSet& set, const Contact& contact, double spacing_sq, doubl
 }  // namespace
 
 void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double margin,
-                        std::span<const int> candidates, int start, ContactSet& out, const Vec3& way) noexcept {
+                        std::span<const int> candidates, int start, ContactSet& out, const Vec3& way,
+                        double overlap) noexcept {
   if (core.edges.empty())
-    return find_sphere_contacts(patch, x, core.corners[0], radius, margin, candidates, start, out, way);
+    return find_sphere_contacts(patch, x, core.corners[0], radius, margin, candidates, start, out, way, overlap);
   out.count = 0;
   const Apart apart = patch.is_curved ? kCurved : kFlat;
   const double limit = radius + margin;
@@ -67,7 +68,8 @@ void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolC
     near.high = near.high.cwiseMax(box.high);
   }
   for (const Vec3& corner : core.corners) {
-    if (!holds(near, corner)) continue;
+    const bool is_deep = start >= 0 && overlap > 0;
+    if (!is_deep && !holds(near, corner)) continue;
     const int before = out.count;
     for (const int t : candidates)
       if (holds(box_of(x, patch.triangles[t], limit), corner)) add(corner, t);
@@ -75,7 +77,7 @@ void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolC
     if (out.count > before || start < 0) continue;
     Contact inside = track_point_contact(patch, x, corner, start);
     constexpr double kOn = 1e-9;  // of the radius, as in find_sphere_contacts()
-    if (!(inside.gap <= kOn * radius && inside.gap > -2 * limit - way.norm())) continue;
+    if (!(inside.gap <= kOn * radius && inside.gap > -2 * limit - way.norm() - overlap)) continue;
     inside.gap -= radius;
     inside.core = corner;
     out.add(inside);

@@ -12,8 +12,9 @@ namespace kt {
 /// its triangles is nearest to a vertex of the surface. Each has the contacts of its sphere (find_sphere_contacts()).
 /// `start` (or -1): a triangle touched before; a corner that has gone through the surface there is pushed out.
 /// `way` [m]: that the tool has come since it was outside, as in find_sphere_contacts().
+/// `overlap` [m]: that it may have besides, as one that is pushed out.
 void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double margin,
-                        std::span<const int> candidates, int start, ContactSet& out,
-                        const Vec3& way = Vec3::Zero()) noexcept;
+                        std::span<const int> candidates, int start, ContactSet& out, const Vec3& way = Vec3::Zero(),
+                        double overlap = 0) noexcept;
 
 }  // namespace kt

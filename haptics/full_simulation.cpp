@@ -10,6 +10,7 @@ FullSimulation::FullSimulation(const DeformableModel& model, const Surface& surf
                                std::unique_ptr<ContactSolver> solver, const FullOptions& options, const State& start)
     : model_(model),
       surface_(surface),
+      way_out_(surface, model.mesh().num_nodes(), model.fixed_nodes()),
       options_(options),
       dofs_(make_free_dofs(model.mesh().num_nodes(), model.fixed_nodes())),
       local_(tools, options.h, std::move(solver)),
@@ -48,10 +49,19 @@ void FullSimulation::step_tools(std::span<const ToolSweep> sweeps, std::span<Loc
 /// Linearizes where the body is now: the coordinates start again from zero, contacts go on.
 void FullSimulation::renew_matrix(std::span<const ToolSweep> sweeps) {
   steps_left_ = std::max(1, static_cast<int>(std::lround(options_.matrix_time / options_.h)));
+  constexpr double kRounding = 1e-7;  // [m]
   std::vector<ToolPlace> places;
+  std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const double reach = 1.5 * tool_reach(tools_[k]) + options_.max_speed * steps_left_ * options_.h;
     places.push_back({sweeps[k].x_t0, triangle_[k], reach});
+    if (num_matrices_ > 0) continue;  // later, a tool that had no contact was outside
+    const auto way = way_out_.find(state_.x, tools_[k], sweeps[k].x_t0, sweeps[k].r_t0, kRounding,
+                                   static_cast<int>(tools_[k].corners.size()));
+    way_out[k] = way ? way->triangle : kOutside;
+    if (!way) continue;
+    places.back().triangle = way->triangle;
+    places.back().reach += way->depth;
   }
   const ContactSite site = find_contact_sites(surface_, state_.x, places);
   const SurfacePatch patch = make_patch(surface_, state_.x, site, options_.smoothing.levels > 0);
@@ -70,6 +80,7 @@ void FullSimulation::renew_matrix(std::span<const ToolSweep> sweeps) {
     // A is indefinite: any other matrix does, the force is exact anyway
     next = prepare_with(TangentKind::definite);
   }
+  next->way_out = way_out;
   local_.adopt(std::move(next));
   x_linearized_ = state_.x;
   ++num_matrices_;

@@ -8,6 +8,7 @@
 // The local model at hand is linear, A v+ = h (f0 - K q) + M q', so it takes that step when f0 = f(x, v) + K q + D q'.
 #include "core/free_dofs.hpp"
 #include "haptics/local_simulation.hpp"
+#include "haptics/way_out.hpp"
 
 namespace kt {
 
@@ -42,6 +43,7 @@ class FullSimulation {
   void read_state();
   const DeformableModel& model_;
   const Surface& surface_;
+  WayOutSearch way_out_;
   FullOptions options_;
   FreeDofs dofs_;
   LocalSimulation local_;

@@ -9,7 +9,9 @@
 namespace kt {
 namespace {
 
-constexpr double kPushOut = 0.06;  // [s] a tool that was found inside is out after it
+constexpr double kPushOut = 0.06;       // [s] a tool that was found inside is out after it,
+constexpr double kPushSpeed = 0.1;      // [m/s] or as much later as it takes at this mean speed
+constexpr double kLeastLimited = 1e-4;  // [m] a smaller overlap is a new model's difference, which the blend fades
 
 /// Where the apron of a new model was in the old one: as its patch moved, or where the body was linearized.
 void place_apron_before(const PreparedLocalModel& old, const LocalMotion& motion, PreparedLocalModel& now) noexcept {
@@ -231,7 +233,8 @@ void LocalSimulation::step_tools(std::span<const ToolSweep> sweeps, std::span<Lo
   }
 }
 
-/// What leaves for the hand: no step at a refresh, and no fall where the tool ran off the patch.
+/// What leaves for the hand: no step at a refresh or while the body is pushed off the tool, and no fall where the tool
+/// ran off the patch.
 void LocalSimulation::shape_force(int tool, LocalFrame& frame) noexcept {
   TouchingTool& t = tools_[tool];
   const bool touches = frame.mode != ContactMode::free;
@@ -243,30 +246,40 @@ void LocalSimulation::shape_force(int tool, LocalFrame& frame) noexcept {
     if (k != tool) others += tools_[k].blend.work();
   const ToolSweep& sweep = t.moving.sweep();
   frame.force = t.blend.apply(frame.force, touches, t.is_off_patch, sweep.x_t1 - sweep.x_t0, others);
+  if (t.push.is_on() && touches) t.flags |= kPushedOut;
+  frame.force = t.push.apply(frame.force, touches, model_->state.overlap[tool].left > 0);
 }
 
 /// The facet that a tool has got into unseen at the start of its sweep, as where neither patch nor apron reached; -1:
-/// none. It is pushed out over some ticks: at once would be a blow.
+/// none. Where the slow side has found its way out, it is that one or near it. It is pushed out over some ticks: at
+/// once would be a blow.
 int LocalSimulation::find_overlap(int tool) noexcept {
   PreparedLocalModel& m = *model_;
   TouchingTool& t = tools_[tool];
   if (!near_apron_) m.surface.place_apron(m.work.motion, m.work.x);
+  const SurfacePatch& facets = m.surface.facets;
+  const int way_out = m.way_out[tool] < 0 ? -1 : m.local_facet(m.way_out[tool] * m.surface.facets_per_triangle());
   Contact deepest;
   deepest.gap = t.moving.shape().radius;
-  for (const Vec3& corner : t.moving.corners_t0())
-    if (const Contact nearest = nearest_point_contact(m.surface.facets, m.work.x, corner); nearest.gap < deepest.gap)
-      deepest = nearest;
+  for (const Vec3& corner : t.moving.corners_t0()) {
+    const Contact nearest = way_out < 0 ? nearest_point_contact(facets, m.work.x, corner)
+                                        : track_point_contact(facets, m.work.x, corner, way_out);
+    if (nearest.gap < deepest.gap) deepest = nearest;
+  }
   if (deepest.triangle < 0) return -1;
   if (num_tools() > 1) {  // far away on the other side of a patch that is not its own: find_contact_sites()
     const auto nodes = m.work.x.reshaped(3, m.work.x.size() / 3);
     if (-deepest.gap > (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm()) return -1;
   }
-  model_->state.overlap[tool] = {t.moving.shape().radius - deepest.gap, kPushOut};
+  const double overlap = t.moving.shape().radius - deepest.gap, time = std::max(kPushOut, overlap / kPushSpeed);
+  model_->state.overlap[tool] = {overlap, time, time};
+  if (overlap > kLeastLimited) t.push.begin();
   return deepest.triangle;
 }
 
 double Overlap::allowed() const noexcept {
-  const double share = left / kPushOut;
+  if (!(left > 0)) return 0;
+  const double share = left / time;
   return start * share * share * (3 - 2 * share);
 }
 

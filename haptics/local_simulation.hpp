@@ -8,6 +8,7 @@
 #include "haptics/force_blend.hpp"
 #include "haptics/haptic_method.hpp"
 #include "haptics/local_motion.hpp"
+#include "haptics/push_force.hpp"
 
 namespace kt {
 
@@ -16,9 +17,10 @@ enum LocalFlag : unsigned {
   kEventsExhausted = 1,     ///< more impacts in one tick than kMaxEvents
   kLeftPatch = 2,           ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
   kLostAnchor = 4,          ///< a refresh brought a patch that does not hold the contact
-  kRigidContact = 8,        ///< contact with a part that cannot move: it feels like a mass of 1 kg
+  kRigidContact = 8,        ///< contact with a part that cannot move: see softest_contact()
   kNotFinite = 16,          ///< the local state left the finite numbers; it was reset and the force is zero
   kContactsExhausted = 32,  ///< kMaxContacts places touch at once, and more may
+  kPushedOut = 64,          ///< the tool was inside, and the body is being pushed off it
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
@@ -51,6 +53,7 @@ struct TouchingTool {
   MovingTool moving;
   double reach;  ///< tool_reach() [m]
   ForceBlend blend;
+  PushForce push;
   ToolSweep rest{};           ///< of this tick's sweep, after the last event
   int start = -1;             ///< facet that it touches in this tick, -1: none yet
   unsigned flags = 0;         ///< LocalFlag
@@ -105,6 +108,7 @@ class LocalSimulation final : public HapticMethod {
   void accept_free_motion() noexcept;
   void step_constrained(std::span<LocalFrame> frames) noexcept;  // local_simulation_constrained.cpp
   void start_tick() noexcept;
+  bool may_be_inside(int tool) const noexcept;
   void hold_contacts(double& toi, std::span<LocalFrame> frames) noexcept;
   void rewind_to(const Contact& impact, double& toi, std::span<LocalFrame> frames) noexcept;
   void ignore_around(const Contact& contact) noexcept;

@@ -15,16 +15,21 @@ constexpr int kExchanged = 5;           // iterations after which places that pu
 constexpr double kSamePlace = 0.001;    // of a triangle's first edge
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
-constexpr double kHeaviest = 1;         // [kg] a contact with an immovable part feels this mass: 1e6 N/m at 1 kHz
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
 
 }  // namespace
+
+/// A session may begin with the tool inside; one may run off the patch and get in there; and the slow side looks.
+bool LocalSimulation::may_be_inside(int tool) const noexcept {
+  const int way_out = model_->way_out[tool];
+  const bool is_first = t_ < 1.5 * h_;
+  return tools_[tool].is_off_patch || way_out >= 0 || (is_first && way_out == kNotLooked);
+}
 
 /// Where each tool touches at the start of the tick.
 void LocalSimulation::start_tick() noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
-  const bool is_first = t_ < 1.5 * h_;  // a session may begin with the tool inside
   for (int k = 0; k < num_tools(); ++k) {
     TouchingTool& tool = tools_[k];
     std::ranges::fill(w.ignored[k], 0);
@@ -32,7 +37,7 @@ void LocalSimulation::start_tick() noexcept {
     const auto held = std::ranges::find(m.state.anchors, k, &Contact::tool);
     tool.start = held == m.state.anchors.end() ? -1 : held->triangle;
     const bool sees_more = has_new_patch_ || m.wide_index;
-    if (tool.start < 0 && ((tool.is_off_patch && sees_more) || (is_first && has_new_patch_))) {
+    if (tool.start < 0 && ((tool.is_off_patch && sees_more) || (has_new_patch_ && may_be_inside(k)))) {
       tool.start = find_overlap(k);
       tool.is_off_patch = false;
     }
@@ -185,8 +190,8 @@ void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& o
       moving.is_round() ? ToolSweep{tools_[tool].rest.x_t0, place} : ToolSweep{moving.box().low, moving.box().high};
   const int found = index().candidates(box, shape.radius + margin, w.candidates);
   find_tool_contacts(patch, x, moving.core(), shape.radius, margin,
-                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, out,
-                     place - tools_[tool].rest.x_t0);
+                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, out, place - tools_[tool].rest.x_t0,
+                     model_->state.overlap[tool].allowed());
 }
 
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
@@ -287,6 +292,7 @@ void LocalSimulation::fill_problem(double h_left) noexcept {
   const LocalWorkspace& w = m.work;
   const MatrixX& C = m.dynamics->metric().C;
   const int c = contacts_.count;
+  const double softest = softest_contact(m) * h_ / h_left;
   problem_.count = c;
   problem_.h = h_;
   problem_.velocity.resize(3 * c);
@@ -304,7 +310,6 @@ void LocalSimulation::fill_problem(double h_left) noexcept {
     const Vec3 relative = motion(w.u_free) - tool_of(contact).moving.way(place) / h_;
     problem_.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
     auto own = problem_.W.block<3, 3>(3 * i, 3 * i);
-    const double softest = h_ / (h_left * kHeaviest);
     if (own.trace() < 3 * softest) {
       own += softest * Mat3::Identity();
       tools_[contact.tool].flags |= kRigidContact;

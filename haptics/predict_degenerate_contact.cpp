@@ -1,11 +1,12 @@
 #include "haptics/predict_degenerate_contact.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "haptics/contact_check.hpp"
+#include "haptics/refresher.hpp"
 #include "haptics/session.hpp"
 #include "haptics/tool_turn.hpp"
+#include "haptics/way_out.hpp"
 
 namespace kt {
 namespace {
@@ -14,18 +15,6 @@ namespace {
 double flatness(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double longest_sq = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
   return longest_sq > 0 ? (b - a).cross(c - a).norm() / longest_sq : 0;
-}
-
-/// Depth of the tool's deepest point at the start [m].
-double start_depth(const Session& session) {
-  if (session.path().empty()) return 0;
-  SurfacePatch whole;
-  whole.triangles = session.surface().triangles;
-  whole.topology = session.surface().topology;
-  whole.global_node.resize(static_cast<std::size_t>(session.model().mesh().num_nodes()));
-  std::iota(whole.global_node.begin(), whole.global_node.end(), 0);
-  return penetration_depth(whole, session.start().x, session.tool(), session.path().front().x,
-                           rotation(session.scene().tool.turn));
 }
 
 }  // namespace
@@ -42,21 +31,45 @@ std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::ve
                          "): they have no normal, and a point tool may pass them unseen; set object.repair to true")};
 }
 
-std::optional<Prediction> predict_start_inside(double depth) {
+std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out) {
   constexpr double kRoundoff = 1e-7;  // [m] as contact_check counts
   if (!(depth > kRoundoff)) return {};
   return Prediction{"degenerate_contact",
-                    text("tool.path: the tool starts ", 1e3 * depth,
-                         " mm inside the body, where no contact is looked for before it has been outside; start it "
-                         "outside, or raise the path's first point by that much")};
+                    text("tool.path: the tool starts ", 1e3 * depth, " mm inside the body",
+                         way_out ? text(": from the start on the body is pushed off it, out by (", way_out->x(), ", ",
+                                        way_out->y(), ", ", way_out->z(),
+                                        ") m, the nearest surface that is not clamped, in 60 ms or at 0.1 m/s; the "
+                                        "force is not to be trusted before, and grows slowly; ")
+                                 : std::string(", where no contact is looked for before it has been outside; "),
+                         "start it outside, or move the path's first point out by that much")};
 }
+
+namespace {
+
+/// None when its path is a recording, which is read tick by tick.
+std::optional<Prediction> predict_start(const Session& session) {
+  if (session.path().empty()) return {};
+  const ToolShape& tool = session.tool();
+  const WayOutSearch search(session.surface(), session.model().mesh().num_nodes(), session.model().fixed_nodes());
+  const Vec3 start = session.path().front().x;
+  const Quaternion turn = rotation(session.scene().tool.turn);
+  const VectorX& x = session.start().x;
+  const double depth = penetration_depth(search.whole(), x, tool, start, turn);
+  if (is_geometric(session.scene().contact.law)) return predict_start_inside(depth, {});
+  const auto way = search.find(x, tool, start, turn, 0, static_cast<int>(tool.corners.size()));
+  if (!way) return predict_start_inside(depth, {});
+  const Triangle& t = session.surface().triangles[way->triangle];
+  return predict_start_inside(depth, (node(x, t[0]) + node(x, t[1]) + node(x, t[2])) / 3);
+}
+
+}  // namespace
 
 void predict_degenerate_contact(const Session& session, std::vector<Prediction>& out) {
   // A ball touches the triangles beside them too: none of the map's was lost.
   const bool is_point = session.tool().kind == ToolShape::Kind::point;
   if (auto p = predict_flat_triangles(session.start().x, session.surface().triangles); p && is_point)
     out.push_back(std::move(*p));
-  if (auto p = predict_start_inside(start_depth(session))) out.push_back(std::move(*p));
+  if (auto p = predict_start(session)) out.push_back(std::move(*p));
 }
 
 }  // namespace kt

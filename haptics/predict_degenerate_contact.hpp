@@ -11,6 +11,7 @@ namespace kt {
 std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::vector<Triangle>& triangles);
 
 /// None when the tool's deepest point is no further than `depth` = roundoff inside the body.
-std::optional<Prediction> predict_start_inside(double depth);
+/// @param way_out  where the body is pushed off it [m]; none: it is not (the paper's laws, or all is clamped)
+std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out);
 
 }  // namespace kt

@@ -13,6 +13,13 @@ void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) con
     out.noalias() = patch_basis * reduced;
 }
 
+double softest_contact(const PreparedLocalModel& model) noexcept {
+  constexpr double kHeaviest = 1;      // [kg]
+  constexpr double kGivesLess = 1e-3;  // of the patch's: nothing but a clamped node's neighbourhood is so much stiffer
+  const double own = kGivesLess * model.mobility;
+  return own > 0 ? std::min(1 / kHeaviest, own) : 1 / kHeaviest;
+}
+
 std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
                                             const std::string& collision_backend, int num_nodes, int num_triangles,
                                             const Smoothing& smoothing) {
@@ -32,6 +39,10 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
   surface.follow(m.x0.head(p3), x0);
   out->index->build(surface.facets.triangles, x0);
+
+  const MatrixX& C = out->dynamics->metric().C;
+  for (int i = 0; i < m.patch.num_vertices(); ++i)
+    out->mobility = std::max(out->mobility, C.block<3, 3>(3 * i, 3 * i).trace() / 3);
 
   VectorX row_weight = VectorX::Zero(p3);
   for (int c = 0; c < out->patch_basis.outerSize(); ++c)

@@ -15,11 +15,15 @@ namespace kt {
 /// Of a tool that was found inside the body, and is pushed out over some ticks.
 struct Overlap {
   double start = 0;  ///< that it was found to have [m]
-  double left = 0;   ///< time that is left to end it [s]
+  double time = 0;   ///< in which it is ended [s]
+  double left = 0;   ///< of that, what is left [s]
 
   /// In this tick [m]. Starts and ends with no speed, so that the push is felt and its ends are not.
   double allowed() const noexcept;
 };
+
+/// What is known of a tool that is not in contact when the body is linearized.
+constexpr int kNotLooked = -2, kOutside = -1;
 
 /// Everything that changes at 1 kHz. A copy is a rollback point.
 struct LocalState {
@@ -70,6 +74,8 @@ struct PreparedLocalModel {
   /// How far each tool's place was from the patch's rim and the apron when the body was linearized [m], and where.
   std::array<double, kMaxTools> clear{};
   std::array<Vec3, kMaxTools> clear_from{};
+  std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};  ///< global triangle that a tool inside goes out through
+  double mobility = 0;  ///< of the patch vertex that gives way most: velocity per impulse in the metric [1/kg]
   std::unique_ptr<MethodData> data;  ///< by HapticMethod::complete
   LocalState state;
   bool caught_up = false;  ///< the state has been stepped to the present, from the linearization on
@@ -87,6 +93,10 @@ struct PreparedLocalModel {
     return triangle < 0 ? -1 : triangle * pieces + global_facet % pieces;
   }
 };
+
+/// Mobility [1/kg] that is added where a contact's own is smaller, as on a clamped part: there the law has no answer.
+/// That of 1 kg (1e6 N/m at 1 kHz), or where the body as a whole is stiffer, a thousandth of the patch's.
+double softest_contact(const PreparedLocalModel& model) noexcept;
 
 /// @param num_nodes, num_triangles  of the whole body
 std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,

@@ -10,6 +10,7 @@
 #include "core/sparse_solver.hpp"
 #include "haptics/foresight.hpp"
 #include "haptics/scene_friction.hpp"
+#include "haptics/tool_turn.hpp"
 #include "self_contact/crossings.hpp"
 
 namespace kt {
@@ -108,6 +109,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       scene_(scene),
       tools_(std::move(tools)),
       smoothing_(scene_smoothing(scene)),
+      way_out_(surface, model.mesh().num_nodes(), model.fixed_nodes()),
       method_(make_scene_method(scene, shapes_of(tools_))),
       self_contact_(self_contact),
       global_(model, global_integrator(scene.global, self_contact), 1 / scene.global.rate_hz, start),
@@ -335,6 +337,18 @@ void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& sit
             scene_.collision.backend);
 }
 
+/// At the start everything counts. Later, the tool has no contact because it is outside, as a rule: less than what is
+/// noticed is the difference of the two sides.
+std::optional<WayOut> Refresher::find_way_out(double t, int tool, const Vec3& place) const {
+  constexpr double kRounding = 1e-7, kNoticeable = 1e-4;  // [m]
+  constexpr int kFew = 16;
+  const bool is_first = frame_ == 0;
+  const ToolShape& shape = tools_[tool].shape;
+  const Quaternion turn = scene_turn(tool == 0 ? scene_.tool : *scene_.second_tool).at(t);
+  return way_out_.find(global_.state().x, shape, place, turn, is_first ? kRounding : kNoticeable,
+                       is_first ? static_cast<int>(shape.corners.size()) : kFew);
+}
+
 std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vector<Vec3>& places,
                                                        std::span<const LocalReport> reports,
                                                        const LocalMotion* motion) {
@@ -358,10 +372,18 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
 
   start = std::chrono::steady_clock::now();
   std::vector<ToolPlace> tools;
-  for (std::size_t k = 0; k < tools_.size(); ++k)
-    tools.push_back(
-        {places[k], reports.empty() ? -1 : reports.back().tools[k].triangle,
-         reach(t, tools_[k], places[k], tool_velocity(reports, scene_.local.rate_hz, static_cast<int>(k)))});
+  std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
+    const Vec3 velocity = tool_velocity(reports, scene_.local.rate_hz, static_cast<int>(k));
+    ToolPlace& tool = tools.emplace_back(places[k], reports.empty() ? -1 : reports.back().tools[k].triangle,
+                                         reach(t, tools_[k], places[k], velocity));
+    if (tool.triangle >= 0) continue;
+    const std::optional<WayOut> way = find_way_out(t, static_cast<int>(k), places[k]);
+    way_out[k] = way ? way->triangle : kOutside;
+    if (!way) continue;
+    tool.triangle = way->triangle;
+    tool.reach += way->depth;
+  }
   const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
@@ -372,6 +394,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
   auto out = prepare(std::move(local), scheme, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
   out->tool = places[0];
+  out->way_out = way_out;
   add_rest_of_body(*out, site, places);
   method_->complete(*out, 1 / scene_.global.rate_hz);
   if (motion) {

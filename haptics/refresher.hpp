@@ -8,6 +8,7 @@
 #include "haptics/local_report.hpp"
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
+#include "haptics/way_out.hpp"
 #include "io/scene.hpp"
 #include "self_contact/touching_euler.hpp"
 
@@ -67,6 +68,7 @@ class Refresher {
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
   void add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, const std::vector<Vec3>& places) const;
+  std::optional<WayOut> find_way_out(double t, int tool, const Vec3& place) const;
   double interval(double t) const;
   double delay(double t) const;
   double reach(double t, const ReachingTool& tool, const Vec3& place, const Vec3& velocity) const;
@@ -74,6 +76,7 @@ class Refresher {
   Scene scene_;
   std::vector<ReachingTool> tools_;
   Smoothing smoothing_;
+  WayOutSearch way_out_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   SelfContact* self_contact_;             // none: the body passes through itself
   GlobalSimulation global_;

@@ -24,6 +24,7 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
       {kContactsExhausted, "as many places touched at once as are resolved, 40: those that say most were kept"},
       {kLeftPatch, "the contact reached the edge of the local patch (raise global.rate_hz or move slower)"},
       {kLostAnchor, "a refresh brought a patch that does not hold the contact"},
+      {kPushedOut, "the tool was inside the body, which was pushed off it over a time, the force growing slowly"},
       {kRigidContact, "contact with a clamped part, which cannot give way"},
       {kNotFinite, "the local model left the finite numbers and was reset (use local.integrator implicit_euler)"}};
   for (const Kind& kind : kKinds) {

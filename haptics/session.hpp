@@ -121,12 +121,12 @@ struct SessionOptions {
   std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
   std::vector<std::vector<TimedPoint>> tool_paths;  ///< replay: of each tool, instead of the scene's; the devices'
                                                     ///< limits stay
-  double max_speed = 0;                          ///< replay: the first run's tool speed bound [m/s]; 0: the device's
-  double second_max_speed = 0;                   ///< the same of a second tool
-  std::vector<double> snapshot_times;            ///< [s]
-  std::function<long long()> count_allocations;  ///< allocations of this thread so far
-  std::function<void(double)> progress;          ///< share done, 0..1
-  const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there
+  double max_speed = 0;                             ///< replay: the first run's tool speed bound [m/s]; 0: the device's
+  double second_max_speed = 0;                      ///< the same of a second tool
+  std::vector<double> snapshot_times;               ///< [s]
+  std::function<long long()> count_allocations;     ///< allocations of this thread so far
+  std::function<void(double)> progress;             ///< share done, 0..1
+  const std::atomic<bool>* stop = nullptr;          ///< Ctrl-C: end after this tick and keep what is there
 };
 
 /// Everything of a scene that takes time to build: mesh, model, surface, device. Throws InputError.

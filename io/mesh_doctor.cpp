@@ -195,7 +195,8 @@ bool MeshReport::clean() const {
 std::vector<DefectList> defects(const MeshReport& r) {
   return {{"non_finite", "NaN or infinite coordinates", &r.non_finite},
           {"isolated_nodes", "nodes that nothing uses", &r.isolated_nodes},
-          {"coincident_nodes", "nodes at the same place", &r.coincident_nodes},
+          {"coincident_nodes", "nodes at the same place", &r.coincident_nodes,
+           r.tetrahedra > 0 ? "kilotouch mesh repair --weld TOL" : ""},
           {"degenerate", "triangles without area", &r.degenerate},
           {"duplicates", "triangles that occur twice", &r.duplicates},
           {"open_edges", "open edges", &r.open_edges},

@@ -68,6 +68,7 @@ MeshReport examine(const Mesh& mesh, const MeshExamination& how = {});
 struct DefectList {
   std::string key, title;                ///< "open_edges", "open edges"
   const std::vector<MeshPlace>* places;  ///< borrowed from the report
+  std::string cure{};                    ///< a command, where one helps that nobody would look for
 };
 std::vector<DefectList> defects(const MeshReport& report);
 

@@ -26,7 +26,8 @@ Mesh read_vtu(const std::string& path, const LoadOptions& options, Notes& notes)
 Mesh read_vtk(const std::string& path, const LoadOptions& options, Notes& notes);
 Mesh read_medit(const std::string& path, const LoadOptions& options, Notes& notes);
 
-/// What a reader of tetrahedra ends with: orients all of them positive and sets the surface to their boundary.
+/// What a reader of tetrahedra ends with: takes doubled ones once, orients all of them positive and sets the surface
+/// to their boundary.
 /// @throws InputError for a flat tetrahedron, unless lenient.
 void finish_solid(Mesh& mesh, const std::string& path, const LoadOptions& options, Notes& notes);
 

@@ -32,7 +32,26 @@ int drop_unused_nodes(Mesh& mesh) {
   return dropped;
 }
 
+namespace {
+
+/// Second copies of a tetrahedron, whatever the order of its nodes: the body would be twice as stiff and heavy there,
+/// and faces between two copies would be found four times and cut the surface open. Returns how many went.
+int drop_doubled(std::vector<Tetrahedron>& tetrahedra) {
+  std::set<Tetrahedron> known;
+  return static_cast<int>(std::erase_if(tetrahedra, [&](Tetrahedron t) {
+    std::sort(t.begin(), t.end());
+    return !known.insert(t).second;
+  }));
+}
+
+}  // namespace
+
 void finish_solid(Mesh& mesh, const std::string& path, const LoadOptions& options, Notes& notes) {
+  const std::size_t given = mesh.tetrahedra.size();
+  if (const int doubled = drop_doubled(mesh.tetrahedra); doubled > 0)
+    notes.push_back(text(doubled, " of ", given,
+                         " tetrahedra were there before, over the same nodes (as Gmsh 2.2 saves ",
+                         "an element once for each of its groups): taken once"));
   int turned = 0, flat = 0, first_flat = -1;
   for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
     Tetrahedron& t = mesh.tetrahedra[i];

@@ -59,7 +59,9 @@ void check_doctor(MeshWork& work, StageResult& out) {
     // Nodes at one place are a seam; whether it matters shows in the open edges.
     if (d.places->empty()) continue;
     const bool stopped = d.key == "self_intersections" && !r.self_intersections_complete;
-    out.lower(Verdict::degraded, text(stopped ? "at least " : "", d.places->size(), " ", d.title),
+    out.lower(Verdict::degraded,
+              text(stopped ? "at least " : "", d.places->size(), " ", d.title,
+                   d.cure.empty() ? "" : "; to join them: ", d.cure),
               d.places->front().at);
   }
 }

@@ -1,12 +1,12 @@
 // The body as springs and as finite elements: does it stand, how fast may it be stepped, how stiff is it against
 // itself?
 #include <cmath>
-#include <numeric>
 
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/models.hpp"
 #include "core/error.hpp"
 #include "core/integrator.hpp"
+#include "core/pieces.hpp"
 #include "core/sparse_solver.hpp"
 #include "core/subspace.hpp"
 
@@ -14,47 +14,6 @@ namespace kt {
 namespace {
 
 constexpr double kHeldShare = 0.2;  // of a piece's height, as `kilotouch drag`
-
-/// Number of the piece that each node belongs to; -1: nothing uses it.
-std::vector<int> pieces_of(const Mesh& body, int& count) {
-  std::vector<int> parent(static_cast<std::size_t>(body.num_nodes()));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  std::vector<char> used(parent.size(), 0);
-  const auto join = [&](const auto& element) {
-    for (const int i : element) {
-      used[i] = 1;
-      parent[root(i)] = root(element[0]);
-    }
-  };
-  for (const Tetrahedron& t : body.tetrahedra) join(t);
-  if (body.tetrahedra.empty())
-    for (const Triangle& t : body.triangles) join(t);
-  std::vector<int> number(parent.size(), -1), out(parent.size(), -1);
-  count = 0;
-  for (int i = 0; i < body.num_nodes(); ++i) {
-    if (!used[i]) continue;
-    int& n = number[root(i)];
-    if (n < 0) n = count++;
-    out[i] = n;
-  }
-  return out;
-}
-
-/// Three of them span an area, so that a body cannot turn about them.
-bool holds_still(const Mesh& body, const std::vector<int>& nodes, double size) {
-  if (nodes.size() < 3) return false;
-  const Vec3 a = node(body.x, nodes[0]);
-  Vec3 along = Vec3::Zero();
-  for (const int i : nodes)
-    if (const Vec3 d = node(body.x, i) - a; d.norm() > along.norm()) along = d;
-  for (const int i : nodes)
-    if (along.cross(Vec3(node(body.x, i)) - a).norm() > 1e-4 * size * size) return true;
-  return false;
-}
 
 std::vector<int> held_of_piece(const Mesh& body, const std::vector<int>& nodes, bool is_sheet) {
   Vec3 low = node(body.x, nodes[0]), high = low;

@@ -91,7 +91,7 @@ class Frozen final : public HapticMethod {
     samples_.count = 0;
     if (const FrozenContacts* frozen = data()) {
       fill_problem(*frozen, sweep.x_t1);
-      if (soften(problem_)) frame.flags |= kRigidContact;
+      if (soften(m, problem_)) frame.flags |= kRigidContact;
       solver_->solve(problem_, solution_);
       move_body(*frozen, sweep.x_t1);
       report_contacts(m.model.patch, contacts_, solution_, point_, h_, frame, samples_);

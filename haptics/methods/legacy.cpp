@@ -88,7 +88,7 @@ class Legacy final : public HapticMethod {
     problem_.velocity = relative - n.dot(relative) * n - gap_free / h_ * n;
     problem_.W = m.dynamics->metric().C.block<3, 3>(3 * vertex, 3 * vertex);
     const Mat3 moves = problem_.W;
-    if (soften(problem_)) frame.flags |= kRigidContact;
+    if (soften(m, problem_)) frame.flags |= kRigidContact;
     solution_.impulse.setZero(3);
     solver_->solve(problem_, solution_);
 

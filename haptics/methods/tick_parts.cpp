@@ -38,8 +38,8 @@ void add_impulse(PreparedLocalModel& m, int triangle, const Vec3& bary, const Ve
   for (int c = 0; c < 3; ++c) node(m.work.impulse, t[c]) += bary[c] * impulse;
 }
 
-bool soften(ContactProblem& problem) noexcept {
-  constexpr double softest = 1;  // [1/kg] as in LocalSimulation
+bool soften(const PreparedLocalModel& m, ContactProblem& problem) noexcept {
+  const double softest = softest_contact(m);
   bool softened = false;
   for (int i = 0; i < problem.count; ++i) {
     auto own = problem.W.block<3, 3>(3 * i, 3 * i);

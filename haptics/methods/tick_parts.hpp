@@ -31,7 +31,7 @@ void step_body(PreparedLocalModel& m) noexcept;
 void add_impulse(PreparedLocalModel& m, int triangle, const Vec3& bary, const Vec3& impulse) noexcept;
 
 /// Makes a contact with an immovable part solvable: there it gives way like a stiff spring. True when it had to.
-bool soften(ContactProblem& problem) noexcept;
+bool soften(const PreparedLocalModel& m, ContactProblem& problem) noexcept;
 
 /// Tells what the impulses of `solution` did, at contacts whose points end at `point`: forces and modes in the frame,
 /// samples for the global side. Contacts without an impulse are left out.

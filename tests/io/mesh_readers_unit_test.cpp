@@ -2,6 +2,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "io/mesh_doctor.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {
@@ -166,6 +167,30 @@ TEST(Msh, Versions2And4GiveTheTetrahedronWithItsBoundary) {
     EXPECT_EQ(mesh.triangles.size(), 4u);
     EXPECT_NEAR(enclosed_volume(mesh), 1.0 / 6, 1e-15);
   }
+}
+
+std::string replaced(std::string s, const std::string& what, const std::string& by);
+
+/// Gmsh 2.2 saves an element once for each physical group that it is in: the same nodes, in whatever order.
+TEST(Msh, ATetrahedronOfSeveralGroupsIsTakenOnce) {
+  std::vector<std::string> notes;
+  const Mesh mesh = load_text("a.msh",
+                              replaced(replaced(kMsh2, "$Elements\n3\n", "$Elements\n5\n"), "$EndElements",
+                                       "4 4 2 5 1 1 20 3 4\n5 4 2 6 1 20 3 1 4\n$EndElements"),
+                              &notes);
+  EXPECT_EQ(mesh.tetrahedra.size(), 1u);
+  EXPECT_EQ(mesh.triangles.size(), 4u);  // faces of three tetrahedra would be none of the surface
+  EXPECT_NEAR(enclosed_volume(mesh), 1.0 / 6, 1e-15);
+  EXPECT_TRUE(std::ranges::any_of(notes, [](const std::string& n) {
+    return n.starts_with("2 of 3 tetrahedra were there before") && n.ends_with("taken once");
+  })) << testing::PrintToString(notes);
+}
+
+/// Triangles of several groups stay for the doctor, who names them.
+TEST(Msh, ATriangleOfSeveralGroupsReachesTheDoctor) {
+  const Mesh mesh = load_text("a.msh", replaced(kMsh2, "3 4 2 0 1 1 20 3 4", "3 2 2 5 1 20 3 1"));
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(examine(mesh).duplicates.size(), 1u);
 }
 
 std::string replaced(std::string s, const std::string& what, const std::string& by) {

@@ -1,0 +1,131 @@
+// A tool that starts inside the body: it comes to the force that it would have had if it had come from outside, by
+// small steps, whatever its shape and the body's model; and out through what can move, not through what is clamped.
+#include <gtest/gtest.h>
+
+#include "collision/surface_contacts.hpp"
+#include "haptics/session.hpp"
+#include "haptics/way_out.hpp"
+#include "io/child_process.hpp"
+#include "io/mesh_io.hpp"
+#include "tests/support/haptics_scene.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kTop = 0.02;       // [m] of the block
+constexpr double kDuration = 0.35;  // [s]
+const Vec3 kTarget(0.03, 0.026, 0);
+
+struct Case {
+  const char* shape;
+  const char* model;
+  double height;  // of the reference point [m]
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.shape << ' ' << c.model; }
+
+/// A box, and a mesh of four triangles.
+Mesh tool_mesh(const std::string& shape) {
+  if (shape == "tetrahedron") {
+    Mesh out;
+    out.x.resize(12);
+    out.x << 0, 0, -6e-3, 6e-3, 0, 4e-3, -3e-3, 5.2e-3, 4e-3, -3e-3, -5.2e-3, 4e-3;
+    out.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}};
+    return out;
+  }
+  return kuhn_block(1, 1, 1, 8e-3);
+}
+
+Scene scene_of(const Case& c, bool from_above, const PrivateFolder& folder) {
+  Scene scene = small_scene();
+  scene.duration = kDuration;
+  scene.object.model.type = c.model;
+  scene.object.model.damping.mass = 40;
+  scene.contact.mu_static = scene.contact.mu_kinetic = 0;  // with friction, the force at rest depends on the way there
+  SceneTool& tool = scene.tool;
+  tool.shape = c.shape;
+  if (tool.shape == "capsule") {
+    tool.radius = 0.004;
+    tool.length = 0.01;
+    tool.turn = Vec3(1.5707963, 0, 0);
+  } else if (tool.shape != "point" && tool.shape != "sphere") {
+    tool.mesh = folder / "tool.off";
+    Mesh surface = tool_mesh(c.shape);
+    surface.tetrahedra.clear();
+    save_mesh(tool.mesh, surface);
+    tool.shape = "mesh";
+    tool.radius = 5e-4;
+  }
+  const Vec3 at = kTarget + c.height * Vec3::UnitZ(), above = kTarget + (kTop + 0.009) * Vec3::UnitZ();
+  tool.path = {.press_drag = {},
+               .waypoints = from_above ? std::vector<Waypoint>{{0, above}, {0.2, at}, {kDuration, at}}
+                                       : std::vector<Waypoint>{{0, at}, {kDuration, at}},
+               .recording = {},
+               .hand = {}};
+  return scene;
+}
+
+Vec3 mean_of_the_last(const std::vector<LocalFrame>& frames) {
+  constexpr std::size_t kCount = 30;
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = frames.size() - kCount; i < frames.size(); ++i) sum += frames[i].force;
+  return sum / kCount;
+}
+
+class StartsInside : public testing::TestWithParam<Case> {};
+
+TEST_P(StartsInside, ComesBySmallStepsToTheForceOfOneThatCameFromOutside) {
+  const PrivateFolder folder;
+  const SessionResult in = Session(scene_of(GetParam(), false, folder)).run();
+  const Vec3 expected = mean_of_the_last(Session(scene_of(GetParam(), true, folder)).run().frames);
+  const Vec3 found = mean_of_the_last(in.frames);
+  ASSERT_GT(expected.z(), 0.02);
+  EXPECT_LT((found - expected).norm(), 0.1 * expected.norm()) << found.transpose() << " for " << expected.transpose();
+  Vec3 last = Vec3::Zero();
+  double most = 0;
+  int pushed = 0;
+  for (const LocalFrame& f : in.frames) {
+    if (f.flags & kPushedOut) {
+      EXPECT_LE((f.force - last).norm(), 0.1 + 0.05 * last.norm() + 1e-12) << "at " << f.t;
+      ++pushed;
+    }
+    EXPECT_FALSE(f.flags & (kRigidContact | kNotFinite)) << "at " << f.t;
+    last = f.force;
+    most = std::max(most, f.force.norm());
+  }
+  EXPECT_GE(pushed, 55);
+  EXPECT_LT(most, 2 * expected.norm());
+  EXPECT_LT(in.penetration.back(), 1e-5);
+}
+
+INSTANTIATE_TEST_SUITE_P(ShapesAndModels, StartsInside,
+                         testing::Values(Case{"point", "msd", kTop - 0.003}, Case{"point", "fem", kTop - 0.003},
+                                         Case{"sphere", "msd", kTop - 0.001}, Case{"sphere", "fem", kTop - 0.001},
+                                         Case{"capsule", "msd", kTop - 0.001}, Case{"capsule", "fem", kTop - 0.001},
+                                         Case{"box", "msd", kTop}, Case{"box", "fem", kTop},
+                                         Case{"tetrahedron", "msd", kTop}, Case{"tetrahedron", "fem", kTop}),
+                         [](const auto& info) { return std::string(info.param.shape) + "_" + info.param.model; });
+
+/// Nearest to the clamped bottom, to a side, and outside.
+TEST(WayOut, IsTheShortestThroughWhatCanMove) {
+  const Session session(small_scene());
+  const Mesh& body = session.model().mesh();
+  const WayOutSearch search(session.surface(), body.num_nodes(), session.model().fixed_nodes());
+  const ToolShape ball{ToolShape::Kind::sphere, 0.004};
+  const auto out = [&](const Vec3& at) { return search.find(body.x, ball, at, Quaternion::Identity(), 0, 0); };
+  const auto normal = [&](const WayOut& way) { return face_normal(search.whole(), body.x, way.triangle); };
+  const auto up = out({0.03, 0.026, 0.008});  // 8 mm over the bottom, 12 mm below the top
+  ASSERT_TRUE(up);
+  EXPECT_NEAR(normal(*up).z(), 1, 1e-9);
+  EXPECT_NEAR(up->depth, 0.012 + 0.004, 1e-9);
+  const auto aside = out({0.005, 0.026, 0.01});
+  ASSERT_TRUE(aside);
+  EXPECT_NEAR(normal(*aside).x(), -1, 1e-9);
+  EXPECT_NEAR(aside->depth, 0.005 + 0.004, 1e-9);
+  EXPECT_FALSE(out({0.03, 0.026, kTop + 0.0041}));
+  EXPECT_TRUE(out({0.03, 0.026, kTop + 0.0039}));
+  EXPECT_FALSE(out({0.03, 0.026, -0.001}).has_value() && normal(*out({0.03, 0.026, -0.001})).z() < 0);
+}
+
+}  // namespace
+}  // namespace kt

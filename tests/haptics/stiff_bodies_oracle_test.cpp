@@ -1,0 +1,40 @@
+// Stiff bodies keep the tool outside as soft ones do, and linear ones push back by as much as they are stiffer.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "haptics/session.hpp"
+#include "tests/support/haptics_scene.hpp"
+
+namespace kt {
+namespace {
+
+SessionResult pressed(double young) {
+  Scene scene = small_scene();
+  scene.duration = 0.15;
+  scene.object.model.type = "fem";
+  scene.object.model.material = "linear";
+  scene.object.model.young = young;
+  scene.object.model.damping.mass = 40;
+  const Vec3 above(0.03, 0.026, 0.02 + scene.tool.radius + 1e-4), in = above - Vec3(0, 0, 1.1e-3);
+  scene.tool.path = {.press_drag = {},
+                     .waypoints = std::vector<Waypoint>{{0, above}, {0.1, in}, {scene.duration, in}},
+                     .recording = {},
+                     .hand = {}};
+  return Session(scene).run();
+}
+
+/// Contact stiffness of 10 N/m to 1e10 N/m; where 1 kg in a tick (1e6 N/m) was as soft as it gets, that was felt from
+/// 1e8 Pa on.
+TEST(StiffBody, PushesBackByItsYoungsModulusAndKeepsTheToolOutside) {
+  const double soft = pressed(1e5).frames.back().f_n / 1e5;
+  for (const double young : {1e8, 1e10, 1e13}) {
+    const SessionResult run = pressed(young);
+    EXPECT_NEAR(run.frames.back().f_n / young / soft, 1, 0.02) << young;
+    EXPECT_LT(*std::ranges::max_element(run.penetration), 1e-8) << young;
+    for (const LocalFrame& f : run.frames) ASSERT_FALSE(f.flags & (kRigidContact | kNotFinite)) << young;
+  }
+}
+
+}  // namespace
+}  // namespace kt
