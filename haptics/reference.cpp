@@ -210,11 +210,11 @@ Reference second_tool_of(const Reference& reference) {
 
 namespace {
 
-/// At the ends of n steps a tick, linear between the ends of ticks; before the first of them as there.
+/// At the ends of n steps a tick, linear between the ends of ticks; before the first of them as after it.
 std::vector<Vec3> drawn_out(std::span<const Vec3> forces, int n) {
   std::vector<Vec3> out;
   for (std::size_t i = 0; i < forces.size(); ++i) {
-    const Vec3& before = forces[i > 0 ? i - 1 : 0];
+    const Vec3 before = i > 0 ? forces[i - 1] : forces.size() > 1 ? Vec3(2 * forces[0] - forces[1]) : forces[0];
     for (int k = 1; k <= n; ++k) out.push_back(before + k / double(n) * (forces[i] - before));
   }
   return out;

@@ -66,8 +66,9 @@ void look_at_model(const SceneModel& m, Finder& out) {
                "object.model.damper gives the springs' dampers");
 }
 
-/// @param name  of the tool in the scene
-void look_at_tool(const SceneTool& tool, const std::string& name, Finder& out) {
+/// @param name     of the tool in the scene
+/// @param is_read  the velocity of a ball's surface is, by the chosen method and law
+void look_at_tool(const SceneTool& tool, const std::string& name, bool is_read, Finder& out) {
   const SceneTool& d = kDefault.tool;
   const std::string reason = text(name, ".shape is ", tool.shape, "; ");
   if (tool.shape == "point") out.unread(name + ".radius", tool.radius, d.radius, reason + "a point has none");
@@ -80,6 +81,9 @@ void look_at_tool(const SceneTool& tool, const std::string& name, Finder& out) {
   if (is_round) out.unread(name + ".turn", tool.turn, d.turn, reason + "capsule and mesh read it");
   if (tool.shape == "point")
     out.unread(name + ".spin", tool.spin, d.spin, reason + "a ball's surface drags, a point has none");
+  else if (is_round && !is_read)
+    out.unread(name + ".spin", tool.spin, d.spin,
+               "a ball's spin is read by local.method multirate and hold with coulomb");
 }
 
 void look_at_contact(const Scene& scene, const std::string& method, Finder& out) {
@@ -105,6 +109,8 @@ void look_at_contact(const Scene& scene, const std::string& method, Finder& out)
     out.unread("contact.penalty.stiffness", c.penalty.stiffness, d.penalty.stiffness, reason);
     out.unread("contact.penalty.damping", c.penalty.damping, d.penalty.damping, reason);
   }
+  if (method == "frozen")
+    out.unread("contact.metric", c.metric, d.metric, "local.method is frozen; its compliance is that at rest");
   if (c.surface == "flat") {
     const std::string reason = "contact.surface is flat; loop reads it";
     out.unread("contact.surface_levels", c.surface_levels, d.surface_levels, reason);
@@ -161,8 +167,9 @@ std::vector<std::string> unused_settings(const Scene& scene) {
   const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
   Finder out;
   look_at_model(scene.object.model, out);
-  look_at_tool(scene.tool, "tool", out);
-  if (scene.second_tool) look_at_tool(*scene.second_tool, "second_tool", out);
+  const bool is_read = (method == "multirate" || method == "hold") && !is_geometric(scene.contact.law);
+  look_at_tool(scene.tool, "tool", is_read, out);
+  if (scene.second_tool) look_at_tool(*scene.second_tool, "second_tool", is_read, out);
   look_at_contact(scene, method, out);
   look_at_global(scene, method == "multirate" && scene.local.catch_up, out);
   look_at_local(scene, method, out);

@@ -58,7 +58,9 @@ double at_kink(double t) { return std::min(t, 0.01); }
 TEST(CompareForces, AKinkOfThePathIsNoError) {
   constexpr double kTick = 1e-3;
   for (const int n : {1, 2, 10}) {
-    Reference reference{.rate_hz = n / kTick, .h = kTick};
+    Reference reference;
+    reference.rate_hz = n / kTick;
+    reference.h = kTick;
     std::vector<Vec3> ticks, steps;
     for (int i = 1; i <= 20; ++i) ticks.push_back({0, 0, at_kink(i * kTick)});
     for (int i = 1; i <= 20 * n; ++i) steps.push_back({0, 0, at_kink(i * kTick / n)});
