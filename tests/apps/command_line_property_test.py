@@ -203,9 +203,8 @@ class CommandLine(unittest.TestCase):
 
     def test_units_are_warned_of_with_the_likely_scale(self):
         with open(os.path.join(MESHES, "sphere.off"), encoding="utf-8") as file:
-            lines = file.read().split("\n")
-        nodes = int(lines[1].split()[0])
-        for i in range(2, 2 + nodes):
+            lines = [line for line in file.read().split("\n") if not line.startswith("#")]
+        for i in range(2, 2 + int(lines[1].split()[0])):
             lines[i] = " ".join(str(1000 * float(c)) for c in lines[i].split())
         with open(self.path("mm.off"), "w", encoding="utf-8") as file:
             file.write("\n".join(lines))
