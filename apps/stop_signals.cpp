@@ -19,7 +19,7 @@ std::atomic<bool> stop{false};
 std::atomic<int> received{0}, saving{0};
 
 constexpr double kPatience = 1.5;  // [s] for what runs to look up: with what ends the process, below 2 s
-constexpr double kLongest = 10;    // [s] with the time that it waited for a processor of a busy machine
+constexpr double kLongest = 60;    // [s] with the time that it waited for a processor of a busy machine
 
 sigset_t stop_signals() {
   sigset_t out;

@@ -157,18 +157,38 @@ std::string make_private_folder(const std::string& prefix) {
 
 PrivateFolder::PrivateFolder(const std::string& prefix) : folder_(make_private_folder(prefix)) {}
 
+namespace {
+
+/// As exec takes it; valid as long as the words.
+std::vector<char*> pointers(const std::vector<std::string>& words) {
+  std::vector<char*> out;
+  for (const std::string& word : words) out.push_back(const_cast<char*>(word.c_str()));
+  out.push_back(nullptr);
+  return out;
+}
+
+/// This process's, but for the place of temporary files: what a killed child leaves goes with its folder.
+std::vector<std::string> child_environment(const PrivateFolder& folder) {
+  std::vector<std::string> out{"TMPDIR=" + folder.path()};
+  for (char** entry = environ; *entry; ++entry)
+    if (!std::string_view(*entry).starts_with("TMPDIR=")) out.emplace_back(*entry);
+  return out;
+}
+
+}  // namespace
+
 ChildResult run_program(const std::vector<std::string>& arguments, const PrivateFolder& folder,
                         const ChildLimits& limits) {
-  std::vector<char*> argv;
-  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-  argv.push_back(nullptr);
+  const std::vector<char*> argv = pointers(arguments);
+  const std::vector<std::string> environment = child_environment(folder);
+  const std::vector<char*> envp = pointers(environment);
   const std::string log = folder / kLog;
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child < 0) throw RunError(text("cannot start ", arguments[0], ": ", std::strerror(errno)));
   if (child == 0) {
     enter_child(log, limits, parent);
-    if (::chdir(folder.path().c_str()) == 0) ::execvp(argv[0], argv.data());
+    if (::chdir(folder.path().c_str()) == 0) ::execvpe(argv[0], argv.data(), envp.data());
     ::_exit(127);
   }
   return wait_for(child, log, limits);

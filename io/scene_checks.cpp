@@ -1,4 +1,6 @@
 // Rules between several values, which a schema cannot say.
+#include <cmath>
+
 #include "core/error.hpp"
 #include "io/scene_json.hpp"
 
@@ -7,7 +9,34 @@ namespace {
 
 using Found = std::optional<JsonProblem>;
 
+constexpr double kFarthest = 1e6;  // [m] of a tool's path
+constexpr double kLargest = 1e9;   // of a component of any other vector: its square and its length stay finite
+
+Found check_range(double value, double most, const std::string& path) {
+  if (std::abs(value) <= most) return std::nullopt;
+  return JsonProblem{path, text("is ", value, ", must be at least ", -most, ", at most ", most)};
+}
+
+Found check_vector(const Vec3& v, const std::string& path) {
+  for (int c = 0; c < 3; ++c)
+    if (const Found found = check_range(v[c], kLargest, text(path, "[", c, "]"))) return found;
+  return std::nullopt;
+}
+
+Found check_box(const std::array<Vec3, 2>& box, const std::string& path) {
+  for (std::size_t i = 0; i < 2; ++i)
+    if (const Found found = check_vector(box[i], text(path, "[", i, "]"))) return found;
+  return std::nullopt;
+}
+
 Found check_object(const SceneObject& object) {
+  if (object.fixed.box)
+    if (const Found found = check_box(*object.fixed.box, "object.fixed.box")) return found;
+  if (const Found found = check_vector(object.gravity, "object.gravity")) return found;
+  for (std::size_t i = 0; i < object.model.inclusions.size(); ++i)
+    if (const Found found =
+            check_vector(object.model.inclusions[i].center, text("object.model.inclusions[", i, "].center")))
+      return found;
   if (object.fixed.box && ((*object.fixed.box)[1] - (*object.fixed.box)[0]).minCoeff() < 0.0)
     return JsonProblem{"object.fixed.box", "has a max below its min: write [[min x, y, z], [max x, y, z]]"};
   if (object.model.stiffness && object.model.calibrate)
@@ -20,6 +49,11 @@ Found check_object(const SceneObject& object) {
 }
 
 Found check_times(const std::vector<Waypoint>& points, const std::string& path) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (int k = 0; k < 4; ++k)
+      if (const Found found = check_range(k == 0 ? points[i].t : points[i].position[k - 1], kFarthest,
+                                          text(path, "[", i, "][", k, "]")))
+        return found;
   for (std::size_t i = 1; i < points.size(); ++i)
     if (points[i].t <= points[i - 1].t)
       return JsonProblem{text(path, "[", i, "]"),
@@ -36,7 +70,16 @@ Found check_tool(const SceneTool& tool, const std::string& name) {
     return JsonProblem{name + ".mesh", "is empty: name the file of the mesh tool"};
   if (tool.shape != "mesh" && !tool.mesh.empty())
     return JsonProblem{name + ".mesh", text("is given, but ", name, ".shape is ", tool.shape, ": set it to mesh")};
+  if (const Found found = check_vector(tool.turn, name + ".turn")) return found;
+  if (const Found found = check_vector(tool.spin, name + ".spin")) return found;
   const ScenePath& path = tool.path;
+  if (path.press_drag) {
+    const std::string drag = name + ".path.press_drag";
+    if (const Found found = check_vector(path.press_drag->direction, drag + ".direction")) return found;
+    for (std::size_t k = 0; path.press_drag->at && k < 2; ++k)
+      if (const Found found = check_range((*path.press_drag->at)[k], kFarthest, text(drag, ".at[", k, "]")))
+        return found;
+  }
   if (path.press_drag && path.press_drag->direction.norm() < 1e-12)
     return JsonProblem{name + ".path.press_drag.direction", "is zero: which way does the tool go?"};
   if (path.waypoints) return check_times(*path.waypoints, name + ".path.waypoints");
@@ -51,6 +94,7 @@ Found check_contact(const SceneContact& contact) {
   for (std::size_t i = 0; i < contact.regions.size(); ++i) {
     const SceneRegion& region = contact.regions[i];
     const std::string name = text("contact.regions[", i, "]");
+    if (const Found found = check_box(region.box, name + ".box")) return found;
     if ((region.box[1] - region.box[0]).minCoeff() < 0.0)
       return JsonProblem{name + ".box", "has a max below its min: write [[min x, y, z], [max x, y, z]]"};
     if (region.mu_static < 0)

@@ -106,10 +106,13 @@ class StopSignals(unittest.TestCase):
 
     def test_every_stage_ends_in_time(self):
         for name, words in stages():
+            if os.environ.get("STAGE", name) != name:
+                continue
             for number, after in ((signal.SIGTERM, 0.15), (signal.SIGINT, 0.8), (signal.SIGTERM, 3.0)):
                 with self.subTest(f"{name}, {after} s"):
-                    shutil.rmtree(self.work)
-                    os.mkdir(self.work)
+                    for folder in (self.work, self.scratch):
+                        shutil.rmtree(folder)
+                        os.mkdir(folder)
                     found = self.stopped(words, number, after)
                     if found is None:
                         continue  # it was done before

@@ -72,6 +72,11 @@ TEST(ChildProcess, SignalsThatTheParentBlocksReachTheChild) {
   EXPECT_EQ(r.signal, SIGTERM);
 }
 
+TEST(ChildProcess, ItsTemporaryFilesGoWithItsFolder) {
+  const PrivateFolder folder;
+  EXPECT_EQ(run_program({"sh", "-c", "printf '%s' \"$TMPDIR\""}, folder, {}).output, folder.path());
+}
+
 TEST(ChildProcess, AnExceptionComesBackAsText) {
   const PrivateFolder folder;
   const ChildResult r = run_forked([] { throw InputError("bad\nsurface"); }, folder, {});
