@@ -66,7 +66,7 @@ class ThreadedRun {
     run_.result.lateness_us.resize(run_.haptic.num_ticks());
     adopted_.reserve(static_cast<std::size_t>(run_.haptic.num_ticks()));
     std::thread haptic([this] { haptic_thread(); });
-    haptic_handle_ = haptic.native_handle();
+    haptic_handle_ = haptic.native_handle();  // valid until it is joined
     try {
       refresh_loop();
     } catch (...) {
@@ -169,12 +169,13 @@ class ThreadedRun {
           text("link: ", lost_reports_, " reports were lost, the refresher fell too far behind"));
   }
 
-  /// Of the haptic thread alone, while it runs.
-  double haptic_time_ms() const {
+  /// CPU time of the haptic thread alone; when it is over, as it was last seen.
+  double haptic_time_ms() {
     clockid_t clock{};
     timespec now{};
-    if (pthread_getcpuclockid(haptic_handle_, &clock) != 0 || clock_gettime(clock, &now) != 0) return 0;
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+    if (pthread_getcpuclockid(haptic_handle_, &clock) == 0 && clock_gettime(clock, &now) == 0)
+      haptic_ms_ = 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+    return haptic_ms_;
   }
 
   /// Checks some ticks of a local model that is not in use any more; without haste, but no more of them wait than there
@@ -251,6 +252,7 @@ class ThreadedRun {
   std::vector<std::unique_ptr<LocalMotion>> spare_motions_;  // of the refresher's thread
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;     // whose ticks are not checked yet
   pthread_t haptic_handle_{};
+  double haptic_ms_ = 0;
   std::vector<RefreshEvent> adopted_;
   std::vector<int> linearized_;
   std::atomic<bool> finished_{false}, stop_{false};
