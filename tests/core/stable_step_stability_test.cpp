@@ -58,7 +58,7 @@ double growth(const MatrixX& M, const MatrixX& D, const MatrixX& K, double h) {
   const MatrixX vx = -h * m * K, vv = one - h * m * D;
   MatrixX step(2 * n, 2 * n);
   step << one + h * vx, h * vv, vx, vv;
-  return step.eigenvalues().cwiseAbs().maxCoeff();
+  return spectral_radius(step);
 }
 
 /// Bisection for the step where the growth passes one.

@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(ShapesAndModels, StartsInside,
                                          Case{"capsule", "msd", kTop - 0.001}, Case{"capsule", "fem", kTop - 0.001},
                                          Case{"box", "msd", kTop}, Case{"box", "fem", kTop},
                                          Case{"tetrahedron", "fem", kTop}),
-                         [](const auto& info) { return std::string(info.param.shape) + "_" + info.param.model; });
+                         [](const auto& of) { return std::string(of.param.shape) + "_" + of.param.model; });
 
 /// Nearest to the clamped bottom, to a side, and outside.
 TEST(WayOut, IsTheShortestThroughWhatCanMove) {
