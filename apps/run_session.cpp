@@ -168,10 +168,10 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
   Session session = make_session(scene, settings.input);
   if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
-  for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
   require_folder_of(settings.json_file);
   if (!settings.out.empty()) make_folder(settings.out);
   read_reference_before(session, settings.reference.file);
+  for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   options.progress = progress_bar(scene.title.empty() ? "running" : scene.title, settings.piped);

@@ -120,7 +120,10 @@ void run_free_tool(FreeTool& tool, const RigBlock& block, const Friction& fricti
                    Force force, Visit visit) {
   const ToolShape shape{tool.radius > 0 ? ToolShape::Kind::sphere : ToolShape::Kind::point, tool.radius};
   LocalSimulation local(shape, h, make_contact_solver("coulomb", friction));
-  local.adopt(block.local_model(h));
+  auto model = block.local_model(h);
+  // The block is where the tool has pressed it: no overlap, which would be pushed out.
+  model->state.q.z() = std::min(0.0, tool.x.z() - tool.radius);
+  local.adopt(std::move(model));
   Quaternion pose = Quaternion::Identity();
   Vec3 from_body = Vec3::Zero(), torque = Vec3::Zero();
   const long ticks = std::lround(seconds / h);

@@ -133,7 +133,7 @@ void HapticLoop::look(int tick, const VectorX& q) {
     if (is_free && depth > BodyCheck::kInside) {
       ++hand.lost.free_ticks_inside;
     } else if (is_free ? check_->went_through(static_cast<int>(k), sweep)
-                       : check_->leapt_into(static_cast<int>(k), sweep, depth)) {
+                       : check_->leapt_into(static_cast<int>(k), sweep, std::max(depth, -hand.frames[tick].gap))) {
       ++hand.lost.pass_throughs;
       if (hand.lost.went_through.size() < LostContact::kMostNamed)
         hand.lost.went_through.push_back({tick, (sweep.x_t1 - sweep.x_t0).norm()});

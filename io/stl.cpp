@@ -142,6 +142,10 @@ Mesh read_stl(const std::string& path, const LoadOptions& options, Notes& notes)
   join_nodes(mesh, from_text ? rounding_of(mesh) : 0);
   drop_unused_nodes(mesh);
   if (const std::size_t dropped = std::erase_if(mesh.triangles, repeats_node); dropped > 0) {
+    if (mesh.triangles.empty())
+      throw InputError(text(path, ": no triangles: all ", dropped,
+                            " have equal corners (were digits lost, as of a far "
+                            "origin in floats?)"));
     notes.push_back(text(dropped, " of ", corners / 3, " triangles have equal corners and are left out"));
     drop_unused_nodes(mesh);
   }

@@ -153,8 +153,9 @@ Recording read_recording(const std::string& file, double h) {
   long double first = 0;
   std::string before;  // time of the row before, as the file has it
   bool is_first = true;
-  while (const auto row = in.line()) {
-    const Cells cells = split_row(*row);
+  while (const auto line = in.line()) {
+    const Cells cells = split_row(line->substr(0, line->find('#')));  // behind it is a comment
+    if (cells.empty()) continue;
     if (std::exchange(is_first, false)) {
       if (is_header(cells)) {
         columns = named_columns(in, cells);

@@ -95,7 +95,7 @@ class Advise(unittest.TestCase):
         self.assert_shape(answer)
         self.assertEqual(code, 1)
         self.assertFalse(answer["found"])
-        self.assertIn("nearest: --set", text)
+        self.assertIn("nearest, not within the tolerance: kilotouch run", text)
 
     def test_a_point_keeps_its_body_and_says_why(self):
         code, text, answer = self.advise("--set", "tool.shape=point", "--tolerance", "5", "--budget-seconds", "400")

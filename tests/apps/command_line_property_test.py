@@ -282,7 +282,8 @@ class CommandLine(unittest.TestCase):
     def assert_same_figures(self, run, replay):
         """All of a run's summary but its times."""
         run, replay = load(self.path(run, "summary.json")), load(self.path(replay, "summary.json"))
-        timed = {"command", "step_us", "global_ms", "refresh_ms", "refresh_parts_ms", "cpu", "deadline_misses", "allocations_per_tick"}
+        timed = {"command", "step_us", "global_ms", "refresh_ms", "refresh_parts_ms", "cpu", "real_time", "deadline_misses",
+                 "allocations_per_tick"}
         for key in run.keys() - timed:
             self.assertEqual(run[key], replay[key], key)
 
