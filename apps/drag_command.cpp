@@ -52,7 +52,7 @@ void add_drag_command(CLI::App& app, int& exit_code) {
     a->settings.reproduce = "kilotouch drag " + a->mesh;
     for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
     const RunOutcome outcome = run_scene(drag_scene(a->mesh, a->set), a->settings);
-    exit_code = outcome.result.stopped ? 1 : 0;
+    exit_code = run_exit_code(outcome);
   });
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "apps/commands.hpp"
 #include "apps/mesh_report.hpp"
@@ -13,6 +14,7 @@
 #include "io/output_file.hpp"
 #include "io/tetrahedra_quality.hpp"
 #include "io/tetrahedralize.hpp"
+#include "io/weld.hpp"
 
 namespace kt {
 namespace {
@@ -57,6 +59,22 @@ void finish(const MeshArguments& a, const Mesh& mesh, json& out) {
   if (!a.json_file.empty()) write_file_whole(a.json_file, out.dump(2) + "\n");
 }
 
+/// Says which tolerance would join the open edges that lie beside one another; false when none would.
+bool offer_to_weld(const Mesh& mesh, const MeshReport& report, json& out) {
+  const auto near = report.open_edges.empty() ? std::nullopt : find_near_nodes(mesh);
+  if (!near) return false;
+  const std::string tolerance = text(near->tolerance);
+  std::cout << near->count << " nodes lie at most " << near->distance
+            << " from another one at an open edge: mesh repair --weld " << tolerance << " joins them (open edges "
+            << near->open_edges_before << " -> " << near->open_edges_after << ")\n";
+  out["weld"] = {{"nodes", near->count},
+                 {"distance", near->distance},
+                 {"tolerance", near->tolerance},
+                 {"open_edges_before", near->open_edges_before},
+                 {"open_edges_after", near->open_edges_after}};
+  return true;
+}
+
 void info(const MeshArguments& a) {
   check_outputs(a);
   json out;
@@ -64,6 +82,7 @@ void info(const MeshArguments& a) {
   const Mesh mesh = load(a, true, out);
   const MeshReport report = examine(mesh, {.self_intersections = !a.no_intersections});
   std::cout << report_text(mesh, report, a.places) << (report.clean() ? "no defects found\n" : "");
+  offer_to_weld(mesh, report, out);
   out["report"] = report_json(mesh, report);
   finish(a, mesh, out);
 }
@@ -101,6 +120,8 @@ void run_repair(MeshArguments& a) {
   std::cout << "result\n" << report_text(repaired.mesh, report, a.places);
   if (report.clean())
     std::cout << "no defects left\n";
+  else if (offer_to_weld(repaired.mesh, report, out))
+    std::cout << "defects are left: see above\n";
   else
     std::cout << "defects are left: see above" << (a.use_wrap ? "\n" : "; --wrap makes a closed surface of anything\n");
   out["report"] = report_json(repaired.mesh, report);
@@ -162,6 +183,8 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
   add_common(*repair_command, *a);
   repair_command->add_option("--places", a->places, "places shown per defect")->check(CLI::Range(0, 1000000));
   repair_command->add_flag("--no-intersections", a->no_intersections, "skip the search for self-intersections");
+  repair_command->add_option("--weld", a->repair.weld_tolerance,
+                             "join nodes at most so far apart, mesh unit; 0: only those in one place");
   repair_command->add_option("--fill-holes", a->repair.fill_holes, "close holes of at most this many edges");
   repair_command->add_flag("--wrap", a->use_wrap, "wrap: a closed surface around anything; changes the shape a little");
   repair_command->add_option("--alpha", a->wrap.alpha,

@@ -48,8 +48,10 @@ void print_summary(const nlohmann::ordered_json& s) {
                      s["ticks"]["slide"], " slide, ", s["ticks"]["frictional_slide"], " slide with friction; ",
                      s["crossings"], " edges crossed, ", s["lost_contacts"], " contacts lost"));
   if (!s["penetration_max_m"].is_null())
-    line("checked", text(s["missed_impacts"], " missed impacts, deepest penetration ",
-                         number(1e6 * s["penetration_max_m"].get<double>(), "%.3g"), " um"));
+    line("checked", text(s["missed_impacts"], " missed impacts, ", s["free_ticks_inside"],
+                         " ticks inside the body without contact, deepest penetration ",
+                         number(1e6 * s["penetration_max_m"].get<double>(), "%.3g"), " um; ", s["edge_ticks"],
+                         " ticks at the patch's edge"));
   line("haptic step",
        text("median ", number(value("step_us", "p50"), "%.3g"), " us, p99.9 ", number(value("step_us", "p999"), "%.3g"),
             " us (CPU); ", s["deadline_misses"], " over the period; ",

@@ -53,7 +53,7 @@ void replay(std::string file, const std::string& out, int& exit_code) {
   std::cout << (same ? "the replay equals the recorded run bit for bit: hash "
                      : "the replay DIFFERS from the recorded run: recorded hash ")
             << hash << '\n';
-  exit_code = same ? 0 : 1;
+  exit_code = same ? run_exit_code(outcome) : 1;
 }
 
 }  // namespace

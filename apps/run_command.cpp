@@ -46,7 +46,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     a->settings.reproduce = "kilotouch run " + a->scene;
     for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
     const RunOutcome outcome = run_scene(load_scene(a->scene, a->set), a->settings);
-    exit_code = outcome.result.stopped ? 1 : 0;
+    exit_code = run_exit_code(outcome);
   });
 }
 

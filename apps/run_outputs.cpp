@@ -216,23 +216,47 @@ double least_work_of_both(const SessionResult& result) {
   return least;
 }
 
+/// What the check against the whole body found of one tool; null where it was not made.
+Json lost_json(const std::vector<LocalFrame>& frames, const std::vector<double>& penetration, int missed,
+               const LostContact& lost) {
+  const auto at_edge = std::ranges::count_if(frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
+  Json out{{"missed_impacts", nullptr}, {"free_ticks_inside", nullptr}, {"went_through", nullptr}};
+  out["edge_ticks"] = at_edge;
+  out["penetration_max_m"] = nullptr;
+  if (penetration.empty()) return out;
+  out["missed_impacts"] = missed;
+  out["free_ticks_inside"] = lost.free_ticks_inside;
+  out["went_through"] = Json::array();
+  for (const auto& [tick, distance] : lost.went_through)
+    out["went_through"].push_back({{"tick", tick}, {"t", frames[static_cast<std::size_t>(tick)].t}, {"m", distance}});
+  out["penetration_max_m"] = *std::max_element(penetration.begin(), penetration.end());
+  return out;
+}
+
 Json second_tool_json(const Scene& scene, const SessionResult& result, double steady) {
   const SecondToolRun& run = *result.second_tool;
   const ForceMetrics force = measure_forces(run.frames, steady, 1 / scene.local.rate_hz);
-  const bool checked = !run.penetration.empty();
+  const Json lost = lost_json(run.frames, run.penetration, run.missed_impacts, run.lost);
   return {{"force", force_json(force, scene.contact)},
           {"ticks", ticks_json(force, run.frames.size())},
           {"events", events_json(run.frames)},
           {"crossings", force.crossings},
           {"lost_contacts", force.lost_contacts},
-          {"missed_impacts", checked ? Json(run.missed_impacts) : Json(nullptr)},
-          {"penetration_max_m",
-           checked ? Json(*std::max_element(run.penetration.begin(), run.penetration.end())) : Json(nullptr)},
+          {"missed_impacts", lost["missed_impacts"]},
+          {"free_ticks_inside", lost["free_ticks_inside"]},
+          {"edge_ticks", lost["edge_ticks"]},
+          {"went_through", lost["went_through"]},
+          {"penetration_max_m", lost["penetration_max_m"]},
           {"energy_min_j", force.energy_min},
           {"energy_min_of_both_j", least_work_of_both(result)}};
 }
 
 }  // namespace
+
+/// The baselines and the paper's laws let tools in.
+static bool keeps_outside(const Scene& scene) {
+  return scene.local.method == "multirate" && scene.contact.law == "coulomb";
+}
 
 std::string hash_text(std::uint64_t hash) {
   char out[17];
@@ -301,10 +325,8 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["events"] = events_json(result.frames);
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
-  const bool checked = !result.penetration.empty();
-  out["missed_impacts"] = checked ? Json(result.missed_impacts) : Json(nullptr);
-  out["penetration_max_m"] =
-      checked ? Json(*std::max_element(result.penetration.begin(), result.penetration.end())) : Json(nullptr);
+  out.update(lost_json(result.frames, result.penetration, result.missed_impacts, result.lost));
+  out["contact_lost"] = contact_was_lost(result, keeps_outside(scene));
   out["contact_solver"] = contact_solver_json(result.frames);
   out["energy_min_j"] = force.energy_min;
   if (result.second_tool) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
@@ -325,7 +347,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
       result.allocations < 0 || result.frames.empty()
           ? Json(nullptr)
           : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
-  out["warnings"] = run_warnings(result, scene.local.method == "multirate" && scene.contact.law == "coulomb");
+  out["warnings"] = run_warnings(result, keeps_outside(scene));
   out["settings"] = Json::parse(to_json(scene));
   return out;
 }

@@ -13,6 +13,7 @@
 #include "apps/print_summary.hpp"
 #include "apps/report.hpp"
 #include "apps/run_outputs.hpp"
+#include "haptics/run_warnings.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -61,6 +62,12 @@ static std::optional<Reference> read_truth(const std::string& file, const Scene&
     throw InputError(text("--truth: ", file, " has ", out.force.size(), " forces, one every ", out.h, " s; needed are ",
                           ticks, ", one every ", 1 / scene.local.rate_hz, " s"));
   return out;
+}
+
+int run_exit_code(const RunOutcome& outcome) {
+  const SessionResult& result = outcome.result;
+  const bool is_lost = outcome.summary.at("contact_lost").get<bool>();
+  return result.stopped || is_lost || contacts_were_too_many(result) ? 1 : 0;
 }
 
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {

@@ -32,6 +32,9 @@ struct RunOutcome {
   SessionResult result;
 };
 
+/// 1 when the run was stopped, a contact was lost in it, or there were too many to solve.
+int run_exit_code(const RunOutcome& outcome);
+
 /// Throws InputError and RunError.
 RunOutcome run_scene(const Scene& scene, RunSettings settings);
 

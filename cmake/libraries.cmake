@@ -23,7 +23,8 @@ endfunction()
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
 set(kt_off)
 foreach(pair "CHOLMOD=core/cholmod" "EMBREE=collision/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
-             "CGAL=io/[a-z_]*cgal" "CGAL=collision/cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen" )
+             "CGAL=io/[a-z_]*cgal" "CGAL=collision/cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen"
+             "ZLIB=io/[a-z_]*zlib")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)
@@ -38,11 +39,12 @@ endif()
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
 kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
-           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/grading)
+           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/grading
+                 core/dense_cholesky core/symmetric_eigen)
 kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
-kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply_check io/json_batch io/json_rules)
+kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply.cpp io/stl.cpp io/medit io/json_batch io/json_rules)
 kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods WITHOUT ${kt_off}
            ALONE haptics/local_simulation haptics/contact/ haptics/session_thread haptics/advise_bodies haptics/press.cpp
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
@@ -74,6 +76,11 @@ if(KT_WITH_CGAL)
   target_link_libraries(kt_collision_cgal PRIVATE kt_core kt_arithmetic kt_flags CGAL::CGAL)
   target_sources(kt_collision PRIVATE $<TARGET_OBJECTS:kt_collision_cgal>)
 endif()
+if(KT_WITH_ZLIB)
+  target_link_libraries(kt_io PRIVATE ZLIB::ZLIB)
+endif()
+# Of one file only: the others need not be compiled anew for it.
+set_source_files_properties(io/vtu_array.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_ZLIB=$<BOOL:${KT_WITH_ZLIB}>)
 if(KT_WITH_NETGEN)
   target_include_directories(kt_io PRIVATE ${KT_NETGEN_INCLUDE})
   target_link_libraries(kt_io PRIVATE ${KT_NETGEN_LIBRARY})

@@ -94,16 +94,40 @@ ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& 
   return out;
 }
 
+namespace {
+
+Vec3 weighted_sum(const ContactSurface& surface, const VectorX& patch, int vertex) noexcept {
+  Vec3 sum = Vec3::Zero();
+  for (int k = surface.first[vertex]; k < surface.first[vertex + 1]; ++k)
+    sum += surface.weight[k] * node(patch, surface.from[k]);
+  return sum;
+}
+
+}  // namespace
+
 void ContactSurface::follow(const VectorX& patch, VectorX& out) const noexcept {
   if (levels == 0) {
-    out = patch;
+    if (out.size() < patch.size()) out.resize(patch.size());
+    out.head(patch.size()) = patch;
     return;
   }
-  for (int v = 0; v + 1 < static_cast<int>(first.size()); ++v) {
-    Vec3 sum = Vec3::Zero();
-    for (int k = first[v]; k < first[v + 1]; ++k) sum += weight[k] * node(patch, from[k]);
-    node(out, v) = sum;
-  }
+  const int end = apron_vertices >= 0 ? apron_vertices : static_cast<int>(first.size()) - 1;
+  for (int v = 0; v < end; ++v) node(out, v) = weighted_sum(*this, patch, v);
+}
+
+void ContactSurface::follow_apron(const VectorX& patch, VectorX& out) const noexcept {
+  if (apron_vertices < 0) return;
+  for (int v = apron_vertices; v + 1 < static_cast<int>(first.size()); ++v)
+    node(out, v) = weighted_sum(*this, patch, v);
+}
+
+void ContactSurface::place_apron(const VectorX& patch, VectorX& out) const noexcept {
+  follow_apron(patch, out);
+  if (apron_vertices >= 0) out.tail(apron_offset.size()) += apron_offset;
+}
+
+Vec3 ContactSurface::weights_in_triangle(int facet, const Vec3& bary) const noexcept {
+  return is_apron(facet) ? bary : kt::weights_in_triangle(piece(facet), levels, bary);
 }
 
 Vec3 ContactSurface::at(const VectorX& patch, int facet, const Vec3& bary) const noexcept {
@@ -146,6 +170,10 @@ NodeWeights ContactSurface::moved_by(int facet, const Vec3& bary) const noexcept
 }
 
 NodeWeights ContactSurface::moved_by(const SurfacePatch& patch, int facet, const Vec3& bary) const noexcept {
+  if (is_apron(facet)) {
+    const Triangle& v = facets.triangles[facet];
+    return {{facets.global_node[v[0]], facets.global_node[v[1]], facets.global_node[v[2]]}, bary};
+  }
   NodeWeights out = moved_by(facet, bary);
   for (int k = 0; k < out.count; ++k) out.node[k] = patch.global_node[out.node[k]];
   return out;

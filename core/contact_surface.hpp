@@ -30,9 +30,16 @@ struct ContactSurface {
   std::vector<Vec3> moved_weight;
   std::vector<int> first, from;  ///< see Subdivision
   std::vector<double> weight;
+  /// Facets and vertices from these on are the apron's (apron.hpp): triangles of the body in one piece each. -1: none.
+  int apron_facets = -1, apron_vertices = -1;
+  VectorX apron_offset;  ///< of their positions from what `weight` gives [m]
 
-  /// Positions or velocities of its vertices from those of the patch's. No allocation.
+  /// Positions or velocities of its vertices but the apron's from those of the patch's. No allocation.
   void follow(const VectorX& patch, VectorX& out) const noexcept;
+  /// The same of the apron's alone: their velocities.
+  void follow_apron(const VectorX& patch, VectorX& out) const noexcept;
+  /// Their positions.
+  void place_apron(const VectorX& patch, VectorX& out) const noexcept;
   /// Of the point of a facet. No allocation.
   Vec3 at(const VectorX& patch, int facet, const Vec3& bary) const noexcept;
   void add_at(VectorX& patch, int facet, const Vec3& bary, const Vec3& value) const noexcept;
@@ -44,8 +51,12 @@ struct ContactSurface {
   int facets_per_triangle() const { return 1 << (2 * levels); }
   /// Numbers that stay from patch to patch: piece of the body's triangle.
   int global_facet(int facet) const noexcept {
-    return facets.global_triangle[facet] * facets_per_triangle() + facet % facets_per_triangle();
+    return facets.global_triangle[facet] * facets_per_triangle() + piece(facet);
   }
+  bool is_apron(int facet) const noexcept { return apron_facets >= 0 && facet >= apron_facets; }
+  int piece(int facet) const noexcept { return is_apron(facet) ? 0 : facet % facets_per_triangle(); }
+  /// Of the body's triangle, from those of a facet.
+  Vec3 weights_in_triangle(int facet, const Vec3& bary) const noexcept;
 };
 
 struct CouplingRoom {

@@ -19,11 +19,15 @@ double damping_coupling(const LocalModel& model) {
   const VectorX scale = diagonal.cwiseMax(floor).cwiseSqrt().cwiseInverse();
   VectorX u(diagonal.size());
   for (Eigen::Index i = 0; i < u.size(); ++i) u[i] = std::cos(1.0 + static_cast<double>(i));  // nothing special
+  const SparseMatrix& D = model.damping;
+  const bool is_full = D.nonZeros() == D.size();  // then its numbers are those of a dense matrix, column by column
+  const Eigen::Map<const MatrixX> full(D.valuePtr(), is_full ? D.rows() : 0, is_full ? D.cols() : 0);
   double norm = 0;
   for (int i = 0; i < kIterations; ++i) {
     u.normalize();
     const VectorX scaled = scale.cwiseProduct(u);
-    u = scale.cwiseProduct(VectorX(model.damping * scaled) - diagonal.cwiseProduct(scaled));
+    const VectorX damped = is_full ? VectorX(full * scaled) : VectorX(D * scaled);
+    u = scale.cwiseProduct(damped - diagonal.cwiseProduct(scaled));
     norm = u.norm();
     if (!(norm > 0)) break;
   }

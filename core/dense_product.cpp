@@ -5,7 +5,7 @@
 namespace kt {
 namespace {
 
-constexpr int kHigh = 4, kBroad = kGroup;  // entries of the product that are summed at a time
+constexpr int kHigh = kTileRows, kBroad = kGroup;  // entries of the product that are summed at a time
 
 /// sum_k A(i, k) B(k, j) for kHigh x kBroad entries; B's rows lie side by side, `broad` apart. As many columns at a
 /// time as their sums stay in the registers.
@@ -34,6 +34,11 @@ KT_WIDTHS(sum_tile,
           (a, a_row, a_step, b, b_step, count, out))
 
 }  // namespace
+
+void product_tile(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
+                  std::ptrdiff_t count, double* out) {
+  sum_tile(a, a_row, a_step, b, b_step, count, out);
+}
 
 void in_groups(const Eigen::Ref<const RowMatrix>& V, std::vector<double>& out) {
   const Eigen::Index groups = (V.cols() + kGroup - 1) / kGroup;

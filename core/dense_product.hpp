@@ -16,4 +16,10 @@ RowMatrix tall_product(const RowMatrix& A, const RowMatrix& B);
 constexpr int kGroup = 16;
 void in_groups(const Eigen::Ref<const RowMatrix>& V, std::vector<double>& out);
 
+/// sum_k A(i, k) B(k, j) for kTileRows x kGroup entries, `out` row by row: what all products are made of.
+/// @param a  A(i, k) is at i * a_row + k * a_step      @param b  rows of kGroup numbers, `b_step` apart
+constexpr int kTileRows = 4;
+void product_tile(const double* a, std::ptrdiff_t a_row, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
+                  std::ptrdiff_t count, double* out);
+
 }  // namespace kt

@@ -4,6 +4,8 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/damping.hpp"
+#include "core/dense_cholesky.hpp"
+#include "core/dense_product.hpp"
 #include "core/error.hpp"
 
 namespace kt {
@@ -14,12 +16,41 @@ constexpr int kDenseLimit = 450;
 
 using SparseCholesky = Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower>;
 
+[[noreturn]] void throw_indefinite() { throw RunError("the local model's step matrix is not positive definite"); }
+
 void require_success(const SparseCholesky& llt) {
-  if (llt.info() != Eigen::Success) throw RunError("the local model's step matrix is not positive definite");
+  if (llt.info() != Eigen::Success) throw_indefinite();
 }
 
-Response make_response(const MatrixX& inverse_times_basis, const SparseMatrix& patch_basis) {
-  return {inverse_times_basis, patch_basis * inverse_times_basis};
+bool is_mostly_full(const SparseMatrix& m) { return 2 * m.nonZeros() > m.rows() * m.cols(); }
+
+/// The rows of the patch, and how contact impulses act: their transpose.
+struct PatchBasis {
+  explicit PatchBasis(const LocalModel& model)
+      : sparse(model.basis.topRows(3 * model.patch.num_vertices())),
+        inputs(sparse.transpose()),
+        is_full(is_mostly_full(sparse)) {}
+
+  /// Y = A^-1 B^T for a symmetric A^-1, and so C = B Y.
+  Response response(MatrixX Y) const {
+    MatrixX C = is_full ? symmetric_product(inputs, RowMatrix(Y)) : MatrixX(sparse * Y);
+    return {std::move(Y), std::move(C)};
+  }
+  /// @param inverse_factor  L^-1 of A = L L^T
+  Response response_of(const RowMatrix& inverse_factor) const {
+    const RowMatrix half = tall_product(inverse_factor, inputs);
+    return {tall_product(inverse_factor.transpose(), half), symmetric_product(half, half)};
+  }
+
+  SparseMatrix sparse;
+  RowMatrix inputs;  // (r x 3p)
+  bool is_full;
+};
+
+RowMatrix require_factor(const SparseMatrix& A) {
+  std::optional<RowMatrix> inverse = inverse_factor(MatrixX(A));
+  if (!inverse) throw_indefinite();
+  return std::move(*inverse);
 }
 
 }  // namespace
@@ -34,22 +65,26 @@ LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric
   if (scheme == LocalScheme::exact && !uncoupled)
     throw InputError(text("local.integrator exact: the vibrations of local.reducer ", model.reducer,
                           " are coupled by their damping or are none; use implicit_euler"));
-  const SparseMatrix patch_basis = model.basis.topRows(3 * model.patch.num_vertices());
-  const MatrixX inputs = MatrixX(patch_basis.transpose());
+  const PatchBasis basis(model);
+  const RowMatrix& inputs = basis.inputs;
   const SparseMatrix implicit = model.mass + h * model.damping + (h * h) * model.stiffness;
   const SparseMatrix& A = scheme == LocalScheme::symplectic_euler ? model.mass : implicit;
 
   SparseCholesky llt;
   if (uncoupled) {
     make_vibrations();
-    inertia_ = make_response((vibrations_.mean_force / h).asDiagonal() * inputs, patch_basis);
+    inertia_ = basis.response((vibrations_.mean_force / h).asDiagonal() * inputs);
   } else if (is_diagonal(A)) {
     diagonal_inverse_ = VectorX(A.diagonal()).cwiseInverse();
-    inertia_ = make_response(diagonal_inverse_.asDiagonal() * inputs, patch_basis);
+    inertia_ = basis.response(diagonal_inverse_.asDiagonal() * inputs);
+  } else if (is_mostly_full(A) && model.dof() <= kDenseLimit) {
+    const RowMatrix inverse = require_factor(A);
+    inertia_ = basis.response_of(inverse);
+    dense_inverse_ = inverse_from(inverse);
   } else {
     llt.compute(A);
     require_success(llt);
-    inertia_ = make_response(llt.solve(inputs), patch_basis);
+    inertia_ = basis.response(llt.solve(MatrixX(inputs)));
     if (model.dof() <= kDenseLimit) {
       dense_inverse_ = llt.solve(MatrixX::Identity(model.dof(), model.dof()));
     } else {
@@ -59,17 +94,23 @@ LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric
   }
 
   if (metric == Metric::identity) {
-    metric_ = make_response(MatrixX(model.lift_rate.leftCols(inputs.cols())), patch_basis);
+    const MatrixX lift = model.lift_rate.leftCols(inputs.cols());
+    metric_ = {lift, basis.sparse * lift};
   } else {
     const Metric own = scheme == LocalScheme::symplectic_euler ? Metric::mass : Metric::implicit;
     metric_is_inertia_ = metric == own;
     if (!metric_is_inertia_) {
-      llt.compute(metric == Metric::implicit ? implicit : model.mass);
-      require_success(llt);
-      metric_ = make_response(llt.solve(inputs), patch_basis);
+      const SparseMatrix& other = metric == Metric::implicit ? implicit : model.mass;
+      if (is_mostly_full(other) && model.dof() <= kDenseLimit) {
+        metric_ = basis.response_of(require_factor(other));
+      } else {
+        llt.compute(other);
+        require_success(llt);
+        metric_ = basis.response(llt.solve(MatrixX(inputs)));
+      }
     } else if (scheme == LocalScheme::exact) {
       end_response_ = (vibrations_.end_force / h).asDiagonal() * inputs;
-      kick_ = make_response(VectorX(model.mass.diagonal()).cwiseInverse().asDiagonal() * inputs, patch_basis);
+      kick_ = basis.response(VectorX(model.mass.diagonal()).cwiseInverse().asDiagonal() * inputs);
     }
   }
 }

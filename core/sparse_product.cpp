@@ -5,15 +5,16 @@
 namespace kt {
 namespace {
 
-/// Three rows of a group of A V: the sum of A's blocks in three columns (`height` numbers each), transposed, times V's
-/// rows.
+/// Three rows of a group of A V: the sum of `count` of A's blocks in three columns (`height` numbers each), transposed,
+/// times V's rows.
 template <int Width>
-KT_INLINE void sum_blocks_in(const double* blocks, std::ptrdiff_t height, const int* rows, const double* group,
-                             double* out) {
+KT_INLINE void sum_blocks_in(const double* blocks, std::ptrdiff_t height, const int* at, std::ptrdiff_t count,
+                             const int* rows, const double* group, double* out) {
   typedef double Lanes __attribute__((vector_size(8 * Width)));  // `using` would lose the size in a template
   for (int column = 0; column < kGroup; column += Width) {
     Lanes s0 = {}, s1 = {}, s2 = {};
-    for (std::ptrdiff_t e = 0; e < height; e += 3) {
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+      const std::ptrdiff_t e = at[k];
       const double *c0 = blocks + e, *c1 = c0 + height, *c2 = c1 + height;
       const double* row = group + kGroup * static_cast<std::ptrdiff_t>(rows[e]) + column;
       Lanes v0, v1, v2;
@@ -29,8 +30,10 @@ KT_INLINE void sum_blocks_in(const double* blocks, std::ptrdiff_t height, const 
     __builtin_memcpy(out + 2 * kGroup + column, &s2, sizeof s2);
   }
 }
-KT_WIDTHS(sum_blocks, (const double* blocks, std::ptrdiff_t height, const int* rows, const double* group, double* out),
-          (blocks, height, rows, group, out))
+KT_WIDTHS(sum_blocks,
+          (const double* blocks, std::ptrdiff_t height, const int* at, std::ptrdiff_t count, const int* rows,
+           const double* group, double* out),
+          (blocks, height, at, count, rows, group, out))
 
 }  // namespace
 
@@ -45,22 +48,41 @@ bool has_node_blocks(const SparseMatrix& A) {
   return A.cols() % 3 == 0;
 }
 
-RowMatrix symmetric_times(const SparseMatrix& A, const RowMatrix& V) {
-  const int *outer = A.outerIndexPtr(), *inner = A.innerIndexPtr();
-  if (!has_node_blocks(A)) {
-    RowMatrix out = RowMatrix::Zero(A.rows(), V.cols());
-    for (int c = 0; c < A.outerSize(); ++c)
-      for (SparseMatrix::InnerIterator it(A, c); it; ++it) out.row(it.row()) += it.value() * V.row(c);
+SymmetricMatrix::SymmetricMatrix(const SparseMatrix& A) : A_(A), in_blocks_(has_node_blocks(A)) {
+  if (!in_blocks_) return;
+  const int* outer = A.outerIndexPtr();
+  const double* values = A.valuePtr();
+  begin_.reserve(static_cast<std::size_t>(A.cols() / 3 + 1));
+  begin_.push_back(0);
+  for (int c = 0; c < A.cols(); c += 3) {
+    const int height = outer[c + 1] - outer[c];
+    for (int e = 0; e < height; e += 3) {
+      bool has_numbers = false;
+      for (int column = 0; column < 3; ++column)
+        for (int r = 0; r < 3; ++r) has_numbers |= values[outer[c + column] + e + r] != 0;
+      if (has_numbers) blocks_.push_back(e);
+    }
+    begin_.push_back(static_cast<int>(blocks_.size()));
+  }
+}
+
+RowMatrix SymmetricMatrix::times(const RowMatrix& V) const {
+  const int *outer = A_.outerIndexPtr(), *inner = A_.innerIndexPtr();
+  if (!in_blocks_) {
+    RowMatrix out = RowMatrix::Zero(A_.rows(), V.cols());
+    for (int c = 0; c < A_.outerSize(); ++c)
+      for (SparseMatrix::InnerIterator it(A_, c); it; ++it) out.row(it.row()) += it.value() * V.row(c);
     return out;
   }
-  RowMatrix out(A.rows(), V.cols());
+  RowMatrix out(A_.rows(), V.cols());
   thread_local std::vector<double> groups;  // as large each time
   in_groups(V, groups);
   double rows[3 * kGroup];
   for (Eigen::Index g = 0; kGroup * g < V.cols(); ++g)
-    for (Eigen::Index c = 0; c < A.cols(); c += 3) {
-      sum_blocks(A.valuePtr() + outer[c], outer[c + 1] - outer[c], inner + outer[c],
-                 groups.data() + kGroup * V.rows() * g, rows);
+    for (Eigen::Index c = 0; c < A_.cols(); c += 3) {
+      const int first = begin_[static_cast<std::size_t>(c / 3)], last = begin_[static_cast<std::size_t>(c / 3) + 1];
+      sum_blocks(A_.valuePtr() + outer[c], outer[c + 1] - outer[c], blocks_.data() + first, last - first,
+                 inner + outer[c], groups.data() + kGroup * V.rows() * g, rows);
       for (int i = 0; i < 3; ++i)
         std::copy_n(rows + kGroup * i, std::min<Eigen::Index>(kGroup, V.cols() - kGroup * g),
                     out.data() + V.cols() * (c + i) + kGroup * g);

@@ -1,12 +1,14 @@
 #include "core/subspace.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <numbers>
 
+#include "core/dense_cholesky.hpp"
 #include "core/error.hpp"
 #include "core/far_motions.hpp"
 #include "core/sparse_product.hpp"
+#include "core/symmetric_eigen.hpp"
+#include "core/wide.hpp"
 
 namespace kt {
 namespace {
@@ -21,18 +23,35 @@ constexpr double kYield = 1e-3;         // [-] of what a node gives way alone, a
 
 SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
 
-/// Diagonal where the rest is roundoff.
+/// All entries but zeros, in one pass a column.
+SparseMatrix compressed(const MatrixX& m) {
+  SparseMatrix out(m.rows(), m.cols());
+  out.resizeNonZeros((m.array() != 0).count());
+  int count = 0;
+  for (int c = 0; c < m.cols(); ++c) {
+    out.outerIndexPtr()[c] = count;
+    for (int r = 0; r < m.rows(); ++r)
+      if (m(r, c) != 0) {
+        out.innerIndexPtr()[count] = r;
+        out.valuePtr()[count++] = m(r, c);
+      }
+  }
+  out.outerIndexPtr()[m.cols()] = count;
+  return out;
+}
+
+/// Diagonal where the rest is roundoff; else every entry, zeros too.
 SparseMatrix sparse_of(const MatrixX& m) {
   const VectorX scale = m.diagonal().cwiseAbs().cwiseSqrt();
-  std::vector<Eigen::Triplet<double>> entries;
   bool diagonal = true;
-  for (int c = 0; c < m.cols(); ++c)
+  for (int c = 0; c < m.cols() && diagonal; ++c)
     for (int r = 0; r < m.rows(); ++r) diagonal &= r == c || std::abs(m(r, c)) <= kProportional * scale[r] * scale[c];
-  for (int c = 0; c < m.cols(); ++c)
-    for (int r = 0; r < m.rows(); ++r)
-      if (r == c || !diagonal) entries.emplace_back(r, c, 0.5 * (m(r, c) + m(c, r)));
+  if (diagonal) return SparseMatrix(VectorX(m.diagonal()).asDiagonal());
   SparseMatrix out(m.rows(), m.cols());
-  out.setFromTriplets(entries.begin(), entries.end());
+  out.resizeNonZeros(m.size());
+  Eigen::Map<MatrixX>(out.valuePtr(), m.rows(), m.cols()) = 0.5 * (m + m.transpose());
+  for (int c = 0; c <= m.cols(); ++c) out.outerIndexPtr()[c] = c * static_cast<int>(m.rows());
+  for (int k = 0; k < m.size(); ++k) out.innerIndexPtr()[k] = k % static_cast<int>(m.rows());
   return out;
 }
 
@@ -46,21 +65,29 @@ struct Inverses {
 
 Inverses right_inverses(const MatrixX& B, const VectorX& weight, const VectorX& own,
                         const std::vector<char>& in_reach) {
+  constexpr double kIndependent = 1e-10;  // pivot of R: below, it is looked for with pivots
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < B.rows(); ++i)
     if (in_reach[static_cast<std::size_t>(i / 3)] && !B.row(i).isZero(0)) rows.push_back(i);
-  const MatrixX moving = B(rows, Eigen::all);
-  const MatrixX eased = weight.cwiseInverse().asDiagonal() * moving.transpose();
-  const MatrixX response = moving * eased;
+  const RowMatrix moving_t = B(rows, Eigen::all).transpose();
+  const RowMatrix eased = weight.cwiseInverse().asDiagonal() * moving_t;
+  const MatrixX response = symmetric_product(moving_t, eased);
   MatrixX out = MatrixX::Zero(B.cols(), B.rows());
   Inverses both;
-  out(Eigen::all, rows) = response.ldlt().solve(eased.transpose()).transpose();
-  both.exact = out.sparseView(1, 0);
-  const MatrixX pulled = (own(rows) / kYield).asDiagonal() * moving;
-  MatrixX resisted = weight.asDiagonal();
-  resisted.noalias() += moving.transpose() * pulled;
-  out(Eigen::all, rows) = MatrixX(resisted.llt().solve(pulled.transpose()));
-  both.yielding = out.sparseView(1, 0);
+  if (const std::optional<RowMatrix> inverse = inverse_factor(response, kIndependent))
+    out(Eigen::all, rows) = tall_product(tall_product(eased, inverse->transpose()), *inverse);
+  else
+    out(Eigen::all, rows) = MatrixX(response.ldlt().solve(MatrixX(eased.transpose()))).transpose();
+  both.exact = compressed(out);
+  const VectorX pull = own(rows) / kYield;
+  const RowMatrix pulled_t = moving_t * pull.asDiagonal(), pulled = pulled_t.transpose();
+  MatrixX resisted = symmetric_product(moving_t.transpose(), pulled);
+  resisted.diagonal() += weight;
+  if (const std::optional<RowMatrix> inverse = inverse_factor(resisted))
+    out(Eigen::all, rows) = tall_product(inverse->transpose(), tall_product(*inverse, pulled_t));
+  else
+    out(Eigen::all, rows) = MatrixX(resisted.ldlt().solve(MatrixX(pulled_t)));
+  both.yielding = compressed(out);
   return both;
 }
 
@@ -113,56 +140,158 @@ bool answers(const FreeBody& body, const SparseSolver& solver) {
   return (body.stiffness * solver.solve(load) - load).norm() <= kAnswered * load.norm();
 }
 
-void factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
+/// K + damping D + mass M.
+struct DynamicStiffness {
+  double mass = 0, damping = 0;
+};
+
+/// What was factored in the end.
+DynamicStiffness factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
   // Of a free body: high enough that its swimming does not outweigh, and so hide, how it yields under the tool.
   const double s = 2 * std::numbers::pi * hz, s_free = 2 * std::numbers::pi * 20;
+  DynamicStiffness out{s * s, s};
   bool good = solver.factor(dynamic_stiffness(body, s)) && (s > 0 || answers(body, solver));
-  if (!good && s == 0) good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
+  if (!good && s == 0) {
+    good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
+    out = {s_free * s_free, 0};
+  }
   // A body that gives way to some motion does not at a higher rate; the basis need not be exact at this one.
   for (double higher : {5.0, 15.0, 45.0})
-    if (!good && higher > hz) good = solver.factor(dynamic_stiffness(body, 2 * std::numbers::pi * higher));
+    if (!good && higher > hz) {
+      const double s_higher = 2 * std::numbers::pi * higher;
+      good = solver.factor(dynamic_stiffness(body, s_higher));
+      out = {s_higher * s_higher, s_higher};
+    }
   if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
+  return out;
+}
+
+/// What was solved at one shift: (K + d D + m M) [of_loads, of_force, of_slopes] = [loads, force, M or 2 s M + D times
+/// of_loads share].
+struct ShiftAnswers {
+  double s = 0;
+  DynamicStiffness solved;
+  MatrixX loads;
+  MatrixX share;  // smooth loads in terms of these
+  MatrixX of_loads_and_force, of_slopes;
+  Eigen::Index columns() const { return of_loads_and_force.cols() + of_slopes.cols(); }
+};
+
+struct Answers {
+  std::vector<ShiftAnswers> shifts;
+  std::vector<MatrixX> echoes;  // three columns each, each the answer to the mass times the one before
+  template <class Matrix>
+  Matrix side_by_side(const FreeBody& body) const {
+    Eigen::Index columns = 1 + 3 * static_cast<Eigen::Index>(echoes.size());
+    for (const ShiftAnswers& a : shifts) columns += a.columns();
+    Matrix out(body.force.size(), columns);
+    columns = 0;
+    const auto add = [&](const auto& part) {
+      out.middleCols(columns, part.cols()) = part;
+      columns += part.cols();
+    };
+    for (const ShiftAnswers& a : shifts) {
+      add(a.of_loads_and_force);
+      add(a.of_slopes);
+    }
+    add(body.velocity);
+    for (const MatrixX& echo : echoes) add(echo);
+    return out;
+  }
+};
+
+Answers answer(const FreeBody& body, const SymmetricMatrix& mass, const SymmetricMatrix& damping,
+               const SurfacePatch& patch, const std::vector<double>& shifts, SparseSolver& solver, int echoes,
+               bool slopes) {
+  Answers out;
+  out.shifts.resize(shifts.size());
+  MatrixX smooth = MatrixX::Zero(body.force.size(), kFarEach);
+  smooth.topRows(body.dofs.size()) = smooth_loads(body.dofs, body.x, patch);
+  // Downwards: the factor that is left behind, at rest, serves for the certificate.
+  for (std::size_t i = shifts.size(); i-- > 0;) {
+    ShiftAnswers& a = out.shifts[i];
+    a.s = 2 * std::numbers::pi * shifts[i];
+    a.solved = factor_at(body, shifts[i], solver);
+    const bool outer = i == 0 || i + 1 == shifts.size();
+    // The rim at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
+    a.loads = outer ? body.inputs(patch, i == 0) : smooth;
+    a.of_loads_and_force = solver.solve(beside(a.loads, body.force));
+    const auto of_loads = a.of_loads_and_force.leftCols(a.loads.cols());
+    if (slopes) {
+      // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
+      a.share = outer ? MatrixX(a.loads.transpose() * smooth) : MatrixX::Identity(kFarEach, kFarEach);
+      const RowMatrix moved = of_loads * a.share;
+      RowMatrix slope = mass.times(moved);
+      if (a.s > 0) slope = 2 * a.s * slope + damping.times(moved);
+      a.of_slopes = solver.solve(slope);
+    }
+    if (i > 0) continue;
+    MatrixX echo = MatrixX::Zero(body.force.size(), 3);
+    for (Eigen::Index c = 0; c < of_loads.cols(); ++c) echo.col(c % 3) += of_loads.col(c);
+    for (int e = 0; e < echoes; ++e) out.echoes.push_back(echo = solver.solve(mass.times(echo)));
+  }
+  return out;
 }
 
 }  // namespace
 
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
                   SparseSolver& solver, int echoes, bool slopes) {
-  std::vector<MatrixX> parts(shifts.size());
-  MatrixX smooth = MatrixX::Zero(body.force.size(), kFarEach);
-  smooth.topRows(body.dofs.size()) = smooth_loads(body.dofs, body.x, patch);
-  MatrixX echo = MatrixX::Zero(body.force.size(), 3);
-  std::vector<MatrixX> all_echoes;
-  // Downwards: the factor that is left behind, at rest, serves for the certificate.
-  for (std::size_t i = shifts.size(); i-- > 0;) {
-    factor_at(body, shifts[i], solver);
-    const bool outer = i == 0 || i + 1 == shifts.size();
-    // The rim at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
-    const MatrixX loads = outer ? body.inputs(patch, i == 0) : smooth;
-    parts[i] = solver.solve(beside(loads, body.force));
-    if (slopes) {
-      const double s = 2 * std::numbers::pi * shifts[i];
-      // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
-      const MatrixX share = outer ? MatrixX(loads.transpose() * smooth) : MatrixX::Identity(kFarEach, kFarEach);
-      const RowMatrix moved = parts[i].leftCols(loads.cols()) * share;
-      RowMatrix slope = symmetric_times(body.mass, moved);
-      if (s > 0) slope = 2 * s * slope + symmetric_times(body.damping, moved);
-      parts[i] = beside(parts[i], solver.solve(slope));
-    }
-    if (i > 0) continue;
-    for (Eigen::Index c = 0; c < loads.cols(); ++c) echo.col(c % 3) += parts[0].col(c);
-    for (int e = 0; e < echoes; ++e) all_echoes.push_back(echo = solver.solve(symmetric_times(body.mass, echo)));
+  return answer(body, SymmetricMatrix(body.mass), SymmetricMatrix(body.damping), patch, shifts, solver, echoes, slopes)
+      .side_by_side<MatrixX>(body);
+}
+
+namespace {
+
+/// X^T loads, of loads on few nodes.
+MatrixX work_of(const MatrixX& loads, const RowMatrix& X) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < loads.rows(); ++i)
+    if (!loads.row(i).isZero(0)) rows.push_back(i);
+  return MatrixX(X(rows, Eigen::all)).transpose() * MatrixX(loads(rows, Eigen::all));
+}
+
+/// X^T K X from what was solved: X^T K x = X^T load - d X^T D x - m X^T M x.
+MatrixX confined_stiffness(const Answers& answers, const FreeBody& body, const ConfinedMotions& of) {
+  const MatrixX &M = of.mass, &D = of.damping;
+  MatrixX out(M.rows(), M.cols());
+  Eigen::Index column = 0;
+  const auto put = [&](const MatrixX& work, const DynamicStiffness& solved) {
+    const Eigen::Index k = work.cols();
+    out.middleCols(column, k) = work - solved.damping * D.middleCols(column, k) - solved.mass * M.middleCols(column, k);
+    column += k;
+  };
+  const VectorX work_of_force = of.X.transpose() * body.force;
+  for (const ShiftAnswers& a : answers.shifts) {
+    const Eigen::Index first = column, loads = a.loads.cols();
+    put(work_of(a.loads, of.X), a.solved);
+    put(work_of_force, a.solved);
+    if (a.of_slopes.cols() == 0) continue;
+    const MatrixX inertia = M.middleCols(first, loads) * a.share;
+    put(a.s > 0 ? MatrixX(2 * a.s * inertia + D.middleCols(first, loads) * a.share) : inertia, a.solved);
   }
-  parts.push_back(body.velocity);
-  parts.insert(parts.end(), all_echoes.begin(), all_echoes.end());
-  Eigen::Index columns = 0;
-  for (const MatrixX& part : parts) columns += part.cols();
-  MatrixX out(body.force.size(), columns);
-  columns = 0;
-  for (const MatrixX& part : parts) {
-    out.middleCols(columns, part.cols()) = part;
-    columns += part.cols();
+  const Eigen::Index first_loads = answers.shifts.front().loads.cols();
+  put(of.X.transpose() * VectorX(body.stiffness * body.velocity), {});
+  MatrixX inertia = MatrixX::Zero(M.rows(), 3);
+  for (Eigen::Index c = 0; c < first_loads; ++c) inertia.col(c % 3) += M.col(c);
+  for (std::size_t e = 0; e < answers.echoes.size(); ++e) {
+    const Eigen::Index at = column;
+    put(inertia, answers.shifts.front().solved);
+    inertia = M.middleCols(at, 3);
   }
+  return 0.5 * (out + out.transpose());
+}
+
+}  // namespace
+
+ConfinedMotions confined_responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
+                                   SparseSolver& solver, int echoes, bool slopes) {
+  const SymmetricMatrix mass(body.mass), damping(body.damping);
+  const Answers answers = answer(body, mass, damping, patch, shifts, solver, echoes, slopes);
+  ConfinedMotions out{answers.side_by_side<RowMatrix>(body), {}, {}, {}};
+  out.mass = symmetric_product(out.X, mass.times(out.X));
+  out.damping = symmetric_product(out.X, damping.times(out.X));
+  out.stiffness = confined_stiffness(answers, body, out);
   return out;
 }
 
@@ -179,6 +308,19 @@ struct PivotedCholesky {
   MatrixX lower;
 };
 
+/// column -= sum_k weight_k L_k, four columns of L at a time.
+KT_WIDE void take_columns(double* __restrict column, const double* L, Eigen::Index stride, const double* weight,
+                          Eigen::Index count, Eigen::Index n) {
+  Eigen::Index k = 0;
+  for (; k + 3 < count; k += 4) {
+    const double *l0 = L + stride * k, *l1 = l0 + stride, *l2 = l1 + stride, *l3 = l2 + stride;
+    for (Eigen::Index i = 0; i < n; ++i)
+      column[i] -= weight[k] * l0[i] + weight[k + 1] * l1[i] + weight[k + 2] * l2[i] + weight[k + 3] * l3[i];
+  }
+  for (; k < count; ++k)
+    for (Eigen::Index i = 0; i < n; ++i) column[i] -= weight[k] * L[stride * k + i];
+}
+
 PivotedCholesky pivoted_cholesky(const MatrixX& gram, double least) {
   const Eigen::Index n = gram.rows();
   PivotedCholesky out{{}, MatrixX(n, n)};  // rows of `lower` in G's order until the end
@@ -187,7 +329,8 @@ PivotedCholesky pivoted_cholesky(const MatrixX& gram, double least) {
     Eigen::Index pivot;
     if (!(rest.maxCoeff(&pivot) > least)) break;
     VectorX column = gram.col(pivot);
-    column.noalias() -= out.lower.leftCols(k) * out.lower.row(pivot).head(k).transpose();
+    const VectorX weight = out.lower.row(pivot).head(k);
+    take_columns(column.data(), out.lower.data(), n, weight.data(), k, n);
     out.lower.col(k) = column / std::sqrt(column[pivot]);
     for (Eigen::Index i : out.taken) out.lower(i, k) = 0;
     rest -= out.lower.col(k).cwiseAbs2();
@@ -199,26 +342,48 @@ PivotedCholesky pivoted_cholesky(const MatrixX& gram, double least) {
   return out;
 }
 
+/// Which motions are kept, and how these are mixed so that they are orthonormal in the mass: column by column.
+struct Mix {
+  std::vector<Eigen::Index> taken;
+  RowMatrix weights;  // (taken x rank), upper triangular
+};
+
+/// @param gram  of the motions, in the mass
+Mix orthonormal_mix(const MatrixX& gram, const VectorX& firmness, double least) {
+  const VectorX length = gram.diagonal().cwiseMax(0).cwiseSqrt();
+  VectorX scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+  scale.array() *= firmness.array();
+  PivotedCholesky factor = pivoted_cholesky(scale.asDiagonal() * gram * scale.asDiagonal(), least);
+  RowMatrix weights = VectorX(scale(factor.taken)).asDiagonal() * invert_lower(factor.lower).transpose();
+  return {std::move(factor.taken), std::move(weights)};
+}
+
+VectorX firmness_of(Eigen::Index columns, int firm) {
+  VectorX out = VectorX::Ones(columns);
+  out.tail(firm) *= kFirmness;
+  return out;
+}
+
+double least_rest(double tolerance, int firm) {
+  const double firmness = firm > 0 ? kFirmness : 1;
+  return std::max(1e-14 * firmness * firmness, tolerance * tolerance);
+}
+
 }  // namespace
+
+bool is_one_pass(double tolerance, int firm) { return tolerance / (firm > 0 ? kFirmness : 1) >= kOnePass; }
 
 RowMatrix orthonormal_motions(const SparseMatrix& mass, const MatrixX& motions, double tolerance, int firm) {
   // A pass loses as many digits as directions that nearly coincide are kept apart by, twice over; a second one mends it
   // (Cholesky QR 2, Yamamoto et al. 2015, with pivots, which reveal the rank).
   RowMatrix V = motions;
-  const double firmness = firm > 0 ? kFirmness : 1, least = 1e-14 * firmness * firmness;
-  const int passes = tolerance / firmness < kOnePass ? 2 : 1;
+  const SymmetricMatrix inertia(mass);
+  const int passes = is_one_pass(tolerance, firm) ? 1 : 2;
   for (int pass = 0; pass < passes; ++pass) {
-    RowMatrix inertia = symmetric_times(mass, V);
-    const VectorX length = V.cwiseProduct(inertia).colwise().sum().cwiseSqrt();
-    VectorX scale = (length.array() > 0).select(length.cwiseInverse(), 0.0);
-    if (pass == 0) scale.tail(firm) *= kFirmness;
-    const MatrixX gram = scale.asDiagonal() * symmetric_product(V, inertia) * scale.asDiagonal();
-    const PivotedCholesky factor = pivoted_cholesky(gram, std::max(pass == 0 ? least : 1e-14, tolerance * tolerance));
-    const auto rank = static_cast<Eigen::Index>(factor.taken.size());
-    const MatrixX inverse = factor.lower.triangularView<Eigen::Lower>().solve(MatrixX::Identity(rank, rank));
-    RowMatrix combine = RowMatrix::Zero(V.cols(), rank);
-    combine(factor.taken, Eigen::all) = inverse.transpose();
-    V = tall_product(V, scale.asDiagonal() * combine);
+    const MatrixX gram = symmetric_product(V, inertia.times(V));
+    const Mix mix = pass == 0 ? orthonormal_mix(gram, firmness_of(V.cols(), firm), least_rest(tolerance, firm))
+                              : orthonormal_mix(gram, VectorX::Ones(V.cols()), least_rest(tolerance, 0));
+    V = tall_product(RowMatrix(V(Eigen::all, mix.taken)), mix.weights);
   }
   return V;
 }
@@ -229,24 +394,37 @@ MatrixX confined(const SparseMatrix& matrix, const RowMatrix& V) {
   return symmetric_product(V, symmetric_times(matrix, V));
 }
 
-}  // namespace
+/// The matrices of a local model in its vibrations, and how these move the patch.
+struct Vibrations {
+  SymmetricEigen eigen;  // of the stiffness
+  MatrixX damping;
+  VectorX force, velocity;
+  RowMatrix patch_rows;  // of the motions, (3p x motions); zero: immovable
+  RowMatrix in_motions;  // (motions x r)
+};
 
-LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const RowMatrix& V,
-                   MatrixX* combination) {
-  const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(confined(body.stiffness, V));
-  const RowMatrix Q = eigen.eigenvectors();  // vibrations, in the coordinates of V
-  const int r = static_cast<int>(V.cols()), p = patch.num_vertices();
-  if (combination) *combination = Q;
+/// Rows of the motions of the patch's nodes.
+RowMatrix rows_of_patch(const FreeBody& body, const SurfacePatch& patch, const RowMatrix& motions) {
+  RowMatrix out = RowMatrix::Zero(3 * patch.num_vertices(), motions.cols());
+  for (int i = 0; i < patch.num_vertices(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int k = body.dofs.to_free[3 * patch.global_node[i] + c]; k >= 0) out.row(3 * i + c) = motions.row(k);
+  return out;
+}
+
+LocalModel make_model(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const Vibrations& of) {
+  const int r = static_cast<int>(of.in_motions.cols()), p = patch.num_vertices();
+  const VectorX& springs_found = of.eigen.values;
   LocalModel out;
-  out.definite_tangent = r > 0 && eigen.eigenvalues()[0] < -kRoundoff * eigen.eigenvalues()[r - 1];
+  out.definite_tangent = r > 0 && springs_found[0] < -kRoundoff * springs_found[r - 1];
   out.t = tangent.state.t;
   out.mass = SparseMatrix(VectorX::Ones(r).asDiagonal());
   // Motions that the body gives way to, a few of a compressed one, are left without a spring: that much stays passive.
-  out.stiffness = SparseMatrix(VectorX(eigen.eigenvalues().cwiseMax(0)).asDiagonal());
-  out.damping = sparse_of(symmetric_product(Q, tall_product(confined(body.damping, V), Q)));
-  out.f0 = Q.transpose() * (V.transpose() * body.force);
+  out.stiffness = SparseMatrix(VectorX(springs_found.cwiseMax(0)).asDiagonal());
+  out.damping = sparse_of(of.damping);
+  out.f0 = of.force;
+  out.q_rate0 = of.velocity;
 
-  RowMatrix rows = RowMatrix::Zero(3 * p, r);
   const VectorX own_masses = body.mass.diagonal();
   VectorX own_springs = body.stiffness.diagonal();
   const double stiffest = own_springs.cwiseAbs().maxCoeff();  // a node that gives way by itself is hardly pulled at
@@ -261,26 +439,61 @@ LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePat
       const int k = body.dofs.to_free[3 * g + c];
       out.v0[3 * i + c] = k < 0 ? 0 : tangent.state.v[3 * g + c];
       if (k < 0) continue;
-      rows.row(3 * i + c) = V.row(k);
       node_spring[3 * i + c] = own_springs[k];
       node_mass[3 * i + c] = own_masses[k];
     }
   }
-  const MatrixX basis = tall_product(rows, Q);
-  out.basis = basis.sparseView(1, 0);
+  const MatrixX basis = tall_product(of.patch_rows, of.in_motions);
+  out.basis = compressed(basis);
   // A body that is free to move follows too, and so do motions that are left without a spring.
-  const double hardest = eigen.eigenvalues().cwiseAbs().maxCoeff();
-  const VectorX springs = eigen.eigenvalues().cwiseMax(kSoftest * (hardest > 0 ? hardest : 1));
+  const double hardest = springs_found.cwiseAbs().maxCoeff();
+  const VectorX springs = springs_found.cwiseMax(kSoftest * (hardest > 0 ? hardest : 1));
   Inverses of_springs = right_inverses(basis, springs, node_spring, patch.in_reach);
   Inverses of_masses = right_inverses(basis, VectorX::Ones(r), node_mass, patch.in_reach);
   out.lift = std::move(of_springs.exact);
   out.fit = std::move(of_springs.yielding);
   out.lift_rate = std::move(of_masses.exact);
   out.fit_rate = std::move(of_masses.yielding);
-  out.q_rate0 = Q.transpose() * (V.transpose() * (body.mass * body.velocity));
   out.recovered_node = patch.global_node;
   out.patch = std::move(patch);
   return out;
+}
+
+}  // namespace
+
+LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const RowMatrix& V,
+                   MatrixX* combination) {
+  Vibrations out;
+  out.eigen = symmetric_eigen(confined(body.stiffness, V));
+  out.in_motions = out.eigen.vectors;
+  const RowMatrix& Q = out.in_motions;
+  out.damping = symmetric_product(Q, tall_product(confined(body.damping, V), Q));
+  out.force = Q.transpose() * (V.transpose() * body.force);
+  out.velocity = Q.transpose() * (V.transpose() * (body.mass * body.velocity));
+  out.patch_rows = rows_of_patch(body, patch, V);
+  if (combination) *combination = Q;
+  return make_model(tangent, body, std::move(patch), out);
+}
+
+std::optional<LocalModel> confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch& patch,
+                                  const ConfinedMotions& motions, double tolerance, int firm, MatrixX& combination) {
+  const Mix mix = orthonormal_mix(motions.mass, firmness_of(motions.X.cols(), firm), least_rest(tolerance, firm));
+  if (mix.taken.empty()) return {};
+  const auto taken = [&](const MatrixX& all) { return RowMatrix(all(mix.taken, mix.taken)); };
+  const RowMatrix turned = mix.weights.transpose();
+  Vibrations out;
+  const RowMatrix confined_once = tall_product(turned, taken(motions.stiffness));
+  out.eigen = symmetric_eigen(symmetric_product(confined_once.transpose(), mix.weights));
+  out.in_motions = tall_product(mix.weights, out.eigen.vectors);
+  out.damping = symmetric_product(out.in_motions, tall_product(taken(motions.damping), out.in_motions));
+  const VectorX force = motions.X.transpose() * body.force;
+  const VectorX velocity = motions.X.transpose() * (body.mass * body.velocity);
+  out.force = out.in_motions.transpose() * force(mix.taken);
+  out.velocity = out.in_motions.transpose() * velocity(mix.taken);
+  out.patch_rows = rows_of_patch(body, patch, motions.X)(Eigen::all, mix.taken);
+  combination = MatrixX::Zero(motions.X.cols(), out.in_motions.cols());
+  combination(mix.taken, Eigen::all) = out.in_motions;
+  return make_model(tangent, body, std::move(patch), out);
 }
 
 }  // namespace kt

@@ -1,5 +1,7 @@
 #pragma once
 // Local models whose coordinates are motions of the whole body, not nodes: what reducers by projection share.
+#include <optional>
+
 #include "core/free_dofs.hpp"
 #include "core/reducer.hpp"
 #include "core/sparse_solver.hpp"
@@ -32,6 +34,19 @@ MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::ve
                   SparseSolver& solver, int echoes, bool slopes);
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);
 
+/// Motions X, and the body confined to them: X^T M X, X^T D X, X^T K X.
+struct ConfinedMotions {
+  RowMatrix X;
+  MatrixX mass, damping, stiffness;
+};
+
+/// The motions of responses(). No product with K is needed: where (K + d D + m M) x = load was solved, K x is known.
+ConfinedMotions confined_responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
+                                   SparseSolver& solver, int echoes, bool slopes);
+
+/// True where one orthonormalization is good enough for the tolerance, as confine() of ConfinedMotions makes do with.
+bool is_one_pass(double tolerance, int firm);
+
 /// Columns spanning what `motions` span, orthonormal in the mass, (free x r): directions that are the others' to within
 /// `tolerance` of their length (in the mass) are dropped; the last `firm` ones only within a hundredth of it.
 RowMatrix orthonormal_motions(const SparseMatrix& mass, const MatrixX& motions, double tolerance, int firm = 0);
@@ -41,6 +56,12 @@ RowMatrix orthonormal_motions(const SparseMatrix& mass, const MatrixX& motions, 
 /// that the body gives way to lose their spring (`definite_tangent`). `combination`: the vibrations in terms of V.
 LocalModel confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch patch, const RowMatrix& V,
                    MatrixX* combination = nullptr);
+
+/// The same for motions that are not orthonormal: what repeats others is dropped as by orthonormal_motions(), and no
+/// orthonormal motions are formed. `combination`: the vibrations in terms of X. Nothing, and the patch stays, where no
+/// motion is left.
+std::optional<LocalModel> confine(const TangentModel& tangent, const FreeBody& body, SurfacePatch& patch,
+                                  const ConfinedMotions& motions, double tolerance, int firm, MatrixX& combination);
 
 /// s^2 M + s D + K. Bodies that keep all three in one pattern are summed number by number.
 SparseMatrix dynamic_stiffness(const FreeBody& body, double s);

@@ -47,9 +47,10 @@ void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> co
   LocalState& s = model.state;
   s.anchors.count = 0;
   for (const ContactSample& sample : contacts) {
-    const auto [piece, bary] = piece_at(model.surface.levels, sample.bary);
+    auto [piece, bary] = piece_at(model.surface.levels, sample.bary);
     const int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
     if (facet < 0) continue;
+    if (model.surface.is_apron(facet)) bary = sample.bary;
     s.impulse[s.anchors.count] = sample.impulse;
     s.anchors.add({.triangle = facet, .bary = bary, .normal = sample.normal, .tool = sample.tool});
   }

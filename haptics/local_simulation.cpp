@@ -11,6 +11,18 @@ namespace {
 
 constexpr double kPushOut = 0.06;  // [s] a tool that was found inside is out after it
 
+/// Where the apron of a new model was in the old one: as its patch moved, or where the body was linearized.
+void place_apron_before(const PreparedLocalModel& old, const LocalMotion& motion, PreparedLocalModel& now) noexcept {
+  const ContactSurface& surface = now.surface;
+  for (int v = surface.apron_vertices; v >= 0 && v < surface.facets.num_vertices(); ++v) {
+    const int global = surface.facets.global_node[v], row = motion.row[global];
+    if (row >= 0)
+      node(now.work.x_event, v) = node(motion.x, row);
+    else if (old.body_x.size() > 0)
+      node(now.work.x_event, v) = node(old.body_x, global);
+  }
+}
+
 int count_of(const ContactSet& contacts, int tool) noexcept {
   return static_cast<int>(
       std::count_if(contacts.begin(), contacts.end(), [&](const Contact& c) { return c.tool == tool; }));
@@ -75,14 +87,17 @@ void LocalSimulation::sweep_refresh(const PreparedLocalModel& old) noexcept {
   for (int k = 0; k < num_tools(); ++k) is_free[k] = count_of(m.state.anchors, k) == 0;
   if (t_ == 0 || std::ranges::count(is_free, true) == 0 || solver_->deformation() != Deformation::none) return;
   record_motion(old, 0, motion_);
+  near_apron_ = m.wide_index != nullptr;
   m.recover_patch(m.state.q, w.motion);
   w.motion += m.model.x0.head(w.motion.size());
   m.surface.follow(w.motion, w.x);
+  m.surface.place_apron(w.motion, w.x);
   w.x_end = w.x;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i)
     if (const int row = motion_.row[m.model.patch.global_node[i]]; row >= 0) node(w.motion, i) = node(motion_.x, row);
   m.surface.follow(w.motion, w.x_event);
-  m.index->refit(w.x_event, w.x_end);
+  place_apron_before(old, motion_, m);
+  index().refit(w.x_event, w.x_end);
   for (int k = 0; k < num_tools(); ++k) {
     if (!is_free[k]) continue;
     MovingTool& tool = tools_[k].moving;
@@ -109,15 +124,39 @@ void LocalSimulation::find_free_motion() noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
   m.recover_patch(m.state.q, w.motion);
+  near_apron_ = comes_near_apron(w.motion.lpNorm<Eigen::Infinity>());
   w.motion += m.model.x0.head(w.motion.size());
   m.surface.follow(w.motion, w.x);
+  if (near_apron_) m.surface.place_apron(w.motion, w.x);
   m.dynamics->free_motion(m.state.q, m.state.q_rate, w.v_free, w.v_free_end);
   m.recover_patch(w.v_free, w.u_free);
 }
 
+/// Whether a tool may meet the patch's rim or what is beyond in this tick; the rest of the surface costs its time only
+/// then.
+/// @param moved  most that a coordinate of the patch has moved since the linearization [m]
+bool LocalSimulation::comes_near_apron(double moved) const noexcept {
+  constexpr double kMargin = 0.1;  // of the tool's reach: more than contacts are looked for within
+  const PreparedLocalModel& m = *model_;
+  if (!m.wide_index) return false;
+  for (int k = 0; k < num_tools(); ++k) {
+    const ToolSweep& sweep = tools_[k].moving.sweep();
+    const double way = (sweep.x_t1 - sweep.x_t0).norm();
+    const double away = (sweep.x_t0 - m.clear_from[k]).norm() + 2 * way + 2 * moved;  // a diagonal is 1.8 coordinates
+    if (away + (1 + kMargin) * tools_[k].reach >= m.clear[k]) return true;
+  }
+  return false;
+}
+
+/// Velocities of the surface from those of the patch's vertices.
+void LocalSimulation::follow(const VectorX& patch, VectorX& out) noexcept {
+  model_->surface.follow(patch, out);
+  if (near_apron_) model_->surface.follow_apron(patch, out);
+}
+
 /// The earliest of all tools, each along the sweep that it was last taken along; of equal times that of the first tool.
 bool LocalSimulation::find_impact(Contact& impact) noexcept {
-  model_->index->refit(model_->work.x_event, model_->work.x_end);
+  index().refit(model_->work.x_event, model_->work.x_end);
   bool is_hit = false;
   for (int k = 0; k < num_tools(); ++k) {
     Contact of_tool;
@@ -132,8 +171,7 @@ bool LocalSimulation::find_impact(Contact& impact) noexcept {
 bool LocalSimulation::find_impact_of(int tool, Contact& impact) noexcept {
   PreparedLocalModel& m = *model_;
   const MovingTriangles surface{m.surface.facets.triangles, m.work.x_event, m.work.x_end};
-  const auto found =
-      find_first_contact(*m.index, surface, tools_[tool].moving, m.work.ignored[tool], m.work.candidates);
+  const auto found = find_first_contact(index(), surface, tools_[tool].moving, m.work.ignored[tool], m.work.candidates);
   if (!found) return false;
   impact = *found;
   impact.tool = tool;
@@ -207,11 +245,12 @@ void LocalSimulation::shape_force(int tool, LocalFrame& frame) noexcept {
   frame.force = t.blend.apply(frame.force, touches, t.is_off_patch, sweep.x_t1 - sweep.x_t0, others);
 }
 
-/// The patch triangle that a tool has got into unseen at the start of its sweep, as while the patch did not reach
-/// there; -1: none. It is pushed out over some ticks: at once would be a blow.
+/// The facet that a tool has got into unseen at the start of its sweep, as where neither patch nor apron reached; -1:
+/// none. It is pushed out over some ticks: at once would be a blow.
 int LocalSimulation::find_overlap(int tool) noexcept {
-  const PreparedLocalModel& m = *model_;
+  PreparedLocalModel& m = *model_;
   TouchingTool& t = tools_[tool];
+  if (!near_apron_) m.surface.place_apron(m.work.motion, m.work.x);
   Contact deepest;
   deepest.gap = t.moving.shape().radius;
   for (const Vec3& corner : t.moving.corners_t0())
@@ -272,7 +311,7 @@ void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
     ContactSample& sample = samples_[num_samples_++];
     sample.triangle = facets.global_triangle[contact.triangle];
     sample.t = t_ - h_;
-    sample.bary = weights_in_triangle(contact.triangle % surface.facets_per_triangle(), surface.levels, contact.bary);
+    sample.bary = surface.weights_in_triangle(contact.triangle, contact.bary);
     sample.moves = surface.moved_by(model_->model.patch, contact.triangle, contact.bary);
     sample.impulse = impulse;
     sample.normal = contact.normal;

@@ -13,11 +13,12 @@ namespace kt {
 
 /// Things that a tick reports besides its force.
 enum LocalFlag : unsigned {
-  kEventsExhausted = 1,  ///< more impacts in one tick than kMaxEvents
-  kLeftPatch = 2,        ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
-  kLostAnchor = 4,       ///< a refresh brought a patch that does not hold the contact
-  kRigidContact = 8,     ///< contact with a part that cannot move: it feels like a mass of 1 kg
-  kNotFinite = 16,       ///< the local state left the finite numbers; it was reset and the force is zero
+  kEventsExhausted = 1,     ///< more impacts in one tick than kMaxEvents
+  kLeftPatch = 2,           ///< the contact lies on the edge of the patch: the model is wrong there, a refresh is due
+  kLostAnchor = 4,          ///< a refresh brought a patch that does not hold the contact
+  kRigidContact = 8,        ///< contact with a part that cannot move: it feels like a mass of 1 kg
+  kNotFinite = 16,          ///< the local state left the finite numbers; it was reset and the force is zero
+  kContactsExhausted = 32,  ///< kMaxContacts places touch at once, and more may
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
@@ -45,8 +46,10 @@ struct LocalFrame {
 
 /// A tool, what a tick has found about it, and what goes on from tick to tick.
 struct TouchingTool {
-  TouchingTool(const ToolShape& shape, double h, double fade) : moving(shape), blend(h, fade) {}
+  TouchingTool(const ToolShape& shape, double h, double fade)
+      : moving(shape), reach(tool_reach(shape)), blend(h, fade) {}
   MovingTool moving;
+  double reach;  ///< tool_reach() [m]
   ForceBlend blend;
   ToolSweep rest{};           ///< of this tick's sweep, after the last event
   int start = -1;             ///< facet that it touches in this tick, -1: none yet
@@ -94,6 +97,9 @@ class LocalSimulation final : public HapticMethod {
 
  private:
   void find_free_motion() noexcept;
+  bool comes_near_apron(double moved) const noexcept;
+  TriangleIndex& index() noexcept { return near_apron_ ? *model_->wide_index : *model_->index; }
+  void follow(const VectorX& patch, VectorX& out) noexcept;
   bool find_impact(Contact& impact) noexcept;
   bool find_impact_of(int tool, Contact& impact) noexcept;
   void accept_free_motion() noexcept;
@@ -138,6 +144,7 @@ class LocalSimulation final : public HapticMethod {
   int num_samples_ = 0;
   LocalMotion motion_;          // room, for the refresh
   bool has_new_patch_ = false;  // since the last tick
+  bool near_apron_ = false;     // a tool may meet what is beyond the patch in this tick
 };
 
 }  // namespace kt

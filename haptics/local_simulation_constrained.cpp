@@ -31,7 +31,8 @@ void LocalSimulation::start_tick() noexcept {
     tool.rest = tool.moving.sweep();
     const auto held = std::ranges::find(m.state.anchors, k, &Contact::tool);
     tool.start = held == m.state.anchors.end() ? -1 : held->triangle;
-    if (tool.start < 0 && has_new_patch_ && (tool.is_off_patch || is_first)) {
+    const bool sees_more = has_new_patch_ || m.wide_index;
+    if (tool.start < 0 && ((tool.is_off_patch && sees_more) || (is_first && has_new_patch_))) {
       tool.start = find_overlap(k);
       tool.is_off_patch = false;
     }
@@ -71,7 +72,7 @@ void LocalSimulation::step_constrained(std::span<LocalFrame> frames) noexcept {
 
   // Without contact: free motion up to the first impact, if there is one.
   if (std::ranges::none_of(tools_, [](const TouchingTool& tool) { return tool.start >= 0; })) {
-    model_->surface.follow(w.u_free, w.u);
+    follow(w.u_free, w.u);
     w.x_end = w.x + h_ * w.u;
     Contact impact;
     if (!find_impact(impact)) return accept_free_motion();
@@ -182,7 +183,7 @@ void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& o
   // tool ends.
   const ToolSweep box =
       moving.is_round() ? ToolSweep{tools_[tool].rest.x_t0, place} : ToolSweep{moving.box().low, moving.box().high};
-  const int found = model_->index->candidates(box, shape.radius + margin, w.candidates);
+  const int found = index().candidates(box, shape.radius + margin, w.candidates);
   find_tool_contacts(patch, x, moving.core(), shape.radius, margin,
                      {w.candidates.data(), static_cast<std::size_t>(found)}, start, out,
                      place - tools_[tool].rest.x_t0);
@@ -203,8 +204,9 @@ void LocalSimulation::resolve_contacts(double h_left) noexcept {
   double relaxed = 1;
   for (int iteration = 0; iteration < kGeometryIterations; ++iteration) {
     place_surface(h_left, w.x_guess);
-    if (iteration == 0 && std::ranges::any_of(tools_, is_extended)) m.index->refit(w.x_event, w.x_guess);
+    if (iteration == 0 && std::ranges::any_of(tools_, is_extended)) index().refit(w.x_event, w.x_guess);
     find_contacts(w.x_guess);
+    if (contacts_.count == kMaxContacts) add_flag(kContactsExhausted);
     if (iteration >= kExchanged) keep_pushing(before);
     fill_problem(h_left);
     warm_start(before);
@@ -266,7 +268,7 @@ void LocalSimulation::keep_pushing(const ContactSet& before) noexcept {
 void LocalSimulation::place_surface(double h_left, VectorX& out) noexcept {
   LocalWorkspace& w = model_->work;
   w.motion = w.u_free + w.du;
-  model_->surface.follow(w.motion, w.u);
+  follow(w.motion, w.u);
   out = w.x_event + h_left * w.u;
 }
 

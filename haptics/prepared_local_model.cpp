@@ -1,5 +1,9 @@
 #include "haptics/prepared_local_model.hpp"
 
+#include <cmath>
+
+#include "collision/closest_point.hpp"
+
 namespace kt {
 
 void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) const noexcept {
@@ -53,6 +57,49 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   w.coupling = CouplingRoom(m.patch.num_vertices());
   for (auto& of_tool : w.ignored) of_tool.resize(surface.facets.triangles.size());
   return out;
+}
+
+namespace {
+
+/// Room for all vertices and facets; the apron's vertices where they are.
+void widen(const VectorX& patch_x, PreparedLocalModel& model) {
+  const ContactSurface& surface = model.surface;
+  LocalWorkspace& w = model.work;
+  VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
+  surface.follow(patch_x, x0);
+  surface.place_apron(patch_x, x0);
+  w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
+  w.candidates.resize(surface.facets.triangles.size());
+  for (auto& of_tool : w.ignored) of_tool.resize(surface.facets.triangles.size());
+}
+
+}  // namespace
+
+void lay_apron(PreparedLocalModel& model, const Apron& apron, const Surface& surface, std::span<const Vec3> places,
+               const std::string& collision_backend) {
+  if (apron.triangles.empty()) return;
+  const VectorX patch_x = model.model.x0.head(model.patch_basis.rows());
+  add_apron(apron, surface, model.model.patch, patch_x, model.surface);
+  widen(patch_x, model);
+  const SurfacePatch& facets = model.surface.facets;
+  model.wide_index = make_triangle_index(collision_backend);
+  model.wide_index->build(facets.triangles, model.work.x);
+  model.apron_facet.assign(surface.triangles.size(), -1);
+  for (std::size_t t = 0; t < apron.global_triangle.size(); ++t)
+    model.apron_facet[apron.global_triangle[t]] = model.surface.apron_facets + static_cast<int>(t);
+  model.clear.fill(std::numeric_limits<double>::infinity());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    double nearest_sq = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < facets.triangles.size(); ++t) {
+      if (!facets.on_rim[t]) continue;
+      const Triangle& v = facets.triangles[t];
+      const VectorX& x = model.work.x;
+      nearest_sq = std::min(
+          nearest_sq, closest_point_on_triangle(places[k], node(x, v[0]), node(x, v[1]), node(x, v[2])).distance_sq);
+    }
+    model.clear[k] = std::sqrt(nearest_sq);
+    model.clear_from[k] = places[k];
+  }
 }
 
 }  // namespace kt

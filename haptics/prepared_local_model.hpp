@@ -5,6 +5,7 @@
 
 #include "collision/surface_contacts.hpp"
 #include "collision/triangle_index.hpp"
+#include "core/apron.hpp"
 #include "core/contact_surface.hpp"
 #include "core/local_dynamics.hpp"
 #include "core/reducer.hpp"
@@ -62,7 +63,14 @@ struct PreparedLocalModel {
   std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
   std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1
   Vec3 tool = Vec3::Zero();                ///< where the first tool was when the body was linearized [m]
-  std::unique_ptr<MethodData> data;        ///< by HapticMethod::complete
+  VectorX body_x;                          ///< of the whole body then [m], (3n)
+  /// Of the apron's surface too, for ticks in which a tool is so near to it; none: there is no apron.
+  std::unique_ptr<TriangleIndex> wide_index;
+  std::vector<int> apron_facet;  ///< (surface triangles) global -> facet of the apron, -1
+  /// How far each tool's place was from the patch's rim and the apron when the body was linearized [m], and where.
+  std::array<double, kMaxTools> clear{};
+  std::array<Vec3, kMaxTools> clear_from{};
+  std::unique_ptr<MethodData> data;  ///< by HapticMethod::complete
   LocalState state;
   bool caught_up = false;  ///< the state has been stepped to the present, from the linearization on
   std::array<std::optional<Vec3>, kMaxTools> replayed_force{};  ///< of the last of these steps, on each tool in contact
@@ -71,9 +79,11 @@ struct PreparedLocalModel {
   /// Motion of the patch vertices, (3p), for reduced coordinates or velocities, (r). No allocation.
   void recover_patch(const VectorX& reduced, VectorX& out) const noexcept;
 
-  /// The facet with this number in the body, -1 where the patch does not reach.
+  /// The facet with this number in the body, -1 where neither patch nor apron reaches.
   int local_facet(int global_facet) const noexcept {
-    const int pieces = surface.facets_per_triangle(), triangle = local_triangle[global_facet / pieces];
+    const int pieces = surface.facets_per_triangle(), global = global_facet / pieces;
+    if (!apron_facet.empty() && apron_facet[global] >= 0) return apron_facet[global];
+    const int triangle = local_triangle[global];
     return triangle < 0 ? -1 : triangle * pieces + global_facet % pieces;
   }
 };
@@ -82,5 +92,10 @@ struct PreparedLocalModel {
 std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
                                             const std::string& collision_backend, int num_nodes, int num_triangles,
                                             const Smoothing& smoothing = {});
+
+/// Adds the surface around the patch to what tools touch.
+/// @param places  of the tools when the body was linearized [m]
+void lay_apron(PreparedLocalModel& model, const Apron& apron, const Surface& surface, std::span<const Vec3> places,
+               const std::string& collision_backend);
 
 }  // namespace kt

@@ -15,6 +15,7 @@
 namespace kt {
 namespace {
 
+constexpr int kApron = 400;                  // triangles around the patch: some tens of millimetres of a usual body
 constexpr double kUncoupled = 0.02;          // of the damping power: far below what a hand can tell
 constexpr double kGaveWay = 0.15;            // of the largest force: that a local model was off
 constexpr double kAlert = 0.25;              // [s] after that
@@ -119,7 +120,9 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)),
       refreshes_early_(scene.global.early_refresh &&
-                       haptic_method_name(scene.local.method, scene.contact.law) == "multirate") {}
+                       haptic_method_name(scene.local.method, scene.contact.law) == "multirate"),
+      has_apron_(haptic_method_name(scene.local.method, scene.contact.law) == "multirate" &&
+                 !is_geometric(scene.contact.law)) {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
@@ -134,9 +137,38 @@ double Refresher::delay(double t) const {
   return 1e-3 * scene_.link.latency_ms + (scene_.link.type == "thread" ? interval(t) : 0);
 }
 
+/// Around the place where a large ball touches, or will: as much as a fingertip needs around what it touches now, and
+/// no more than some hundred nodes can be followed.
+/// @returns [m]
+static double large_ball_extent(const Surface& surface, const VectorX& x, const Vec3& place, double radius) {
+  constexpr double kFingertip = 0.01;  // [m]
+  constexpr double kNearly = 5e-4;     // [m] of the ball: touched
+  constexpr std::size_t kMost = 100;   // nodes
+  std::vector<int> nodes;
+  for (int i = 0; i + 1 < static_cast<int>(surface.topology.first.size()); ++i)
+    if (!surface.topology.triangles_of(i).empty()) nodes.push_back(i);
+  const auto from = [&](const Vec3& p) { return [&x, p](int i) { return (node(x, i) - p).norm(); }; };
+  const Vec3 foot = node(x, *std::ranges::min_element(nodes, {}, from(place)));
+  double touched = 0;
+  for (const int i : nodes)
+    if (from(place)(i) <= radius + kNearly) touched = std::max(touched, from(foot)(i));
+  double most = std::numeric_limits<double>::infinity();
+  if (nodes.size() > kMost) {
+    std::ranges::nth_element(nodes, nodes.begin() + kMost, {}, from(foot));
+    most = from(foot)(nodes[kMost]);
+  }
+  return std::max(1.5 * kFingertip, std::min(touched + 0.5 * kFingertip, most));
+}
+
 /// How far the tool's surface gets while the model made at time t is in use [m].
-double Refresher::reach(double t, const ReachingTool& tool) const {
-  return 1.5 * tool_reach(tool.shape) + tool.max_speed * (delay(t) + interval(t));
+double Refresher::reach(double t, const ReachingTool& tool, const Vec3& place, const Vec3& velocity) const {
+  constexpr double kGetsFaster = 0.1;  // [m/s]
+  constexpr double kLarge = 0.01;      // [m]
+  double around = 1.5 * tool_reach(tool.shape);
+  if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
+    around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
+  const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + kGetsFaster});
+  return around + speed * (delay(t) + interval(t));
 }
 
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
@@ -287,6 +319,21 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
   return global_.foresee(lead, all);
 }
 
+/// Where the whole body is, and its surface around the patch.
+void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& site,
+                                 const std::vector<Vec3>& places) const {
+  out.body_x = tangent_.state.x;
+  if (!has_apron_) return;
+  const SurfacePatch& patch = out.model.patch;
+  std::vector<char> moves(static_cast<std::size_t>(patch.num_vertices()), 0);
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
+    for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = out.moves[t][c];
+  std::vector<char> is_fixed(static_cast<std::size_t>(global_.model().mesh().num_nodes()), 0);
+  for (const int i : tangent_.fixed_nodes) is_fixed[i] = 1;
+  lay_apron(out, make_apron(surface_, out.body_x, site, patch, moves, is_fixed, kApron), surface_, places,
+            scene_.collision.backend);
+}
+
 std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vector<Vec3>& places,
                                                        std::span<const LocalReport> reports,
                                                        const LocalMotion* motion) {
@@ -311,7 +358,9 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
   start = std::chrono::steady_clock::now();
   std::vector<ToolPlace> tools;
   for (std::size_t k = 0; k < tools_.size(); ++k)
-    tools.push_back({places[k], reports.empty() ? -1 : reports.back().tools[k].triangle, reach(t, tools_[k])});
+    tools.push_back(
+        {places[k], reports.empty() ? -1 : reports.back().tools[k].triangle,
+         reach(t, tools_[k], places[k], tool_velocity(reports, scene_.local.rate_hz, static_cast<int>(k)))});
   const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
   last_ = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
@@ -322,6 +371,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
   auto out = prepare(std::move(local), scheme, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
   out->tool = places[0];
+  add_rest_of_body(*out, site, places);
   method_->complete(*out, 1 / scene_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);

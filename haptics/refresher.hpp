@@ -16,8 +16,12 @@ namespace kt {
 /// What the patch has to cover of one tool.
 struct ReachingTool {
   ToolShape shape;
-  double max_speed = 0;  ///< [m/s]: with the time that a local model is in use it gives the size of the patch
+  double max_speed = 0;  ///< bound [m/s]
 };
+
+/// A patch is made for a tool that goes on as fast as it was measured, and a margin for one that gets faster, but for
+/// no more than this [m/s]: a faster one touches the apron until the next patch is there.
+constexpr double kFollowedSpeed = 0.25;
 
 class Refresher {
  public:
@@ -62,9 +66,10 @@ class Refresher {
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
+  void add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, const std::vector<Vec3>& places) const;
   double interval(double t) const;
   double delay(double t) const;
-  double reach(double t, const ReachingTool& tool) const;
+  double reach(double t, const ReachingTool& tool, const Vec3& place, const Vec3& velocity) const;
   const Surface& surface_;
   Scene scene_;
   std::vector<ReachingTool> tools_;
@@ -77,8 +82,8 @@ class Refresher {
   TangentModel tangent_;               // of the last refresh: its storage
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
-  bool refreshes_early_;  // the baselines do not
-  double last_ = 0;       // time of the last refresh [s]
+  bool refreshes_early_, has_apron_;  // the baselines do not
+  double last_ = 0;                   // time of the last refresh [s]
   int frame_ = 0;
   int haste_ = 1;                                               // the usual interval is divided by
   double most_force_ = 0;                                       // of the contacts at the end of an interval [N]

@@ -21,6 +21,7 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
   };
   constexpr Kind kKinds[] = {
       {kEventsExhausted, "more impacts in one tick than are resolved"},
+      {kContactsExhausted, "as many places touched at once as are resolved, 40: those that say most were kept"},
       {kLeftPatch, "the contact reached the edge of the local patch (raise global.rate_hz or move slower)"},
       {kLostAnchor, "a refresh brought a patch that does not hold the contact"},
       {kRigidContact, "contact with a clamped part, which cannot give way"},
@@ -64,8 +65,38 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
   };
   warn_of_depth(result.penetration, "");
   if (result.second_tool) warn_of_depth(result.second_tool->penetration, "second tool: ");
+  const auto warn_of_loss = [&](const LostContact& lost, const std::vector<LocalFrame>& frames, const char* who) {
+    if (lost.free_ticks_inside > 0 && keeps_outside)
+      warnings.push_back(text(who, "contact was lost: the tool was inside the body without contact in ",
+                              lost.free_ticks_inside, " of ", frames.size(), " ticks; move slower, use a coarser mesh ",
+                              "or raise global.rate_hz"));
+    if (lost.pass_throughs > 0 && keeps_outside) {
+      const auto& [tick, distance] = lost.went_through.front();
+      warnings.push_back(text(who, "the tool went into the body or through it unstopped in ", lost.pass_throughs,
+                              lost.pass_throughs == 1 ? " tick" : " ticks", ", first in tick ", tick,
+                              " (t = ", frames[static_cast<std::size_t>(tick)].t, " s), ", distance,
+                              " m in that one: give the path more time there"));
+    }
+    if (lost.unchecked_ticks > 0)
+      warnings.push_back(text(who, "contacts were not checked in ", lost.unchecked_ticks, " of ", frames.size(),
+                              " ticks: the check fell too far behind"));
+  };
+  warn_of_loss(result.lost, result.frames, "");
+  if (result.second_tool) warn_of_loss(result.second_tool->lost, result.second_tool->frames, "second tool: ");
   if (result.stopped) warnings.push_back(text("stopped early, after ", result.frames.size(), " ticks"));
   return warnings;
+}
+
+bool contacts_were_too_many(const SessionResult& result) {
+  const auto fails = [](const LocalFrame& f) {
+    return (f.flags & kContactsExhausted) != 0 && f.residual > kNoticeableResidual;
+  };
+  return std::ranges::any_of(result.frames, fails) ||
+         (result.second_tool && std::ranges::any_of(result.second_tool->frames, fails));
+}
+
+bool contact_was_lost(const SessionResult& result, bool keeps_outside) {
+  return keeps_outside && (result.missed_impacts > 0 || (result.second_tool && result.second_tool->missed_impacts > 0));
 }
 
 }  // namespace kt

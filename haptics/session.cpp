@@ -175,6 +175,27 @@ void warn_of_lag(const Scene& scene, SessionResult& result) {
                                    " ms; use a coarser mesh, or lower global.rate_hz and the tool's speed"));
 }
 
+/// What a patch is not made for; the path of a device that yields is known when it is over.
+/// @param h  haptic step [s]
+void warn_of_speed(const std::vector<LocalFrame>& frames, const Vec3& start, double h, const std::string& who,
+                   std::vector<std::string>& warnings) {
+  int count = 0;
+  std::size_t fastest = 0;
+  double most = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const double speed = (frames[i].tool - (i > 0 ? frames[i - 1].tool : start)).norm() / h;
+    count += speed > kFollowedSpeed;
+    if (speed <= most) continue;
+    most = speed;
+    fastest = i;
+  }
+  if (count > 0)
+    warnings.push_back(text(who, "too fast in ", count, " of ", frames.size(), " ticks, most of all in tick ", fastest,
+                            " (t = ", frames[fastest].t, " s) with ", most, " m/s, ", most * h,
+                            " m in one tick: local models are made for up to ", kFollowedSpeed,
+                            " m/s, contact beyond is coarse; give the path more time there"));
+}
+
 /// What a limit cycle feeds on. Pressing at rest the hold gives next to nothing.
 void warn_of_activity(const std::optional<PassivityRun>& energy, SessionResult& result) {
   constexpr double kShare = 0.5;  // of the largest energy that the hand had put in
@@ -317,9 +338,8 @@ SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher)
 SessionResult Session::run(const SessionOptions& options) {
   SessionResult result;
   result.warnings = warnings_;
-  SessionOptions used = options;
+  const SessionOptions& used = options;
   const bool threaded = scene_.link.type == "thread" && options.refreshes.empty();
-  if (threaded) used.check_contacts = false;  // it would take the haptic thread's time
 
   std::vector<std::unique_ptr<HapticDevice>> devices;
   devices.push_back(scene_device(scene_, scene_.tool, path_));
@@ -332,8 +352,8 @@ SessionResult Session::run(const SessionOptions& options) {
     reaching.push_back({tools_[1], second.max_speed});
   }
   Refresher refresher(*model_, surface_, scene_, std::move(reaching), start_, self_contact_.get());
-  refresher.look_for_crossings = used.check_contacts;
-  HapticLoop haptic(scene_, tools_, friction_, std::move(devices), used);
+  refresher.look_for_crossings = used.check_contacts && !threaded;
+  HapticLoop haptic(scene_, tools_, friction_, std::move(devices), used, surface_, threaded);
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
   const RunParts parts{scene_, tools_, friction_, used, refresher, haptic, result, ticks};
   threaded ? run_threads(parts) : run_lockstep(parts);
@@ -354,6 +374,10 @@ SessionResult Session::run(const SessionOptions& options) {
   result.exact_steps = refresher.exact_steps;
   result.linearization_error = std::move(refresher.linearization_error);
   if (threaded) warn_of_lag(scene_, result);
+  warn_of_speed(result.frames, result.start, 1 / scene_.local.rate_hz, "tool.path: ", result.warnings);
+  if (result.second_tool)
+    warn_of_speed(result.second_tool->frames, result.second_tool->start, 1 / scene_.local.rate_hz,
+                  "second_tool.path: ", result.warnings);
   warn_of_activity(result.passivity, result);
   if (result.second_tool) warn_of_activity(result.second_tool->passivity, result);
   if (self_contact_) result.self_contact = summarize(*self_contact_, refresher);

@@ -48,12 +48,28 @@ struct PassivityRun {
   int damped_ticks = 0;  ///< in which the controller added damping
 };
 
+/// Where contact should have been in a run and was not, by the check of the whole body; see body_check.hpp.
+struct LostContact {
+  /// A tick in which the tool went through the body, or a part of it, and touched nothing; or so far in one tick that
+  /// what it touched did not keep it outside.
+  struct PassThrough {
+    int tick = 0;         ///< its index
+    double distance = 0;  ///< way of the tool in it [m]
+  };
+  int free_ticks_inside = 0;                ///< ticks without contact that end with the tool inside the body
+  int pass_throughs = 0;                    ///< ticks in which it went through
+  std::vector<PassThrough> went_through{};  ///< the first of these, at most kMostNamed
+  int unchecked_ticks = 0;                  ///< in threads: that the record had no room for
+  static constexpr std::size_t kMostNamed = 100;
+};
+
 /// A second tool in a run: as the fields of the same name in SessionResult are of the first one.
 struct SecondToolRun {
   Vec3 start = Vec3::Zero();
   std::vector<LocalFrame> frames;
   std::vector<double> penetration;
   int limited_forces = 0, missed_impacts = 0;
+  LostContact lost;
   double max_speed = 0;
   std::optional<PassivityRun> passivity;
 };
@@ -63,10 +79,10 @@ struct SessionResult {
   std::vector<LocalFrame> frames;            ///< one a tick
   std::vector<double> step_us;               ///< CPU time of each tick [us]
   std::vector<double> lateness_us;           ///< thread link: wall clock after the tick was due [us]
-  std::vector<double> penetration;           ///< per tick, by contact_check [m]; empty when not asked for
+  std::vector<double> penetration;           ///< per tick, into the whole body [m]; empty when not asked for
   std::optional<SecondToolRun> second_tool;  ///< of a scene that has one
   std::vector<double> global_ms, refresh_ms;
-  std::vector<double> slow_cpu_ms;  ///< lockstep: CPU time of all threads for each refresh, its global steps included
+  std::vector<double> slow_cpu_ms;  ///< CPU time of all threads but the haptic one for each refresh, with global steps
   std::vector<std::pair<std::string, std::vector<double>>> refresh_parts_ms;
   std::string reducer, reducer_name, reducer_reason;  ///< in use at the end
   std::vector<ReducerCandidate> reducer_candidates;
@@ -86,18 +102,19 @@ struct SessionResult {
   int looked_ahead = 0;                        ///< refreshes that linearized the body where it was expected to be
   int limited_forces = 0;                      ///< ticks whose force was cut to the device's limit
   std::optional<PassivityRun> passivity;       ///< of a device that moves with the force
-  int missed_impacts = 0;                      ///< ticks without contact that end inside the body, by contact_check
-  int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
-  long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
-  bool stopped = false;                        ///< by the stop flag
-  bool real_time_scheduling = false;           ///< thread link: SCHED_FIFO was granted
-  double max_speed = 0;                        ///< bound of the tool's speed that the patches were made for [m/s]
-  std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools
+  int missed_impacts = 0;                      ///< ticks without contact that should have had one: the sum of `lost`
+  LostContact lost;
+  int deadline_misses = 0;            ///< ticks whose compute time exceeded the haptic period
+  long long allocations = -1;         ///< in the haptic ticks; -1: not counted
+  bool stopped = false;               ///< by the stop flag
+  bool real_time_scheduling = false;  ///< thread link: SCHED_FIFO was granted
+  double max_speed = 0;               ///< bound of the tool's speed that the patches were made for [m/s]
+  std::uint64_t hash = 0;             ///< of every frame's position, force, mode and place, of all tools
 };
 
 struct SessionOptions {
-  bool check_contacts = true;           ///< run contact_check after each tick, and look for triangles that cross
-                                        ///< after each global step, with self-contact (lockstep only)
+  bool check_contacts = true;           ///< look for tools inside the body after each tick; in lockstep, also for
+                                        ///< triangles that cross after each global step, with self-contact
   std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
   double max_speed = 0;                 ///< replay: the first run's tool speed bound [m/s]; 0: the device's
   double second_max_speed = 0;          ///< the same of a second tool

@@ -1,7 +1,5 @@
 // Both rates in one thread: deterministic. Latency and loss of the link are simulated in ticks, from the scene's seed;
 // a replay brings its own schedule.
-#include <time.h>
-
 #include <cmath>
 #include <deque>
 #include <random>
@@ -10,12 +8,6 @@
 
 namespace kt {
 namespace {
-
-double process_time_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
 
 /// Ticks that a new local model is stepped beside the old one before it takes over: the parts of the body that it
 /// follows and the old one did not start from rest. Without them its first forces can be a quarter off.

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/contact_check.hpp"
-
 namespace kt {
 namespace {
 
@@ -17,10 +15,15 @@ double thread_time_us() noexcept {
   return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
 }
 
-// Deeper than this counts as inside: far above the rounding of positions, far below what a hand or a picture shows.
-constexpr double kInside = 1e-7;  // [m]
+constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers: thousands of ticks of a usual local model
 
 }  // namespace
+
+double process_time_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
 
 bool catches_up(const Scene& scene) {
   return scene.local.catch_up && haptic_method_name(scene.local.method, scene.contact.law) == "multirate";
@@ -32,12 +35,15 @@ std::unique_ptr<ContactSolver> scene_solver(const Scene& scene, const SurfaceFri
 }
 
 HapticLoop::HapticLoop(const Scene& scene, std::span<const ToolShape> tools, const SurfaceFriction& friction,
-                       std::vector<std::unique_ptr<HapticDevice>> devices, const SessionOptions& options)
+                       std::vector<std::unique_ptr<HapticDevice>> devices, const SessionOptions& options,
+                       const Surface& surface, bool check_later)
     : options_(options),
       local_(make_scene_method(scene, tools, friction.of_triangle)),
       catch_up_(tools, 1 / scene.local.rate_hz, scene_solver(scene, friction)) {
   const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
   step_us_.resize(ticks);
+  if (options.check_contacts) check_.emplace(surface, tools);
+  if (options.check_contacts && check_later) record_ = std::make_unique<MotionRecord>(kRecorded);
   for (std::size_t k = 0; k < tools.size(); ++k) {
     Hand& hand = hands_.emplace_back();
     hand.device = std::move(devices[k]);
@@ -75,12 +81,6 @@ LocalReport HapticLoop::tick() noexcept {
 
   LocalReport report;
   for (const ContactSample& sample : local_->samples()) report.samples[report.count++] = sample;
-  VectorX x;
-  if (options_.check_contacts) {
-    const PreparedLocalModel& m = local_->model();
-    x.resize(3 * m.surface.facets.num_vertices());
-    m.surface.follow(m.model.x0.head(m.patch_basis.rows()) + m.patch_basis * m.state.q, x);
-  }
   for (std::size_t k = 0; k < count; ++k) {
     Hand& hand = hands_[k];
     LocalFrame& frame = frames[k];
@@ -91,26 +91,57 @@ LocalReport HapticLoop::tick() noexcept {
     hand.position = sweeps[k].x_t1;
     frame.t = t_end;
     hand.frames[tick_] = frame;
-    if (options_.check_contacts) check_penetration(hand, sweeps[k], x);
     const bool touches = std::any_of(report.samples.begin(), report.samples.begin() + report.count,
                                      [&](const ContactSample& s) { return s.tool == static_cast<int>(k); });
     report.tools[k] = {hand.position, touches ? frame.triangle : -1,  // where it touches, whatever force is shown
                        frame.mode == ContactMode::frictional_slide};
     report.left_patch = report.left_patch || (frame.flags & kLeftPatch) != 0;
   }
+  const PreparedLocalModel& m = local_->model();
+  if (record_)
+    hands_[0].lost.unchecked_ticks += !record_->push({tick_, m.model.frame}, m.state.q);
+  else if (check_)
+    look(tick_, m.state.q);
   report.tick = tick_++;
   return report;
 }
 
-/// @param x  of the surface that the tools touch, after the tick [m]
-void HapticLoop::check_penetration(Hand& hand, const ToolSweep& sweep, const VectorX& x) noexcept {
-  double& depth = hand.penetration[tick_];
-  depth = penetration_depth(local_->model().surface.facets, x, hand.shape, sweep.x_t1, sweep.r_t1);
-  if (hands_.size() > 1) {  // far away on the other side of the other hand's patch: find_contact_sites()
-    const auto nodes = x.reshaped(3, x.size() / 3);
-    if (depth > hand.shape.radius + (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm()) depth = 0;
+/// As it was in a tick that is done.
+ToolSweep HapticLoop::sweep_of(const Hand& hand, int tick) const {
+  return hand.turn.sweep(tick > 0 ? hand.frames[tick - 1].tool : hand.start, hand.frames[tick].tool, tick * local_->h(),
+                         (tick + 1) * local_->h());
+}
+
+/// Checks a tick that is done, with the model that was in use.
+/// @param q  its coordinates at the end of it
+void HapticLoop::look(int tick, const VectorX& q) {
+  check_->place(q);
+  for (std::size_t k = 0; k < hands_.size(); ++k) {
+    Hand& hand = hands_[k];
+    const ToolSweep sweep = sweep_of(hand, tick);
+    const double depth = hand.penetration[tick] = check_->depth(static_cast<int>(k), sweep);
+    const bool is_free = hand.frames[tick].mode == ContactMode::free;
+    if (is_free && depth > BodyCheck::kInside) {
+      ++hand.lost.free_ticks_inside;
+    } else if (is_free ? check_->went_through(static_cast<int>(k), sweep)
+                       : check_->leapt_into(static_cast<int>(k), sweep, depth)) {
+      ++hand.lost.pass_throughs;
+      if (hand.lost.went_through.size() < LostContact::kMostNamed)
+        hand.lost.went_through.push_back({tick, (sweep.x_t1 - sweep.x_t0).norm()});
+    }
   }
-  hand.missed += hand.frames[tick_].mode == ContactMode::free && depth > kInside;
+}
+
+bool HapticLoop::look_at_past(const PreparedLocalModel& model, int most) {
+  for (int i = 0; i < most; ++i) {
+    MotionRecord::Tick tick;
+    if (!record_ || !record_->front(tick, past_q_) || tick.frame != model.model.frame) return false;
+    if (past_frame_ != tick.frame) check_->take(model);
+    past_frame_ = tick.frame;
+    look(tick.tick, past_q_);
+    record_->pop();
+  }
+  return true;
 }
 
 bool HapticLoop::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept {
@@ -130,7 +161,9 @@ bool HapticLoop::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, i
 std::unique_ptr<PreparedLocalModel> HapticLoop::adopt(std::unique_ptr<PreparedLocalModel> model) noexcept {
   last_dof_ = model->model.dof();
   last_vertices_ = model->model.patch.num_vertices();
-  return local_->adopt(std::move(model));
+  auto before = local_->adopt(std::move(model));
+  if (check_ && !record_) check_->take(local_->model());
+  return before;
 }
 
 Snapshot HapticLoop::snapshot(const VectorX& global_x) const {
@@ -172,7 +205,8 @@ void HapticLoop::finish(SessionResult& out) {
   out.frames = std::move(first.frames);
   out.penetration = std::move(first.penetration);
   out.limited_forces = first.limited;
-  out.missed_impacts = first.missed;
+  out.missed_impacts = first.lost.free_ticks_inside + first.lost.pass_throughs;
+  out.lost = std::move(first.lost);
   out.passivity = first.energy();
   if (out.second_tool) {
     Hand& second = hands_[1];
@@ -180,7 +214,8 @@ void HapticLoop::finish(SessionResult& out) {
                         std::move(second.frames),
                         std::move(second.penetration),
                         second.limited,
-                        second.missed,
+                        second.lost.free_ticks_inside + second.lost.pass_throughs,
+                        second.lost,
                         out.second_tool->max_speed,
                         second.energy()};
   }

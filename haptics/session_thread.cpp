@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <limits>
 #include <thread>
 
 #include "haptics/link/mailbox.hpp"
@@ -38,6 +40,8 @@ bool ask_for_real_time() {
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
 }
 
+constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are checked: before a refresh; while none is due
+constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not checked yet
 constexpr int kMost = 4;  // ticks that are caught up with in one: a tick is some 20 us, there is room for them
 
 class ThreadedRun {
@@ -54,12 +58,15 @@ class ThreadedRun {
   }
 
   void go() {
+    const double start = process_time_ms();
     Parcel first{0, 0, run_.refresher.refresh(0, run_.haptic.tool_positions(), {})};
+    run_.result.slow_cpu_ms.push_back(process_time_ms() - start);
     run_.result.refreshes.push_back({0, 0});
     run_.haptic.adopt(std::move(first.model));
     run_.result.lateness_us.resize(run_.haptic.num_ticks());
     adopted_.reserve(static_cast<std::size_t>(run_.haptic.num_ticks()));
     std::thread haptic([this] { haptic_thread(); });
+    haptic_handle_ = haptic.native_handle();
     try {
       refresh_loop();
     } catch (...) {
@@ -68,6 +75,7 @@ class ThreadedRun {
       throw;
     }
     haptic.join();
+    look_at_the_rest();
     run_.result.lateness_us.resize(run_.haptic.next_tick());
     record_refreshes();
     // Snapshots would stall the haptic loop: the end is what remains.
@@ -124,14 +132,14 @@ class ThreadedRun {
         motion = std::move(newer);
       }
       receive(pending);
-      used_.take();
+      look_at_past(kAtOnce);
       const int tick = motion ? motion->tick : last;
       const bool cannot_wait =
           run_.scene.global.early_refresh && std::ranges::any_of(pending, [&](const LocalReport& report) {
             return report.tick < tick && report.left_patch;
           });
       if (tick < last + interval_ && !cannot_wait) {
-        std::this_thread::sleep_for(std::chrono::microseconds(300));
+        if (!look_at_past(kBetween)) std::this_thread::sleep_for(std::chrono::microseconds(300));
         continue;
       }
       std::size_t count = 0;
@@ -140,8 +148,10 @@ class ThreadedRun {
       auto parcel = std::make_unique<Parcel>();
       parcel->linearized_tick = parcel->at_tick = tick;
       std::vector<Vec3> places = places_in(reports.back());
+      const double start = process_time_ms() - haptic_time_ms();
       parcel->model = run_.refresher.refresh(tick / run_.scene.local.rate_hz, places, reports,
                                              catches_up_ ? motion.get() : nullptr);
+      run_.result.slow_cpu_ms.push_back(process_time_ms() - haptic_time_ms() - start);
       interval_ = run_.refresher.next_interval(run_.ticks_per_refresh);
       pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
       if (catches_up_) bring_near(*parcel, std::move(places), pending);
@@ -157,6 +167,31 @@ class ThreadedRun {
     if (lost_reports_ > 0)
       run_.result.warnings.push_back(
           text("link: ", lost_reports_, " reports were lost, the refresher fell too far behind"));
+  }
+
+  /// Of the haptic thread alone, while it runs.
+  double haptic_time_ms() const {
+    clockid_t clock{};
+    timespec now{};
+    if (pthread_getcpuclockid(haptic_handle_, &clock) != 0 || clock_gettime(clock, &now) != 0) return 0;
+    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+  }
+
+  /// Checks some ticks of a local model that is not in use any more; without haste, but no more of them wait than there
+  /// is memory for. True: there was something to do.
+  bool look_at_past(int ticks) {
+    if (auto parcel = used_.take(); parcel && parcel->model) past_.push_back(std::move(parcel->model));
+    if (past_.size() > kMostWaiting) ticks = std::numeric_limits<int>::max();
+    if (past_.empty() || ticks == 0) return false;
+    if (!run_.haptic.look_at_past(*past_.front(), ticks)) past_.pop_front();
+    return true;
+  }
+
+  void look_at_the_rest() {
+    constexpr int kAll = std::numeric_limits<int>::max();
+    while (look_at_past(kAll)) {
+    }
+    run_.haptic.look_at_past(run_.haptic.model(), kAll);
   }
 
   void receive(std::vector<LocalReport>& pending) {
@@ -214,6 +249,8 @@ class ThreadedRun {
   Mailbox<LocalMotion> motion_, free_motion_;                // written; to be written over
   std::unique_ptr<LocalMotion> next_motion_;                 // of the haptic thread
   std::vector<std::unique_ptr<LocalMotion>> spare_motions_;  // of the refresher's thread
+  std::deque<std::unique_ptr<PreparedLocalModel>> past_;     // whose ticks are not checked yet
+  pthread_t haptic_handle_{};
   std::vector<RefreshEvent> adopted_;
   std::vector<int> linearized_;
   std::atomic<bool> finished_{false}, stop_{false};

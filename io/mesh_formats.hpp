@@ -18,10 +18,13 @@ std::string text_content(const std::string& path, const LoadOptions& options);
 
 Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes);
 Mesh read_off(const std::string& path, const LoadOptions& options, Notes& notes);
-Mesh read_ply_or_stl(const std::string& path, const LoadOptions& options, Notes& notes);  ///< OpenMesh
+Mesh read_ply(const std::string& path, const LoadOptions& options, Notes& notes);
+Mesh read_stl(const std::string& path, const LoadOptions& options, Notes& notes);
 Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& notes);
 Mesh read_msh(const std::string& path, const LoadOptions& options, Notes& notes);
 Mesh read_vtu(const std::string& path, const LoadOptions& options, Notes& notes);
+Mesh read_vtk(const std::string& path, const LoadOptions& options, Notes& notes);
+Mesh read_medit(const std::string& path, const LoadOptions& options, Notes& notes);
 
 /// What a reader of tetrahedra ends with: orients all of them positive and sets the surface to their boundary.
 /// @throws InputError for a flat tetrahedron, unless lenient.

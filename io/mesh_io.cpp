@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 
 #include "core/error.hpp"
@@ -19,22 +20,17 @@ struct Format {
   bool solid;  ///< can hold tetrahedra
 };
 
-#if !KT_WITH_OPENMESH
-Mesh read_ply_or_stl_missing(const std::string& path, const LoadOptions&, Notes&) {
-  throw InputError(text(path, ": PLY and STL files need OpenMesh: configure with -DKT_WITH_OPENMESH=ON"));
-}
-#define read_ply_or_stl read_ply_or_stl_missing
-#endif
-
 const std::vector<Format>& formats() {
   static const std::vector<Format> table = {
       {{".obj"}, read_obj, write_obj, false},
       {{".off"}, read_off, write_off, false},
-      {{".ply"}, read_ply_or_stl, write_ply, false},
-      {{".stl"}, read_ply_or_stl, write_stl, false},
+      {{".ply"}, read_ply, write_ply, false},
+      {{".stl"}, read_stl, write_stl, false},
       {{".node", ".ele"}, read_node_ele, nullptr, true},
       {{".msh"}, read_msh, write_msh, true},
       {{".vtu"}, read_vtu, write_vtu, true},
+      {{".vtk"}, read_vtk, nullptr, true},
+      {{".mesh"}, read_medit, nullptr, true},
   };
   return table;
 }
@@ -56,10 +52,23 @@ Mesh surface_of_solid(const Mesh& mesh) {
   return out;
 }
 
+/// What no reader may let through, whatever its format.
+void check_coordinates(const Mesh& mesh, const std::string& path, const LoadOptions& options) {
+  for (Eigen::Index i = 0; i < mesh.x.size(); ++i) {
+    const double value = mesh.x[i];
+    if (std::isfinite(value) ? std::abs(value) < kLargestCoordinate : options.lenient) continue;
+    throw InputError(text(path, ": coordinate ", "xyz"[i % 3], " of node ", i / 3, " is ", value,
+                          "; must be finite and below ", kLargestCoordinate));
+  }
+}
+
 }  // namespace
 
 std::string file_content(const std::string& path, const LoadOptions& options) {
-  return options.read_file ? options.read_file(path) : read_whole_file(path);
+  std::string data = options.read_file ? options.read_file(path) : read_whole_file(path);
+  if (data.starts_with(std::string_view("\0\5\26\7", 4)))
+    throw InputError(text(path, ": is what a Mac keeps beside a file (AppleDouble, \"._\"), not the mesh itself"));
+  return data;
 }
 
 std::string text_content(const std::string& path, const LoadOptions& options) {
@@ -90,6 +99,7 @@ std::vector<std::string> writable_mesh_extensions() {
 Mesh load_mesh(const std::string& path, const LoadOptions& options, std::vector<std::string>* notes) {
   Notes own_notes;
   Mesh mesh = format_of(path, false).read(path, options, notes ? *notes : own_notes);
+  check_coordinates(mesh, path, options);
   if (mesh.num_nodes() == 0) throw InputError(text(path, ": the mesh is empty: it has no vertices"));
   if (mesh.triangles.empty() && mesh.tetrahedra.empty() && !options.lenient)
     throw InputError(text(path, ": the mesh has ", mesh.num_nodes(), " vertices but no faces"));

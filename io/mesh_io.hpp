@@ -1,8 +1,8 @@
 #pragma once
-// Mesh files to Mesh and back. Surfaces: OBJ, OFF, PLY, STL. Solids: TetGen .node/.ele, Gmsh .msh, VTU.
-// OBJ, OFF, .node/.ele, .msh and .vtu are read by our own strict double-precision readers, because every library reader
-// we tried alters bad input in silence (drops a line with NaN and shifts all later faces, reads floats...). PLY and STL
-// are checked, written anew in the plainest form and then go through OpenMesh into a plain list of triangles.
+// Mesh files to Mesh and back. Surfaces: OBJ, OFF, PLY, STL. Solids: TetGen .node/.ele, Gmsh .msh, VTK's .vtu and .vtk,
+// Medit .mesh.
+// All are read by our own strict double-precision readers, because every library reader we tried alters bad input in
+// silence (drops a line with NaN and shifts all later faces, reads floats...).
 #include <functional>
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@ struct LoadOptions {
                                                                        ///< memory; empty: from the file system
 };
 
-/// Reads a mesh by its extension (.obj .off .ply .stl .node .ele .msh .vtu, any case), in the file's own unit.
+/// Reads a mesh by its extension (.obj .off .ply .stl .node .ele .msh .vtu .vtk .mesh, any case), in the file's own unit.
 /// Polygons become triangles. Of a file with tetrahedra: all are oriented positive and the surface is their boundary,
 /// whatever triangles the file lists.
 /// @param notes  when given, one sentence is appended for everything that was not taken over as it stands
@@ -27,8 +27,7 @@ Mesh load_mesh(const std::string& path, const LoadOptions& options = {}, std::ve
 
 /// Writes .obj .off .ply .stl .vtu or .msh by extension; the file appears whole or not at all. Surface formats get the
 /// triangles (and, of a solid, only the surface nodes); .vtu and .msh get the tetrahedra if there are any.
-/// Numbers are written in full. They read back bit for bit, except STL (its format is 32-bit floats) and PLY (the file
-/// holds doubles, but OpenMesh reads floats).
+/// Numbers are written in full. They read back bit for bit, except STL (its format is 32-bit floats).
 /// @throws InputError for an unknown extension or a file that cannot be written.
 void save_mesh(const std::string& path, const Mesh& mesh);
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <functional>
 #include <map>
+#include <set>
 
 #include "core/error.hpp"
 #include "io/child_process.hpp"
@@ -14,6 +15,7 @@
 #include "io/mesh_formats.hpp"
 #include "io/mesh_io.hpp"
 #include "io/repair_cgal.hpp"
+#include "io/weld.hpp"
 
 namespace kt {
 namespace {
@@ -27,20 +29,12 @@ void drop_non_finite(Mesh& mesh, Done& done) {
   if (dropped > 0) done.push_back(text(dropped, " triangles at NaN or infinite nodes dropped"));
 }
 
-void weld(Mesh& mesh, Done& done) {
-  std::map<std::array<double, 3>, int> known;
-  std::vector<int> joined(static_cast<std::size_t>(mesh.num_nodes()));
-  int moved = 0;
-  for (int i = 0; i < mesh.num_nodes(); ++i) {
-    const Vec3 p = node(mesh.x, i);
-    joined[i] = i;
-    if (!p.allFinite()) continue;
-    joined[i] = known.try_emplace({p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}, i).first->second;
-    moved += joined[i] != i;
-  }
-  for (Triangle& t : mesh.triangles)
-    for (int& i : t) i = joined[i];
-  if (moved > 0) done.push_back(text(moved, " nodes joined with another at the same position"));
+void weld(Mesh& mesh, const RepairOptions& options, Done& done) {
+  const int joined = join_nodes(mesh, options.weld_tolerance);
+  if (joined == 0) return;
+  done.push_back(options.weld_tolerance > 0
+                     ? text(joined, " nodes joined with another at most ", options.weld_tolerance, " away")
+                     : text(joined, " nodes joined with another at the same position"));
 }
 
 /// Only triangles with a repeated node: dropping one with three different nodes in a line would open a gap.
@@ -145,15 +139,48 @@ void check_positive(const char* name, double value, bool zero_allowed) {
     throw InputError(text(name, " is ", value, "; must be ", zero_allowed ? ">= 0 (0: automatic)" : "> 0"));
 }
 
+void check_tolerance(const Mesh& mesh, double tolerance) {
+  const double longest = bounds(mesh).size().maxCoeff();
+  if (!(tolerance >= 0) || tolerance >= longest)
+    throw InputError(text("--weld is ", tolerance, "; must be at least 0 and below the longest side of the mesh, ",
+                          longest, " in its own unit"));
+}
+
+/// Nodes in one place are joined, tetrahedra that this flattens and second copies dropped; the surface is the boundary.
+RepairResult repair_solid(const Mesh& solid, const RepairOptions& options) {
+  if (options.fill_holes > 0) throw InputError("filling holes works on surfaces; the mesh has tetrahedra");
+  RepairResult r{solid, {}};
+  if (options.weld) weld(r.mesh, options, r.done);
+  std::set<Tetrahedron> known;
+  std::size_t flat = 0, copies = 0;
+  std::erase_if(r.mesh.tetrahedra, [&](Tetrahedron t) {
+    std::sort(t.begin(), t.end());
+    const bool is_flat = options.drop_degenerate && std::adjacent_find(t.begin(), t.end()) != t.end();
+    const bool is_copy = !is_flat && options.drop_duplicates && !known.insert(t).second;
+    flat += is_flat;
+    copies += is_copy;
+    return is_flat || is_copy;
+  });
+  if (flat > 0) r.done.push_back(text(flat, " tetrahedra with two equal corners dropped"));
+  if (copies > 0) r.done.push_back(text(copies, " second copies of tetrahedra dropped"));
+  if (r.mesh.tetrahedra.empty()) throw InputError("nothing is left of the solid: all its tetrahedra are degenerate");
+  r.mesh.triangles = boundary_triangles(r.mesh.tetrahedra);
+  if (options.drop_isolated)
+    if (const int dropped = drop_unused_nodes(r.mesh); dropped > 0)
+      r.done.push_back(text(dropped, " unused nodes dropped"));
+  return r;
+}
+
 }  // namespace
 
 RepairResult repair(const Mesh& surface, const RepairOptions& options) {
-  if (!surface.tetrahedra.empty()) throw InputError("repair works on surfaces; the mesh has tetrahedra");
   if (options.fill_holes < 0) throw InputError(text("fill_holes is ", options.fill_holes, "; must be >= 0"));
   check_positive("timeout", options.timeout, false);
+  check_tolerance(surface, options.weld_tolerance);
+  if (!surface.tetrahedra.empty()) return repair_solid(surface, options);
   RepairResult r{surface, {}};
   drop_non_finite(r.mesh, r.done);
-  if (options.weld) weld(r.mesh, r.done);
+  if (options.weld) weld(r.mesh, options, r.done);
   if (options.drop_degenerate) drop_degenerate(r.mesh, r.done);
   if (options.drop_duplicates) drop_duplicates(r.mesh, r.done);
   if (options.split_nonmanifold) split_nonmanifold(r.mesh, r.done);

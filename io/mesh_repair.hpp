@@ -11,6 +11,7 @@ namespace kt {
 
 struct RepairOptions {
   bool weld = true;                         ///< join nodes at equal positions
+  double weld_tolerance = 0;                ///< and those at most so far apart [mesh unit]
   bool drop_degenerate = true;              ///< triangles without area whose removal opens no gap (two corners joined)
   bool drop_duplicates = true;              ///< second copies of a triangle
   bool split_nonmanifold = true;            ///< one copy of a node for every fan that touches in it
@@ -26,9 +27,10 @@ struct RepairResult {
   std::vector<std::string> done;  ///< "12 nodes at equal positions joined to 5", ...; empty: nothing to do
 };
 
-/// Repairs a surface. Triangles without area that remain, open edges beyond fill_holes, self-intersections and pieces
-/// that cannot be oriented stay as they are: examine() the result. Triangles at NaN or infinite nodes are dropped.
-/// @throws InputError for a solid, for options out of range, or for hole filling without CGAL.
+/// Repairs a surface, or joins the nodes of a solid and drops what occurs twice. Triangles without area that remain,
+/// open edges beyond fill_holes, self-intersections and pieces that cannot be oriented stay as they are: examine() the
+/// result. Triangles at NaN or infinite nodes are dropped.
+/// @throws InputError for options out of range, for the holes of a solid, or for hole filling without CGAL.
 RepairResult repair(const Mesh& surface, const RepairOptions& options = {});
 
 struct WrapOptions {

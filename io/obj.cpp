@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 
 #include "io/mesh_formats.hpp"
 #include "io/output_file.hpp"
@@ -18,15 +19,56 @@ constexpr std::array<std::string_view, 38> kSkipped = {
     "stech", "cstype", "deg",   "bmat",     "step",     "curv",       "curv2",     "surf",   "parm",   "trim",
     "hole",  "scrv",   "sp",    "end",      "con",      "bzp",        "call",      "csh"};
 
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> words;
-  for (std::size_t at = 0; (at = line.find_first_not_of(" \t\r\v\f", at)) != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(" \t\r\v\f", at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = end;
-  }
-  return words;
+bool is_statement(std::string_view word) {
+  return word == "v" || word == "f" || std::find(kSkipped.begin(), kSkipped.end(), word) != kSkipped.end();
 }
+
+/// Statement after statement, without comments and blank lines. `\` at a line's end joins it with the next one, unless
+/// that one is a statement of its own: names of materials and groups end in a backslash too.
+class Statements {
+ public:
+  explicit Statements(TextReader& in) : in_(in) {}
+
+  /// The words of the next statement; empty at the end of the file. They are valid until the next call.
+  std::vector<std::string_view> next() {
+    while (const auto line = physical_line()) {
+      line_ = in_.line_number();
+      joined_ = *line;
+      while (joined_.ends_with('\\') && join_next_line()) {
+      }
+      if (std::vector<std::string_view> words = split_words(joined_); !words.empty()) return words;
+    }
+    return {};
+  }
+  int line_number() const { return line_; }  ///< of the statement's first line
+  int not_joined() const { return not_joined_; }
+
+ private:
+  std::optional<std::string_view> physical_line() {
+    auto line = in_.line();
+    if (line) *line = line->substr(0, line->find('#'));
+    while (line && (line->ends_with(' ') || line->ends_with('\t'))) line->remove_suffix(1);
+    return line;
+  }
+
+  bool join_next_line() {
+    joined_.back() = ' ';  // the backslash
+    const TextReader::Bookmark place = in_.bookmark();
+    const auto more = physical_line();
+    if (!more) return false;
+    if (const auto words = split_words(*more); !words.empty() && is_statement(words[0])) {
+      in_.go_back(place);
+      ++not_joined_;
+      return false;
+    }
+    joined_ += *more;
+    return true;
+  }
+
+  TextReader& in_;
+  std::string joined_;
+  int line_ = 1, not_joined_ = 0;
+};
 
 /// "12", "12/3", "12//4", "12/3/4" and the odd "12//": the vertex index, from 0; the others need only be integers.
 long long corner(const TextReader& in, std::string_view token, long long vertices_so_far) {
@@ -63,14 +105,16 @@ Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes)
   std::vector<double> x;
   Polygons polygons;
   int lines_and_points = 0;
-  while (const auto line = in.line()) {
-    const std::vector<std::string_view> words = split(*line);
+  Statements statements(in);
+  for (auto words = statements.next(); !words.empty(); words = statements.next()) {
     const std::size_t values = words.size() - 1;
+    in.say_line(statements.line_number());
     if (words[0] == "v") {
       if (values != 3 && values != 4 && values != 6 && values != 7)
         in.fail("vertex has ", values, " numbers; must be 3 (x y z), 4 (with w), 6 (with colour) or 7");
       for (std::size_t i = 1; i <= values; ++i) {
-        const double value = in.to_number(words[i], i <= 3 ? "coordinate" : "vertex value", options.lenient);
+        const double value = i <= 3 ? in.to_coordinate(words[i], "coordinate", options.lenient)
+                                    : in.to_number(words[i], "vertex value", options.lenient);
         if (i <= 3) x.push_back(value);
         if (i == 4 && values == 4 && value != 1)
           in.fail("vertex weight ", quoted(words[i]), " is not 1; rational geometry is not supported");
@@ -88,6 +132,9 @@ Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes)
     }
   }
   if (x.size() / 3 > std::numeric_limits<int>::max() / 4) in.fail("too many vertices: ", x.size() / 3);
+  if (statements.not_joined() > 0)
+    notes.push_back(text(statements.not_joined(),
+                         " lines end in a backslash but are followed by a statement, which is read as one"));
   if (lines_and_points > 0) notes.push_back(text(lines_and_points, " line and point elements skipped"));
 
   Mesh mesh;

@@ -1,5 +1,7 @@
 #include "io/text_reader.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -11,8 +13,8 @@
 namespace kt {
 namespace {
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
-bool is_space(char c) { return is_blank(c) || c == '\n'; }
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
+bool is_space(char c) { return is_blank(c) || c == '\n' || c == '\r'; }
 
 }  // namespace
 
@@ -43,22 +45,54 @@ std::string quoted(std::string_view token) {
   return out + (token.size() > 40 ? "...\"" : "\"");
 }
 
+std::vector<std::string_view> split_words(std::string_view line) {
+  constexpr const char* kBlanks = " \t\v\f";
+  std::vector<std::string_view> words;
+  for (std::size_t at = 0; (at = line.find_first_not_of(kBlanks, at)) != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(kBlanks, at), line.size());
+    words.push_back(line.substr(at, end - at));
+    at = end;
+  }
+  return words;
+}
+
+bool equals_any_case(std::string_view word, std::string_view lower) {
+  return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),
+                    [](unsigned char a, unsigned char b) { return std::tolower(a) == b; });
+}
+
+std::ostream& operator<<(std::ostream& out, const What& what) {
+  out << what.name;
+  return what.number < 0 ? out : out << ' ' << what.number;
+}
+
 TextReader::TextReader(std::string path, std::string data) : path_(std::move(path)), data_(std::move(data)) {
   if (data_.starts_with("\xEF\xBB\xBF")) at_ = 3;
   if (data_.starts_with("\xFF\xFE") || data_.starts_with("\xFE\xFF"))
     throw InputError(text(path_, ": the file is UTF-16 text; must be ASCII or UTF-8 (save it so)"));
+  const std::size_t first = data_.find_first_of("\r\n");
+  lone_returns_ = first != std::string::npos && data_[first] == '\r' && data_.find('\n', first) > first + 2;
+}
+
+/// Bytes of the line's end that stands at `at`; 0 when there is none. Files that went through several systems also have
+/// CR CR LF.
+std::size_t TextReader::break_length(std::size_t at) const {
+  if (data_[at] == '\n') return 1;
+  if (data_[at] != '\r') return 0;
+  if (lone_returns_) return 1;
+  return data_.compare(at, 2, "\r\n") == 0 ? 2 : data_.compare(at, 3, "\r\r\n") == 0 ? 3 : 1;
 }
 
 void TextReader::skip_blanks() {
   while (at_ < data_.size() && is_blank(data_[at_])) ++at_;
   if (at_ < data_.size() && data_[at_] == '#')
-    while (at_ < data_.size() && data_[at_] != '\n') ++at_;
+    while (at_ < data_.size() && break_length(at_) == 0) ++at_;
 }
 
 std::optional<std::string_view> TextReader::word_on_line() {
   line_ = next_line_;  // line() may have been used before
   skip_blanks();
-  if (at_ == data_.size() || data_[at_] == '\n') return std::nullopt;
+  if (at_ == data_.size() || break_length(at_) > 0) return std::nullopt;
   const std::size_t begin = at_;
   while (at_ < data_.size() && !is_space(data_[at_]) && data_[at_] != '#') ++at_;
   return std::string_view(data_).substr(begin, at_ - begin);
@@ -73,36 +107,44 @@ std::optional<std::string_view> TextReader::word() {
 }
 
 void TextReader::skip_line() {
-  while (at_ < data_.size() && data_[at_] != '\n') ++at_;
-  if (at_ < data_.size()) {
-    ++at_;
-    line_ = ++next_line_;
-  }
+  line();
+  line_ = next_line_;
 }
 
 std::optional<std::string_view> TextReader::line() {
-  while (at_ < data_.size()) {
-    line_ = next_line_;
-    joined_.clear();
-    for (bool more = true; more && at_ < data_.size();) {
-      const std::size_t end = std::min(data_.find('\n', at_), data_.size());
-      std::string_view part = std::string_view(data_).substr(at_, end - at_);
-      at_ = std::min(end + 1, data_.size());
-      ++next_line_;
-      part = part.substr(0, part.find('#'));
-      while (!part.empty() && is_blank(part.back())) part.remove_suffix(1);
-      more = !part.empty() && part.back() == '\\';
-      if (more) part.remove_suffix(1);
-      joined_ += part;
-      if (more) joined_ += ' ';
-    }
-    const std::size_t begin = joined_.find_first_not_of(" \t\r\v\f");
-    if (begin != std::string::npos) return std::string_view(joined_).substr(begin);
+  line_ = next_line_;
+  if (at_ == data_.size()) return std::nullopt;
+  const std::size_t begin = at_;
+  while (at_ < data_.size() && break_length(at_) == 0) ++at_;
+  std::string_view out = std::string_view(data_).substr(begin, at_ - begin);
+  if (at_ < data_.size()) {
+    at_ += break_length(at_);
+    ++next_line_;
   }
-  return std::nullopt;
+  while (!out.empty() && is_blank(out.back())) out.remove_suffix(1);
+  while (!out.empty() && is_blank(out.front())) out.remove_prefix(1);
+  return out;
 }
 
-double TextReader::to_number(std::string_view token, std::string_view what, bool allow_non_finite) const {
+bool TextReader::skip_past(std::string_view token) {
+  const std::size_t found = data_.find(token, at_);
+  const std::size_t end = found == std::string::npos ? data_.size() : found + token.size();
+  while (at_ < end) {
+    const std::size_t step = break_length(at_);
+    next_line_ += step > 0;
+    at_ += std::max<std::size_t>(step, 1);
+  }
+  at_ = end;
+  line_ = next_line_;
+  return found != std::string::npos;
+}
+
+void TextReader::go_back(const Bookmark& place) {
+  at_ = place.at;
+  line_ = next_line_ = place.line;
+}
+
+double TextReader::to_number(std::string_view token, const What& what, bool allow_non_finite) const {
   const char* first = token.data();
   const char* const last = first + token.size();
   if (token.size() > 1 && *first == '+' && first[1] != '-') ++first;
@@ -118,7 +160,14 @@ double TextReader::to_number(std::string_view token, std::string_view what, bool
   return value;
 }
 
-long long TextReader::to_integer(std::string_view token, std::string_view what) const {
+double TextReader::to_coordinate(std::string_view token, const What& what, bool allow_non_finite) const {
+  const double value = to_number(token, what, allow_non_finite);
+  if (std::isfinite(value) && std::abs(value) >= kLargestCoordinate)
+    fail(what, " is ", quoted(token), "; must be below ", kLargestCoordinate);
+  return value;
+}
+
+long long TextReader::to_integer(std::string_view token, const What& what) const {
   const char* first = token.data();
   const char* const last = first + token.size();
   if (token.size() > 1 && *first == '+' && first[1] != '-') ++first;
@@ -129,13 +178,19 @@ long long TextReader::to_integer(std::string_view token, std::string_view what) 
   return value;
 }
 
-double TextReader::number(std::string_view what, bool allow_non_finite) {
+double TextReader::number(const What& what, bool allow_non_finite) {
   const auto found = word();
   if (!found) fail("file ends where ", what, " should be");
   return to_number(*found, what, allow_non_finite);
 }
 
-long long TextReader::integer(std::string_view what) {
+double TextReader::coordinate(const What& what, bool allow_non_finite) {
+  const auto found = word();
+  if (!found) fail("file ends where ", what, " should be");
+  return to_coordinate(*found, what, allow_non_finite);
+}
+
+long long TextReader::integer(const What& what) {
   const auto found = word();
   if (!found) fail("file ends where ", what, " should be");
   return to_integer(*found, what);

@@ -1,15 +1,16 @@
-// VTU (VTK unstructured grid): ASCII, inline base64 and appended raw or base64 arrays, uncompressed, little-endian.
+// VTU (VTK unstructured grid): ASCII, inline base64 and appended raw or base64 arrays, compressed by zlib or not, in
+// either byte order.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
 
+#include "io/cells.hpp"
 #include "io/mesh_formats.hpp"
 #include "io/text_reader.hpp"
+#include "io/vtu_array.hpp"
 
 namespace kt {
 namespace {
@@ -36,7 +37,10 @@ class VtuReader {
   }
   std::optional<Element> next_element(std::size_t& at) const;
   long long integer_attribute(const Element& e, const std::string& name) const;
-  std::string_view decode(const Element& e, std::string& storage) const;
+  /// No array is longer than this: compressed ones are a few times the file.
+  std::size_t most_bytes() const { return encoding_.compressed ? 32 * data_.size() : data_.size(); }
+  std::vector<double> ascii(const Element& e, const std::string& what) const;
+  std::vector<double> decoded(const Element& e, const std::string& format, const std::string& type) const;
   std::vector<double> values(const Element& e, std::size_t expected, const std::string& what) const;
   void read_header(const Element& e);
   Mesh build(const Element& piece, const Element* points, const std::map<std::string, Element>& cells);
@@ -44,7 +48,7 @@ class VtuReader {
   std::string path_, data_;
   const LoadOptions& options_;
   Notes& notes_;
-  bool wide_ = false;                    ///< array lengths are UInt64
+  VtuEncoding encoding_;
   std::size_t markup_end_ = 0;           ///< where XML ends and appended data start
   std::optional<std::size_t> appended_;  ///< behind the underscore
   bool appended_base64_ = false;
@@ -94,66 +98,47 @@ long long VtuReader::integer_attribute(const Element& e, const std::string& name
   return value;
 }
 
-/// Bytes of base64 text up to the first character that is none; `consumed` groups may be padded in the middle (length
-/// and values are encoded one after the other).
-std::string from_base64(std::string_view in) {
-  const auto digit = [](char c) {
-    if (c >= 'A' && c <= 'Z') return c - 'A';
-    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
-    if (c >= '0' && c <= '9') return c - '0' + 52;
-    return c == '+' ? 62 : c == '/' ? 63 : -1;
-  };
-  std::string out;
-  unsigned bits = 0;
-  int have = 0;
-  for (const char c : in) {
-    if (c == ' ' || c == '\n' || c == '\r' || c == '\t') continue;
-    if (c == '=') {  // padding: the next group starts afresh
-      bits = 0;
-      have = 0;
-      continue;
-    }
-    const int d = digit(c);
-    if (d < 0) break;
-    bits = (bits << 6) | static_cast<unsigned>(d);
-    if ((have += 6) >= 8) {
-      have -= 8;
-      out += static_cast<char>((bits >> have) & 0xFF);
-    }
-  }
-  return out;
-}
-
-/// The bytes of a binary array, without its length.
-std::string_view VtuReader::decode(const Element& e, std::string& storage) const {
-  const std::string format = e.attribute.at("format");
-  std::string_view bytes;
+std::vector<double> VtuReader::decoded(const Element& e, const std::string& format, const std::string& type) const {
+  const NumberType number = vtu_type(type);
+  if (number.size == 0) fail(e.begin, "array type ", quoted(type), " is unknown");
+  const std::string_view whole = data_;
+  std::string_view source;
   if (format == "binary") {
-    storage = from_base64(std::string_view(data_).substr(e.content, data_.find('<', e.content) - e.content));
-    bytes = storage;
+    source = whole.substr(e.content, data_.find('<', e.content) - e.content);
   } else {
     if (!appended_) fail(e.begin, "the array is appended, but the file has no AppendedData: it may be truncated");
     const std::size_t offset = static_cast<std::size_t>(integer_attribute(e, "offset"));
     if (offset >= data_.size() - *appended_) fail(e.begin, "offset ", offset, " lies behind the end of the file");
-    bytes = std::string_view(data_).substr(*appended_ + offset);
-    if (appended_base64_) bytes = storage = from_base64(bytes);
+    source = whole.substr(*appended_ + offset);
   }
-  std::uint64_t length = 0;
-  const std::size_t head = wide_ ? 8 : 4;
-  if (bytes.size() < head) fail(e.begin, "the array's data are missing: the file is truncated");
-  std::memcpy(&length, bytes.data(), head);
-  if (length > bytes.size() - head)
-    fail(e.begin, "the array has ", length, " bytes but only ", bytes.size() - head, " follow: the file is truncated");
-  return bytes.substr(head, static_cast<std::size_t>(length));
+  try {
+    return values_of(vtu_array_bytes(source, format == "binary" || appended_base64_, encoding_, most_bytes()), number,
+                     encoding_.order);
+  } catch (const InputError& error) {
+    fail(e.begin, error.what());
+  }
 }
 
-template <class T>
-void convert(std::string_view bytes, std::vector<double>& out) {
-  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) {
-    T value;
-    std::memcpy(&value, bytes.data() + i, sizeof value);
-    out.push_back(static_cast<double>(value));  // indices fit: they are checked against int later
+std::vector<double> VtuReader::ascii(const Element& e, const std::string& what) const {
+  std::vector<double> out;
+  const std::size_t end = std::min(data_.find('<', e.content), data_.size());
+  const char* at = data_.data() + e.content;
+  const char* const last = data_.data() + end;
+  while (at < last) {
+    if (std::isspace(static_cast<unsigned char>(*at))) {
+      ++at;
+      continue;
+    }
+    const char* stop = std::find_if(at, last, [](unsigned char c) { return std::isspace(c); });
+    double value = 0;
+    const auto result = std::from_chars(at, stop, value);
+    if (result.ec != std::errc() || result.ptr != stop)
+      fail(static_cast<std::size_t>(at - data_.data()), what, " ", quoted({at, static_cast<std::size_t>(stop - at)}),
+           " is not a number");
+    out.push_back(value);
+    at = stop;
   }
+  return out;
 }
 
 std::vector<double> VtuReader::values(const Element& e, std::size_t expected, const std::string& what) const {
@@ -161,54 +146,14 @@ std::vector<double> VtuReader::values(const Element& e, std::size_t expected, co
     const auto found = e.attribute.find(name);
     return found == e.attribute.end() ? std::string() : found->second;
   };
+  const std::string format = attribute("format");
   std::vector<double> out;
-  const std::string format = attribute("format"), type = attribute("type");
-  if (format.empty() || format == "ascii") {
-    const std::size_t end = std::min(data_.find('<', e.content), data_.size());
-    const char* at = data_.data() + e.content;
-    const char* const last = data_.data() + end;
-    while (at < last) {
-      if (std::isspace(static_cast<unsigned char>(*at))) {
-        ++at;
-        continue;
-      }
-      const char* stop = std::find_if(at, last, [](unsigned char c) { return std::isspace(c); });
-      double value = 0;
-      const auto result = std::from_chars(at, stop, value);
-      if (result.ec != std::errc() || result.ptr != stop)
-        fail(static_cast<std::size_t>(at - data_.data()), what, " ", quoted({at, static_cast<std::size_t>(stop - at)}),
-             " is not a number");
-      out.push_back(value);
-      at = stop;
-    }
-  } else if (format == "binary" || format == "appended") {
-    std::string storage;
-    const std::string_view bytes = decode(e, storage);
-    if (type == "Float64")
-      convert<double>(bytes, out);
-    else if (type == "Float32")
-      convert<float>(bytes, out);
-    else if (type == "Int64")
-      convert<std::int64_t>(bytes, out);
-    else if (type == "UInt64")
-      convert<std::uint64_t>(bytes, out);
-    else if (type == "Int32")
-      convert<std::int32_t>(bytes, out);
-    else if (type == "UInt32")
-      convert<std::uint32_t>(bytes, out);
-    else if (type == "Int16")
-      convert<std::int16_t>(bytes, out);
-    else if (type == "UInt16")
-      convert<std::uint16_t>(bytes, out);
-    else if (type == "Int8")
-      convert<std::int8_t>(bytes, out);
-    else if (type == "UInt8")
-      convert<std::uint8_t>(bytes, out);
-    else
-      fail(e.begin, "array type ", quoted(type), " is unknown");
-  } else {
+  if (format.empty() || format == "ascii")
+    out = ascii(e, what);
+  else if (format == "binary" || format == "appended")
+    out = decoded(e, format, attribute("type"));
+  else
     fail(e.begin, "array format ", quoted(format), " is unknown; known: ascii, binary, appended");
-  }
   if (out.size() != expected && expected != std::numeric_limits<std::size_t>::max())
     fail(e.begin, what, ": ", out.size(), " values; must be ", expected);
   return out;
@@ -220,9 +165,13 @@ void VtuReader::read_header(const Element& e) {
     return found != e.attribute.end() && found->second == value;
   };
   if (!is("type", "UnstructuredGrid")) fail(e.begin, "VTKFile is not of type UnstructuredGrid");
-  if (is("byte_order", "BigEndian")) fail(e.begin, "byte_order BigEndian is not supported; write LittleEndian");
-  if (e.attribute.count("compressor")) fail(e.begin, "compressed data are not supported; write without compression");
-  wide_ = is("header_type", "UInt64");
+  if (is("byte_order", "BigEndian")) encoding_.order = std::endian::big;
+  if (const auto found = e.attribute.find("compressor"); found != e.attribute.end()) {
+    if (found->second != "vtkZLibDataCompressor")
+      fail(e.begin, "compressor ", quoted(found->second), " is not supported; known: vtkZLibDataCompressor, or none");
+    encoding_.compressed = true;
+  }
+  encoding_.wide = is("header_type", "UInt64");
 }
 
 Mesh VtuReader::read() {
@@ -266,7 +215,7 @@ Mesh VtuReader::build(const Element& piece, const Element* points, const std::ma
   const auto n = static_cast<std::size_t>(integer_attribute(piece, "NumberOfPoints"));
   const auto num_cells = static_cast<std::size_t>(integer_attribute(piece, "NumberOfCells"));
   for (const std::size_t announced : {n, num_cells})
-    if (announced > data_.size())
+    if (announced > most_bytes())
       fail(piece.begin, "the piece announces ", announced, " points or cells, but the file has only ", data_.size(),
            " bytes");
   if (!points) fail(piece.begin, "the piece has no array in <Points>");
@@ -276,20 +225,19 @@ Mesh VtuReader::build(const Element& piece, const Element* points, const std::ma
   const std::vector<double> offsets = values(cells.at("offsets"), num_cells, "cell offset");
   const std::vector<double> types = values(cells.at("types"), num_cells, "cell type");
   const std::vector<double> connectivity = values(cells.at("connectivity"), kAny, "connectivity");
-  Mesh mesh;
-  mesh.x = Eigen::Map<const VectorX>(x.data(), static_cast<Eigen::Index>(x.size()));
   if (!options_.lenient)
     for (std::size_t i = 0; i < x.size(); ++i)
       if (!std::isfinite(x[i]))
         fail(points->begin, "coordinate ", "xyz"[i % 3], " of point ", i / 3, " is ", x[i], "; must be finite");
   double begin = 0;
-  int skipped = 0;
+  CellCollector collector;
+  std::vector<int> corner;
   for (std::size_t c = 0; c < num_cells; ++c) {
     const double end = offsets[c];
     if (!is_whole(end, begin, static_cast<double>(connectivity.size())))
       fail(cells.at("offsets").begin, "offset ", end, " of cell ", c, " is no integer in the range ", begin, "..",
            connectivity.size());
-    std::vector<int> corner;
+    corner.clear();
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       if (!is_whole(connectivity[i], 0, static_cast<double>(n) - 1))
         fail(cells.at("connectivity").begin, "point ", connectivity[i], " of cell ", c,
@@ -297,22 +245,14 @@ Mesh VtuReader::build(const Element& piece, const Element* points, const std::ma
       corner.push_back(static_cast<int>(connectivity[i]));
     }
     begin = end;
-    const int type = is_whole(types[c], 0, 255) ? static_cast<int>(types[c]) : -1;
-    const std::size_t needed = type == 5 ? 3 : type == 10 ? 4 : corner.size();
-    if (corner.size() != needed)
-      fail(cells.at("offsets").begin, "cell ", c, " has ", corner.size(), " points; must be ", needed);
-    if (type == 5)
-      mesh.triangles.push_back({corner[0], corner[1], corner[2]});
-    else if (type == 10)
-      mesh.tetrahedra.push_back({corner[0], corner[1], corner[2], corner[3]});
-    else if (type >= 1 && type <= 4)
-      ++skipped;  // points and lines
-    else
-      fail(cells.at("types").begin, "cell ", c, " has type ", types[c], "; known: 5 (triangle), 10 (tetrahedron)");
+    const VtkCellType* type =
+        is_whole(types[c], 0, 255) ? find_vtk_cell_type(static_cast<long long>(types[c])) : nullptr;
+    if (!type) fail(cells.at("types").begin, "cell ", c, " has type ", types[c], "; known: ", kVtkCellTypes);
+    if (const std::string wrong = collector.add_vtk(*type, corner); !wrong.empty())
+      fail(cells.at("offsets").begin, "cell ", c, " has ", corner.size(), " points; must be ", wrong);
   }
-  if (skipped > 0) notes_.push_back(text(skipped, " point and line cells skipped"));
-  if (!mesh.tetrahedra.empty()) finish_solid(mesh, path_, options_, notes_);
-  return mesh;
+  return collector.finish(Eigen::Map<const VectorX>(x.data(), static_cast<Eigen::Index>(x.size())), false, path_,
+                          options_, notes_);
 }
 
 }  // namespace

@@ -54,6 +54,7 @@ const std::vector<Home> kHomes{
     {"nglib", "io/tetrahedralize_netgen\\.cpp"},
     {"nlohmann/", "io/(json|scene)[a-z_]*\\.[ch]pp|apps/.*"},
     {"valijson/", "io/json_schema\\.cpp"},
+    {"zlib.h", "io/inflate_zlib\\.cpp"},
     {"CLI/", "apps/.*"},
     {"benchmark/", "bench/.*"},
     {"gtest/", "tests/.*"},

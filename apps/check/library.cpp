@@ -14,6 +14,7 @@ namespace fs = std::filesystem;
 
 bool is_mesh(const fs::path& file) {
   const std::string extension = mesh_extension(file.string());
+  if (file.filename().string().starts_with("._")) return false;  // what a Mac keeps beside a file
   // A TetGen pair is one mesh, known by its .node file.
   return extension != ".ele" && std::ranges::count(readable_mesh_extensions(), extension) > 0;
 }

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -27,7 +28,8 @@ SUMMARY = {  # key -> keys inside; None: a value
     "local": ["reducer", "dof", "patch_vertices", "certified_error", "reason"],
     "force": ["mean_n", "max_n", "mean_t", "max_t", "max_t_over_mu_n", "buzz", "crossing_jump", "refresh_jump"],
     "ticks": ["free", "stick", "slide", "frictional_slide", "total"],
-    "crossings": None, "lost_contacts": None, "missed_impacts": None, "penetration_max_m": None, "energy_min_j": None,
+    "crossings": None, "lost_contacts": None, "missed_impacts": None, "free_ticks_inside": None,
+    "edge_ticks": None, "went_through": None, "contact_lost": None, "penetration_max_m": None, "energy_min_j": None,
     "contact_solver": ["unsolved_ticks", "residual_max"],
     "step_us": ["p50", "p99", "p999", "max"], "global_ms": ["p50", "p99", "max"], "refresh_ms": ["p50", "p99"],
     "deadline_misses": None, "allocations_per_tick": None, "warnings": None,
@@ -156,6 +158,21 @@ class CommandLine(unittest.TestCase):
         self.assertNotIn("reference", load(self.path("b", "summary.json")))
         self.assertFalse(os.path.exists(self.path("b", "reference.csv")))
 
+    def test_a_lost_contact_is_said_and_ends_with_1(self):
+        """Above the body in one tick, below it in the next."""
+        path = [[0, 0.03, 0.026, 0.2], [0.05, 0.03, 0.026, 0.2], [0.0505, 0.03, 0.026, -0.2], [0.1, 0.03, 0.026, -0.2]]
+        scene = {"duration": 0.1, "object": {"mesh": os.path.join(MESHES, "block.msh")}, "local": {"reducer": "condensed"},
+                 "tool": {"shape": "sphere", "radius": 0.006, "path": {"waypoints": path}}}
+        with open(self.path("leap.json"), "w", encoding="utf-8") as file:
+            json.dump(scene, file)
+        run = subprocess.run([PROGRAM, "run", "leap.json", "--no-report", "--out", "o"], cwd=self.folder, capture_output=True,
+                             text=True, timeout=250)
+        summary = load(self.path("o", "summary.json"))
+        self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+        self.assertTrue(summary["contact_lost"])
+        self.assertGreater(summary["missed_impacts"], 0)
+        self.assertIn("most of all in tick 50 (t = 0.051 s) with 400 m/s, 0.4 m in one tick", run.stdout)
+
     def test_drag_needs_no_scene(self):
         self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *QUICK, "--no-report", "--out", "out")
         summary = self.assert_complete(self.path("out"))
@@ -195,6 +212,29 @@ class CommandLine(unittest.TestCase):
     def test_mesh_repair_turns_a_surface_outward(self):
         self.kilotouch("mesh", "repair", os.path.join(MESHES, "broken", "inside_out.off"), "-o", "fixed.off")
         self.assertIn("no defects found", self.kilotouch("mesh", "info", "fixed.off"))
+
+    def test_mesh_repair_offers_the_tolerance_that_joins_rounded_corners(self):
+        with open(os.path.join(MESHES, "sphere.off"), encoding="ascii") as file:
+            words = [w for line in file if not line.startswith("#") for w in line.split()]
+        nodes, faces = int(words[1]), int(words[2])
+        x = [[float(v) for v in words[4 + 3 * i:7 + 3 * i]] for i in range(nodes)]
+        corner = [[int(i) for i in words[5 + 3 * nodes + 4 * f:8 + 3 * nodes + 4 * f]] for f in range(faces)]
+        with open(self.path("rounded.stl"), "w", encoding="ascii") as file:
+            file.write("solid\n")
+            for f, triangle in enumerate(corner):  # every triangle rounded a little differently
+                file.write("facet normal 0 0 0\nouter loop\n")
+                for i in triangle:
+                    file.write("vertex " + " ".join(f"{v + 1e-8 * (f % 3):.9f}" for v in x[i]) + "\n")
+                file.write("endloop\nendfacet\n")
+            file.write("endsolid\n")
+        offer = re.search(r"mesh repair --weld (\S+) joins them \(open edges (\d+) -> 0\)",
+                          self.kilotouch("mesh", "repair", "rounded.stl", "-o", "pieces.off", "--json", "offer.json"))
+        self.assertTrue(offer)
+        self.assertEqual(load(self.path("offer.json"))["weld"]["tolerance"], float(offer[1]))
+        self.assertLess(float(offer[1]), 1e-6)
+        told = self.kilotouch("mesh", "repair", "rounded.stl", "--weld", offer[1], "-o", "whole.off", "--json", "whole.json")
+        self.assertIn("no defects left", told)
+        self.assertEqual(load(self.path("whole.json"))["report"]["triangles"], faces)
 
     def test_mesh_tet_fills_a_surface_in_every_format(self):
         if not any(b["available"] for b in self.tetrahedralizers()):

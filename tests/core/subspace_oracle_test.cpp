@@ -7,6 +7,7 @@
 #include "core/dense_solvers.hpp"
 #include "core/error.hpp"
 #include "core/far_motions.hpp"
+#include "core/graded_body.hpp"
 #include "core/impedance.hpp"
 #include "core/local_dynamics.hpp"
 #include "tests/support/linearized_block.hpp"
@@ -116,6 +117,79 @@ TEST(Condensed, IsGuyansReduction) {
   const MatrixX touched = body.inputs(m.patch);
   const MatrixX expected = touched.transpose() * V * solve_symmetric(V.transpose() * A * V, V.transpose() * touched);
   EXPECT_LE(relative_error(model_response(m, s), expected), 1e-7);
+}
+
+/// The body's matrices confined to raw motions, known from what was solved, against products with the matrices.
+void expect_confined(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
+                     const char* what) {
+  constexpr double kSolved = 1e-9;  // a factor leaves as much of a load
+  const ConfinedMotions found = confined_responses(body, patch, shifts, *make_sparse_solver(), 4, true);
+  EXPECT_EQ(found.X, responses(body, patch, shifts, *make_sparse_solver(), 4, true)) << what;
+  const auto expect = [&](const MatrixX& matrix, const SparseMatrix& of_body, const char* name) {
+    const MatrixX expected = found.X.transpose() * (of_body * MatrixX(found.X));
+    const VectorX scale = expected.diagonal().cwiseAbs().cwiseSqrt();
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c)
+      for (Eigen::Index r = 0; r < matrix.rows(); ++r)
+        EXPECT_NEAR(matrix(r, c), expected(r, c), kSolved * scale[r] * scale[c] + 1e-300) << what << name << r << c;
+  };
+  expect(found.mass, body.mass, " mass ");
+  expect(found.damping, body.damping, " damping ");
+  expect(found.stiffness, body.stiffness, " stiffness ");
+}
+
+TEST(Confined, StiffnessOfRawMotionsIsKnownFromWhatWasSolved) {
+  for (const char* type : {"msd", "fem"}) {
+    const LinearizedBlock b(3, type);
+    const FreeBody body(b.tangent);
+    expect_confined(body, b.patch(), {0, 200}, type);
+    expect_confined(body, b.patch(), {0, 60, 200}, type);
+    expect_confined(body, b.patch(), {0}, type);
+    GradedBody graded;
+    const LinearizedBlock large(6, type);
+    expect_confined(graded.update(large.tangent, large.patch()), large.patch(), {0, 200}, "graded");
+  }
+  // Free to move: the first shift is another one; barely unstable: that of 15 Hz is.
+  LinearizedBlock floating(3);
+  floating.tangent.fixed_nodes.clear();
+  expect_confined(FreeBody(floating.tangent), floating.patch(), {0, 200}, "floating");
+  const LinearizedBlock b(3);
+  FreeBody soft(b.tangent);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX> all(MatrixX(soft.stiffness), MatrixX(soft.mass));
+  const double lift = all.eigenvalues()[0] + std::pow(2 * std::numbers::pi * 10, 2);
+  soft.stiffness -= lift * soft.mass;
+  expect_confined(soft, b.patch(), {0, 200}, "soft");
+  // Not in whole node blocks.
+  FreeBody touching(b.tangent);
+  touching.stiffness.coeffRef(0, touching.stiffness.cols() - 1) = -1e-3;
+  touching.stiffness.coeffRef(touching.stiffness.rows() - 1, 0) = -1e-3;
+  touching.stiffness.makeCompressed();
+  expect_confined(touching, b.patch(), {0, 200}, "touching");
+}
+
+TEST(Confined, ModelOfRawMotionsIsThatOfOrthonormalOnes) {
+  for (const char* type : {"msd", "fem"}) {
+    const LinearizedBlock b(4, type);
+    const FreeBody body(b.tangent);
+    SurfacePatch patch = b.patch();
+    constexpr double kTolerance = 3e-3;
+    const ConfinedMotions motions = confined_responses(body, patch, {0, 200}, *make_sparse_solver(), 4, true);
+    const LocalModel expected =
+        confine(b.tangent, body, patch, orthonormal_motions(body.mass, motions.X, kTolerance, 12));
+    MatrixX combination;
+    const auto found = confine(b.tangent, body, patch, motions, kTolerance, 12, combination);
+    ASSERT_TRUE(found);
+    ASSERT_EQ(found->dof(), expected.dof());
+    // Rounding of a pass is up to the inverse square of the tolerance with firm motions, 3e-5.
+    for (double s : {0.0, 60.0, 600.0})
+      EXPECT_LE(relative_error(model_response(*found, s), model_response(expected, s)), 1e-7) << type << s;
+    const VectorX k = found->stiffness.diagonal(), k_expected = expected.stiffness.diagonal();
+    EXPECT_LE((k - k_expected).cwiseQuotient(k_expected).cwiseAbs().maxCoeff(), 1e-6) << type;
+    EXPECT_LE(relative_error(found->basis * found->q_rate0, expected.basis * expected.q_rate0), 1e-7) << type;
+    EXPECT_LE(relative_error(found->basis * found->lift, expected.basis * expected.lift), 1e-7) << type;
+    const MatrixX V = motions.X * combination;
+    EXPECT_LE(relative_error(V.transpose() * (body.mass * V), MatrixX::Identity(V.cols(), V.cols())), 1e-6) << type;
+    EXPECT_LE(relative_error(V.transpose() * (body.stiffness * V), MatrixX(found->stiffness)), 1e-6) << type;
+  }
 }
 
 TEST(Subspace, DropsMotionsThatRepeatOthers) {

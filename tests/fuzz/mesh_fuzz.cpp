@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -19,7 +20,8 @@ namespace {
 
 using kt::Mesh;
 
-constexpr const char* kNames[] = {"a.obj", "a.off", "a.ply", "a.stl", "a.node", "a.msh", "a.vtu"};
+constexpr const char* kNames[] = {"a.obj", "a.off", "a.ply", "a.stl", "a.node", "a.msh", "a.vtu", "a.vtk", "a.mesh"};
+constexpr int kFormats = static_cast<int>(std::size(kNames));
 constexpr char kNextFile = 1;  // a byte between a .node and its .ele
 
 void require(bool holds, const char* what) {
@@ -66,9 +68,8 @@ void look_at(const Mesh& mesh) {
 }
 
 void mend(const Mesh& mesh) {
-  if (!mesh.tetrahedra.empty()) return;
   const Mesh repaired = kt::repair(mesh).mesh;
-  check_mesh(repaired, false);
+  check_mesh(repaired, !mesh.tetrahedra.empty());  // flat tetrahedra stay
   look_at(repaired);
 }
 
@@ -86,8 +87,8 @@ void write_and_read_back(const std::string& name, const Mesh& mesh) {
 /// First byte: the format, and what is done with the mesh.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
-  const std::string name = kNames[data[0] % 7];
-  const int choice = data[0] / 7;
+  const std::string name = kNames[data[0] % kFormats];
+  const int choice = data[0] / kFormats;
   const bool is_lenient = choice % 2 == 1;
   try {
     const Mesh mesh = load(name, {reinterpret_cast<const char*>(data) + 1, size - 1}, is_lenient);

@@ -38,6 +38,25 @@ TEST(RunWarnings, TellHowDeepAToolWasInsideOnlyWhereItIsKeptOutside) {
   expect_parts(run_warnings(result, false), {});
 }
 
+TEST(RunWarnings, TellWhereContactWasLost) {
+  SessionResult result = calm_run();
+  EXPECT_FALSE(contact_was_lost(result, true));
+  for (std::size_t i = 0; i < 100; ++i) result.frames[i].t = 1e-3 * static_cast<double>(i + 1);
+  result.missed_impacts = 3;
+  result.lost.free_ticks_inside = 1;
+  result.lost.pass_throughs = 2;
+  result.lost.went_through = {{50, 0.4}, {70, 0.1}};
+  expect_parts(run_warnings(result, true),
+               {"contact was lost: the tool was inside the body without contact in 1 of 100 ticks",
+                "went into the body or through it unstopped in 2 ticks, first in tick 50 (t = 0.051 s), 0.4 m in that one"});
+  EXPECT_TRUE(contact_was_lost(result, true));
+  EXPECT_FALSE(contact_was_lost(result, false));
+  expect_parts(run_warnings(result, false), {});
+  result = calm_run();
+  result.lost.unchecked_ticks = 7;
+  expect_parts(run_warnings(result, true), {"contacts were not checked in 7 of 100 ticks"});
+}
+
 TEST(RunWarnings, TellEachFlagOnceWithItsTool) {
   SessionResult result = calm_run();
   result.warnings = {"from the start"};

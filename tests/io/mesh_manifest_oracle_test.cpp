@@ -67,7 +67,7 @@ TEST(MeshDoctor, AgreesWithTheManifest) {
     }
     ++compared;
   }
-  EXPECT_GE(compared, KT_WITH_OPENMESH ? 28 : 26);
+  EXPECT_GE(compared, 28);
 }
 
 TEST(MeshDoctor, EveryRealMeshCanBeExamined) {

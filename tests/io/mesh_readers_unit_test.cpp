@@ -78,6 +78,56 @@ TEST(Off, ColoursNormalsAndTextureValuesAreSkipped) {
   EXPECT_EQ(load_text("a.off", "STOFF\n4 1 0\n0 0 0 0 1\n1 0 0 0 1\n1 1 0 0 1\n0 1 0 0 1\n" + faces).triangles, kTwo);
 }
 
+/// A square of two triangles, whatever stands behind the coordinates.
+TEST(Off, ValuesBehindTheCoordinatesAreSkippedWhateverTheHeaderSays) {
+  const auto square = [](const std::string& header, const std::string& extra) {
+    std::string out = header + "\n4 2 0\n";
+    for (const char* point : {"0 0 0", "1 0 0", "1 1 0", "0 1 0"}) out += point + extra + "\n";
+    return out + "3 0 1 2\n3 0 2 3\n";
+  };
+  for (const char* header : {"NCOFF", "CNOFF", "STNCOFF", "STCNOFF"})
+    EXPECT_EQ(load_text("a.off", square(header, " 0 0 1 255 0 0 255")).triangles, kTwo) << header;
+  for (const char* header : {"NSTOFF", "STNOFF"})
+    EXPECT_EQ(load_text("a.off", square(header, " 0 0 1 0.5 0.5")).triangles, kTwo) << header;
+  EXPECT_EQ(load_text("a.off", square("4OFF", " 1")).triangles, kTwo);
+  for (const char* extra : {" 255 0 0 255", " 0.5 0.5 0.5", " 0 0 1 0 0 0", " 0 0 1 255 0 0 255", " 7"}) {
+    std::vector<std::string> notes;
+    EXPECT_EQ(load_text("a.off", square("OFF", extra), &notes).triangles, kTwo) << extra;
+    ASSERT_EQ(notes.size(), 1u) << extra;
+    EXPECT_NE(notes[0].find("which the header does not announce, are ignored"), std::string::npos);
+  }
+}
+
+TEST(Obj, ABackslashBehindANameSwallowsNoFace) {
+  for (const char* statement : {"usemtl tex\\", "g a\\", "o C:\\", "mtllib x \\ "}) {
+    std::vector<std::string> notes;
+    EXPECT_EQ(load_text("a.obj", std::string(kSquare) + statement + "\nf 1 2 3\nf 1 3 4\n", &notes).triangles, kTwo);
+    EXPECT_EQ(notes.size(), 1u) << statement;
+  }
+  EXPECT_EQ(load_text("a.obj", std::string(kSquare) + "g a \\\n b\nf 1 2 \\\n\\\n 3\nf 1 3 4\n\\\n\n\\").triangles,
+            kTwo);
+}
+
+TEST(LinesThatEndInReturnsAlone, AreReadInEveryTextFormat) {
+  const auto with_returns = [](std::string s) {
+    std::replace(s.begin(), s.end(), '\n', '\r');
+    return s;
+  };
+  EXPECT_EQ(load_text("a.obj", with_returns("# a comment\n" + std::string(kSquare) + "f 1 2 3\nf 1 3 4\n")).triangles,
+            kTwo);
+  const std::string off = "OFF\n# by hand\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3 9 9 9\n";
+  EXPECT_EQ(load_text("a.off", with_returns(off)).triangles, kTwo);
+  const PrivateFolder folder;
+  const std::string bad = write_sample(folder, "b.obj", with_returns("v 0 0 0\nv 1 O 0\n"));
+  EXPECT_NE(input_error(folder, [&] { load_mesh(bad); }).find("b.obj:2: coordinate \"O\""), std::string::npos);
+}
+
+TEST(LoadMesh, TheSideFileOfAMacIsNamedAsSuch) {
+  const PrivateFolder folder;
+  const std::string path = write_sample(folder, "._liver.obj", std::string("\0\5\26\7\0\2\0\0Mac OS X", 16));
+  EXPECT_NE(input_error(folder, [&] { load_mesh(path); }).find("AppleDouble"), std::string::npos);
+}
+
 TEST(NodeEle, BothNamesAndBothCountsFromWork) {
   for (const int base : {0, 1}) {
     const PrivateFolder folder;
@@ -145,6 +195,7 @@ INSTANTIATE_TEST_SUITE_P(
         Sample{"a.obj", "v 0 0\n", "a.obj:1: vertex has 2 numbers; must be 3"},
         Sample{"a.obj", "v 0 0 nan\n", "a.obj:1: coordinate is \"nan\"; must be finite"},
         Sample{"a.obj", "v 0 0 1e999\n", "a.obj:1: coordinate \"1e999\" is beyond the range of a double"},
+        Sample{"a.obj", "v 0 0 0\nv 0 0 -1e200\n", "a.obj:2: coordinate is \"-1e200\"; must be below 1e+100"},
         Sample{"a.obj", std::string(kSquare) + "f 1 2 5\n",
                "a.obj:5: vertex index 5 is out of range; the file has 4 vertices"},
         Sample{"a.obj", std::string(kSquare) + "f 1 2 0\n", "a.obj:5: vertex index is 0; OBJ counts from 1"},
@@ -166,7 +217,15 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Sample{"a.off", "# only a comment\n", "a.off:2: file holds no data"},
         Sample{"a.off", "PLY\n", "a.off:1: file starts with \"PLY\"; must start with OFF"},
-        Sample{"a.off", "4OFF\n4 4 0\n", "only three-dimensional OFF"},
+        Sample{"a.off", "nOFF\n3\n4 4 0\n", "only three-dimensional OFF"},
+        Sample{"a.off", "4OFF\n3 1 0\n0 0 0 1\n1 0 0 0.5\n0 1 0 1\n3 0 1 2\n",
+               "a.off:4: the weight of vertex 1 is 0.5; must be 1"},
+        Sample{"a.off", "CCOFF\n3 1 0\n", "a.off:1: file starts with \"CCOFF\"; must start with OFF"},
+        Sample{"a.off", replaced(kOff, "0 1 0\n", "0 1 0 255 0\n"),
+               "a.off:6: face 0 has 0 corners; must be at least 3 (line 5 has 5 values, those of the vertices before "
+               "it 3)"},
+        Sample{"a.off", replaced(kOff, "0 1 0\n", "0 1e150 0\n"),
+               "a.off:5: y coordinate of vertex 2 is \"1e150\"; must be below 1e+100"},
         Sample{"a.off", "OFF BINARY\n", "a.off:1: binary OFF is not supported"},
         Sample{"a.off", replaced(kOff, "4 4 0", "2000000000 4 0"), "a.off:2: header announces 2000000000 vertices"},
         Sample{"a.off", replaced(kOff, "4 4 0", "4 500000000 0"), "a.off:2: header announces 500000000 faces, but the"},
@@ -185,7 +244,9 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Solids, BadFile,
     testing::Values(
-        Sample{"a.msh", replaced(kMsh2, "2.2 0 8", "2.2 1 8"), "a.msh:2: binary .msh is not supported"},
+        Sample{"a.msh", replaced(kMsh2, "2.2 0 8", "2.2 2 8"),
+               "a.msh:2: the file type is 2; must be 0 (text) or 1 (binary)"},
+        Sample{"a.msh", replaced(kMsh2, "2.2 0 8", "2.2 1 8"), "are not the number 1 in either order"},
         Sample{"a.msh", replaced(kMsh2, "2.2 0 8", "4 0 8"),
                "a.msh:2: format version 4 is not supported; known: 2.x and 4.1"},
         Sample{"a.msh", replaced(kMsh2, "1 20 3 4", "1 20 3 5"), "element uses node 5, which $Nodes does not have"},

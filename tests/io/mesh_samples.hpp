@@ -21,10 +21,6 @@ inline std::vector<std::string> files_in(const std::string& folder) {
   if (std::filesystem::is_directory(folder))
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const auto known = readable_mesh_extensions();
-#if !KT_WITH_OPENMESH
-      const std::string extension = mesh_extension(entry.path().string());
-      if (extension == ".ply" || extension == ".stl") continue;
-#endif
       if (std::find(known.begin(), known.end(), mesh_extension(entry.path().string())) != known.end())
         out.push_back(entry.path().string());
     }

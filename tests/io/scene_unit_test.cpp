@@ -264,7 +264,8 @@ TEST(SceneError, WrongValuesSayWhatIsAllowed) {
   const WrongScene cases[] = {
       {"{}", "a.json: object is missing"},
       {R"({"object": {}})",
-       "a.json: object.mesh is missing (surface (OBJ OFF PLY STL) or tetrahedra (.node/.ele .msh .vtu), relative to "
+       "a.json: object.mesh is missing (surface (OBJ OFF PLY STL) or tetrahedra (.node/.ele .msh .vtu .vtk .mesh), "
+       "relative to "
        "the "
        "scene file)"},
       {R"({"object": {"mesh": "a", "modle": {}}})",
