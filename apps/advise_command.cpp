@@ -7,6 +7,7 @@
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
 #include "haptics/advise.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -185,7 +186,7 @@ void add_advise_command(CLI::App& app, int& exit_code) {
     a->options.stop = &stop_requested();
     const Advice advice = kt::advise(scene, a->options);
     print_advice(advice, scene.local.rate_hz);
-    if (!a->json_file.empty()) write_file_whole(a->json_file, advice_json(advice, scene).dump(2) + "\n");
+    if (!a->json_file.empty()) write_file_whole(a->json_file, json_text(advice_json(advice, scene), 2) + "\n");
     exit_code = advice.found() && !advice.stopped ? 0 : 1;
   });
 }

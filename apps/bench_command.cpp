@@ -9,6 +9,7 @@
 #include "collision/toi.hpp"
 #include "core/error.hpp"
 #include "io/ccd_queries.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -173,7 +174,7 @@ void bench_ccd(const BenchArguments& a) {
     print_row("all", modes[k].first, all[k]);
     out["all"].push_back(row_json("all", modes[k].first, all[k]));
   }
-  if (!a.json_file.empty()) write_file_whole(a.json_file, out.dump(2) + "\n");
+  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(out, 2) + "\n");
 }
 
 }  // namespace

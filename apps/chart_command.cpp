@@ -12,6 +12,7 @@
 #include "apps/run_session.hpp"
 #include "core/error.hpp"
 #include "haptics/reference.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -143,12 +144,11 @@ int run_chart(ChartArguments& a) {
   chart["charts"] = run_matrices(all, a.settings);
   chart["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   chart["stopped"] = stop_requested().load();
-  write_file_whole(a.settings.out + "/chart.json", chart.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file_whole(a.settings.out + "/chart.json", json_text(chart, 1) + "\n");
   write_file_whole(a.settings.out + "/chart.csv", chart_csv(chart));
-  if (!a.json_file.empty())
-    write_file_whole(a.json_file, chart.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(chart, 1) + "\n");
   print_chart(chart);
-  const bool drawn = !a.no_report && write_chart_report(a.settings.out);
+  const bool drawn = !a.no_report && !stop_requested() && write_chart_report(a.settings.out);
   std::printf("  results       %s (%.0f s)\n", (a.settings.out + (drawn ? "/chart.html" : "/chart.csv")).c_str(),
               chart["seconds"].get<double>());
   return stop_requested() ? 1 : 0;

@@ -1,7 +1,6 @@
 // kilotouch check: collision and contact tests over whole mesh libraries.
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "apps/check/library.hpp"
@@ -12,6 +11,7 @@
 #include "apps/run_session.hpp"
 #include "core/error.hpp"
 #include "io/json_batch.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -44,11 +44,14 @@ Json settings_of(const CheckArguments& a) {
 
 constexpr const char* kLimits[] = {"timeout", "memory_gb"};
 
-Json read_json(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file + ": cannot be read");
-  Json out = Json::parse(in, nullptr, false);
-  if (out.is_discarded()) throw InputError(file + ": not JSON");
+/// The settings beside a file of rows.
+Json read_settings(const std::string& rows) {
+  const std::string file = rows + ".settings.json";
+  Json out = read_json_file(file);
+  if (!out.is_object()) throw InputError(file + ": not the settings of a check: not a group");
+  for (const char* limit : kLimits)
+    if (!out.contains(limit) || !out[limit].is_number())
+      throw InputError(text(file, ": not the settings of a check: \"", limit, "\" is missing or no number"));
   return out;
 }
 
@@ -84,13 +87,13 @@ Json without_limits(Json settings) {
 void agree_on_settings(const std::string& rows, const Json& settings, bool resume) {
   const std::string file = rows + ".settings.json";
   if (resume && fs::exists(file) && fs::exists(rows) && fs::file_size(rows) > 0) {
-    const Json before = read_json(file);
+    const Json before = read_settings(rows);
     if (without_limits(before) != without_limits(settings))
-      throw InputError(text("--resume: ", rows, " was made with other settings: ", before.dump(),
+      throw InputError(text("--resume: ", rows, " was made with other settings: ", json_text(before),
                             "; give the same (--timeout and --memory may differ), or another --out"));
     if (before != settings) forget_rows(rows, met_limit);
   }
-  write_file_whole(file, settings.dump() + "\n");
+  write_file_whole(file, json_text(settings) + "\n");
 }
 
 std::vector<Json> run_workers(const CheckArguments& a, const std::vector<LibraryMesh>& meshes,
@@ -102,7 +105,7 @@ std::vector<Json> run_workers(const CheckArguments& a, const std::vector<Library
                     .memory_bytes = static_cast<std::size_t>(a.memory_gb * 1073741824.0),
                     .stop = &stop_requested()};
   options.progress = progress_bar("checking");
-  if (a.resume && fs::exists(rows)) forget_rows(rows, was_killed);
+  if (a.resume && fs::exists(rows)) forget_rows(rows, was_killed);  // and looks at what is kept
   std::vector<Json> out = run_batch(jobs, options);
   // Killed from outside, by hand or by the system for want of memory: once more, and what is killed again says so.
   if (std::ranges::any_of(out, was_killed) && !stop_requested()) {
@@ -137,14 +140,12 @@ int finish(const CheckArguments& a, std::vector<Json> rows, const Json& settings
   for (const Json& row : rows)
     if (row.contains("outline")) outlines[row["path"].get<std::string>()] = row["outline"];
   const Json report = make_report(std::move(rows), settings);
-  const auto dump = [](const Json& json, int indent) {
-    return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
-  };
-  write_file_whole(a.out + "/report.json", dump(report, 1));
-  write_file_whole(a.out + "/outlines.json", dump(outlines, -1));
-  const std::vector<std::string> fresh = new_failures(report, a.baseline.empty() ? Json() : read_json(a.baseline));
+  write_file_whole(a.out + "/report.json", json_text(report, 1) + "\n");
+  write_file_whole(a.out + "/outlines.json", json_text(outlines) + "\n");
+  const std::vector<std::string> fresh =
+      new_failures(report, a.baseline.empty() ? Json() : read_check_report(a.baseline));
   print_summary(report, meshes, fresh, a.out);
-  if (!a.no_report) write_check_page(a.out);
+  if (!a.no_report && !stop_requested()) write_check_page(a.out);
   return fresh.empty() && report["rows"].size() >= meshes ? 0 : 1;
 }
 
@@ -157,7 +158,7 @@ std::vector<Json> to_report_rows(const std::vector<Json>& batch) {
 int run_check(const CheckArguments& a) {
   const Shard shard = a.shard.empty() ? Shard{} : parse_shard(a.shard);
   const std::vector<LibraryMesh> meshes = part_of(find_meshes(a.paths), shard);
-  if (!a.baseline.empty()) read_json(a.baseline);  // a wrong one is found before the work
+  if (!a.baseline.empty()) read_check_report(a.baseline);  // a wrong one is found before the work
   make_folder(a.out);
   const std::string rows = rows_file(a, shard);
   const Json settings = settings_of(a);
@@ -186,14 +187,14 @@ int merge(const CheckArguments& a) {
   std::map<std::string, Json> rows;
   Json settings;
   for (const std::string& file : files) {
-    const Json its = read_json(file + ".settings.json");
+    const Json its = read_settings(file);
     if (settings.is_null()) settings = its;
     if (without_limits(its) != without_limits(settings))
-      throw InputError(
-          text(file, " was made with other settings than ", files.front(), ": ", its.dump(), ", ", settings.dump()));
+      throw InputError(text(file, " was made with other settings than ", files.front(), ": ", json_text(its), ", ",
+                            json_text(settings)));
     for (const char* limit : kLimits)
       settings[limit] = std::max(settings[limit].get<double>(), its[limit].get<double>());
-    for (const Json& row : read_batch(file)) {
+    for (const Json& row : read_check_rows(file)) {
       const auto key = row["key"].get<std::string>();
       // One that was killed gives way to one that was not.
       if (const auto known = rows.find(key); known == rows.end() || was_killed(known->second)) rows[key] = row;

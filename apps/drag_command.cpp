@@ -3,6 +3,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
+#include "io/shell_words.hpp"
 
 namespace kt {
 namespace {
@@ -40,17 +41,20 @@ void add_drag_command(CLI::App& app, int& exit_code) {
   command->add_option("MESH", a->mesh, "surface (OBJ OFF PLY STL) or solid (node/ele MSH VTU)")->required();
   command->add_option("--set", a->set, "change a setting, KEY=VALUE (docs/scene.md); may be repeated")
       ->allow_extra_args(false);
-  command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
+  auto* out = command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   command->add_option("--json", a->settings.json_file, "also write the summary to this file");
+  command->add_flag("--force", a->settings.force, "replace another mesh's results in the folder --out");
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
   command->footer(
       "The mesh is scaled to 0.1 m (--set object.size=...) and clamped in its lowest fifth.\n"
       "Example:\n  kilotouch drag meshes/organ.off --out out/organ --set contact.mu=0.3");
-  command->callback([a, &exit_code] {
+  command->callback([a, out, &exit_code] {
     a->settings.report = !a->no_report;
-    a->settings.reproduce = "kilotouch drag " + a->mesh;
-    for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
+    a->settings.force = a->settings.force || out->empty();  // the default folder holds the last run, whatever it was
+    std::vector<std::string> words{"kilotouch", "drag", a->mesh};
+    for (const std::string& set : a->set) words.insert(words.end(), {"--set", set});
+    a->settings.reproduce = shell_words(words);
     const RunOutcome outcome = run_scene(drag_scene(a->mesh, a->set), a->settings);
     exit_code = run_exit_code(outcome);
   });

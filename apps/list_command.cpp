@@ -10,6 +10,7 @@
 #include "haptics/haptic_method.hpp"
 #include "haptics/links.hpp"
 #include "haptics/reducer_choice.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"
@@ -49,7 +50,7 @@ void list(const std::string& json_file) {
           {{"name", b.name}, {"what", b.what}, {"available", b.available}, {"option", b.option}});
     }
   }
-  if (!json_file.empty()) write_file_whole(json_file, json.dump(2) + "\n");
+  if (!json_file.empty()) write_file_whole(json_file, json_text(json, 2) + "\n");
 }
 
 }  // namespace

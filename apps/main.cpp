@@ -2,20 +2,19 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <csignal>
+#include <filesystem>
 #include <iostream>
+#include <new>
 
 #include "apps/commands.hpp"
 #include "apps/mesh_command.hpp"
+#include "apps/output_streams.hpp"
+#include "apps/stop_signals.hpp"
 #include "core/error.hpp"
+#include "core/visible_text.hpp"
+#include "io/child_process.hpp"
 
 namespace {
-
-std::atomic<bool> stop{false};
-
-void on_interrupt(int) {
-  if (stop.exchange(true)) std::_Exit(130);  // the second Ctrl-C does not wait
-}
 
 /// "kilotouch mesh info": the command as far as it was understood.
 std::string chosen(const CLI::App*& app) {
@@ -52,17 +51,15 @@ std::string explain(const CLI::App& root, const CLI::ParseError& error, const st
   return name + ": " + error.what() + " (see " + name + " --help)";
 }
 
-}  // namespace
+/// The parser's words come from the command line and may hold anything; a message is one line.
+void complain(const std::string& message) { std::cerr << kt::visible(message) << '\n'; }
 
-const std::atomic<bool>& kt::stop_requested() { return stop; }
-
-int main(int argc, char** argv) {
+/// Runs what the words ask for.    @returns the exit code
+int run(int argc, char** argv) {
   // Freed memory is used again: else every refresh fetches its matrices from the system page by page, and gives them
   // back, which takes as long as the reduction itself.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
   CLI::App app{"kilotouch: haptic-rate contact with deformable objects", "kilotouch"};
   app.set_version_flag("--version", KT_VERSION);
   app.require_subcommand(1);
@@ -82,14 +79,38 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
-    std::cerr << explain(app, e, {argv + 1, argv + argc}) << '\n';
+    complain(explain(app, e, {argv + 1, argv + argc}));
     return 2;
   } catch (const kt::InputError& e) {
-    std::cerr << "kilotouch: " << e.what() << '\n';
+    complain(kt::text("kilotouch: ", e.what()));
+    return 2;
+  } catch (const kt::RunError& e) {
+    complain(kt::text("kilotouch: ", e.what()));
+    return 1;
+  } catch (const kt::ChildKilled& e) {
+    complain(kt::text("kilotouch: ", e.what()));
+    return 1;
+  } catch (const std::bad_alloc&) {
+    complain("kilotouch: more memory is needed than there is: take a coarser mesh, a smaller reach or a shorter run");
+    return 1;
+  } catch (const std::filesystem::filesystem_error& e) {
+    complain(kt::text("kilotouch: ", e.path1().string(), ": ", e.code().message()));
     return 2;
   } catch (const std::exception& e) {
-    std::cerr << "kilotouch: " << e.what() << '\n';
+    complain(kt::text("kilotouch: an error of the program, please report it with the command: ", e.what()));
     return 1;
   }
   return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  kt::OutputStreams streams;
+  kt::watch_stop_signals();
+  int exit_code = run(argc, argv);
+  if (!streams.finish() && exit_code == 0) exit_code = 1;
+  if (kt::stop_signal() == 0) return exit_code;
+  std::cerr << "kilotouch: stopped by " << kt::stop_signal_name() << '\n';
+  return 128 + kt::stop_signal();
 }

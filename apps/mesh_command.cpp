@@ -9,6 +9,7 @@
 #include "apps/commands.hpp"
 #include "apps/mesh_report.hpp"
 #include "core/error.hpp"
+#include "io/json_file.hpp"
 #include "io/mesh_io.hpp"
 #include "io/mesh_repair.hpp"
 #include "io/output_file.hpp"
@@ -56,7 +57,7 @@ void finish(const MeshArguments& a, const Mesh& mesh, json& out) {
     std::cout << "written: " << a.out << "\n";
     out["written"] = a.out;
   }
-  if (!a.json_file.empty()) write_file_whole(a.json_file, out.dump(2) + "\n");
+  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(out, 2) + "\n");
 }
 
 /// Says which tolerance would join the open edges that lie beside one another; false when none would.

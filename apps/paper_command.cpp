@@ -9,6 +9,7 @@
 #include "apps/run_session.hpp"
 #include "core/error.hpp"
 #include "haptics/metrics.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -153,6 +154,7 @@ void run_paper(PaperArguments a, int& exit_code) {
   for (const Experiment& e : kExperiments) {
     RunSettings settings;
     settings.out = a.out + "/" + e.folder;
+    settings.force = true;  // its own folders, one a law
     settings.quiet = true;
     settings.report = false;
     runs.push_back(run_scene(paper_scene(a.mesh, e, a.set), settings));
@@ -160,8 +162,8 @@ void run_paper(PaperArguments a, int& exit_code) {
     if (runs.back().result.stopped) throw RunError("paper: stopped before all experiments were done");
   }
   report["claims"] = check_claims(runs, 0.2);
-  write_file_whole(a.out + "/paper.json", report.dump(2) + "\n");
-  if (!a.json_file.empty()) write_file_whole(a.json_file, report.dump(2) + "\n");
+  write_file_whole(a.out + "/paper.json", json_text(report, 2) + "\n");
+  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(report, 2) + "\n");
   print(report);
   write_paper_report(a.out);
   std::cout << "  results  " << a.out << "/paper.html\n";

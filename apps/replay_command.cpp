@@ -1,54 +1,127 @@
 // kilotouch replay SESSION: a recorded run again, bit for bit.
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "apps/commands.hpp"
 #include "apps/run_outputs.hpp"
 #include "apps/run_session.hpp"
 #include "core/error.hpp"
+#include "io/json_file.hpp"
+#include "io/shell_words.hpp"
 
 namespace kt {
 namespace {
 
-nlohmann::json load_session(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw InputError(text(file, ": cannot read the session (a run leaves it as OUT/session.json)"));
-  try {
-    auto json = nlohmann::json::parse(in);
-    for (const char* key : {"scene", "recording", "refreshes", "max_speed", "hash"})
-      if (!json.contains(key)) throw InputError(text(file, ": not a session file: \"", key, "\" is missing"));
-    return json;
-  } catch (const nlohmann::json::exception& e) {
-    throw InputError(text(file, ": not a session file: ", e.what()));
-  }
-}
+namespace fs = std::filesystem;
 
-void replay(std::string file, const std::string& out, int& exit_code) {
-  if (std::filesystem::is_directory(file)) file += "/session.json";
-  const nlohmann::json json = load_session(file);
-  Scene scene;
-  RunSettings settings;
-  std::string hash;
-  try {
-    scene = parse_scene(json["scene"].dump(), {}, file);
-    const auto recording = std::filesystem::path(file).parent_path() / json["recording"].get<std::string>();
-    scene.tool.path = {std::nullopt, std::nullopt, recording.string(), std::nullopt};
-    settings.session.max_speed = json["max_speed"].get<double>();
-    if (scene.second_tool) {
-      const auto& second = json.at("second_tool");
-      const auto path = std::filesystem::path(file).parent_path() / second.at("recording").get<std::string>();
-      scene.second_tool->path = {std::nullopt, std::nullopt, path.string(), std::nullopt};
-      settings.session.second_max_speed = second.at("max_speed").get<double>();
-    }
-    for (const auto& r : json["refreshes"]) settings.session.refreshes.push_back({r.at(0), r.at(1), r.at(2)});
-    hash = json["hash"].get<std::string>();
-  } catch (const nlohmann::json::exception& e) {
-    throw InputError(text(file, ": damaged session file: ", e.what()));
+using Json = nlohmann::ordered_json;
+
+/// A session file with its name for the messages: every value is looked at before it is used.
+class SessionFile {
+ public:
+  explicit SessionFile(std::string file) : file_(std::move(file)), json_(read_json_file(file_)) {
+    if (!json_.is_object()) fail("", "is no group { }");
+    for (const char* key : {"scene", "recording", "refreshes", "max_speed", "hash"})
+      if (!json_.contains(key)) fail("", text("\"", key, "\" is missing"));
   }
+
+  Scene scene() const {
+    if (!json_["scene"].is_object()) fail("scene", "must be a group");
+    Scene out = parse_scene(json_text(json_["scene"]), {}, file_);
+    set_recording(out.tool, json_, "");
+    if (out.second_tool) set_recording(*out.second_tool, second(), "second_tool.");
+    return out;
+  }
+
+  SessionOptions options(const Scene& scene) const {
+    SessionOptions out;
+    out.max_speed = speed(json_, "");
+    if (scene.second_tool) out.second_max_speed = speed(second(), "second_tool.");
+    out.refreshes = refreshes(scene);
+    return out;
+  }
+
+  std::string hash() const { return word(json_, "hash", ""); }
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
+    throw InputError(text(file_, ": not a session file: ", key, key.empty() ? "" : " ", what));
+  }
+
+  const Json& second() const {
+    if (!json_.contains("second_tool") || !json_["second_tool"].is_object()) fail("second_tool", "must be a group");
+    return json_["second_tool"];
+  }
+
+  std::string word(const Json& group, const char* key, const std::string& prefix) const {
+    if (!group.contains(key)) fail(prefix + key, "is missing");
+    if (!group[key].is_string()) fail(prefix + key, text("is ", shown_json(group[key]), ", must be a text"));
+    return group[key].get<std::string>();
+  }
+
+  double speed(const Json& group, const std::string& prefix) const {
+    constexpr double kFastest = 1e6;  // [m/s]
+    const Json value = group.contains("max_speed") ? group["max_speed"] : Json();
+    const double speed = value.is_number() ? value.get<double>() : -1;
+    if (!(speed >= 0 && speed <= kFastest))
+      fail(prefix + "max_speed", text("is ", shown_json(value), ", must be a number 0 .. ", kFastest, " m/s"));
+    return speed;
+  }
+
+  /// Beside the session, wherever that lies: a session that came from elsewhere opens no other file.
+  void set_recording(SceneTool& tool, const Json& group, const std::string& prefix) const {
+    const std::string name = word(group, "recording", prefix);
+    const fs::path folder = fs::path(file_).parent_path(), path = folder / name;
+    std::error_code none;
+    if (name.empty() || name == "." || name == ".." || name.find('/') != std::string::npos ||
+        fs::is_symlink(path, none))
+      fail(prefix + "recording",
+           text("is ", shown_json(Json(name)), ", must be the name of a file in the session's folder"));
+    tool.path = {std::nullopt, std::nullopt, path.string(), std::nullopt};
+  }
+
+  std::vector<RefreshEvent> refreshes(const Scene& scene) const {
+    const Json& list = json_["refreshes"];
+    const double ticks = scene.duration * scene.local.rate_hz;
+    if (!list.is_array() || list.empty()) fail("refreshes", "must be a list with one entry or more");
+    std::vector<RefreshEvent> out;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const auto is_tick = [&](const Json& v) { return v.is_number_integer() && v >= -1 && v <= ticks; };
+      const Json& r = list[i];
+      if (!r.is_array() || r.size() != 3 || !std::ranges::all_of(r, is_tick))
+        fail(text("refreshes[", i, "]"),
+             text("is ", shown_json(r), ", must be three ticks: linearized, adopted, started"));
+      const RefreshEvent event{r[0], r[1], r[2]};
+      const bool in_order = i == 0 ? event == RefreshEvent{0, 0, 0}
+                                   : event.linearized_tick > out.back().linearized_tick && event.started_tick >= 0 &&
+                                         (event.adopted_tick == -1 || event.adopted_tick >= event.linearized_tick);
+      if (!in_order)
+        fail(text("refreshes[", i, "]"),
+             text("is ", shown_json(r), i == 0 ? ", must be [0, 0, 0]" : ", must follow the one before it"));
+      out.push_back(event);
+    }
+    return out;
+  }
+
+  std::string file_;
+  Json json_;
+};
+
+void replay(std::string file, const std::string& out, bool force, int& exit_code) {
+  if (fs::is_directory(file)) file += "/session.json";
+  if (!fs::exists(file))
+    throw InputError(text(file, ": cannot read the session (a run leaves it as OUT/session.json)"));
+  const SessionFile session(file);
+  const Scene scene = session.scene();
+  const std::string hash = session.hash();
+  RunSettings settings;
+  settings.session = session.options(scene);
+  settings.force = force;
   settings.out = out;
-  settings.reproduce = "kilotouch replay " + file;
+  settings.reproduce = shell_words({"kilotouch", "replay", file});
   const RunOutcome outcome = run_scene(scene, settings);
+  if (outcome.result.stopped) return;
   const bool same = hash_text(outcome.result.hash) == hash;
   std::cout << (same ? "the replay equals the recorded run bit for bit: hash "
                      : "the replay DIFFERS from the recorded run: recorded hash ")
@@ -64,8 +137,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
   auto out = std::make_shared<std::string>();
   command->add_option("SESSION", *file, "session.json of a run, or the run's folder")->required();
   command->add_option("--out", *out, "folder for the results of the replay; none are written without it");
+  auto force = std::make_shared<bool>(false);
+  command->add_flag("--force", *force, "replace another scene's results in the folder --out");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --out out/slab && kilotouch replay out/slab");
-  command->callback([file, out, &exit_code] { replay(*file, *out, exit_code); });
+  command->callback([file, out, force, &exit_code] { replay(*file, *out, *force, exit_code); });
 }
 
 }  // namespace kt

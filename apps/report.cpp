@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <iostream>
 
+#include "apps/commands.hpp"
+#include "apps/stop_signals.hpp"
 #include "core/error.hpp"
 #include "io/child_process.hpp"
 
@@ -45,8 +47,15 @@ bool run_script(const std::string& dir, std::vector<std::string> options, const 
 
   const PrivateFolder folder;
   // Address space, not memory: NumPy's libraries reserve far more than they touch.
-  const ChildLimits limits{.seconds = settings.seconds, .memory_bytes = std::size_t{32} << 30};
-  const ChildResult result = run_program(arguments, folder, limits);
+  const ChildLimits limits{
+      .seconds = settings.seconds, .memory_bytes = std::size_t{32} << 30, .stop = &stop_requested()};
+  ChildResult result;
+  try {
+    result = run_program(arguments, folder, limits);
+  } catch (const RunError&) {
+    if (!stop_requested()) throw;
+    return warn(dir, text("stopped by ", stop_signal_name()));
+  }
   if (result.exit_code == kNoMatplotlib)
     return warn(dir, "numpy or matplotlib is missing (Debian: python3-matplotlib)");
   return result.good() || warn(dir, "report.py " + result.trouble(limits));

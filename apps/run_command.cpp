@@ -1,6 +1,7 @@
 // kilotouch run SCENE.json
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
+#include "io/shell_words.hpp"
 
 namespace kt {
 namespace {
@@ -23,8 +24,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_flag("--static", a->is_static,
                     "the body in equilibrium at every step: --set global.integrator=quasistatic");
-  command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
+  auto* out = command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   command->add_option("--json", a->settings.json_file, "also write the summary to this file");
+  command->add_flag("--force", a->settings.force, "replace another scene's results in the folder --out");
   auto* reference = command->add_flag("--reference", a->settings.reference.compute,
                                       "also run the full model in fine steps along the same path, and compare");
   command->add_option("--reference-rate", a->settings.reference.rate_hz, "of those steps [Hz]")
@@ -40,11 +42,13 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab");
-  command->callback([a, &exit_code] {
+  command->callback([a, out, &exit_code] {
     a->settings.report = !a->no_report;
+    a->settings.force = a->settings.force || out->empty();  // the default folder holds the last run, whatever it was
     if (a->is_static) a->set.push_back("global.integrator=quasistatic");
-    a->settings.reproduce = "kilotouch run " + a->scene;
-    for (const std::string& set : a->set) a->settings.reproduce += " --set " + set;
+    std::vector<std::string> words{"kilotouch", "run", a->scene};
+    for (const std::string& set : a->set) words.insert(words.end(), {"--set", set});
+    a->settings.reproduce = shell_words(words);
     const RunOutcome outcome = run_scene(load_scene(a->scene, a->set), a->settings);
     exit_code = run_exit_code(outcome);
   });

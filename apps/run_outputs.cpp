@@ -10,6 +10,7 @@
 #include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/contact_events.hpp"
 #include "haptics/run_warnings.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 #include "io/vtu.hpp"
 
@@ -384,8 +385,8 @@ void write_run(const std::string& dir, const Session& session, const SessionResu
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
   write_file_whole(dir + "/trace.csv", trace_csv(result.frames, result.step_us));
   write_file_whole(dir + "/events.csv", events_csv(find_contact_events(result.frames)));
-  write_file_whole(dir + "/summary.json", summary.dump(2) + "\n");
-  write_file_whole(dir + "/view.json", view_json(session, result).dump());
+  write_file_whole(dir + "/summary.json", json_text(summary, 2) + "\n");
+  write_file_whole(dir + "/view.json", json_text(view_json(session, result)));
   write_file_whole(dir + "/recording.csv", recording_csv(result.frames, start));
   for (const char* name : {"/trace_2.csv", "/events_2.csv", "/recording_2.csv"})
     std::filesystem::remove(dir + name);  // an earlier run's
@@ -394,7 +395,7 @@ void write_run(const std::string& dir, const Session& session, const SessionResu
     write_file_whole(dir + "/events_2.csv", events_csv(find_contact_events(second->frames)));
     write_file_whole(dir + "/recording_2.csv", recording_csv(second->frames, second->start));
   }
-  write_file_whole(dir + "/session.json", session_json(session, result).dump(2) + "\n");
+  write_file_whole(dir + "/session.json", json_text(session_json(session, result), 2) + "\n");
 }
 
 void write_states(const std::string& dir, const Session& session, const SessionResult& result) {

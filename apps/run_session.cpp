@@ -11,9 +11,14 @@
 #include "apps/allocation_counter.hpp"
 #include "apps/commands.hpp"
 #include "apps/print_summary.hpp"
+#include "apps/record_memory.hpp"
 #include "apps/report.hpp"
+#include "apps/run_folder.hpp"
 #include "apps/run_outputs.hpp"
+#include "apps/stop_signals.hpp"
+#include "haptics/device/haptic_device.hpp"
 #include "haptics/run_warnings.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -35,6 +40,38 @@ std::function<void(double)> progress_bar(const std::string& title) {
                  share > 0 ? elapsed * (1 - share) / share : 0.0);
     if (finished) std::fprintf(stderr, "\r\033[K");
   };
+}
+
+/// The start and the place at each tick of a tool that no force moves; none for a hand, which answers.
+static std::optional<std::vector<Vec3>> planned_path(const Session& session) {
+  const Scene& scene = session.scene();
+  if (scene.tool.path.hand) return {};
+  DeviceOptions options;
+  options.h = 1 / scene.local.rate_hz;
+  options.path = session.path();
+  if (scene.tool.path.recording) options.recording = *scene.tool.path.recording;
+  const auto device = make_device(scene.tool.path.recording ? "recorded" : "scripted", options);
+  const auto ticks = static_cast<int>(std::llround(scene.duration * scene.local.rate_hz));
+  std::vector<Vec3> out{device->position(0)};
+  for (int tick = 0; tick < ticks; ++tick) out.push_back(device->position((tick + 1) * options.h));
+  return out;
+}
+
+/// A wrong file is found before the run: what it says of itself, and its key as far as the path is known by then.
+static std::optional<Reference> read_reference_before(const Session& session, const std::string& file) {
+  if (file.empty()) return {};
+  const Scene& scene = session.scene();
+  const auto path = scene.second_tool ? std::nullopt : planned_path(session);
+  Reference out =
+      path ? read_reference(file, reference_key(session, *path)) : read_reference(file, key_in_reference(file));
+  const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
+  const bool has_second = !out.second_force.empty();
+  if (out.force.size() < ticks)
+    throw InputError(text("--reference-file: ", file, " has ", out.force.size(), " forces; this run has ", ticks,
+                          " ticks; run with --reference to compute its own"));
+  if (scene.second_tool && !has_second)
+    throw InputError(text("--reference-file: ", file, " has no force of a second tool, which this scene has"));
+  return out;
 }
 
 /// The reference of the run along the path it took; none when the run or the reference was stopped.
@@ -70,6 +107,18 @@ int run_exit_code(const RunOutcome& outcome) {
   return result.stopped || is_lost || contacts_were_too_many(result) ? 1 : 0;
 }
 
+static void save(const RunSettings& settings, const Session& session, const RunOutcome& run,
+                 const std::optional<Reference>& reference) {
+  const SavingResults saving;
+  write_run(settings.out, session, run.result, run.summary);
+  const std::string reference_file = settings.out + "/reference.csv";
+  if (reference)
+    write_reference(reference_file, *reference);
+  else
+    std::filesystem::remove(reference_file);  // an earlier run's
+  if (settings.states) write_states(settings.out, session, run.result);
+}
+
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (settings.reference.compute && !(settings.reference.rate_hz >= scene.local.rate_hz))
     throw InputError(text("--reference-rate: ", settings.reference.rate_hz, " Hz, must be at least local.rate_hz, ",
@@ -78,11 +127,16 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
     throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
+  require_record_memory(scene, available_memory());
+  const FolderHolds before =
+      settings.out.empty() ? FolderHolds::nothing : look_at_folder(settings.out, scene, settings.force);
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
   Session session(scene);
+  if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
   for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
   require_folder_of(settings.json_file);
   if (!settings.out.empty()) make_folder(settings.out);
+  read_reference_before(session, settings.reference.file);
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   options.progress = progress_bar(scene.title.empty() ? "running" : scene.title);
@@ -99,19 +153,16 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
       find_reference(session, out.result, settings.reference, scene.title.empty() ? "running" : scene.title);
   if (reference) add_reference(out.summary, out.result, *reference);
   if (truth && !out.result.stopped) add_truth(out.summary, out.result, *truth);
+  if (!settings.out.empty()) save(settings, session, out, reference);
+  if (!settings.json_file.empty()) write_file_whole(settings.json_file, json_text(out.summary, 2) + "\n");
   if (!settings.quiet) print_summary(out.summary);
-  if (!settings.json_file.empty()) write_file_whole(settings.json_file, out.summary.dump(2) + "\n");
   if (settings.out.empty()) return out;
-  write_run(settings.out, session, out.result, out.summary);
-  const std::string reference_file = settings.out + "/reference.csv";
-  if (reference)
-    write_reference(reference_file, *reference);
-  else
-    std::filesystem::remove(reference_file);  // an earlier run's
-  if (settings.states) write_states(settings.out, session, out.result);
-  if (settings.report) write_report(settings.out, {.title = scene.title, .compare = {}});
-  if (!settings.quiet)
-    std::cout << "  results       " << settings.out << (settings.report ? "/report.html" : "/summary.json") << '\n';
+  // What a stop leaves is on the disk; pictures would make it wait.
+  const bool draws = settings.report && !stop_requested();
+  if (draws) write_report(settings.out, {.title = scene.title, .compare = {}});
+  if (settings.quiet) return out;
+  std::cout << "  results       " << settings.out << (draws ? "/report.html" : "/summary.json")
+            << (before == FolderHolds::other_settings ? " (in place of a run with other settings)" : "") << '\n';
   return out;
 }
 

@@ -19,6 +19,7 @@ struct ReferenceSettings {
 struct RunSettings {
   std::string out;        ///< folder for the results; empty: none are written
   std::string json_file;  ///< also the summary alone; empty: no
+  bool force = false;     ///< another scene's results in `out` may be replaced
   bool states = false;    ///< VTU and PVD of the snapshots
   bool report = true;     ///< pictures and report.html
   bool quiet = false;     ///< no summary on standard output

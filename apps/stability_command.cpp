@@ -8,6 +8,7 @@
 #include "apps/run_session.hpp"
 #include "apps/stability/map_files.hpp"
 #include "apps/stability/maps.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
@@ -55,7 +56,7 @@ Json write_results(const StabilityArguments& a, const std::vector<StabilityMap>&
   }
   out["seconds"] = seconds;
   out["sum"] = confusion_json(sum);
-  write_file_whole(a.out + "/stability.json", out.dump(2) + "\n");
+  write_file_whole(a.out + "/stability.json", json_text(out, 2) + "\n");
   return out;
 }
 
@@ -68,6 +69,7 @@ void run_stability(const StabilityArguments& a, int& exit_code) {
   Json results;
   Confusion sum;
   bool has_failed = false;
+  write_results(a, maps, true);  // until all are done: a kill leaves what is true
   for (const MapEntry& entry : chosen) {
     if (stop_requested()) break;
     MapOptions options{.full = a.full, .progress = progress_bar(entry.name), .stop = &stop_requested(), .jobs = a.jobs};
@@ -81,16 +83,16 @@ void run_stability(const StabilityArguments& a, int& exit_code) {
     if (options.progress) options.progress(1);
     const StabilityMap& map = maps.back();
     write_map(a.out, map);
-    results = write_results(a, maps, stop_requested());
+    results = write_results(a, maps, true);
     const Confusion c = count_predictions(map.points);
     sum.add(c);
     print_row(map.name, c, map.seconds);
   }
-  if (results.is_null()) results = write_results(a, maps, stop_requested());
+  results = write_results(a, maps, stop_requested());
   if (maps.size() > 1) print_row("all", sum, results["seconds"].get<double>());
   for (const StabilityMap& map : maps) std::cout << "  " << map.name << ": " << map.claim << '\n';
-  if (!a.json_file.empty()) write_file_whole(a.json_file, results.dump(2) + "\n");
-  if (!a.no_report) write_stability_report(a.out);
+  if (!a.json_file.empty()) write_file_whole(a.json_file, json_text(results, 2) + "\n");
+  if (!a.no_report && !stop_requested()) write_stability_report(a.out);
   std::cout << "  results  " << a.out << (a.no_report ? "/stability.json" : "/stability.html") << '\n';
   exit_code = stop_requested() || has_failed ? 1 : 0;
 }

@@ -210,7 +210,14 @@ class Enrichment {
 
 }  // namespace
 
-ComplexMat3 estimate_compliance(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
+namespace {
+
+/// At a vertex, from one factorization of the model's dynamic stiffness.
+struct Compliances {
+  ComplexMat3 model, body;
+};
+
+Compliances estimate_both(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
   const double w = 2 * std::numbers::pi * hz;
   const WholeMotion motion(graded, model);
   const MatrixX inputs = MatrixX(model.basis.middleRows(3 * vertex, 3)).transpose();
@@ -244,11 +251,18 @@ ComplexMat3 estimate_compliance(const GradedBody& graded, const LocalModel& mode
                    first);
   }
   const ComplexMat3 of_model = inputs.transpose() * q;
-  return of_model + enrichment.compliance(own_dynamic);
+  return {of_model, of_model + enrichment.compliance(own_dynamic)};
+}
+
+}  // namespace
+
+ComplexMat3 estimate_compliance(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
+  return estimate_both(graded, model, vertex, hz, steps).body;
 }
 
 double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz) {
-  return impedance_error(compliance(model, vertex, hz), estimate_compliance(graded, model, vertex, hz, 2));
+  const Compliances found = estimate_both(graded, model, vertex, hz, 2);
+  return impedance_error(found.model, found.body);
 }
 
 RunningCertificate::RunningCertificate(std::vector<double> hz) {

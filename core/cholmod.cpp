@@ -3,6 +3,8 @@
 #include <cholmod.h>
 #include <omp.h>
 
+#include <algorithm>
+#include <memory>
 #include <mutex>
 
 #include "core/sparse_product.hpp"
@@ -73,70 +75,180 @@ class OneThread {
   int levels_;
 };
 
+/// One workspace of CHOLMOD.
+struct Common {
+  Common() {
+    cholmod_start(&cholmod);
+    cholmod.print = 0;
+    cholmod.supernodal = CHOLMOD_AUTO;
+    cholmod.final_ll = 1;  // L L^T also for small matrices: L D L^T would accept what is not positive definite
+  }
+  ~Common() { cholmod_finish(&cholmod); }
+  Common(const Common&) = delete;
+  Common& operator=(const Common&) = delete;
+  cholmod_common cholmod{};
+};
+
+/// Of a pattern: an order of its rows that fills in little, and the factor's pattern of the matrix in that order. Its
+/// lower triangle is kept as CHOLMOD wants it, so that a factorization copies the numbers and turns nothing around.
+class Analysis {
+ public:
+  explicit Analysis(const SparseMatrix& matrix) {
+    if (!find_order(matrix)) return;
+    arrange(matrix);
+    common_.cholmod.nmethods = 1;
+    common_.cholmod.method[0].ordering = CHOLMOD_NATURAL;
+    common_.cholmod.postorder = 0;  // it is one already
+    std::vector<double> values(rows.size(), 0.0);
+    cholmod_sparse view = lower(values);
+    symbolic_ = cholmod_analyze(&view, &common_.cholmod);
+  }
+  ~Analysis() {
+    if (symbolic_) cholmod_free_factor(&symbolic_, &common_.cholmod);
+  }
+  Analysis(const Analysis&) = delete;
+  Analysis& operator=(const Analysis&) = delete;
+
+  cholmod_factor* copy(Common& into) const {
+    return symbolic_ ? cholmod_copy_factor(symbolic_, &into.cholmod) : nullptr;
+  }
+  cholmod_sparse lower(std::vector<double>& values) const {
+    cholmod_sparse view{};
+    view.nrow = view.ncol = order.size();
+    view.nzmax = rows.size();
+    view.p = const_cast<int*>(begin.data());
+    view.i = const_cast<int*>(rows.data());
+    view.x = values.data();
+    view.stype = -1;
+    view.itype = CHOLMOD_INT;
+    view.xtype = CHOLMOD_REAL;
+    view.dtype = CHOLMOD_DOUBLE;
+    view.sorted = view.packed = 1;
+    return view;
+  }
+
+  std::vector<int> order;        ///< row of the matrix that comes first, second, ..
+  std::vector<int> begin, rows;  ///< of the lower triangle in that order
+  std::vector<int> from;         ///< of each of its entries: which of the matrix's it is
+
+ private:
+  /// On the nodes' graph a third of the unknowns to order: twice as fast as on the matrix itself, and the nodes' rows
+  /// stay together.
+  bool find_order(const SparseMatrix& matrix) {
+    cholmod_common& common = common_.cholmod;
+    cholmod_sparse view = view_of(matrix);
+    common.nmethods = 2;
+    common.method[0].ordering = CHOLMOD_AMD;
+    common.method[1].ordering = CHOLMOD_METIS;
+    std::vector<int> permutation;
+    if (has_node_blocks(matrix)) {
+      NodeGraph graph(matrix);
+      cholmod_factor* nodes = cholmod_analyze(&graph.view, &common);
+      if (!nodes) return false;
+      for (std::size_t i = 0; i < nodes->n; ++i)
+        for (int c = 0; c < 3; ++c) permutation.push_back(3 * static_cast<int*>(nodes->Perm)[i] + c);
+      cholmod_free_factor(&nodes, &common);
+      common.nmethods = 1;
+      common.method[0].ordering = CHOLMOD_GIVEN;
+    }
+    cholmod_factor* all = permutation.empty() ? cholmod_analyze(&view, &common)
+                                              : cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &common);
+    if (!all) return false;
+    order.assign(static_cast<int*>(all->Perm), static_cast<int*>(all->Perm) + all->n);
+    cholmod_free_factor(&all, &common);
+    return true;
+  }
+
+  void arrange(const SparseMatrix& matrix) {
+    const auto n = static_cast<int>(order.size());
+    std::vector<int> place(order.size());
+    for (int k = 0; k < n; ++k) place[order[k]] = k;
+    const auto for_each_lower = [&](const auto& visit) {
+      for (int c = 0; c < n; ++c)
+        for (int k = matrix.outerIndexPtr()[c]; k < matrix.outerIndexPtr()[c + 1]; ++k)
+          if (const int r = matrix.innerIndexPtr()[k]; r >= c)
+            visit(std::max(place[r], place[c]), std::min(place[r], place[c]), k);
+    };
+    begin.assign(1, 0);
+    begin.resize(place.size() + 1, 0);
+    for_each_lower([&](int, int column, int) { ++begin[column + 1]; });
+    for (int c = 0; c < n; ++c) begin[c + 1] += begin[c];
+    std::vector<std::pair<int, int>> entries(static_cast<std::size_t>(begin.back()));
+    std::vector<int> next = begin;
+    for_each_lower([&](int row, int column, int k) { entries[next[column]++] = {row, k}; });
+    for (int c = 0; c < n; ++c) std::sort(entries.begin() + begin[c], entries.begin() + begin[c + 1]);
+    for (const auto& [row, k] : entries) {
+      rows.push_back(row);
+      from.push_back(k);
+    }
+  }
+
+  Common common_;
+  cholmod_factor* symbolic_ = nullptr;
+};
+
 class CholmodSolver final : public SparseSolver {
  public:
-  CholmodSolver() {
-    cholmod_start(&common_);
-    common_.print = 0;
-    common_.supernodal = CHOLMOD_AUTO;
-    common_.final_ll = 1;  // L L^T also for small matrices: L D L^T would accept what is not positive definite
-  }
+  CholmodSolver() = default;
   ~CholmodSolver() override {
-    if (factor_) cholmod_free_factor(&factor_, &common_);
-    cholmod_finish(&common_);
+    if (factor_) cholmod_free_factor(&factor_, &common_.cholmod);
+    for (cholmod_dense** room : {&x_, &y_, &e_})
+      if (*room) cholmod_free_dense(room, &common_.cholmod);
   }
   CholmodSolver(const CholmodSolver&) = delete;
   CholmodSolver& operator=(const CholmodSolver&) = delete;
 
   bool factor(const SparseMatrix& matrix) override {
     const OneThread one_thread;
-    cholmod_sparse view = view_of(matrix);
-    if (pattern_.changes_to(matrix) || !factor_) {
-      if (factor_) cholmod_free_factor(&factor_, &common_);
-      factor_ = analyze(matrix, view);
+    if (pattern_.changes_to(matrix) || !analysis_) {
+      analysis_ = std::make_shared<const Analysis>(matrix);
+      copy_analysis();
     }
     if (!factor_) return false;
-    cholmod_factorize(&view, factor_, &common_);
-    return common_.status == CHOLMOD_OK && factor_->minor == factor_->n;
+    values_.resize(analysis_->from.size());
+    for (std::size_t k = 0; k < values_.size(); ++k) values_[k] = matrix.valuePtr()[analysis_->from[k]];
+    cholmod_sparse view = analysis_->lower(values_);
+    cholmod_factorize(&view, factor_, &common_.cholmod);
+    return common_.cholmod.status == CHOLMOD_OK && factor_->minor == factor_->n;
   }
 
   MatrixX solve(const MatrixX& rhs) const override {
     const OneThread one_thread;
+    const std::vector<int>& order = analysis_->order;
+    const MatrixX ordered = rhs(order, Eigen::all);
     cholmod_dense b{};
     b.nrow = b.d = static_cast<size_t>(rhs.rows());
     b.ncol = static_cast<size_t>(rhs.cols());
     b.nzmax = b.nrow * b.ncol;
-    b.x = const_cast<double*>(rhs.data());
+    b.x = const_cast<double*>(ordered.data());
     b.xtype = CHOLMOD_REAL;
     b.dtype = CHOLMOD_DOUBLE;
-    cholmod_dense* x = cholmod_solve(CHOLMOD_A, factor_, &b, &common_);
-    MatrixX out = Eigen::Map<MatrixX>(static_cast<double*>(x->x), rhs.rows(), rhs.cols());
-    cholmod_free_dense(&x, &common_);
+    cholmod_solve2(CHOLMOD_A, factor_, &b, nullptr, &x_, nullptr, &y_, &e_, &common_.cholmod);
+    MatrixX out(rhs.rows(), rhs.cols());
+    out(order, Eigen::all) = Eigen::Map<MatrixX>(static_cast<double*>(x_->x), rhs.rows(), rhs.cols());
     return out;
   }
 
- private:
-  /// A third of the unknowns to order: twice as fast as on the matrix itself, and the nodes' rows stay together.
-  cholmod_factor* analyze(const SparseMatrix& matrix, cholmod_sparse& view) {
-    common_.nmethods = 2;
-    common_.method[0].ordering = CHOLMOD_AMD;
-    common_.method[1].ordering = CHOLMOD_METIS;
-    if (!has_node_blocks(matrix)) return cholmod_analyze(&view, &common_);
-    NodeGraph graph(matrix);
-    cholmod_factor* order = cholmod_analyze(&graph.view, &common_);
-    if (!order) return nullptr;
-    std::vector<int> permutation;
-    for (std::size_t i = 0; i < order->n; ++i)
-      for (int c = 0; c < 3; ++c) permutation.push_back(3 * static_cast<int*>(order->Perm)[i] + c);
-    cholmod_free_factor(&order, &common_);
-    common_.nmethods = 1;
-    common_.method[0].ordering = CHOLMOD_GIVEN;
-    return cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &common_);
+  void take_analysis(const SparseSolver& other) override {
+    const auto& o = dynamic_cast<const CholmodSolver&>(other);
+    if (!o.analysis_) return;
+    const OneThread one_thread;
+    pattern_ = o.pattern_;
+    analysis_ = o.analysis_;
+    copy_analysis();
   }
 
-  mutable cholmod_common common_{};
+ private:
+  void copy_analysis() {
+    if (factor_) cholmod_free_factor(&factor_, &common_.cholmod);
+    factor_ = analysis_->copy(common_);
+  }
+  mutable Common common_;
+  std::shared_ptr<const Analysis> analysis_;
   cholmod_factor* factor_ = nullptr;
-  SparsityPattern pattern_;  // of factor_
+  std::vector<double> values_;                                        // of the lower triangle in the factor's order
+  mutable cholmod_dense *x_ = nullptr, *y_ = nullptr, *e_ = nullptr;  // room, as large each time
+  SparsityPattern pattern_;                                           // of analysis_
 };
 
 }  // namespace

@@ -28,7 +28,7 @@ std::optional<State> GlobalSimulation::foresee(double dt, std::span<const Contac
   for (const ContactHold& hold : holds) hold.moves.add_to(friction, friction_scale_ * hold.friction);
   const HeldModel held(model_, holds, kHoldStiffness);
   State ahead = state_;
-  integrator_->step(held, friction, dt, ahead);
+  integrator_->look_ahead(held, friction, dt, ahead);
   ahead.t = state_.t + dt;
   if (held.push(ahead.x) < 0 || !ahead.x.allFinite() || !ahead.v.allFinite()) return {};
   return ahead;

@@ -10,8 +10,10 @@
 namespace kt {
 namespace {
 
-constexpr int kSetUpTurns = 24, kFirstTurns = 6;  // of improving far motions: of a new body, of new kept nodes
-constexpr int kFirstSteps = 3, kSteps = 1;        // of conjugate gradients in each, and at every other refresh
+// Of improving far motions: of a new body. Of new kept nodes two turns do, of one step: the motions are the whole
+// body's.
+constexpr int kSetUpTurns = 24, kTurnsAnew = 2;
+constexpr int kSetUpSteps = 3, kSteps = 1;  // of conjugate gradients in each
 
 double square(double x) { return x * x; }
 
@@ -140,6 +142,7 @@ void GradedBody::factor_preconditioner() {
   fill(body_.stiffness, sums_.data(), 18, far_apart_);
   added_mass_ = 0;
   has_coarse_ = coarse_->factor(body_.stiffness);
+  solver_->take_analysis(*coarse_);
   if (has_coarse_) return;
   fill(body_.mass, mass_sums_.data(), 9, far_apart_);
   added_mass_ = square(2 * std::numbers::pi);
@@ -227,6 +230,7 @@ void GradedBody::fill_matrices() {
 
 const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
   whole_ = true;
+  is_graded_anew_ = false;
   is_factored_ = false;
   followers_.clear();
   dofs_ = make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes);
@@ -249,7 +253,8 @@ const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePat
   if (whole_) return update_whole(tangent);
   confinement_.product<18>(blocks_, blocks_.values(), sums_);
   if (!stays || !has_coarse_) factor_preconditioner();
-  improve_far_motions(tangent, patch, stays ? 1 : anew ? kSetUpTurns : kFirstTurns, stays ? kSteps : kFirstSteps);
+  improve_far_motions(tangent, patch, stays ? 1 : anew ? kSetUpTurns : kTurnsAnew, anew ? kSetUpSteps : kSteps);
+  is_graded_anew_ = !stays;
   set_far_apart();
   fill_matrices();
 

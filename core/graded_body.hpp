@@ -27,7 +27,8 @@ class GradedBody {
   /// For the matrices of this body, so that their symbolic analysis is done once while the pattern stays.
   SparseSolver& solver() { return *solver_; }
   int num_kept() const { return static_cast<int>(interpolation_.kept.size()); }
-  int gradings() const { return gradings_; }  ///< how often the kept nodes were chosen anew
+  int gradings() const { return gradings_; }               ///< how often the kept nodes were chosen anew
+  bool is_graded_anew() const { return is_graded_anew_; }  ///< by the last update: it cost more than others do
 
   static constexpr int kLoads = 12, kSlow = 12, kFar = kLoads + kSlow;  ///< far motions
 
@@ -112,6 +113,7 @@ class GradedBody {
   bool has_coarse_ = false;
   double added_mass_ = 0;     // [1/s^2], of a body that is free to move
   bool is_factored_ = false;  // solver_, since the last update
+  bool is_graded_anew_ = false;
   FreeBody body_;
   Motions motions_;
 };

@@ -8,7 +8,7 @@
 namespace kt {
 
 struct GradingOptions {
-  double slope = 0.45;  ///< growth of the spacing of the kept nodes with the distance from the patch [-]
+  double slope = 0.6;   ///< growth of the spacing of the kept nodes with the distance from the patch [-]
   double margin = 2;    ///< so far around the patch every node is kept, in edges of the patch
   double coarsest = 7;  ///< largest spacing, in edges of the patch
   int neighbours = 8;   ///< how many kept nodes each of the others follows

@@ -41,6 +41,11 @@ class Integrator {
   /// False: inertia and damping play no part.
   virtual bool is_dynamic() const { return true; }
   virtual StepStatistics statistics() const { return {}; }
+  /// A step that is only looked ahead with: an iterative solver stops at a thousandth, from the last such step's
+  /// solution.
+  virtual void look_ahead(const DeformableModel& model, const VectorX& external, double dt, State& state) {
+    step(model, external, dt, state);
+  }
 };
 
 std::vector<BackendInfo> integrator_backends();

@@ -29,7 +29,7 @@ struct ReduceOptions {
   int modes = 60;                            ///< modal: lowest vibrations kept
   /// krylov: growth of the spacing of nodes that are followed with their distance from the patch (grading.hpp);
   /// 0: the whole body, exact and as costly.
-  double grading = 0.45;
+  double grading = 0.6;
   /// krylov: kept by the caller for one body, so that a refresh goes on where the last one stopped; without it every
   /// reduction starts anew. Its own options hold, not `grading`.
   GradedBody* graded = nullptr;

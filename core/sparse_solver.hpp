@@ -14,6 +14,8 @@ class SparseSolver {
   virtual bool factor(const SparseMatrix& matrix) = 0;
   /// Solves for one or many right-hand sides, (n x k).
   virtual MatrixX solve(const MatrixX& rhs) const = 0;
+  /// The symbolic analysis of another solver of the same kind, for a matrix of the pattern that it factored last.
+  virtual void take_analysis(const SparseSolver& /*other*/) {}
 };
 
 std::unique_ptr<SparseSolver> make_sparse_solver();

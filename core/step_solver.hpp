@@ -16,6 +16,10 @@ class StepSolver {
   /// entry. False, and x is of no use, when the matrix is not positive definite or an
   /// iterative solver does not converge.
   virtual bool solve(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) = 0;
+  /// The same to a thousandth: for what is only looked ahead with.
+  virtual bool solve_roughly(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) {
+    return solve(matrix, rhs, x);
+  }
   /// That the last solve took; 0 of a direct solver.
   virtual int iterations() const { return 0; }
 };

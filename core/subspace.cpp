@@ -128,12 +128,6 @@ SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
 
 namespace {
 
-MatrixX beside(const MatrixX& a, const MatrixX& b) {
-  MatrixX out(a.rows(), a.cols() + b.cols());
-  out << a, b;
-  return out;
-}
-
 /// False: some motion meets no resistance, and rounding alone made the factorization pass.
 bool answers(const FreeBody& body, const SparseSolver& solver) {
   const VectorX load = VectorX::Ones(body.stiffness.rows());
@@ -166,19 +160,42 @@ DynamicStiffness factor_at(const FreeBody& body, double hz, SparseSolver& solver
   return out;
 }
 
+/// Unit forces on some coordinates, then loads on others.
+struct Loads {
+  std::vector<Eigen::Index> units;
+  std::vector<Eigen::Index> rows;  // of the others, which are zero elsewhere
+  RowMatrix others;                // (rows x others)
+  Eigen::Index cols() const { return static_cast<Eigen::Index>(units.size()) + others.cols(); }
+  MatrixX beside(const VectorX& force) const {
+    MatrixX out = MatrixX::Zero(force.size(), cols() + 1);
+    for (std::size_t k = 0; k < units.size(); ++k) out(units[k], static_cast<Eigen::Index>(k)) = 1;
+    out.middleCols(static_cast<Eigen::Index>(units.size()), others.cols())(rows, Eigen::all) = others;
+    out.rightCols(1) = force;
+    return out;
+  }
+  /// X^T loads.
+  MatrixX work_in(const RowMatrix& X) const {
+    MatrixX out(X.cols(), cols());
+    for (std::size_t k = 0; k < units.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = X.row(units[k]);
+    if (others.cols() > 0) out.rightCols(others.cols()) = MatrixX(X(rows, Eigen::all)).transpose() * others;
+    return out;
+  }
+};
+
 /// What was solved at one shift: (K + d D + m M) [of_loads, of_force, of_slopes] = [loads, force, M or 2 s M + D times
 /// of_loads share].
 struct ShiftAnswers {
   double s = 0;
   DynamicStiffness solved;
-  MatrixX loads;
-  MatrixX share;  // smooth loads in terms of these
+  Loads loads;
+  RowMatrix share;  // smooth loads in terms of these
   MatrixX of_loads_and_force, of_slopes;
   Eigen::Index columns() const { return of_loads_and_force.cols() + of_slopes.cols(); }
 };
 
 struct Answers {
   std::vector<ShiftAnswers> shifts;
+  RowMatrix resultant;          // even forces on the patch in terms of the loads at the first shift
   std::vector<MatrixX> echoes;  // three columns each, each the answer to the mass times the one before
   template <class Matrix>
   Matrix side_by_side(const FreeBody& body) const {
@@ -200,34 +217,68 @@ struct Answers {
   }
 };
 
+/// The patch's smooth loads, those on its rim alone, and the coordinates of nodes in reach and on the rim.
+struct PatchLoads {
+  PatchLoads(const FreeBody& body, const SurfacePatch& patch) : smooth(smooth_loads(body.dofs, body.x, patch)) {
+    for (int i = 0; i < patch.num_vertices(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int k = body.dofs.to_free[3 * patch.global_node[i] + c]; k >= 0)
+          (patch.in_reach[static_cast<std::size_t>(i)] ? in_reach : rim).push_back(k);
+  }
+  /// Each node in reach by itself. The rim, at the first shift only, by smooth loads: a tool that runs onto it must
+  /// find it no stiffer, but is about to leave.
+  Loads outer(bool with_rim) const {
+    if (!with_rim || rim.empty()) return {in_reach, {}, RowMatrix(0, 0)};
+    return {in_reach, rim, smooth(rim, Eigen::all)};
+  }
+  /// The smooth loads in terms of outer(): of what is not pushed at, nothing.
+  RowMatrix share(bool with_rim) const {
+    const auto units = static_cast<Eigen::Index>(in_reach.size());
+    RowMatrix out = RowMatrix::Zero(units + (with_rim && !rim.empty() ? kFarEach : 0), kFarEach);
+    out.topRows(units) = smooth(in_reach, Eigen::all);
+    out.bottomRows(out.rows() - units).setIdentity();
+    return out;
+  }
+  /// Even forces on the whole patch in terms of outer(true).
+  RowMatrix resultant() const {
+    RowMatrix out = share(true).leftCols(3);
+    return out;
+  }
+  Loads inner() const {
+    std::vector<Eigen::Index> all = in_reach;
+    all.insert(all.end(), rim.begin(), rim.end());
+    return {{}, all, smooth(all, Eigen::all)};
+  }
+  FarRows smooth;
+  std::vector<Eigen::Index> in_reach, rim;
+};
+
 Answers answer(const FreeBody& body, const SymmetricMatrix& mass, const SymmetricMatrix& damping,
                const SurfacePatch& patch, const std::vector<double>& shifts, SparseSolver& solver, int echoes,
                bool slopes) {
   Answers out;
   out.shifts.resize(shifts.size());
-  MatrixX smooth = MatrixX::Zero(body.force.size(), kFarEach);
-  smooth.topRows(body.dofs.size()) = smooth_loads(body.dofs, body.x, patch);
+  const PatchLoads loads(body, patch);
   // Downwards: the factor that is left behind, at rest, serves for the certificate.
   for (std::size_t i = shifts.size(); i-- > 0;) {
     ShiftAnswers& a = out.shifts[i];
     a.s = 2 * std::numbers::pi * shifts[i];
     a.solved = factor_at(body, shifts[i], solver);
     const bool outer = i == 0 || i + 1 == shifts.size();
-    // The rim at the first shift only: a tool that runs onto it must find it no stiffer, but is about to leave.
-    a.loads = outer ? body.inputs(patch, i == 0) : smooth;
-    a.of_loads_and_force = solver.solve(beside(a.loads, body.force));
+    a.loads = outer ? loads.outer(i == 0) : loads.inner();
+    a.of_loads_and_force = solver.solve(a.loads.beside(body.force));
     const auto of_loads = a.of_loads_and_force.leftCols(a.loads.cols());
     if (slopes) {
       // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
-      a.share = outer ? MatrixX(a.loads.transpose() * smooth) : MatrixX::Identity(kFarEach, kFarEach);
-      const RowMatrix moved = of_loads * a.share;
+      a.share = outer ? loads.share(i == 0) : RowMatrix::Identity(kFarEach, kFarEach);
+      const RowMatrix moved = tall_product(RowMatrix(of_loads), a.share);
       RowMatrix slope = mass.times(moved);
       if (a.s > 0) slope = 2 * a.s * slope + damping.times(moved);
       a.of_slopes = solver.solve(slope);
     }
     if (i > 0) continue;
-    MatrixX echo = MatrixX::Zero(body.force.size(), 3);
-    for (Eigen::Index c = 0; c < of_loads.cols(); ++c) echo.col(c % 3) += of_loads.col(c);
+    out.resultant = loads.resultant();
+    RowMatrix echo = tall_product(RowMatrix(of_loads), out.resultant);
     for (int e = 0; e < echoes; ++e) out.echoes.push_back(echo = solver.solve(mass.times(echo)));
   }
   return out;
@@ -243,14 +294,6 @@ MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::ve
 
 namespace {
 
-/// X^T loads, of loads on few nodes.
-MatrixX work_of(const MatrixX& loads, const RowMatrix& X) {
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index i = 0; i < loads.rows(); ++i)
-    if (!loads.row(i).isZero(0)) rows.push_back(i);
-  return MatrixX(X(rows, Eigen::all)).transpose() * MatrixX(loads(rows, Eigen::all));
-}
-
 /// X^T K X from what was solved: X^T K x = X^T load - d X^T D x - m X^T M x.
 MatrixX confined_stiffness(const Answers& answers, const FreeBody& body, const ConfinedMotions& of) {
   const MatrixX &M = of.mass, &D = of.damping;
@@ -264,16 +307,17 @@ MatrixX confined_stiffness(const Answers& answers, const FreeBody& body, const C
   const VectorX work_of_force = of.X.transpose() * body.force;
   for (const ShiftAnswers& a : answers.shifts) {
     const Eigen::Index first = column, loads = a.loads.cols();
-    put(work_of(a.loads, of.X), a.solved);
+    put(a.loads.work_in(of.X), a.solved);
     put(work_of_force, a.solved);
     if (a.of_slopes.cols() == 0) continue;
-    const MatrixX inertia = M.middleCols(first, loads) * a.share;
-    put(a.s > 0 ? MatrixX(2 * a.s * inertia + D.middleCols(first, loads) * a.share) : inertia, a.solved);
+    const auto seen_by = [&](const MatrixX& matrix) {
+      return tall_product(RowMatrix(matrix.middleCols(first, loads)), a.share);
+    };
+    put(a.s > 0 ? MatrixX(2 * a.s * seen_by(M) + seen_by(D)) : MatrixX(seen_by(M)), a.solved);
   }
-  const Eigen::Index first_loads = answers.shifts.front().loads.cols();
   put(of.X.transpose() * VectorX(body.stiffness * body.velocity), {});
-  MatrixX inertia = MatrixX::Zero(M.rows(), 3);
-  for (Eigen::Index c = 0; c < first_loads; ++c) inertia.col(c % 3) += M.col(c);
+  if (answers.echoes.empty()) return 0.5 * (out + out.transpose());
+  MatrixX inertia = M.leftCols(answers.resultant.rows()) * answers.resultant;
   for (std::size_t e = 0; e < answers.echoes.size(); ++e) {
     const Eigen::Index at = column;
     put(inertia, answers.shifts.front().solved);

@@ -22,14 +22,15 @@ struct FreeBody {
 };
 
 /// (s^2 M + s D + K)^-1 [loads, force at rest] for s = 2 pi f of each `shift` f [Hz], ascending, >= 0: how the body
-/// moves under forces that grow as e^(s t); then, how it moves now. The loads are unit forces on the patch nodes at
-/// the first and (those in reach) the last shift, where what is felt is near the tool, and smooth_loads between, where
-/// the whole body resounds. A body that is free to move has no response at 0: there the mass at 20 Hz is added.
-/// `slopes`: also how the response to smooth_loads changes with s (at 0: with s^2), for one more solution and no
-/// factorization: that serves as well as twice as many shifts (Hermite interpolation; Antoulas 2005, section 11.3).
-/// `echoes`: how often the response to the patch's resultant force is answered again, (A^-1 M)^k A^-1 f at the first
-/// shift, which brings in the slowest vibrations that the patch can excite: three columns each, the last. Throws
-/// IndefiniteTangent when a matrix is not positive definite. `solver`: keeps its symbolic analysis for the next body.
+/// moves under forces that grow as e^(s t); then, how it moves now. The loads are unit forces on the patch nodes in
+/// reach at the first and the last shift, where what is felt is near the tool, and smooth_loads between, where the
+/// whole body resounds; on the rim smooth ones, at the first shift only. A body that is free to move has no response at
+/// 0: there the mass at 20 Hz is added. `slopes`: also how the response to smooth_loads changes with s (at 0: with
+/// s^2), for one more solution and no factorization: that serves as well as twice as many shifts (Hermite
+/// interpolation; Antoulas 2005, section 11.3). `echoes`: how often the response to the patch's resultant force is
+/// answered again, (A^-1 M)^k A^-1 f at the first shift, which brings in the slowest vibrations that the patch can
+/// excite: three columns each, the last. Throws IndefiniteTangent when a matrix is not positive definite. `solver`:
+/// keeps its symbolic analysis for the next body.
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
                   SparseSolver& solver, int echoes, bool slopes);
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts);

@@ -185,7 +185,11 @@ std::optional<std::size_t> ReducerChoice::cheaper_than_present() const {
 }
 
 void ReducerChoice::revise(const LocalModel& model, const ContactSite& site) {
-  if (!has_samples(chosen().reducer) || refreshes_++ % kSampleEvery != 0) return;
+  if (!has_samples(chosen().reducer)) return;
+  if (wait_-- > 0) return;
+  // Not in a refresh that has chosen its nodes anew, which costs more already; but where each does, in one of these.
+  if (graded_.is_graded_anew() && wait_ >= -kSampleEvery) return;
+  wait_ = kSampleEvery - 1;
   const Certificate& now = running_.sample(graded_, model, site);
   if (std::isfinite(now.worst) && now.worst > 0) certified_ = now.worst;
   if (!is_auto_) return;

@@ -72,7 +72,7 @@ class ReducerChoice {
   RunningCertificate running_;
   std::vector<ReducerCandidate> candidates_;  ///< by predicted cost
   std::size_t chosen_ = 0;
-  int refreshes_ = 0;  // since set-up
+  int wait_ = 0;  // refreshes until the next sample of the certificate; below 0: since it was due
   double certified_ = std::numeric_limits<double>::quiet_NaN();
   int quiet_ = 0, revisions_ = 0;  // samples since the certificate was near the tolerance
 };

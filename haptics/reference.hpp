@@ -71,6 +71,9 @@ void write_reference(const std::string& file, const Reference& reference);
 /// Throws InputError when the file cannot be read or belongs to another body, law or path than `key`.
 Reference read_reference(const std::string& file, std::uint64_t key);
 
+/// The key that a file of write_reference has. @throws InputError when it is none
+std::uint64_t key_in_reference(const std::string& file);
+
 /// The columns t, force_x, force_y and force_z of any run's reference.csv or trace.csv: only `h` and `force` are set.
 /// Throws InputError when they are not there, or not one a tick.
 Reference read_forces(const std::string& file);

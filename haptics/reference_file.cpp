@@ -5,10 +5,12 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
+#include <filesystem>
+#include <sstream>
 
 #include "haptics/reference.hpp"
 #include "io/output_file.hpp"
+#include "io/text_reader.hpp"
 
 namespace kt {
 namespace {
@@ -53,9 +55,19 @@ void write_reference(const std::string& file, const Reference& reference) {
   write_file_whole(file, out);
 }
 
+std::uint64_t key_in_reference(const std::string& file) {
+  const std::string content = read_whole_file(file);
+  std::uint64_t key = 0;
+  if (!content.starts_with(kHeader) ||
+      std::sscanf(content.c_str() + std::string_view(kHeader).size(), "%" SCNx64, &key) != 1)
+    throw InputError(text(file, ": not a reference: the first line must be \"", kHeader, "KEY RATE H SECONDS\""));
+  return key;
+}
+
 Reference read_reference(const std::string& file, std::uint64_t key) {
-  std::ifstream in(file);
-  if (!in) throw InputError(text(file, ": cannot read the reference (a run with --reference leaves reference.csv)"));
+  if (!std::filesystem::exists(file))
+    throw InputError(text(file, ": cannot read the reference (a run with --reference leaves reference.csv)"));
+  std::istringstream in(read_whole_file(file));
   std::string line;
   Reference out;
   const auto fail = [&](const std::string& what) { throw InputError(text(file, ": not a reference: ", what)); };
@@ -73,10 +85,13 @@ Reference read_reference(const std::string& file, std::uint64_t key) {
     Vec3 f, g;
     const int read =
         std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &t, &f[0], &f[1], &f[2], &g[0], &g[1], &g[2]);
-    if (read != (has_second ? 7 : 4)) fail(text(has_second ? "seven" : "four", " numbers a line expected"));
+    if (read != (has_second ? 7 : 4) || !f.allFinite() || (has_second && !g.allFinite()))
+      fail(text(has_second ? "seven" : "four", " finite numbers a line expected, found \"", line, "\""));
     out.force.push_back(f);
     if (has_second) out.second_force.push_back(g);
   }
+  if (!(out.rate_hz > 0 && out.h > 0 && std::isfinite(out.rate_hz) && std::isfinite(out.h)))
+    fail("RATE and H of the first line must be above 0");
   if (out.key != key)
     throw InputError(text(file, ": is of another body, contact law or tool path (key ", key_text(out.key),
                           ", this run's is ", key_text(key), "); run with --reference to compute its own"));
@@ -84,11 +99,10 @@ Reference read_reference(const std::string& file, std::uint64_t key) {
 }
 
 Reference read_forces(const std::string& file) {
-  std::ifstream in(file);
+  std::istringstream in(read_whole_file(file));
   const auto fail = [&](const std::string& what) {
     throw InputError(text(file, ": no forces to compare with: ", what));
   };
-  if (!in) fail("cannot be read");
   std::string line;
   while (std::getline(in, line) && line.starts_with('#')) {
   }

@@ -164,7 +164,8 @@ static double large_ball_extent(const Surface& surface, const VectorX& x, const 
 double Refresher::reach(double t, const ReachingTool& tool, const Vec3& place, const Vec3& velocity) const {
   constexpr double kGetsFaster = 0.1;  // [m/s]
   constexpr double kLarge = 0.01;      // [m]
-  double around = 1.5 * tool_reach(tool.shape);
+  // A model that is there at once starts where the tool is; one that comes late may find it off its path.
+  double around = (delay(t) > 0 ? 1.5 : 1.2) * tool_reach(tool.shape);
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
   const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + kGetsFaster});

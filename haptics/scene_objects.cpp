@@ -21,6 +21,15 @@ void rescale(Mesh& mesh, const SceneObject& object) {
   mesh.x *= *object.size / longest;
 }
 
+/// Beyond, squares and volumes leave the finite numbers; a body lies nowhere near.
+void require_near(const Mesh& mesh, const SceneObject& object) {
+  constexpr double kFarthest = 1e6;  // [m] as the tool's path
+  const double farthest = mesh.x.size() > 0 ? mesh.x.lpNorm<Eigen::Infinity>() : 0;
+  if (!(farthest <= kFarthest))
+    throw InputError(text(object.mesh, ": reaches ", farthest, " m from the origin, must be within ", kFarthest,
+                          " m: set object.size or object.scale"));
+}
+
 Mesh split_long_edges(Mesh surface, double max_edge) {
   constexpr int kMostNodes = 200000;
   try {
@@ -39,6 +48,7 @@ Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes) {
   Mesh mesh = load_mesh(object.mesh, {}, &notes);
   if (mesh.triangles.empty()) throw InputError(text(object.mesh, ": the mesh has no triangles"));
   rescale(mesh, object);
+  require_near(mesh, object);
   if (object.repair && mesh.tetrahedra.empty()) {
     RepairResult repaired = repair(mesh);
     for (const std::string& what : repaired.done) notes.push_back("object.repair: " + what);

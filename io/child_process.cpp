@@ -16,6 +16,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 #include <thread>
 
 #include "core/error.hpp"
@@ -35,7 +36,10 @@ void enter_child(const std::string& log, [[maybe_unused]] const ChildLimits& lim
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(126);  // the parent died before the line above
-  for (const int s : {SIGINT, SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(s, SIG_DFL);
+  for (const int s : {SIGINT, SIGTERM, SIGPIPE, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(s, SIG_DFL);
+  sigset_t none;  // the parent's threads may block some, and a child inherits that
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
   // No RLIMIT_CPU: wait_for() watches the time, and under that limit Linux rounds the child's clock of CPU time, by
   // which the chart measures a refresh, to scheduler ticks (4 ms).
   set_limit(RLIMIT_CORE, 0, 0);
@@ -66,6 +70,7 @@ std::string tail_of(const std::string& path) {
 ChildResult wait_for(pid_t child, const std::string& log, const ChildLimits& limits) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::chrono::duration<double>(limits.seconds);
+  const LiveChild alive(child);
   ChildResult result;
   int status = 0;
   auto pause = std::chrono::microseconds(500);
@@ -91,10 +96,23 @@ ChildResult wait_for(pid_t child, const std::string& log, const ChildLimits& lim
   return result;
 }
 
+/// What the C++ runtime says when it gives up: it names a type, where a person needs a reason.
+bool is_of_the_runtime(std::string_view line) {
+  return line.starts_with("terminate called") || line.starts_with("  what():  std::") ||
+         line.starts_with("pure virtual method called");
+}
+
 /// The last lines of a log on one line.
 std::string last_words(const std::string& log) {
   std::string line;
-  for (const char c : log) line += (c == '\n' || c == '\t') ? ' ' : (c >= ' ' && c < 127) ? c : '?';
+  for (std::size_t at = 0; at < log.size();) {
+    const std::size_t end = std::min(log.find('\n', at), log.size());
+    const std::string_view words = std::string_view(log).substr(at, end - at);
+    at = end + 1;
+    if (is_of_the_runtime(words)) continue;
+    for (const char c : words) line += c == '\t' ? ' ' : (c >= ' ' && c < 127) ? c : '?';
+    line += ' ';
+  }
   const std::size_t begin = line.find_first_not_of(' ');
   if (begin == std::string::npos) return {};
   line = line.substr(begin, line.find_last_not_of(' ') + 1 - begin);
@@ -126,17 +144,18 @@ void require_good(const ChildResult& run, const std::string& what, const ChildLi
 
 PrivateFolder::PrivateFolder() : PrivateFolder((std::filesystem::temp_directory_path() / "kilotouch-").string()) {}
 
-PrivateFolder::PrivateFolder(const std::string& prefix) {
+namespace {
+
+std::string make_private_folder(const std::string& prefix) {
   std::string name = prefix + "XXXXXX";
   if (!::mkdtemp(name.data()))
     throw RunError(text("cannot make a temporary folder ", name, ": ", std::strerror(errno)));
-  path_ = name;
+  return name;
 }
 
-PrivateFolder::~PrivateFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
+}  // namespace
+
+PrivateFolder::PrivateFolder(const std::string& prefix) : folder_(make_private_folder(prefix)) {}
 
 ChildResult run_program(const std::vector<std::string>& arguments, const PrivateFolder& folder,
                         const ChildLimits& limits) {

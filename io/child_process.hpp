@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "io/leftovers.hpp"
+
 namespace kt {
 
 struct ChildLimits {
@@ -48,14 +50,11 @@ class PrivateFolder {
   PrivateFolder();  ///< under the system's temporary folder. @throws RunError when it cannot be made
   /// @param prefix  path that its name begins with
   explicit PrivateFolder(const std::string& prefix);
-  ~PrivateFolder();
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
-  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-  const std::string& path() const { return path_; }
+  std::string operator/(const std::string& name) const { return path() + "/" + name; }
+  const std::string& path() const { return folder_.path(); }
 
  private:
-  std::string path_;
+  Leftover folder_;
 };
 
 /// Runs a program (found on PATH) in `folder` and waits for it. A program that is not there: exit code 127.

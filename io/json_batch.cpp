@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,13 +11,15 @@
 #include <condition_variable>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "core/error.hpp"
+#include "io/json_file.hpp"
+#include "io/text_reader.hpp"
 
 namespace kt {
 namespace {
@@ -27,8 +30,13 @@ using Json = nlohmann::ordered_json;
 class RowFile {
  public:
   explicit RowFile(const std::string& path)
-      : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
+      : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0644)) {
     if (file_ < 0) throw InputError(text(path, ": cannot be written: ", std::strerror(errno)));
+    struct stat kind {};
+    if (::fstat(file_, &kind) != 0 || !S_ISREG(kind.st_mode)) {
+      ::close(file_);
+      throw InputError(text(path, ": is not a regular file; rows are kept in one"));
+    }
     if (::flock(file_, LOCK_EX | LOCK_NB) == 0) return;
     ::close(file_);
     throw InputError(text(path, ": another run is writing to it"));
@@ -45,7 +53,7 @@ class RowFile {
   /// In one write, so that a kill leaves at most the last line short; read_batch() leaves that one out.
   void append(const Json& row) {
     // A result may hold a mesh's name in any encoding; what is not UTF-8 in it must not cost the row.
-    const std::string line = row.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    const std::string line = json_text(row) + "\n";
     std::size_t done = 0;
     while (done < line.size()) {
       const ssize_t n = ::write(file_, line.data() + done, line.size() - done);
@@ -60,18 +68,33 @@ class RowFile {
   int file_;
 };
 
+/// What every row has that run_job() has written; empty: all of it.
+std::string row_problem(const Json& row) {
+  if (!row.is_object()) return "not a JSON object";
+  const auto is = [&](const char* key, bool (Json::*kind)() const noexcept) {
+    return row.contains(key) && (row[key].*kind)();
+  };
+  for (const char* key : {"key", "outcome", "trouble"})
+    if (!is(key, &Json::is_string)) return text("\"", key, "\" is missing or no text");
+  if (!is("seconds", &Json::is_number)) return "\"seconds\" is missing or no number";
+  if (!row.contains("result")) return "\"result\" is missing";
+  return {};
+}
+
 /// @param bytes  of the whole lines
 std::vector<Json> read_rows(const std::string& file, std::uintmax_t& bytes) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(text(file, ": cannot be read"));
   std::vector<Json> rows;
-  std::string line;
   bytes = 0;
+  std::error_code none;
+  if (std::filesystem::is_regular_file(file, none) && std::filesystem::file_size(file, none) == 0) return rows;
+  std::istringstream in(read_whole_file(file));
+  std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (in.eof()) break;  // no line end: cut off
+    require_shallow_json(line, text(file, ", line ", number));
     Json row = Json::parse(line, nullptr, false);
-    if (!row.is_object() || !row.contains("key") || !row["key"].is_string())
-      throw InputError(text(file, ", line ", number, ": not a row of a batch (a JSON object with a key)"));
+    if (const std::string why = row_problem(row); !why.empty())
+      throw InputError(text(file, ", line ", number, ": not a row of a batch: ", why));
     rows.push_back(std::move(row));
     bytes += line.size() + 1;
   }
@@ -80,9 +103,11 @@ std::vector<Json> read_rows(const std::string& file, std::uintmax_t& bytes) {
 
 /// What the program wrote; null when it wrote nothing, or only a part.
 Json read_result(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  Json result = in ? Json::parse(in, nullptr, false) : Json();
-  return result.is_discarded() ? Json() : result;
+  try {
+    return read_json_file(file);
+  } catch (const InputError&) {
+    return {};
+  }
 }
 
 std::string outcome_of(const ChildResult& child, const std::string& trouble) {

@@ -5,11 +5,14 @@
 
 namespace kt {
 
-/// Writes beside `path` under a temporary name, then renames: a reader, a crash or a full disk never sees half a file.
+/// A file, new or old: written beside `path` under a name that nobody can guess, to the disk, then renamed; a reader, a
+/// crash or a full disk never sees half of it. A link stays a link: what it points at is written. A device or a pipe is
+/// written to and never replaced; a pipe that nobody reads is refused after a while.
 /// @throws InputError naming the file and the reason.
 void write_file_whole(const std::string& path, std::string_view content);
 
-/// Throws InputError unless the folder that `path` lies in is there: to be asked before long work, not after it.
+/// Throws InputError unless the folder that `path` lies in is there, and `path` is no folder, disk or socket: to be
+/// asked before long work, not after it.
 void require_folder_of(const std::string& path);
 
 /// Makes the folder and those above it. @throws InputError naming the folder and the reason.

@@ -1,12 +1,12 @@
 #include "io/scene.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "core/error.hpp"
+#include "core/visible_text.hpp"
 #include "io/scene_json.hpp"
+#include "io/text_reader.hpp"
 
 namespace kt {
 namespace {
@@ -46,20 +46,23 @@ bool is_overridden(const std::string& key, const std::vector<std::string>& overr
   return false;
 }
 
+/// A saved scene has the bytes of a name that are no UTF-8 as \xff (to_json).
+std::string with_bytes(const std::string& file) {
+  const std::string bytes = unescape_bytes(file);
+  return !fs::exists(file) && fs::exists(bytes) ? bytes : file;
+}
+
 /// A file named in the scene, seen from the current folder. A word typed on the command line means the current folder
 /// if the file is there, as for every other command.
 std::string resolve(const std::string& file, const fs::path& folder, bool typed) {
-  if (file.empty() || fs::path(file).is_absolute() || (typed && fs::exists(file))) return file;
-  return (folder / file).lexically_normal().string();
+  if (file.empty() || fs::path(file).is_absolute() || (typed && fs::exists(file))) return with_bytes(file);
+  return with_bytes((folder / file).lexically_normal().string());
 }
 
 std::string read_text(const std::string& path) {
   if (fs::is_directory(path)) throw InputError(text(path, ": is a folder, not a scene file"));
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(text(path, ": no such scene file, or it cannot be read"));
-  std::ostringstream content;
-  content << in.rdbuf();
-  return content.str();
+  if (!fs::exists(path)) throw InputError(text(path, ": no such scene file, or it cannot be read"));
+  return read_whole_file(path);
 }
 
 }  // namespace
@@ -67,13 +70,6 @@ std::string read_text(const std::string& path) {
 Scene default_scene() { return {}; }
 
 namespace {
-
-/// A message shows keys, words and overrides as they stand; control characters in them must not break its line.
-std::string one_line(std::string message) {
-  for (char& c : message)
-    if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
-  return message;
-}
 
 Scene parse_checked(const std::string& json, const std::vector<std::string>& overrides, const std::string& name) {
   nlohmann::json document = parse_scene_document(json, name);
@@ -88,9 +84,16 @@ Scene parse_checked(const std::string& json, const std::vector<std::string>& ove
 
 Scene parse_scene(const std::string& json, const std::vector<std::string>& overrides, const std::string& name) {
   try {
-    return parse_checked(json, overrides, name);
+    Scene scene = parse_checked(json, overrides, name);
+    for (SceneTool* tool : {&scene.tool, scene.second_tool ? &*scene.second_tool : nullptr})
+      if (tool) {
+        tool->mesh = with_bytes(tool->mesh);
+        if (auto& recording = tool->path.recording) recording = with_bytes(*recording);
+      }
+    scene.object.mesh = with_bytes(scene.object.mesh);
+    return scene;
   } catch (const InputError& error) {
-    throw InputError(one_line(error.what()));
+    throw InputError(visible(error.what()));  // keys and words are shown as they stand
   }
 }
 

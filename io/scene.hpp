@@ -184,7 +184,7 @@ struct SceneGlobal {
   double rate_hz = 30.0;  ///< the paper: 10
   std::string integrator = "implicit_euler";
   std::string solver = "automatic";  ///< of implicit steps: automatic direct pcg
-  double tolerance = 1e-6;           ///< of pcg: |residual| / |rhs|
+  double tolerance = 1e-5;           ///< of pcg: |residual| / |rhs|
   bool early_refresh = true;         ///< up to four times rate_hz while the local models' force is off by more than
                                      ///< local.tolerance when an interval ends, and at the edge of the patch
   bool look_ahead = true;            ///< linearizes where the body will be half-way through the local model's use

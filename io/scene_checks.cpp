@@ -59,6 +59,14 @@ Found check_contact(const SceneContact& contact) {
 }
 
 Found check_rates(const Scene& scene) {
+  const double ticks = scene.duration * scene.local.rate_hz;
+  constexpr double kMostTicks = 1e9;  // they are counted in int
+  if (!(ticks >= 0.5))
+    return JsonProblem{"duration", text("is ", scene.duration, " s, must be at least one tick, ",
+                                        1 / scene.local.rate_hz, " s at local.rate_hz ", scene.local.rate_hz)};
+  if (!(ticks <= kMostTicks))
+    return JsonProblem{"duration", text("is ", scene.duration, " s, must be at most ", kMostTicks, " ticks, ",
+                                        kMostTicks / scene.local.rate_hz, " s at local.rate_hz ", scene.local.rate_hz)};
   if (scene.global.rate_hz > scene.local.rate_hz)
     return JsonProblem{"global.rate_hz", text("is ", scene.global.rate_hz, ", must be at most local.rate_hz (",
                                               scene.local.rate_hz, ")")};

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/visible_text.hpp"
+
 namespace kt {
 namespace {
 
@@ -264,6 +266,8 @@ class Writer {
       Ordered list = Ordered::array();
       for (auto& entry : value) list.push_back(written(entry));
       return list;
+    } else if constexpr (std::is_same_v<Plain, std::string>) {
+      return escape_bytes(value);  // a file's name may be no UTF-8, which JSON is
     } else {
       return value;
     }

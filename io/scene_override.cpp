@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "io/json_file.hpp"
 #include "io/scene_json.hpp"
 
 namespace kt {
@@ -29,6 +30,7 @@ std::string parent(const std::vector<std::string>& parts, std::size_t count) {
 
 /// JSON if it parses, else the word itself. A text key takes "2024" as text: nobody quotes for the shell twice.
 Json parse_value(const std::string& value, const Rules* rules) {
+  require_shallow_json(value, "--set");
   const Json parsed = Json::parse(value, nullptr, /*allow_exceptions=*/false, /*ignore_comments=*/true);
   if (parsed.is_discarded()) return value;
   const bool wants_text = rules && rules->value("type", "") == "string";

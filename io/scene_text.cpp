@@ -3,6 +3,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "io/json_file.hpp"
 #include "io/scene_json.hpp"
 
 namespace kt {
@@ -57,6 +58,7 @@ class KeysOnce {
 }  // namespace
 
 Json parse_scene_document(const std::string& json, const std::string& name) {
+  require_shallow_json(json, name);
   KeysOnce keys;
   Json document;
   try {

@@ -1,13 +1,16 @@
 #include "io/text_reader.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
 namespace kt {
@@ -31,11 +34,16 @@ std::string read_whole_file(const std::string& path) {
   constexpr std::uintmax_t kLargest = std::uintmax_t{4} << 30;  // beyond int indices and any interactive use
   if (size > kLargest)
     throw InputError(text(path, ": file has ", size, " bytes, more than the ", kLargest, " allowed"));
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(text(path, ": cannot be read: ", std::strerror(errno)));
+  // Between the look above and here, a pipe may have taken its place: it would be waited for.
+  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (file < 0) throw InputError(text(path, ": cannot be read: ", std::strerror(errno)));
   std::string data(static_cast<std::size_t>(size), '\0');
-  in.read(data.data(), static_cast<std::streamsize>(size));
-  if (in.gcount() != static_cast<std::streamsize>(size)) throw InputError(text(path, ": cannot be read to its end"));
+  std::size_t done = 0;
+  ssize_t n = 1;
+  while (done < data.size() && (n = ::read(file, data.data() + done, data.size() - done)) > 0)
+    done += static_cast<std::size_t>(n);
+  ::close(file);
+  if (done < data.size()) throw InputError(text(path, ": cannot be read to its end"));
   return data;
 }
 

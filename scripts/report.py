@@ -36,6 +36,13 @@ def main():
     parser.add_argument("--stability", action="store_true", help="DIR holds stability.json and the maps' tables")
     parser.add_argument("--check", action="store_true", help="DIR holds what kilotouch check left")
     arguments = parser.parse_args()
+    try:
+        return draw(arguments)
+    except OSError as error:  # a full disk: one line, and what was whole before is as it was
+        raise SystemExit(f"report.py: {error.filename or arguments.folder}: {error.strerror or error}")
+
+
+def draw(arguments):
     if not os.path.isdir(arguments.folder):
         raise SystemExit(f"report.py: {arguments.folder}: no such folder")
     if CAN_DRAW:

@@ -8,6 +8,7 @@
 #include "haptics/reference.hpp"
 #include "io/json_batch.hpp"
 #include "io/output_file.hpp"
+#include "io/shell_words.hpp"
 
 namespace kt {
 namespace {
@@ -36,10 +37,9 @@ std::vector<std::string> run_words(const std::string& program, const ChartMatrix
 
 /// As a user would type it.
 std::string command_of(const ChartMatrix& matrix, const ChartBody& body, const std::vector<std::string>& set) {
-  std::string out = "kilotouch run " + matrix.scene;
-  for (const auto* list : {&body.set, &set})
-    for (const std::string& setting : *list) out += " --set " + setting;
-  return out;
+  std::vector<std::string> words = run_words("kilotouch", matrix, body, set);
+  words[2] = matrix.scene;
+  return shell_words(words);
 }
 
 class MatrixRun {
@@ -97,7 +97,7 @@ class MatrixRun {
       for (const ChartBody& body : matrix_.bodies) {
         // The run that the reference accompanies only gives the path: the cheapest will do.
         auto words = run_words(program_, matrix_, body, {"local.reducer=condensed"});
-        words.insert(words.end(), {"--reference", "--reference-rate", text(hz), "--no-report", "--out",
+        words.insert(words.end(), {"--reference", "--reference-rate", text(hz), "--no-report", "--force", "--out",
                                    truth_folder(body.name, rate_name(hz)), "--json", "{json}"});
         out.push_back({rate_key(body, hz), words});
       }
@@ -108,7 +108,8 @@ class MatrixRun {
     std::vector<BatchJob> out;
     for (const ChartBody& body : matrix_.truth) {
       auto words = run_words(program_, matrix_, body, matrix_.methods.front().set);
-      words.insert(words.end(), {"--no-report", "--out", truth_folder(body.name, "run"), "--json", "{json}"});
+      words.insert(words.end(),
+                   {"--no-report", "--force", "--out", truth_folder(body.name, "run"), "--json", "{json}"});
       out.push_back({named(body.name), words});
     }
     return out;

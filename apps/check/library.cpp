@@ -1,10 +1,15 @@
 #include "apps/check/library.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <optional>
+#include <set>
 
 #include "core/error.hpp"
+#include "core/visible_text.hpp"
 #include "io/mesh_io.hpp"
 
 namespace kt {
@@ -19,15 +24,59 @@ bool is_mesh(const fs::path& file) {
   return extension != ".ele" && std::ranges::count(readable_mesh_extensions(), extension) > 0;
 }
 
+/// A folder by what it is, not by the links that lead to it.
+using FolderId = std::pair<dev_t, ino_t>;
+
+std::optional<FolderId> folder_id(const fs::path& folder) {
+  struct stat found {};
+  if (::stat(folder.c_str(), &found) != 0) return {};
+  return FolderId{found.st_dev, found.st_ino};
+}
+
+/// Walks below a folder and enters each once: a link to one that was entered, or to one above, leads nowhere new.
+class FolderWalk {
+ public:
+  explicit FolderWalk(const fs::path& root) {
+    for (fs::path above = fs::canonical(root); above.has_relative_path();) {
+      above = above.parent_path();
+      if (const auto id = folder_id(above)) seen_.insert(*id);
+    }
+    enter(root);
+    // Links after all real folders, so that a name never depends on the order of a folder's entries.
+    for (std::size_t i = 0; i < links_.size(); ++i) enter(fs::path(links_[i]));
+  }
+  const std::vector<fs::path>& files() const { return files_; }
+
+ private:
+  void enter(const fs::path& folder) {
+    const auto id = folder_id(folder);
+    if (!id || !seen_.insert(*id).second) return;
+    std::vector<fs::path> inside;
+    std::error_code none;
+    for (auto it = fs::directory_iterator(folder, fs::directory_options::skip_permission_denied, none);
+         !none && it != fs::directory_iterator(); it.increment(none))
+      inside.push_back(it->path());
+    std::ranges::sort(inside);
+    for (const fs::path& path : inside) {
+      if (!fs::is_directory(path, none))
+        files_.push_back(path);
+      else if (fs::is_symlink(path, none))
+        links_.push_back(path);
+      else
+        enter(path);
+    }
+  }
+  std::set<FolderId> seen_;
+  std::vector<fs::path> files_, links_;
+};
+
 void add_folder(const fs::path& folder, const std::string& prefix, std::vector<LibraryMesh>& out) {
   const std::size_t before = out.size();
-  const auto options = fs::directory_options::follow_directory_symlink | fs::directory_options::skip_permission_denied;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
-    std::error_code none;
-    if (!is_mesh(entry.path()) || entry.is_directory(none)) continue;
-    out.push_back(
-        {prefix + entry.path().lexically_relative(folder).generic_string(), fs::absolute(entry.path()).string()});
-  }
+  const FolderWalk walk(folder);
+  for (const fs::path& file : walk.files())
+    if (is_mesh(file))
+      out.push_back(
+          {escape_bytes(prefix + file.lexically_relative(folder).generic_string()), fs::absolute(file).string()});
   if (out.size() == before)
     throw InputError(text(folder.string(), ": no mesh files in it; known: ", join(readable_mesh_extensions())));
 }
@@ -43,7 +92,7 @@ std::vector<LibraryMesh> find_meshes(const std::vector<std::string>& paths) {
     if (fs::is_directory(place))
       add_folder(place, paths.size() > 1 ? fs::absolute(place).lexically_normal().filename().string() + "/" : "", out);
     else
-      out.push_back({place.filename().string(), fs::absolute(place).string()});
+      out.push_back({escape_bytes(place.filename().string()), fs::absolute(place).string()});
   }
   std::ranges::sort(out, {}, &LibraryMesh::key);
   const auto same = std::ranges::adjacent_find(out, {}, &LibraryMesh::key);

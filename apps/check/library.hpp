@@ -6,11 +6,13 @@
 namespace kt {
 
 struct LibraryMesh {
-  std::string key;   ///< names it in reports: its path from the folder given, the same on every machine
+  std::string key;   ///< names it in reports: its path from the folder given, the same on every machine; UTF-8, other
+                     ///< bytes of the path escaped (core/visible_text.hpp)
   std::string file;  ///< absolute
 };
 
-/// All mesh files below the folders and the files given, ascending by key. Of several folders each key begins with the
+/// All mesh files below the folders and the files given, ascending by key. Links are followed, but no folder is entered
+/// twice, nor one above a folder given. Of several folders each key begins with the
 /// folder's name.
 /// @throws InputError for a path that is not there, holds no mesh, or two meshes of one key
 std::vector<LibraryMesh> find_meshes(const std::vector<std::string>& paths);

@@ -1,18 +1,19 @@
 #include "apps/check/rows.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "apps/check/verdict.hpp"
+#include "apps/check/worker.hpp"
 #include "core/error.hpp"
 #include "io/json_batch.hpp"
+#include "io/json_file.hpp"
 #include "io/output_file.hpp"
 
 namespace kt {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 /// What ended the worker, in a word and without what differs from run to run.
 std::string end_of(const Json& batch_row) {
@@ -30,6 +31,93 @@ void add_end(const Json& batch_row, Json& stages) {
 }
 
 }  // namespace
+
+namespace {
+
+/// A value that is there has the kind that the worker gives it; else what is wrong with it.
+std::string kind_problem(const Json& of, const char* key, bool (Json::*kind)() const noexcept, const char* name) {
+  if (!of.contains(key)) return {};
+  return (of[key].*kind)() ? "" : text("\"", key, "\" is ", shown_json(of[key]), ", must be ", name);
+}
+
+std::string stage_problem(const Json& stage) {
+  if (!stage.is_object()) return text("a stage is ", shown_json(stage), ", must be a group");
+  for (const char* key : {"name", "verdict", "why"})
+    if (!stage.contains(key) || !stage[key].is_string()) return text("a stage's \"", key, "\" is missing or no text");
+  const auto is_named = [&](const CheckStageEntry& entry) { return stage["name"] == entry.name; };
+  const bool is_of_batch = stage["name"] == "start" || stage["name"] == "end";
+  if (!is_of_batch && std::ranges::none_of(check_stages(), is_named))
+    return text("there is no stage ", shown_json(stage["name"]));
+  verdict_named(stage["verdict"].get<std::string>());
+  for (const char* key : {"figures", "times"})
+    if (auto why = kind_problem(stage, key, &Json::is_object, "a group"); !why.empty()) return why;
+  if (!stage.contains("where")) return {};
+  const Json& where = stage["where"];
+  const auto is_coordinate = [](const Json& c) { return c.is_number() || c.is_null(); };
+  return where.is_array() && where.size() == 3 && std::ranges::all_of(where, is_coordinate)
+             ? ""
+             : text("a stage's \"where\" is ", shown_json(where), ", must be three numbers");
+}
+
+std::string outline_problem(const Json& outline) {
+  if (!outline.is_object()) return "\"outline\" is no group";
+  const auto is_list = [&](const char* key) {
+    return outline.contains(key) && outline[key].is_array() &&
+           std::ranges::all_of(outline[key], [](const Json& v) { return v.is_number(); });
+  };
+  const bool is_whole = is_list("x") && is_list("t") && is_list("min") && outline["min"].size() == 3 &&
+                        outline.contains("size") && outline["size"].is_number();
+  return is_whole ? "" : "\"outline\" has not the lists x, t, min and the number size";
+}
+
+/// @param result  what a worker wrote, or null
+std::string result_problem(const Json& result) {
+  if (result.is_null()) return {};
+  if (!result.is_object()) return text("\"result\" is ", shown_json(result), ", must be a group or null");
+  for (const std::string& why : {kind_problem(result, "running", &Json::is_string, "a text"),
+                                 kind_problem(result, "triangles", &Json::is_number_integer, "a whole number"),
+                                 kind_problem(result, "times", &Json::is_object, "a group"),
+                                 kind_problem(result, "stages", &Json::is_array, "a list")})
+    if (!why.empty()) return why;
+  if (result.contains("times"))
+    for (const auto& [key, value] : result["times"].items())
+      if (!value.is_number()) return text("the time \"", key, "\" is no number");
+  if (result.contains("stages"))
+    for (const Json& stage : result["stages"])
+      if (auto why = stage_problem(stage); !why.empty()) return why;
+  return result.contains("outline") ? outline_problem(result["outline"]) : "";
+}
+
+}  // namespace
+
+std::vector<Json> read_check_rows(const std::string& file) {
+  std::vector<Json> rows = read_batch(file);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::string why;
+    try {
+      why = result_problem(rows[i]["result"]);
+    } catch (const InputError& e) {
+      why = e.what();
+    }
+    if (!why.empty()) throw InputError(text(file, ", line ", i + 1, ": not a row of a check: ", why));
+  }
+  return rows;
+}
+
+Json read_check_report(const std::string& file) {
+  if (!std::filesystem::exists(file)) throw InputError(file + ": cannot be read: no such file");
+  Json report = read_json_file(file);
+  const auto fail = [&](const std::string& why) {
+    throw InputError(text(file, ": not a report of a check (report.json): ", why));
+  };
+  if (!report.is_object() || !report.contains("rows") || !report["rows"].is_array()) fail("it has no list \"rows\"");
+  const Json& rows = report["rows"];
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const char* key : {"path", "verdict"})
+      if (!rows[i].is_object() || !rows[i].contains(key) || !rows[i][key].is_string())
+        fail(text("rows[", i, "] has no \"", key, "\""));
+  return report;
+}
 
 Json report_row(const Json& batch_row) {
   const Json& result = batch_row["result"];
@@ -69,11 +157,11 @@ bool met_limit(const Json& batch_row) {
 int forget_rows(const std::string& file, bool (*are_forgotten)(const Json& batch_row)) {
   std::string kept;
   int forgotten = 0;
-  for (const Json& row : read_batch(file)) {
+  for (const Json& row : read_check_rows(file)) {
     if (are_forgotten(row))
       ++forgotten;
     else
-      kept += dump(row) + "\n";
+      kept += json_text(row) + "\n";
   }
   if (forgotten > 0) write_file_whole(file, kept);
   return forgotten;

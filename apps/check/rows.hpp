@@ -11,6 +11,13 @@ namespace kt {
 /// stages, times and, apart from these, outline.
 nlohmann::ordered_json report_row(const nlohmann::ordered_json& batch_row);
 
+/// The rows of a batch's file, each as a worker of the check leaves it: what others wrote into it is no surprise later.
+/// @throws InputError naming file, line and what is wrong
+std::vector<nlohmann::ordered_json> read_check_rows(const std::string& file);
+
+/// An older report.json. @throws InputError for a file that is none
+nlohmann::ordered_json read_check_report(const std::string& file);
+
 /// Its worker was ended from outside: that says nothing about the mesh, and it is to be checked again.
 bool was_killed(const nlohmann::ordered_json& batch_row);
 

@@ -16,9 +16,19 @@ class Automatic final : public StepSolver {
   }
 
   bool solve(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) override {
+    return solve(matrix, rhs, x, &StepSolver::solve);
+  }
+  bool solve_roughly(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) override {
+    return solve(matrix, rhs, x, &StepSolver::solve_roughly);
+  }
+  int iterations() const override { return iterations_; }
+
+ private:
+  using Solve = bool (StepSolver::*)(const SparseMatrix&, const VectorX&, VectorX&);
+  bool solve(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x, Solve iterate) {
     iterations_ = 0;
     if (iterative_) {
-      const bool good = iterative_->solve(matrix, rhs, x);
+      const bool good = (iterative_.get()->*iterate)(matrix, rhs, x);
       iterations_ = iterative_->iterations();
       if (good) return true;
     }
@@ -26,9 +36,6 @@ class Automatic final : public StepSolver {
     iterative_.reset();
     return true;
   }
-  int iterations() const override { return iterations_; }
-
- private:
   std::unique_ptr<StepSolver> direct_, iterative_;  // iterative: only while it serves
   int iterations_ = 0;
 };

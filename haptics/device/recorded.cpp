@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 
 #include "haptics/device/haptic_device.hpp"
+#include "io/text_reader.hpp"
 
 namespace kt {
 namespace {
@@ -28,9 +29,10 @@ class Recorded final : public HapticDevice {
   double h_, speed_;
 };
 
+constexpr double kFarthest = 1e6;  // [m] as a scene's waypoints: beyond, squares of distances end
+
 std::vector<TimedPoint> load_path(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw InputError(text(file, ": cannot read the recording"));
+  std::istringstream in(read_whole_file(file));
   std::vector<TimedPoint> path;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -40,6 +42,9 @@ std::vector<TimedPoint> load_path(const std::string& file) {
     for (int i = 0; i < 4; ++i) {
       const auto [stop, error] = std::from_chars(next, end, value[i]);
       const bool separated = i == 3 || (stop < end && *stop == ',');
+      if (error == std::errc{} && i > 0 && std::abs(value[i]) > kFarthest)
+        throw InputError(
+            text(file, ":", number, ": coordinate ", value[i], " m, must be within ", kFarthest, " m of the origin"));
       if (error != std::errc{} || !separated || !std::isfinite(value[i]))
         throw InputError(text(file, ":", number, ": expected four finite numbers \"t,x,y,z\", found \"", line, "\""));
       next = stop + 1;

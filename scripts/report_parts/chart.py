@@ -6,9 +6,11 @@ import os
 import textwrap
 
 from report_parts.drawing import CAN_DRAW, plt
+from report_parts.inline import inline_json
 from report_parts.pages import page
 from report_parts.notices import with_notice
 from report_parts.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
+from report_parts.whole_file import save_figure, write_whole
 
 LIBRARY = "/usr/share/javascript/chart.js/chart.min.js"  # Debian: libjs-chart.js
 FAMILIES = {  # colour, matplotlib's marker, Chart.js's
@@ -117,7 +119,7 @@ def draw_chart(folder, chart, titles, jnd):
     figure.get_layout_engine().set(rect=(0, 0.5 / figure.get_figheight(), 1, 1 - 0.5 / figure.get_figheight()))
     figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=min(8, len(handles)), fontsize=10)
     for extension in ("png", "svg"):
-        figure.savefig(os.path.join(folder, f"chart_{chart['name']}.{extension}"))
+        save_figure(figure, os.path.join(folder, f"chart_{chart['name']}.{extension}"))
     plt.close(figure)
 
 
@@ -233,10 +235,9 @@ def chart_page(folder, document):
             open(os.path.join(folder, f"chart_{chart['name']}.svg"), encoding="utf-8").read()
             for chart in document["charts"] if os.path.exists(os.path.join(folder, f"chart_{chart['name']}.svg")))
     else:
-        inside = json.dumps(data, ensure_ascii=False).replace("</", "<\\/")
+        inside = inline_json(data)
         body = (f"{CONTROLS}<script type='application/json' id=data>{inside}</script><script>{library}</script><script>{SCRIPT}</script>")
-    with open(os.path.join(folder, "chart.html"), "w", encoding="utf-8") as file:
-        file.write(page("Speed against accuracy", subtitle, CHART_CSS + body))
+    write_whole(os.path.join(folder, "chart.html"), page("Speed against accuracy", subtitle, CHART_CSS + body))
 
 
 def chart_report(folder):

@@ -6,9 +6,11 @@ import json
 import os
 
 from report_parts.drawing import CAN_DRAW, np, plt
+from report_parts.inline import inline_json
 from report_parts.style import BLUE, GREEN, GREY, ORANGE, VERMILION
 from report_parts.notices import with_notice
 from report_parts.thumbnail import thumbnail
+from report_parts.whole_file import write_whole
 
 SCRIPTS = ("/usr/share/javascript/jquery/jquery.min.js", "/usr/share/javascript/jquery-datatables/jquery.dataTables.min.js")
 STAGES = ("load", "doctor", "repair", "queries", "shots", "solid", "models", "local_models", "press", "drag", "energy")
@@ -44,14 +46,19 @@ td img { display: block; } .why { font-size: 0.85em; min-width: 17em; max-width:
 
 SCRIPT = """
 const rows = JSON.parse(document.getElementById('rows').textContent);
-const escaped = s => String(s).replace(/[&<>"]/g, c => ({'&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;'}[c]));
-const number = (digits, factor) => (v, type) => type !== 'display' ? (v === null ? -1 : v) : v === null ? '–' : String(+(v * (factor || 1)).toPrecision(digits));
+const escaped = s => String(s).replace(/[&<>"'`=\\/]/g, c => '&#' + c.charCodeAt(0) + ';');
+// Escaped for every use: DataTables makes elements of what it searches, too. It reads the text back from them.
+const words = d => escaped(d);
+const finite = v => typeof v === 'number' && isFinite(v);
+const number = (digits, factor) => (v, type) => type !== 'display' ? (finite(v) ? v : -1) : finite(v) ? String(+(v * (factor || 1)).toPrecision(digits)) : '–';
+const tag = v => '<span class="tag ' + (v in order || v === 'skipped' ? v : '') + '">' + escaped(v) + '</span>';
+const image = (src, alt) => /^data:image.png;base64,[A-Za-z0-9+/=]+$/.test(src) ? '<img alt="' + alt + '" src="' + src + '">' : '';
 const order = {fail: 0, degraded: 1, pass: 2};
 function detail(r) {
-  const where = w => w ? '<br>at (' + w.map(c => c === null ? 'NaN' : +c.toPrecision(6)).join(', ') + ')' : '';
-  const stages = r.stages.map(s => '<tr><td>' + escaped(s[0]) + '</td><td><span class="tag ' + s[1] + '">' + s[1] + '</span></td><td>' +
+  const where = w => w ? '<br>at (' + w.map(c => finite(c) ? +c.toPrecision(6) : 'NaN').join(', ') + ')' : '';
+  const stages = r.stages.map(s => '<tr><td>' + escaped(s[0]) + '</td><td>' + tag(s[1]) + '</td><td>' +
     escaped(s[2]) + where(s[3]) + '</td><td><pre>' + escaped(s[4]) + '</pre></td></tr>').join('');
-  return '<div class=detail>' + (r.large ? '<img alt="where it failed" src="' + r.large + '">' : '') + '<table>' + stages + '</table></div>';
+  return '<div class=detail>' + image(r.large, 'where it failed') + '<table>' + stages + '</table></div>';
 }
 $(function () {
   const table = $('#table').DataTable({
@@ -59,11 +66,11 @@ $(function () {
     language: {search: 'search', lengthMenu: '_MENU_ a page', info: '_START_ – _END_ of _TOTAL_', infoFiltered: '(of _MAX_)', paginate: {previous: '‹', next: '›'}},
     createdRow: tr => tr.classList.add('row'),
     columns: [
-      {data: 'picture', orderable: false, searchable: false, render: d => d ? '<img alt="" src="' + d + '">' : ''},
-      {data: 'path', className: 'path', render: (d, type) => type === 'display' ? escaped(d) : d},
-      {data: 'verdict', render: (d, type) => type === 'sort' ? order[d] : type === 'display' ? '<span class="tag ' + d + '">' + d + '</span>' : d},
-      {data: 'stage'},
-      {data: 'why', className: 'why', render: (d, type) => type === 'display' ? escaped(d.length > 160 ? d.slice(0, 160) + ' …' : d) : d},
+      {data: 'picture', orderable: false, searchable: false, render: d => image(d, '')},
+      {data: 'path', className: 'path', render: words},
+      {data: 'verdict', render: (d, type) => type === 'sort' ? order[d] : type === 'display' ? tag(d) : escaped(d)},
+      {data: 'stage', render: words},
+      {data: 'why', className: 'why', render: (d, type) => escaped(type === 'display' && d.length > 160 ? d.slice(0, 160) + ' …' : d)},
       {data: 'triangles', className: 'n', render: number(7)},
       {data: 'moved', className: 'n', render: number(2, 100)},
       {data: 'error', className: 'n', render: number(2, 100)},
@@ -221,7 +228,8 @@ def script_files():
 
 def plain_table(rows):
     """Where the scripts are missing."""
-    lines = "".join(f"<tr><td>{'<img alt= src=' + r['picture'] + '>' if r['picture'] else ''}</td><td>{html.escape(r['path'])}</td>"
+    image = lambda source: f"<img alt='' src='{source}'>" if source else ""  # our own: thumbnail.py
+    lines = "".join(f"<tr><td>{image(r['picture'])}</td><td>{html.escape(r['path'])}</td>"
                     f"<td><span class='tag {r['verdict']}'>{r['verdict']}</span></td><td>{html.escape(r['stage'])}</td><td>{html.escape(r['why'])}</td></tr>" for r in rows)
     return f"<table class=dataTable><tr><th></th><th>mesh</th><th>verdict</th><th>stage</th><th>why</th></tr>{lines}</table>"
 
@@ -242,7 +250,7 @@ def check_page(folder):
         stages = "".join(f"<option>{name}</option>" for name in STAGES)
         buttons = "".join(f"<button data-verdict='{v}' class='{'' if v else 'on'}'>{v or 'all'}</button>" for v in ("", "fail", "degraded", "pass"))
         heads = "".join(f"<th title='{html.escape(hint)}'>{name}</th>" for name, hint in HEADS)
-        data = json.dumps(rows, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
+        data = inline_json(rows)
         body += (f"<div class=tools>{buttons}<select id=stage><option value=''>any stage</option>{stages}</select>"
                  f"<span class=sub>a row opens its stages; places are in the file's own coordinates</span></div>"
                  f"<table id=table class=dataTable><thead><tr>{heads}</tr></thead></table>")
@@ -253,5 +261,4 @@ def check_page(folder):
         body += f"<h2>Times and errors</h2><div class=pictures>{histograms(rows)}</div>" if CAN_DRAW else ""
     page = (f"<!DOCTYPE html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'><title>Mesh check</title>"
             f"<style>{CSS}</style></head><body>{body}</body></html>\n")
-    with open(os.path.join(folder, "report.html"), "w", encoding="utf-8") as file:
-        file.write(page)
+    write_whole(os.path.join(folder, "report.html"), page)

@@ -8,6 +8,7 @@ from report_parts.drawing import CAN_DRAW
 from report_parts.results import Run
 from report_parts.surface_picture import draw_mesh
 from report_parts.trace_pictures import draw_comparison, draw_force_figure, draw_step_times
+from report_parts.whole_file import write_whole
 from report_parts.words import look_up, percent, summary_table, with_unit, written
 
 CSS = """
@@ -79,8 +80,7 @@ def reproduce(run):
 
 
 def write_page(path, content):
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(content)
+    write_whole(path, content)
 
 
 def report(folder, title, others):

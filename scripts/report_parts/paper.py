@@ -8,6 +8,7 @@ from report_parts.results import Run, read_json
 from report_parts.style import BLACK, BLUE, GREY, VERMILION
 from report_parts.trace_pictures import draw_forces, legend_below
 from report_parts.words import PLAIN, percent, with_unit, written
+from report_parts.whole_file import save_figure
 
 EXPERIMENTS = [("slide", "Pure sliding (figure 3)"), ("stick", "Pure sticking (figure 4)"), ("stick_slip", "Stick-slip, µ = 1 (figure 5)")]
 
@@ -82,7 +83,7 @@ def draw_paper(runs, path):
         panel.set_xlabel("time [s]")
         panel.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(5))
     legend_below(figure, list(handles.values()), columns=8)
-    figure.savefig(path)
+    save_figure(figure, path)
     plt.close(figure)
 
 

@@ -9,6 +9,7 @@ from report_parts.pages import page, picture, write_page
 from report_parts.results import read_json
 from report_parts.style import BLACK, BLUE, GREY, ORANGE, VERMILION
 from report_parts.trace_pictures import legend_below
+from report_parts.whole_file import save_figure
 
 VERDICTS = {  # word -> (shade of the region, colour of the points, marker, legend)
     "works": ("#DCEFE6", "#009E73", "o", "works"),
@@ -174,8 +175,8 @@ def draw_map(one, stem):
     strip = 0.4 / figure.get_figheight()
     figure.get_layout_engine().set(rect=(0, low + strip, 1, 1 - low - strip))
     figure.text(0.5, low + 0.25 * strip, one.facts["x_name"], ha="center", fontsize=12)
-    figure.savefig(stem + ".png")
-    figure.savefig(stem + ".svg")
+    save_figure(figure, stem + ".png")
+    save_figure(figure, stem + ".svg")
     plt.close(figure)
 
 

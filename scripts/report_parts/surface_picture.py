@@ -3,6 +3,7 @@ import math
 
 from report_parts.drawing import matplotlib, np, plt
 from report_parts.style import VERMILION
+from report_parts.whole_file import save_figure
 
 
 def sphere_triangles(radius, around=20, rings=12):
@@ -215,6 +216,6 @@ def draw_mesh(run, path):
     figure.colorbar(scale, cax=bar, label="displacement of the surface [mm]")
     figure.text(0.64, 0.93, "dashed: path of the tool" + ("; tool drawn to scale" if radius > 0 and view["tool"].get("shape") != "point"
                                                          else "; dot: point tool"), fontsize=10, color="#444444")
-    figure.savefig(path)
+    save_figure(figure, path)
     plt.close(figure)
     return True

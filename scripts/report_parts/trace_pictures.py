@@ -4,6 +4,7 @@ import math
 from report_parts.drawing import matplotlib, np, plt
 from report_parts.style import BLACK, BLUE, GREEN, GREY, MODES, PURPLE, SKY, VERMILION
 from report_parts.words import figures
+from report_parts.whole_file import save_figure
 
 
 def mode_strip(axes, trace):
@@ -139,7 +140,7 @@ def draw_force_figure(run, path):
     bottom.set_ylim(low, high + 0.45 * (high - low))  # room for the legend
     mode_strip(bottom, trace)
     bottom.legend(loc="upper left", ncol=2, fontsize=10)
-    figure.savefig(path)
+    save_figure(figure, path)
     plt.close(figure)
 
 
@@ -164,7 +165,7 @@ def draw_step_times(run, path):
         axes.axvline(value, color=colour, ls=style, lw=1.6, label=f"{name}: {figures(value)} µs")
     axes.set_title(f"Processor time of each of {len(times)} ticks (slowest {figures(times.max())} µs)")
     legend_below(figure, axes.lines, columns=4)
-    figure.savefig(path)
+    save_figure(figure, path)
     plt.close(figure)
     return True
 
@@ -182,5 +183,5 @@ def draw_comparison(runs, path):
     bottom.set_xlabel("time [s]")
     bottom.set_xlim(min(run.trace['t'][0] for run in runs), max(run.trace['t'][-1] for run in runs))
     legend_below(figure, top.lines, columns=4)
-    figure.savefig(path)
+    save_figure(figure, path)
     plt.close(figure)

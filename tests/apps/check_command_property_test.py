@@ -195,7 +195,7 @@ class Check(unittest.TestCase):
         kept = report(self.path("out"))["rows"]
         self.assertGreaterEqual(len(kept), 1)
         self.assertLess(len(kept), 7)
-        self.assertEqual(run.returncode, 1)
+        self.assertEqual(run.returncode, 130)
         self.assertIn("--resume goes on", text)
 
     def test_only_what_did_not_fail_before_fails_against_a_baseline(self):

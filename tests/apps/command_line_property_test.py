@@ -198,7 +198,7 @@ class CommandLine(unittest.TestCase):
             time.sleep(0.01)  # the folder is made when the run begins
         process.send_signal(signal.SIGINT)
         process.wait(timeout=60)
-        self.assertEqual(process.returncode, 1)
+        self.assertEqual(process.returncode, 130)
         summary = self.assert_complete(self.path("out"))
         self.assertTrue(any("stopped early" in warning for warning in summary["warnings"]), summary["warnings"])
 

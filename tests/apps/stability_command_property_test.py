@@ -80,7 +80,7 @@ class Stability(unittest.TestCase):
         time.sleep(2)
         child.send_signal(signal.SIGINT)
         out, error = child.communicate(timeout=300)
-        self.assertEqual(child.returncode, 1, out + error)
+        self.assertEqual(child.returncode, 130, out + error)
         with open(os.path.join(self.folder, "stopped", "stability.json"), encoding="utf-8") as file:
             self.assertTrue(json.load(file)["stopped"])
 

@@ -85,6 +85,24 @@ TEST(SparseSolver, FactorsAgainWithNewValuesAndWithANewPatternOfTheSameSize) {
   }
 }
 
+TEST(SparseSolver, TakesTheAnalysisOfAnotherAndSolvesAsIfItWereItsOwn) {
+  const VectorX b = random_vector(300, 2);
+  const SparseMatrix m = random_sparse(300, 3), other = random_sparse(300, 4);
+  const auto first = make_sparse_solver(), second = make_sparse_solver(), alone = make_sparse_solver();
+  second->take_analysis(*first);  // there is none yet
+  ASSERT_TRUE(first->factor(m));
+  second->take_analysis(*first);
+  ASSERT_TRUE(second->factor(SparseMatrix(2 * m)));
+  ASSERT_TRUE(alone->factor(SparseMatrix(2 * m)));
+  EXPECT_EQ(second->solve(b), alone->solve(b));
+  EXPECT_LE(relative_error(m * first->solve(b), b), kRoundoff);  // its factor is its own
+  ASSERT_TRUE(second->factor(other));                            // of another pattern
+  EXPECT_LE(relative_error(other * second->solve(b), b), kRoundoff);
+  second->take_analysis(*first);
+  ASSERT_TRUE(second->factor(m));
+  EXPECT_EQ(second->solve(b), first->solve(b));
+}
+
 TEST(SparseSolver, SaysWhenTheMatrixIsNotPositiveDefiniteAndRecovers) {
   const auto solver = make_sparse_solver();
   SparseMatrix m = random_sparse(30, 4);

@@ -84,6 +84,24 @@ TEST_P(StepSolvers, SolveTheSystemsOfABendingBody) {
   }
 }
 
+TEST_P(StepSolvers, SolveRoughlyToAThousandth) {
+  const Cantilever c(3);
+  const auto solver = make_step_solver(GetParam(), {free_positions(*c.model, c.dofs()), 1e-10});
+  StepMatrix matrix(c.dofs());
+  const Tangent t = c.model->tangent(c.bent(), TangentKind::definite);
+  const SparseMatrix& A = matrix.sum({{{1, &c.model->mass()}, {-0.02, &t.dfdv}, {-4e-4, &t.dfdx}}});
+  const VectorX rhs = random_vector(A.rows(), 1);
+  VectorX x, rough;
+  ASSERT_TRUE(solver->solve_roughly(A, rhs, rough));
+  EXPECT_LE((A * rough - rhs).norm(), 1.01e-3 * rhs.norm());
+  const int few = solver->iterations();
+  ASSERT_TRUE(solver->solve(A, rhs, x));
+  EXPECT_LE((A * x - rhs).norm(), 1.01e-10 * rhs.norm());
+  if (solver->iterations() > 0) {  // of an iterative one
+    EXPECT_LT(2 * few, solver->iterations());
+  }
+}
+
 TEST_P(StepSolvers, SayWhenTheMatrixIsNotPositiveDefinite) {
   const Cantilever c(2);
   StepMatrix matrix(c.dofs());

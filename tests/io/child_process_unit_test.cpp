@@ -53,6 +53,25 @@ TEST(ChildProcess, ACrashIsNamed) {
   EXPECT_NE(r.trouble({}).find("crashed (Segmentation fault)"), std::string::npos);
 }
 
+TEST(ChildProcess, TheWordsOfTheRuntimeAreDropped) {
+  const PrivateFolder folder;
+  const std::string words =
+      "echo reading; echo \"terminate called after throwing an instance of 'std::bad_alloc'\"; echo '  what():  "
+      "std::bad_alloc'; kill -SEGV $$";
+  EXPECT_EQ(run_program({"sh", "-c", words}, folder, {}).trouble({}), "crashed (Segmentation fault): reading");
+}
+
+TEST(ChildProcess, SignalsThatTheParentBlocksReachTheChild) {
+  const PrivateFolder folder;
+  sigset_t signals, before;
+  ::sigemptyset(&signals);
+  ::sigaddset(&signals, SIGTERM);
+  ::pthread_sigmask(SIG_BLOCK, &signals, &before);
+  const ChildResult r = run_program({"sh", "-c", "kill -TERM $$; exit 0"}, folder, {});
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  EXPECT_EQ(r.signal, SIGTERM);
+}
+
 TEST(ChildProcess, AnExceptionComesBackAsText) {
   const PrivateFolder folder;
   const ChildResult r = run_forked([] { throw InputError("bad\nsurface"); }, folder, {});

@@ -1,0 +1,94 @@
+#include "apps/stop_signals.hpp"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <thread>
+
+#include "apps/commands.hpp"
+#include "io/leftovers.hpp"
+
+namespace kt {
+namespace {
+
+std::atomic<bool> stop{false};
+std::atomic<int> received{0}, saving{0};
+
+constexpr double kPatience = 1.5;  // [s] for what runs to look up: with what ends the process, below 2 s
+constexpr double kLongest = 10;    // [s] with the time that it waited for a processor of a busy machine
+
+sigset_t stop_signals() {
+  sigset_t out;
+  ::sigemptyset(&out);
+  ::sigaddset(&out, SIGINT);
+  ::sigaddset(&out, SIGTERM);
+  return out;
+}
+
+/// Waits so long for another signal.
+bool came_again(const sigset_t& signals, double seconds) {
+  const timespec wait{static_cast<time_t>(seconds), static_cast<long>(1e9 * (seconds - static_cast<time_t>(seconds)))};
+  int signal = -1;
+  do signal = ::sigtimedwait(&signals, nullptr, &wait);
+  while (signal < 0 && errno == EINTR);
+  return signal > 0;
+}
+
+/// How long the main thread has waited for a processor so far [s].
+double waited_for_processor() {
+  std::ifstream in("/proc/self/schedstat");
+  double running = 0, waiting = 0;
+  in >> running >> waiting;
+  return in ? 1e-9 * waiting : 0;
+}
+
+/// Gives what runs its time to look up and end.    @returns whether another signal came instead
+bool came_again_meanwhile(const sigset_t& signals) {
+  const double before = waited_for_processor();
+  double passed = 0;
+  for (; passed < kLongest && passed - (waited_for_processor() - before) < kPatience; passed += 0.1)
+    if (came_again(signals, 0.1)) return true;
+  return false;
+}
+
+[[noreturn]] void end_now(const std::string& note) {
+  remove_leftovers();  // children die with this process
+  std::fprintf(stderr, "kilotouch: %s: %s\n", stop_signal_name().c_str(), note.c_str());
+  ::_exit(128 + received);
+}
+
+void watch() {
+  const sigset_t signals = stop_signals();
+  int signal = 0;
+  while (::sigwait(&signals, &signal) != 0) {
+  }
+  received = signal;
+  stop = true;
+  if (came_again_meanwhile(signals)) end_now("ended at the second signal; what was not yet written is lost");
+  while (saving > 0)
+    if (came_again(signals, 0.05)) end_now("ended at the second signal while results were written");
+  end_now("ended within a step; nothing of it is kept, files that were there before are as they were");
+}
+
+}  // namespace
+
+const std::atomic<bool>& stop_requested() { return stop; }
+
+void watch_stop_signals() {
+  const sigset_t signals = stop_signals();
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // threads made later inherit it
+  std::thread(watch).detach();
+}
+
+int stop_signal() { return received; }
+
+std::string stop_signal_name() { return received == SIGINT ? "SIGINT (Ctrl-C)" : "SIGTERM"; }
+
+SavingResults::SavingResults() { ++saving; }
+SavingResults::~SavingResults() { --saving; }
+
+}  // namespace kt

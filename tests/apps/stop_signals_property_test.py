@@ -1,0 +1,131 @@
+#!/usr/bin/python3
+"""SIGTERM and the first Ctrl-C end every stage within two seconds: exit code 143 or 130, a word of what is kept, whole
+files only, no children and no temporary files left. KILOTOUCH names the program."""
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
+LIMIT = 2.0  # [s]
+SLACK = 1.0  # [s] the test may share its machine
+ORGAN = os.path.join(ROOT, "scenes", "organ_drag.json")
+BODY = os.path.join(ROOT, "meshes", "organ.off")
+FINE = ["--set", "object.tetrahedralize.max_volume=2e-9"]  # a body whose every stage takes long
+
+
+def stages():
+    """name -> words. Signals come at several times, so that each of its stages is met."""
+    run = lambda *words: ["run", ORGAN, "--no-report", "--out", "o", *words]
+    yield "ticks", run("--set", "duration=300", "--set", "local.reducer=condensed")
+    yield "set-up, certificates, factorizations", run("--set", "duration=300", *FINE)
+    yield "reference", run("--set", "duration=0.05", "--set", "local.reducer=wall", "--reference", "--reference-rate", "1000000")
+    yield "self-contact", run("--set", "duration=300", "--set", "global.self_contact={}", "--set", "local.reducer=wall")
+    yield "two threads", run("--set", "duration=300", "--set", "link.type=thread", "--set", "local.reducer=wall")
+    for backend in ("tetgen", "netgen", "cgal"):
+        yield backend, ["mesh", "tet", BODY, "--backend", backend, "--max-volume", "1e-10", "-o", "o.vtu"]
+    yield "wrap", ["mesh", "repair", BODY, "--wrap", "--alpha", "2e-4", "-o", "o.off"]
+    yield "check", ["check", os.path.join(ROOT, "meshes"), "--jobs", "2", "--out", "o"]
+    yield "stability", ["stability", "time_step", "--full", "--out", "o"]
+    yield "advise", ["advise", ORGAN, "--budget-seconds", "600"]
+    yield "chart", ["chart", "--out", "o"]
+    yield "paper", ["paper", "--out", "o", "--set", "duration=100"]
+
+
+class StopSignals(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = temporary.name
+        self.scratch = os.path.join(self.folder, "tmp")
+        self.work = os.path.join(self.folder, "work")
+        os.mkdir(self.scratch)
+        os.mkdir(self.work)
+
+    def stopped(self, words, number, after):
+        """Seconds that it took, exit code, words on stderr. `after`: seconds, or what must be true first."""
+        process = subprocess.Popen([PROGRAM, *words], cwd=self.work, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+                                   env=dict(os.environ, TMPDIR=self.scratch))
+        self.addCleanup(process.kill)
+        if callable(after):
+            while not after() and process.poll() is None:
+                time.sleep(0.01)
+        else:
+            time.sleep(after)
+        if process.poll() is not None:
+            process.communicate()
+            return None
+        start = time.monotonic()
+        process.send_signal(number)
+        _, error = process.communicate(timeout=60)
+        return time.monotonic() - start, process.returncode, error
+
+    def nothing_is_left(self):
+        time.sleep(0.2)
+        self.assertEqual(subprocess.run(["pgrep", "-f", self.folder], capture_output=True, text=True).stdout.split(), [], "children live on")
+        self.assertEqual(os.listdir(self.scratch), [])
+        for folder, _, files in os.walk(self.work):
+            for name in files:
+                self.assertFalse(name.startswith(".kilotouch-"), name)
+                if name.endswith((".json", ".html")) and os.path.getsize(os.path.join(folder, name)) > 0:
+                    with open(os.path.join(folder, name), encoding="utf-8") as file:
+                        text = file.read()
+                    self.assertTrue(text.rstrip().endswith(("}", "]", "</html>")), name)
+
+    def test_every_stage_ends_in_time(self):
+        for name, words in stages():
+            for number, after in ((signal.SIGTERM, 0.15), (signal.SIGINT, 0.8), (signal.SIGTERM, 3.0)):
+                with self.subTest(f"{name}, {after} s"):
+                    shutil.rmtree(self.work)
+                    os.mkdir(self.work)
+                    found = self.stopped(words, number, after)
+                    if found is None:
+                        continue  # it was done before
+                    seconds, code, error = found
+                    self.assertLess(seconds, LIMIT + SLACK)
+                    self.assertEqual(code, 128 + number, error)
+                    self.assertRegex(error, "SIGTERM|SIGINT")
+                    self.nothing_is_left()
+
+    def test_what_was_recorded_is_kept(self):
+        out = os.path.join(self.work, "o")
+        words = ["run", ORGAN, "--set", "duration=300", "--set", "local.reducer=condensed", "--out", "o"]
+        seconds, code, error = self.stopped(words, signal.SIGTERM, lambda: os.path.isdir(out) and time.sleep(1) is None)
+        self.assertLess(seconds, LIMIT + SLACK)
+        self.assertEqual(code, 143)
+        with open(os.path.join(out, "summary.json"), encoding="utf-8") as file:
+            summary = json.load(file)
+        self.assertTrue(any("stopped early" in warning for warning in summary["warnings"]))
+        with open(os.path.join(out, "trace.csv"), encoding="utf-8") as file:
+            self.assertEqual(len(file.readlines()) - 1, summary["ticks"]["total"])
+        self.nothing_is_left()
+
+    def test_no_stop_is_lost_while_a_matrix_is_ordered(self):
+        """METIS, below CHOLMOD, sets a handler of its own for SIGTERM while it orders: that one must not get the signal."""
+        words = ["run", ORGAN, "--no-report", "--out", "o", "--set", "duration=300", "--set", "local.reducer=full", *FINE]
+        for k in range(6):
+            found = self.stopped(words, signal.SIGTERM, 0.3 + 0.35 * k)
+            self.assertIsNotNone(found)
+            self.assertLess(found[0], LIMIT + SLACK)
+            self.assertEqual(found[1], 143, found[2])
+
+    def test_a_second_signal_ends_at_once(self):
+        process = subprocess.Popen([PROGRAM, "run", ORGAN, "--no-report", "--out", "o", "--set", "duration=300", *FINE], cwd=self.work, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.1)
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=10)
+        self.assertLess(time.monotonic() - start, 1)
+        self.assertEqual(process.returncode, 130)
+
+
+if __name__ == "__main__":
+    unittest.main()
