@@ -39,7 +39,7 @@ endif()
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
 kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
-           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/grading
+           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/graded_body
                  core/dense_cholesky core/symmetric_eigen)
 kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
