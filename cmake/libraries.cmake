@@ -48,6 +48,7 @@ kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply.cpp i
            io/json_rules)
 kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods WITHOUT ${kt_off}
            ALONE haptics/local_simulation haptics/contact/ haptics/session_thread haptics/advise_bodies haptics/press.cpp
+                 haptics/run_doubts haptics/real_time
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
 # Which optional parts are in, as 0/1 macros for the .def tables.
