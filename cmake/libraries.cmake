@@ -39,13 +39,16 @@ endif()
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
 kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
-           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/grading)
+           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/graded_body
+                 core/dense_cholesky core/symmetric_eigen)
 kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
-kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply_check io/json_batch io/json_rules)
+kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply.cpp io/stl.cpp io/medit io/json_batch io/json_file
+           io/json_rules)
 kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods WITHOUT ${kt_off}
            ALONE haptics/local_simulation haptics/contact/ haptics/session_thread haptics/advise_bodies haptics/press.cpp
+                 haptics/run_doubts haptics/real_time
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
 # Which optional parts are in, as 0/1 macros for the .def tables.

@@ -5,6 +5,8 @@
 set(kt_long_tests
     # haptics, oracle: two hands on the whole body at a fine rate; the reference's own convergence
     TwoTools.FeelEachOtherAsOnTheWholeBody
+    TwoTools.SwappedGiveTheSameForces
+    TwoTools.OneThatTouchesNothingChangesNoBit
     FullSimulation.OldMatricesChangeTheForceByLessThanTheStepDoes
     FullSimulation.ConvergesWithTheStep
     # haptics, determinism: runs of every combination of law, tool and link
@@ -13,5 +15,8 @@ set(kt_long_tests
     Lockstep.LossAndLatencyComeFromTheSeed
     Thread.LockstepReplayOfATurningToolIsTheRun
     Thread.LockstepReplayOfTwoToolsIsTheRun)
+# haptics, property: random drags on every mesh, of which those on the block stay; a fine path over the smooth surface
+list(APPEND kt_long_tests Meshes/RandomDrags.*/slab_coarse Meshes/RandomDrags.*/sphere
+     Meshes/RandomDrags.*/organ SmoothDrag.FeelsNoFoldsOfTheMesh)
 # Scripts, by the name of the file:
 set(kt_long_scripts)
