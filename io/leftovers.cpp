@@ -43,7 +43,7 @@ Leftover::~Leftover() {
 
 void Leftover::keep() { is_kept_ = true; }
 
-LiveChild::LiveChild(pid_t child) : child_(child) {
+LiveChild::LiveChild(int child) : child_(child) {
   const std::lock_guard lock(known().mutex);
   known().children.insert(child_);
 }

@@ -1,8 +1,6 @@
 #pragma once
 // Temporary files, folders and children of this process: gone when their owner ends, and all at once when the process
 // has to end before its owners do.
-#include <sys/types.h>
-
 #include <string>
 
 namespace kt {
@@ -25,13 +23,13 @@ class Leftover {
 /// A child process that leads a group of its own and is waited for.
 class LiveChild {
  public:
-  explicit LiveChild(pid_t child);
+  explicit LiveChild(int child);  ///< its process number, a pid_t
   ~LiveChild();  ///< it has ended
   LiveChild(const LiveChild&) = delete;
   LiveChild& operator=(const LiveChild&) = delete;
 
  private:
-  pid_t child_;
+  int child_;
 };
 
 /// For the thread that ends the process: kills the children, then removes what every Leftover names. No new ones of
