@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
-#include <fstream>
 #include <thread>
 
 #include "apps/commands.hpp"
@@ -19,7 +18,6 @@ std::atomic<bool> stop{false};
 std::atomic<int> received{0}, saving{0};
 
 constexpr double kPatience = 1.5;  // [s] for what runs to look up: with what ends the process, below 2 s
-constexpr double kLongest = 60;    // [s] with the time that it waited for a processor of a busy machine
 
 sigset_t stop_signals() {
   sigset_t out;
@@ -38,23 +36,6 @@ bool came_again(const sigset_t& signals, double seconds) {
   return signal > 0;
 }
 
-/// How long the main thread has waited for a processor so far [s].
-double waited_for_processor() {
-  std::ifstream in("/proc/self/schedstat");
-  double running = 0, waiting = 0;
-  in >> running >> waiting;
-  return in ? 1e-9 * waiting : 0;
-}
-
-/// Gives what runs its time to look up and end.    @returns whether another signal came instead
-bool came_again_meanwhile(const sigset_t& signals) {
-  const double before = waited_for_processor();
-  double passed = 0;
-  for (; passed < kLongest && passed - (waited_for_processor() - before) < kPatience; passed += 0.1)
-    if (came_again(signals, 0.1)) return true;
-  return false;
-}
-
 [[noreturn]] void end_now(const std::string& note) {
   remove_leftovers();  // children die with this process
   std::fprintf(stderr, "kilotouch: %s: %s\n", stop_signal_name().c_str(), note.c_str());
@@ -68,7 +49,7 @@ void watch() {
   }
   received = signal;
   stop = true;
-  if (came_again_meanwhile(signals)) end_now("ended at the second signal; what was not yet written is lost");
+  if (came_again(signals, kPatience)) end_now("ended at the second signal; what was not yet written is lost");
   while (saving > 0)
     if (came_again(signals, 0.05)) end_now("ended at the second signal while results were written");
   end_now("ended within a step; nothing of it is kept, files that were there before are as they were");

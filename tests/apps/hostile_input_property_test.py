@@ -243,7 +243,7 @@ class HostileInput(unittest.TestCase):
         first = next(i for i, line in enumerate(lines) if len(line.split()) == 3 and "." in line)
         lines[first] = "1e200 0 0"
         self.write("far.off", "\n".join(lines) + "\n")
-        self.refused("run", "s.json", "--set", "object.mesh=far.off", says=["far.off", "1e+200", "object.size"])
+        self.refused("run", "s.json", "--set", "object.mesh=far.off", says=["far.off:5", "1e200", "1e+100"])
 
     def test_records_that_no_memory_holds_are_refused_before_the_run(self):
         import resource
