@@ -135,12 +135,13 @@ TEST(Thread, LockstepReplayOfATurningToolIsTheRun) {
 /// A hand that presses beyond what its device can give, with passivity control.
 TEST(Lockstep, ReplayWritesTheForcesOfTheDevice) {
   Scene scene = small_scene();
-  scene.duration = 0.12;
-  scene.global.early_refresh = false;
-  scene.object.model.young = 3e5;
+  scene.duration = 0.08;
+  scene.object.mesh = KT_SOURCE_DIR "/meshes/pad.off";
+  scene.object.layers = SceneLayers{.count = 1, .thickness = 0.001};
+  scene.object.model.young = 1e6;
   scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}};
   scene.tool.path.hand =
-      SceneHand{.stiffness = 3000, .damping = 1, .target = {{0, {0.03, 0.026, 0.025}}, {0.05, {0.03, 0.026, 0.01}}}};
+      SceneHand{.stiffness = 3000, .damping = 5, .target = {{0, {0.025, 0.025, 0.025}}, {0.05, {0.025, 0.025, 0.005}}}};
   scene.local.passivity_damping = 20;
   const SessionResult first = run(scene);
   ASSERT_GT(first.limited_forces, 0);
