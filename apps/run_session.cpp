@@ -182,6 +182,8 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
 
   RunOutcome out;
   out.result = session.run(options);
+  std::optional<SavingResults> saving;  // a stop waits for what is made of the ticks until then
+  if (out.result.stopped) saving.emplace();
   out.summary = make_summary(session, out.result);
   out.summary["command"] = settings.reproduce;
   const auto reference =
