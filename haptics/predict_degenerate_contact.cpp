@@ -31,17 +31,19 @@ std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::ve
                          "): they have no normal, and a point tool may pass them unseen; set object.repair to true")};
 }
 
-std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out) {
+std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out, bool touches_at_once) {
   constexpr double kRoundoff = 1e-7;  // [m] as contact_check counts
   if (!(depth > kRoundoff)) return {};
-  return Prediction{"degenerate_contact",
-                    text("tool.path: the tool starts ", 1e3 * depth, " mm inside the body",
-                         way_out ? text(": from the start on the body is pushed off it, out by (", way_out->x(), ", ",
-                                        way_out->y(), ", ", way_out->z(),
-                                        ") m, the nearest surface that is not clamped, in 60 ms or at 0.1 m/s; the "
-                                        "force is not to be trusted before, and grows slowly; ")
-                                 : std::string(", where no contact is looked for before it has been outside; "),
-                         "start it outside, or move the path's first point out by that much")};
+  return Prediction{
+      "degenerate_contact",
+      text("tool.path: the tool starts ", 1e3 * depth, " mm inside the body",
+           way_out ? text(": from the start on the body is pushed off it, out by (", way_out->x(), ", ", way_out->y(),
+                          ", ", way_out->z(),
+                          ") m, the nearest surface that is not clamped, in 60 ms or at 0.1 m/s; the "
+                          "force is not to be trusted before, and grows slowly; ")
+           : touches_at_once ? std::string(": this method takes it as touching there, at any depth; ")
+                             : std::string(", where no contact is looked for before it has been outside; "),
+           "start it outside, or move the path's first point out by that much")};
 }
 
 namespace {
@@ -55,7 +57,11 @@ std::optional<Prediction> predict_start(const Session& session) {
   const Quaternion turn = rotation(session.scene().tool.turn);
   const VectorX& x = session.start().x;
   const double depth = penetration_depth(search.whole(), x, tool, start, turn);
-  if (is_geometric(session.scene().contact.law)) return predict_start_inside(depth, {});
+  // Of the other methods penalty and frozen find no contact there, and legacy does at once.
+  const Scene& scene = session.scene();
+  const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  const bool is_pushed = (method == "multirate" || method == "hold") && !is_geometric(scene.contact.law);
+  if (!is_pushed) return predict_start_inside(depth, {}, method == "legacy");
   const auto way = search.find(x, tool, start, turn, 0, static_cast<int>(tool.corners.size()));
   if (!way) return predict_start_inside(depth, {});
   const Triangle& t = session.surface().triangles[way->triangle];

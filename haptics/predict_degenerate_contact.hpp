@@ -12,6 +12,7 @@ std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::ve
 
 /// None when the tool's deepest point is no further than `depth` = roundoff inside the body.
 /// @param way_out  where the body is pushed off it [m]; none: it is not (the paper's laws, or all is clamped)
-std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out);
+std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out,
+                                               bool touches_at_once = false);
 
 }  // namespace kt

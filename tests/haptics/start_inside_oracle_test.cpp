@@ -108,6 +108,27 @@ INSTANTIATE_TEST_SUITE_P(ShapesAndModels, StartsInside,
                                          Case{"tetrahedron", "fem", kTop}),
                          [](const auto& of) { return std::string(of.param.shape) + "_" + of.param.model; });
 
+/// What the warning says is what the first ticks do: baselines have no way out of their own.
+TEST(StartsInsideWarning, SaysWhatTheMethodDoes) {
+  const PrivateFolder folder;
+  const auto is_touching = [](const LocalFrame& f) { return f.mode != ContactMode::free; };
+  for (const auto& [method, touches, words] :
+       {std::tuple{"multirate", true, "pushed off it"}, std::tuple{"penalty", false, "no contact is looked for"},
+        std::tuple{"frozen", false, "no contact is looked for"}, std::tuple{"legacy", true, "touching there"}}) {
+    Scene scene = scene_of({"sphere", "fem", kTop - 0.002}, false, folder);
+    scene.duration = 0.02;
+    scene.local.method = method;
+    if (method == std::string("legacy")) scene.local.reducer = "wall";  // it takes no other
+    Session session(scene);
+    const auto& predictions = session.predictions();
+    EXPECT_TRUE(std::ranges::any_of(predictions, [&](const Prediction& p) {
+      return p.message.find(words) != std::string::npos;
+    })) << method;
+    const SessionResult run = session.run();
+    EXPECT_EQ(std::ranges::any_of(run.frames, is_touching), touches) << method;
+  }
+}
+
 /// Nearest to the clamped bottom, to a side, and outside.
 TEST(WayOut, IsTheShortestThroughWhatCanMove) {
   const Session session(small_scene());

@@ -1,0 +1,270 @@
+#include "core/responses.hpp"
+
+#include <Eigen/Cholesky>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/far_motions.hpp"
+#include "core/sparse_product.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kAnswered = 1e-3;  // [-] of a load: a good factor leaves a millionth of it
+
+SparseMatrix symmetric_part(const SparseMatrix& m) { return 0.5 * (m + SparseMatrix(m.transpose())); }
+
+}  // namespace
+
+FreeBody::FreeBody(const TangentModel& tangent)
+    : dofs(make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes)),
+      mass(gather(dofs, tangent.mass)),
+      damping(-symmetric_part(gather(dofs, tangent.dfdv))),
+      stiffness(-symmetric_part(gather(dofs, tangent.dfdx))),
+      force(gather(dofs, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v))),
+      velocity(gather(dofs, tangent.state.v)),
+      x(tangent.state.x) {}
+
+MatrixX FreeBody::inputs(const SurfacePatch& patch, bool with_rim) const {
+  std::vector<int> entries;
+  for (const bool in_reach : {true, false})
+    for (int i = 0; i < patch.num_vertices(); ++i)
+      for (int c = 0; (in_reach || with_rim) && static_cast<bool>(patch.in_reach[i]) == in_reach && c < 3; ++c)
+        if (const int k = dofs.to_free[3 * patch.global_node[i] + c]; k >= 0) entries.push_back(k);
+  MatrixX out = MatrixX::Zero(force.size(), static_cast<Eigen::Index>(entries.size()));
+  for (std::size_t j = 0; j < entries.size(); ++j) out(entries[j], static_cast<Eigen::Index>(j)) = 1;
+  return out;
+}
+
+SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
+  const SparseMatrix &m = body.mass, &d = body.damping, &k = body.stiffness;
+  const auto same_pattern = [&](const SparseMatrix& o) {
+    return o.nonZeros() == k.nonZeros() &&
+           std::equal(o.innerIndexPtr(), o.innerIndexPtr() + o.nonZeros(), k.innerIndexPtr()) &&
+           std::equal(o.outerIndexPtr(), o.outerIndexPtr() + o.cols() + 1, k.outerIndexPtr());
+  };
+  if (!same_pattern(m) || !same_pattern(d)) return s * s * m + s * d + k;
+  SparseMatrix out = k;
+  for (Eigen::Index i = 0; i < out.nonZeros(); ++i) out.valuePtr()[i] += s * s * m.valuePtr()[i] + s * d.valuePtr()[i];
+  return out;
+}
+
+namespace {
+
+/// False: some motion meets no resistance, and rounding alone made the factorization pass.
+bool answers(const FreeBody& body, const SparseSolver& solver) {
+  const VectorX load = VectorX::Ones(body.stiffness.rows());
+  return (body.stiffness * solver.solve(load) - load).norm() <= kAnswered * load.norm();
+}
+
+/// K + damping D + mass M.
+struct DynamicStiffness {
+  double mass = 0, damping = 0;
+};
+
+/// What was factored in the end.
+DynamicStiffness factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
+  // Of a free body: high enough that its swimming does not outweigh, and so hide, how it yields under the tool.
+  const double s = 2 * std::numbers::pi * hz, s_free = 2 * std::numbers::pi * 20;
+  DynamicStiffness out{s * s, s};
+  bool good = solver.factor(dynamic_stiffness(body, s)) && (s > 0 || answers(body, solver));
+  if (!good && s == 0) {
+    good = solver.factor(SparseMatrix(s_free * s_free * body.mass + body.stiffness));
+    out = {s_free * s_free, 0};
+  }
+  // A body that gives way to some motion does not at a higher rate; the basis need not be exact at this one.
+  for (double higher : {5.0, 15.0, 45.0})
+    if (!good && higher > hz) {
+      const double s_higher = 2 * std::numbers::pi * higher;
+      good = solver.factor(dynamic_stiffness(body, s_higher));
+      out = {s_higher * s_higher, s_higher};
+    }
+  if (!good) throw IndefiniteTangent("reducer: the body's stiffness is not positive definite");
+  return out;
+}
+
+/// Unit forces on some coordinates, then loads on others.
+struct Loads {
+  std::vector<Eigen::Index> units;
+  std::vector<Eigen::Index> rows;  // of the others, which are zero elsewhere
+  RowMatrix others;                // (rows x others)
+  Eigen::Index cols() const { return static_cast<Eigen::Index>(units.size()) + others.cols(); }
+  MatrixX beside(const VectorX& force) const {
+    MatrixX out = MatrixX::Zero(force.size(), cols() + 1);
+    for (std::size_t k = 0; k < units.size(); ++k) out(units[k], static_cast<Eigen::Index>(k)) = 1;
+    out.middleCols(static_cast<Eigen::Index>(units.size()), others.cols())(rows, Eigen::all) = others;
+    out.rightCols(1) = force;
+    return out;
+  }
+  /// X^T loads.
+  MatrixX work_in(const RowMatrix& X) const {
+    MatrixX out(X.cols(), cols());
+    for (std::size_t k = 0; k < units.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = X.row(units[k]);
+    if (others.cols() > 0) out.rightCols(others.cols()) = MatrixX(X(rows, Eigen::all)).transpose() * others;
+    return out;
+  }
+};
+
+/// What was solved at one shift: (K + d D + m M) [of_loads, of_force, of_slopes] = [loads, force, M or 2 s M + D times
+/// of_loads share].
+struct ShiftAnswers {
+  double s = 0;
+  DynamicStiffness solved;
+  Loads loads;
+  RowMatrix share;  // smooth loads in terms of these
+  MatrixX of_loads_and_force, of_slopes;
+  Eigen::Index columns() const { return of_loads_and_force.cols() + of_slopes.cols(); }
+};
+
+struct Answers {
+  std::vector<ShiftAnswers> shifts;
+  RowMatrix resultant;          // even forces on the patch in terms of the loads at the first shift
+  std::vector<MatrixX> echoes;  // three columns each, each the answer to the mass times the one before
+  template <class Matrix>
+  Matrix side_by_side(const FreeBody& body) const {
+    Eigen::Index columns = 1 + 3 * static_cast<Eigen::Index>(echoes.size());
+    for (const ShiftAnswers& a : shifts) columns += a.columns();
+    Matrix out(body.force.size(), columns);
+    columns = 0;
+    const auto add = [&](const auto& part) {
+      if (part.cols() == 0) return;  // slopes that nobody asked for
+      out.middleCols(columns, part.cols()) = part;
+      columns += part.cols();
+    };
+    for (const ShiftAnswers& a : shifts) {
+      add(a.of_loads_and_force);
+      add(a.of_slopes);
+    }
+    add(body.velocity);
+    for (const MatrixX& echo : echoes) add(echo);
+    return out;
+  }
+};
+
+/// The patch's smooth loads, those on its rim alone, and the coordinates of nodes in reach and on the rim.
+struct PatchLoads {
+  PatchLoads(const FreeBody& body, const SurfacePatch& patch) : smooth(smooth_loads(body.dofs, body.x, patch)) {
+    for (int i = 0; i < patch.num_vertices(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int k = body.dofs.to_free[3 * patch.global_node[i] + c]; k >= 0)
+          (patch.in_reach[static_cast<std::size_t>(i)] ? in_reach : rim).push_back(k);
+  }
+  /// Each node in reach by itself. The rim, at the first shift only, by smooth loads: a tool that runs onto it must
+  /// find it no stiffer, but is about to leave.
+  Loads outer(bool with_rim) const {
+    if (!with_rim || rim.empty()) return {in_reach, {}, RowMatrix(0, 0)};
+    return {in_reach, rim, smooth(rim, Eigen::all)};
+  }
+  /// The smooth loads in terms of outer(): of what is not pushed at, nothing.
+  RowMatrix share(bool with_rim) const {
+    const auto units = static_cast<Eigen::Index>(in_reach.size());
+    RowMatrix out = RowMatrix::Zero(units + (with_rim && !rim.empty() ? kFarEach : 0), kFarEach);
+    out.topRows(units) = smooth(in_reach, Eigen::all);
+    out.bottomRows(out.rows() - units).setIdentity();
+    return out;
+  }
+  /// Even forces on the whole patch in terms of outer(true).
+  RowMatrix resultant() const {
+    RowMatrix out = share(true).leftCols(3);
+    return out;
+  }
+  Loads inner() const {
+    std::vector<Eigen::Index> all = in_reach;
+    all.insert(all.end(), rim.begin(), rim.end());
+    return {{}, all, smooth(all, Eigen::all)};
+  }
+  FarRows smooth;
+  std::vector<Eigen::Index> in_reach, rim;
+};
+
+Answers answer(const FreeBody& body, const SymmetricMatrix& mass, const SymmetricMatrix& damping,
+               const SurfacePatch& patch, const std::vector<double>& shifts, SparseSolver& solver, int echoes,
+               bool slopes) {
+  Answers out;
+  out.shifts.resize(shifts.size());
+  const PatchLoads loads(body, patch);
+  // Downwards: the factor that is left behind, at rest, serves for the certificate.
+  for (std::size_t i = shifts.size(); i-- > 0;) {
+    ShiftAnswers& a = out.shifts[i];
+    a.s = 2 * std::numbers::pi * shifts[i];
+    a.solved = factor_at(body, shifts[i], solver);
+    const bool outer = i == 0 || i + 1 == shifts.size();
+    a.loads = outer ? loads.outer(i == 0) : loads.inner();
+    a.of_loads_and_force = solver.solve(a.loads.beside(body.force));
+    const auto of_loads = a.of_loads_and_force.leftCols(a.loads.cols());
+    if (slopes) {
+      // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
+      a.share = outer ? loads.share(i == 0) : RowMatrix::Identity(kFarEach, kFarEach);
+      const RowMatrix moved = tall_product(RowMatrix(of_loads), a.share);
+      RowMatrix slope = mass.times(moved);
+      if (a.s > 0) slope = 2 * a.s * slope + damping.times(moved);
+      a.of_slopes = solver.solve(slope);
+    }
+    if (i > 0) continue;
+    out.resultant = loads.resultant();
+    RowMatrix echo = tall_product(RowMatrix(of_loads), out.resultant);
+    for (int e = 0; e < echoes; ++e) out.echoes.push_back(echo = solver.solve(mass.times(echo)));
+  }
+  return out;
+}
+
+}  // namespace
+
+MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
+                  SparseSolver& solver, int echoes, bool slopes) {
+  return answer(body, SymmetricMatrix(body.mass), SymmetricMatrix(body.damping), patch, shifts, solver, echoes, slopes)
+      .side_by_side<MatrixX>(body);
+}
+
+namespace {
+
+/// X^T K X from what was solved: X^T K x = X^T load - d X^T D x - m X^T M x.
+MatrixX confined_stiffness(const Answers& answers, const FreeBody& body, const ConfinedMotions& of) {
+  const MatrixX &M = of.mass, &D = of.damping;
+  MatrixX out(M.rows(), M.cols());
+  Eigen::Index column = 0;
+  const auto put = [&](const MatrixX& work, const DynamicStiffness& solved) {
+    const Eigen::Index k = work.cols();
+    out.middleCols(column, k) = work - solved.damping * D.middleCols(column, k) - solved.mass * M.middleCols(column, k);
+    column += k;
+  };
+  const VectorX work_of_force = of.X.transpose() * body.force;
+  for (const ShiftAnswers& a : answers.shifts) {
+    const Eigen::Index first = column, loads = a.loads.cols();
+    put(a.loads.work_in(of.X), a.solved);
+    put(work_of_force, a.solved);
+    if (a.of_slopes.cols() == 0) continue;
+    const auto seen_by = [&](const MatrixX& matrix) {
+      return tall_product(RowMatrix(matrix.middleCols(first, loads)), a.share);
+    };
+    put(a.s > 0 ? MatrixX(2 * a.s * seen_by(M) + seen_by(D)) : MatrixX(seen_by(M)), a.solved);
+  }
+  put(of.X.transpose() * VectorX(body.stiffness * body.velocity), {});
+  if (answers.echoes.empty()) return 0.5 * (out + out.transpose());
+  MatrixX inertia = M.leftCols(answers.resultant.rows()) * answers.resultant;
+  for (std::size_t e = 0; e < answers.echoes.size(); ++e) {
+    const Eigen::Index at = column;
+    put(inertia, answers.shifts.front().solved);
+    inertia = M.middleCols(at, 3);
+  }
+  return 0.5 * (out + out.transpose());
+}
+
+}  // namespace
+
+ConfinedMotions confined_responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
+                                   SparseSolver& solver, int echoes, bool slopes) {
+  const SymmetricMatrix mass(body.mass), damping(body.damping);
+  const Answers answers = answer(body, mass, damping, patch, shifts, solver, echoes, slopes);
+  ConfinedMotions out{answers.side_by_side<RowMatrix>(body), {}, {}, {}};
+  out.mass = symmetric_product(out.X, mass.times(out.X));
+  out.damping = symmetric_product(out.X, damping.times(out.X));
+  out.stiffness = confined_stiffness(answers, body, out);
+  return out;
+}
+
+MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts) {
+  return responses(body, patch, shifts, *make_sparse_solver(), 0, false);
+}
+
+}  // namespace kt
