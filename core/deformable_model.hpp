@@ -26,7 +26,8 @@ struct ModelInfo {
 };
 
 /// Physics of one body, const while stepping; State is a value apart. Fixed nodes keep their position: integrators and
-/// reducers leave them out, force() and update_tangent() need not know them.
+/// reducers leave them out, force() and update_tangent() need not know them. A model of one's own needs the first four
+/// functions; check_model() says what is wrong with it.
 class DeformableModel {
  public:
   virtual ~DeformableModel() = default;
@@ -36,8 +37,9 @@ class DeformableModel {
   /// Internal and body forces [N], (3n).
   virtual void force(const State& state, VectorX& out) const = 0;
   /// `out`: empty, or an earlier tangent of this model, whose storage is used again. Self-contact changes the pattern.
-  virtual void update_tangent(const State& state, TangentKind kind, Tangent& out) const = 0;
-  virtual ModelInfo info() const = 0;
+  /// By default: differences of force(), 300 to 600 calls of it a tangent, see difference_tangent().
+  virtual void update_tangent(const State& state, TangentKind kind, Tangent& out) const;
+  virtual ModelInfo info() const { return {"own", "", {}}; }
   /// Share in [0, 1] of the motion from x to x + dx, (3n), that the body can make: 1, unless its surface meets itself.
   /// Newton's method asks before each motion, and evaluates forces on the way only.
   virtual double free_share(const VectorX& /*x*/, const VectorX& /*dx*/) const { return 1; }
