@@ -123,9 +123,17 @@ class LocalSimulation final : public HapticMethod {
   void warm_start(const ContactSet& before) noexcept;
   void keep_pushing(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
-  void settle_velocities() noexcept;                                        // local_simulation_velocities.cpp
-  bool close_gaps(double h_left) noexcept;                                  // local_simulation_gaps.cpp
-  void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;  // local_simulation_geometric.cpp
+  void settle_velocities() noexcept;        // local_simulation_velocities.cpp
+  bool close_gaps(double h_left) noexcept;  // local_simulation_gaps.cpp
+  struct PaperContact;  // local_simulation_geometric.cpp, with the stages of its tick in their order:
+  void step_geometric(const ToolSweep& sweep, LocalFrame& frame) noexcept;
+  bool return_to_collision(PaperContact& c, LocalFrame& frame) noexcept;
+  bool push_triangle_onto_tool(const ToolSweep& sweep, PaperContact& c) noexcept;
+  void find_constraint_force(PaperContact& c) noexcept;
+  void let_surface_go(const PaperContact& c, LocalFrame& frame) noexcept;
+  void advance_constrained(const PaperContact& c) noexcept;
+  void report_paper_force(const PaperContact& c, LocalFrame& frame) noexcept;
+  void carry_contact_over(const PaperContact& c) noexcept;
   void report_contacts(int tool, LocalFrame& frame) noexcept;
   int find_overlap(int tool) noexcept;
   void sweep_refresh(const PreparedLocalModel& old) noexcept;

@@ -1,8 +1,6 @@
 // The paper's three modes: sticking (P), sliding (Q) and frictional sliding, for one contact.       Paper section V.
 // With the identity metric the velocity correction is the paper's projector; the mass and the implicit metric are
 // the same operator in another inner product. docs/method.md#6-the-papers-laws-528
-#include <Eigen/LU>
-
 #include "haptics/contact/contact_solver.hpp"
 #include "haptics/contact/projection.hpp"
 
@@ -20,18 +18,12 @@ void release(ContactSolution& out) {
   out.force_on_tool.setZero();
 }
 
-/// P: the contact point's velocity becomes zero; the tool feels the whole constraint force.    Paper eqs. (12)-(14).
+/// The contact point's velocity becomes zero; the tool feels the whole constraint force.       Paper eqs. (12), (14).
 void stick(const ContactProblem& problem, ContactSolution& out) {
   out.mode[kFirst] = ContactMode::stick;
-  out.impulse = -metric(problem).inverse() * problem.velocity.head<3>();
+  out.impulse = paper::P(metric(problem), problem.velocity.head<3>());
   out.inertial_impulse.setZero();
-  out.force_on_tool = problem.force;
-}
-
-/// Q: only the normal velocity becomes zero.                                                   Paper eqs. (20)-(22).
-void slide(const ContactProblem& problem, const Vec3& velocity, ContactSolution& out) {
-  const Vec3& n = problem.normal[kFirst];
-  out.impulse = -n * (n.dot(velocity) / n.dot(metric(problem) * n));
+  out.force_on_tool = paper::P_tilde(problem.force);
 }
 
 /// The paper leaves the end of contact open; the surface cannot pull the tool
@@ -43,10 +35,11 @@ class PaperSlide final : public ContactSolver {
   Deformation deformation() const noexcept override { return Deformation::normal; }
   void solve(const ContactProblem& problem, ContactSolution& out) noexcept override {
     if (pulls(problem)) return release(out);
+    const Vec3& n = problem.normal[kFirst];
     out.mode[kFirst] = ContactMode::slide;
     out.inertial_impulse.setZero();
-    out.force_on_tool = split(problem.force, problem.normal[kFirst]).normal * problem.normal[kFirst];
-    slide(problem, problem.velocity.head<3>(), out);
+    out.force_on_tool = paper::Q_tilde(problem.force, n);                    // eq. (22)
+    out.impulse = paper::Q(metric(problem), n, problem.velocity.head<3>());  // eq. (20)
   }
 };
 
@@ -66,12 +59,15 @@ class PaperStickSlip final : public ContactSolver {
   void solve(const ContactProblem& problem, ContactSolution& out) noexcept override {
     if (pulls(problem)) return release(out);
     const double mu = friction_.at(problem.triangle[kFirst]).mu_static;
-    const auto [f_n, f_t] = split(problem.force, problem.normal[kFirst]);
+    const Vec3& n = problem.normal[kFirst];
+    const Vec3 sticking = paper::P_tilde(problem.force);  // eqs. (23), (27)
+    const auto [f_n, f_t] = split(sticking, n);
     if (f_t.norm() <= mu * f_n) return stick(problem, out);  // eq. (5)
     out.mode[kFirst] = ContactMode::frictional_slide;
-    out.force_on_tool = clip_to_cone(problem.force, problem.normal[kFirst], mu);               // eq. (28)
-    out.inertial_impulse = -problem.h * out.force_on_tool;                                     // eqs. (24)-(25)
-    slide(problem, problem.velocity.head<3>() + problem.inertia * out.inertial_impulse, out);  // eq. (26)
+    out.force_on_tool = clip_to_cone(sticking, n, mu);      // eq. (28)
+    out.inertial_impulse = -problem.h * out.force_on_tool;  // eqs. (24)-(25)
+    out.impulse =
+        paper::Q(metric(problem), n, problem.velocity.head<3>() + problem.inertia * out.inertial_impulse);  // eq. (26)
   }
 
  private:

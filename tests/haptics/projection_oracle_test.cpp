@@ -137,6 +137,19 @@ TEST(PaperOperators, ClosedFormsEqualTheDenseMatrices) {
   }
 }
 
+TEST(PaperOperators, FunctionsOfTheirNamesActAsTheDenseMatrices) {
+  Random random;
+  for (int i = 0; i < 200; ++i) {
+    const Example e = make_example(random);
+    const Vec3 v = e.paper.J * e.velocity, force = e.problem.force;
+    const auto after = [&](const Vec3& impulse) { return VectorX(e.velocity + e.paper.J.transpose() * impulse); };
+    EXPECT_LT((after(paper::P(e.problem.W, v)) - e.paper.P * e.velocity).norm(), kRoundoff);
+    EXPECT_LT((after(paper::Q(e.problem.W, e.normal, v)) - e.paper.Q * e.velocity).norm(), kRoundoff);
+    EXPECT_LT((paper::P_tilde(force) - sum_of_triangle(e.paper.P_force * e.force)).norm(), kRoundoff);
+    EXPECT_LT((paper::Q_tilde(force, e.normal) - sum_of_triangle(e.paper.Q_force * e.force)).norm(), kRoundoff);
+  }
+}
+
 TEST(PaperStick, IsThePapersProjectionAndForce) {
   Random random;
   for (int i = 0; i < 200; ++i) {
