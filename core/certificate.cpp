@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
+#include <optional>
 
+#include "core/complex_symmetric.hpp"
 #include "core/dense_solvers.hpp"
 #include "core/error.hpp"
 
@@ -77,15 +79,6 @@ BodyCertificate::BodyCertificate(const FreeBody& body, const SurfacePatch& patch
   }
 }
 
-BodyCertificate::BodyCertificate(const GradedBody& graded, const LocalModel& best, std::vector<int> vertices,
-                                 std::span<const double> hz)
-    : vertices_(std::move(vertices)), hz_(hz.begin(), hz.end()) {
-  for (double f : hz_) {
-    compliance_.emplace_back();
-    for (int v : vertices_) compliance_.back().push_back(estimate_compliance(graded, best, v, f, kSetUpSteps));
-  }
-}
-
 Certificate BodyCertificate::certify(const LocalModel& model) const {
   Certificate out{hz_, {}, 0};
   for (std::size_t f = 0; f < hz_.size(); ++f) {
@@ -139,6 +132,23 @@ ComplexMatrix as_complex(const MatrixX& real, const MatrixX& imaginary) {
 }
 
 ComplexMatrix as_complex(const MatrixX& parts) { return as_complex(parts.leftCols(3), parts.rightCols(3)); }
+
+/// K - w^2 M + i w D of a local model, in factors.
+class OwnDynamic {
+ public:
+  OwnDynamic(const LocalModel& model, double w) {
+    const MatrixX real = MatrixX(model.stiffness) - w * w * MatrixX(model.mass), imaginary = w * MatrixX(model.damping);
+    if (real == real.transpose() && imaginary == imaginary.transpose())
+      symmetric_.emplace(real, imaginary);
+    else  // of nodes as they are: what turns with a damper is still there
+      any_.emplace(as_complex(real, imaginary));
+  }
+  ComplexMatrix solve(const ComplexMatrix& b) const { return symmetric_ ? symmetric_->solve(b) : any_->solve(b); }
+
+ private:
+  std::optional<ComplexSymmetric> symmetric_;
+  std::optional<ComplexLu> any_;
+};
 
 /// How the coordinates of a local model move the free nodes of the whole body, and the transpose.
 class WholeMotion {
@@ -195,7 +205,7 @@ class Enrichment {
     load_.conservativeResize(m, 3);
     load_.bottomRows(6) = as_complex(MatrixX(z.transpose() * residual));
   }
-  ComplexMat3 compliance(const ComplexLu& own_dynamic) const {
+  ComplexMat3 compliance(const OwnDynamic& own_dynamic) const {
     const ComplexMatrix rest = A_ - own_.transpose() * own_dynamic.solve(own_);
     // Motions of one direction and its imaginary part may coincide: least squares of full rank.
     return load_.transpose() * solve_least_squares(rest, load_);
@@ -208,61 +218,85 @@ class Enrichment {
   ComplexMatrix A_, own_, load_;
 };
 
-}  // namespace
-
-namespace {
-
-/// At a vertex, from one factorization of the model's dynamic stiffness.
+/// At a vertex.
 struct Compliances {
   ComplexMat3 model, body;
 };
 
-Compliances estimate_both(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
-  const double w = 2 * std::numbers::pi * hz;
-  const WholeMotion motion(graded, model);
-  const MatrixX inputs = MatrixX(model.basis.middleRows(3 * vertex, 3)).transpose();
-  const ComplexLu own_dynamic(
-      as_complex(MatrixX(model.stiffness) - w * w * MatrixX(model.mass), w * MatrixX(model.damping)));
-  const ComplexMatrix q = own_dynamic.solve(inputs.cast<Complex>());
-  Rows coordinates(q.rows(), 6);
-  coordinates << q.real(), q.imag();
+/// What all vertices share at one frequency: the model's dynamic stiffness in factors, and the preconditioner.
+class Estimator {
+ public:
+  /// Throws IndefiniteTangent.
+  Estimator(const GradedBody& graded, const LocalModel& model, double hz)
+      : graded_(graded),
+        model_(model),
+        w_(2 * std::numbers::pi * hz),
+        motion_(graded, model),
+        own_dynamic_(model, w_),
+        precondition_(graded, w_) {}
 
-  Rows residual = -complex_image(Image(graded.blocks(), w, motion.expand(coordinates)));
-  const int row = graded.all_dofs().to_free[3 * model.patch.global_node[vertex]];
-  for (int c = 0; c < 3; ++c) residual(row + c, c) += 1;
-  const Rows first = residual;
-  const GradedBody::Preconditioner precondition(graded, w);
-  Enrichment enrichment;
-  std::vector<Image> images;
-  for (int step = 0; step < steps; ++step) {
-    if (step > 0) {
-      residual = first;
-      const ComplexMatrix y = enrichment.coefficients();
-      for (std::size_t k = 0; k < images.size(); ++k) {
-        const MatrixX re = y.middleRows(6 * static_cast<Eigen::Index>(k), 6).real();
-        const MatrixX im = y.middleRows(6 * static_cast<Eigen::Index>(k), 6).imag();
-        residual.leftCols<3>() -= images[k].real * re - images[k].imaginary * im;
-        residual.rightCols<3>() -= images[k].real * im + images[k].imaginary * re;
-      }
+  Compliances at(int vertex, int steps) const {
+    const MatrixX inputs = MatrixX(model_.basis.middleRows(3 * vertex, 3)).transpose();
+    const ComplexMatrix q = own_dynamic_.solve(inputs.cast<Complex>());
+    Rows coordinates(q.rows(), 6);
+    coordinates << q.real(), q.imag();
+
+    Rows residual = -complex_image(Image(graded_.blocks(), w_, motion_.expand(coordinates)));
+    const int row = graded_.all_dofs().to_free[3 * model_.patch.global_node[vertex]];
+    for (int c = 0; c < 3; ++c) residual(row + c, c) += 1;
+    const Rows first = residual;
+    Enrichment enrichment;
+    std::vector<Image> images;
+    for (int step = 0; step < steps; ++step) {
+      if (step > 0) residual = rest_of(first, enrichment.coefficients(), images);
+      const Rows z = precondition_.apply(residual);
+      images.emplace_back(graded_.blocks(), w_, z);
+      enrichment.add(z, images.back(), motion_.contract(images.back().real), motion_.contract(images.back().imaginary),
+                     first);
     }
-    const Rows z = precondition.apply(residual);
-    images.emplace_back(graded.blocks(), w, z);
-    enrichment.add(z, images.back(), motion.contract(images.back().real), motion.contract(images.back().imaginary),
-                   first);
+    const ComplexMat3 of_model = inputs.transpose() * q;
+    return {of_model, of_model + enrichment.compliance(own_dynamic_)};
   }
-  const ComplexMat3 of_model = inputs.transpose() * q;
-  return {of_model, of_model + enrichment.compliance(own_dynamic)};
-}
+
+ private:
+  /// Of the first residual without the images' part.
+  static Rows rest_of(Rows residual, const ComplexMatrix& y, const std::vector<Image>& images) {
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      const MatrixX re = y.middleRows(6 * static_cast<Eigen::Index>(k), 6).real();
+      const MatrixX im = y.middleRows(6 * static_cast<Eigen::Index>(k), 6).imag();
+      residual.leftCols<3>() -= images[k].real * re - images[k].imaginary * im;
+      residual.rightCols<3>() -= images[k].real * im + images[k].imaginary * re;
+    }
+    return residual;
+  }
+  const GradedBody& graded_;
+  const LocalModel& model_;
+  double w_;
+  WholeMotion motion_;
+  OwnDynamic own_dynamic_;
+  GradedBody::Preconditioner precondition_;
+};
 
 }  // namespace
 
 ComplexMat3 estimate_compliance(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
-  return estimate_both(graded, model, vertex, hz, steps).body;
+  return Estimator(graded, model, hz).at(vertex, steps).body;
 }
 
 double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz) {
-  const Compliances found = estimate_both(graded, model, vertex, hz, 2);
+  const Compliances found = Estimator(graded, model, hz).at(vertex, 2);
   return impedance_error(found.model, found.body);
+}
+
+BodyCertificate::BodyCertificate(const GradedBody& graded, const LocalModel& best, std::vector<int> vertices,
+                                 std::span<const double> hz)
+    : vertices_(std::move(vertices)), hz_(hz.begin(), hz.end()) {
+  for (double f : hz_) {
+    compliance_.emplace_back();
+    if (vertices_.empty()) continue;  // all is clamped
+    const Estimator estimator(graded, best, f);
+    for (int v : vertices_) compliance_.back().push_back(estimator.at(v, kSetUpSteps).body);
+  }
 }
 
 RunningCertificate::RunningCertificate(std::vector<double> hz) {

@@ -76,24 +76,28 @@ MatrixX symmetric_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref
   const Eigen::Index n = A.rows(), k = A.cols();
   if (k >= kBroad && k <= 2 * kBroad && A.outerStride() == k && B.outerStride() == k)
     return narrow_symmetric_product(A.data(), B.data(), n, k);
-  thread_local std::vector<double> left, right;  // as large each time
-  in_groups(A, left);
-  in_groups(B, right);
-  MatrixX out(k, k);
-  double tile[kHigh * kBroad];
-  for (Eigen::Index i = 0; i < k; i += kHigh)
-    for (Eigen::Index g = 0; kBroad * g <= i + kHigh - 1; ++g) {
-      if (kBroad * g >= k) break;
-      sum_tile(left.data() + kBroad * n * (i / kBroad) + i % kBroad, 1, kBroad, right.data() + kBroad * n * g, kBroad,
-               n, tile);
-      for (Eigen::Index r = i; r < std::min(i + kHigh, k); ++r)
-        for (Eigen::Index c = kBroad * g; c < std::min(kBroad * (g + 1), r + 1); ++c)
-          out(r, c) = out(c, r) = tile[kBroad * (r - i) + c - kBroad * g];
-    }
-  return out;
+  return symmetric_product(ColumnGroups(A), ColumnGroups(B));
 }
 
-RowMatrix tall_product(const RowMatrix& A, const RowMatrix& B) {
+/// So many rows at a time that those of two groups stay in the nearest cache.
+MatrixX symmetric_product(const ColumnGroups& A, const ColumnGroups& B) {
+  constexpr Eigen::Index kRows = 128;
+  const Eigen::Index n = A.rows, k = A.cols;
+  MatrixX out = MatrixX::Zero(k, k);
+  double tile[kHigh * kBroad];
+  for (Eigen::Index from = 0; from < n; from += kRows)
+    for (Eigen::Index c0 = 0; c0 < k; c0 += kBroad)
+      for (Eigen::Index i = c0; i < k; i += kHigh) {
+        sum_tile(A.group(i / kBroad) + kBroad * from + i % kBroad, 1, kBroad, B.group(c0 / kBroad) + kBroad * from,
+                 kBroad, std::min(kRows, n - from), tile);
+        // Upper triangle, by columns.
+        for (Eigen::Index r = i; r < std::min(i + kHigh, k); ++r)
+          for (Eigen::Index c = c0; c < std::min(c0 + kBroad, r + 1); ++c) out(c, r) += tile[kBroad * (r - i) + c - c0];
+      }
+  return out.selfadjointView<Eigen::Upper>();
+}
+
+RowMatrix tall_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref<const RowMatrix>& B) {
   thread_local std::vector<double> right;
   in_groups(B, right);
   RowMatrix out(A.rows(), B.cols());
@@ -103,7 +107,8 @@ RowMatrix tall_product(const RowMatrix& A, const RowMatrix& B) {
       const Eigen::Index rows = std::min<Eigen::Index>(kHigh, A.rows() - i);
       const Eigen::Index from = rows == kHigh ? i : std::max<Eigen::Index>(0, A.rows() - kHigh);
       if (A.rows() < kHigh) return A.lazyProduct(B);
-      sum_tile(A.data() + A.cols() * from, A.cols(), 1, right.data() + kBroad * B.rows() * g, kBroad, A.cols(), tile);
+      sum_tile(A.data() + A.outerStride() * from, A.outerStride(), 1, right.data() + kBroad * B.rows() * g, kBroad,
+               A.cols(), tile);
       for (Eigen::Index r = 0; r < kHigh; ++r)
         std::copy_n(tile + kBroad * r, std::min<Eigen::Index>(kBroad, B.cols() - kBroad * g),
                     out.data() + B.cols() * (from + r) + kBroad * g);

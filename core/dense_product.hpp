@@ -10,11 +10,29 @@ namespace kt {
 MatrixX symmetric_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref<const RowMatrix>& B);
 
 /// A B, (n x k) (k x m).
-RowMatrix tall_product(const RowMatrix& A, const RowMatrix& B);
+RowMatrix tall_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref<const RowMatrix>& B);
 
-/// Columns in groups of kGroup, the last filled up with zeros: each group's rows one after another.
+/// Columns in groups of kGroup, the last filled up with zeros: each group's rows one after another, as products read
+/// them.
 constexpr int kGroup = 16;
 void in_groups(const Eigen::Ref<const RowMatrix>& V, std::vector<double>& out);
+
+struct ColumnGroups {
+  Eigen::Index rows = 0, cols = 0;
+  std::vector<double> numbers;
+  ColumnGroups() = default;
+  ColumnGroups(Eigen::Index of_rows, Eigen::Index of_cols)
+      : rows(of_rows), cols(of_cols), numbers(static_cast<std::size_t>(kGroup * of_rows * num_groups())) {}
+  explicit ColumnGroups(const Eigen::Ref<const RowMatrix>& V) : rows(V.rows()), cols(V.cols()) {
+    in_groups(V, numbers);
+  }
+  Eigen::Index num_groups() const { return (cols + kGroup - 1) / kGroup; }
+  const double* group(Eigen::Index g) const { return numbers.data() + kGroup * rows * g; }
+  double* group(Eigen::Index g) { return numbers.data() + kGroup * rows * g; }
+};
+
+/// symmetric_product() of matrices that are in groups already.
+MatrixX symmetric_product(const ColumnGroups& A, const ColumnGroups& B);
 
 /// sum_k A(i, k) B(k, j) for kTileRows x kGroup entries, `out` row by row: what all products are made of.
 /// @param a  A(i, k) is at i * a_row + k * a_step      @param b  rows of kGroup numbers, `b_step` apart

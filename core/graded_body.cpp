@@ -65,6 +65,13 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
   confinement_ = BlockConfinement(blocks_, interpolation_);
   confinement_.product<9>(blocks_, blocks_.mass_values(), mass_sums_);
   make_matrix_pattern();
+  if (gradings_ == 1)
+    for (const auto& solver : {&coarse_, &solver_}) *solver = make_block_solver();
+  std::vector<int> loaded;  // by the patch, and by all nodes: far motions
+  for (int i : graded_patch_)
+    if (const int k = body_.dofs.to_free[3 * i]; k >= 0) loaded.push_back(k / 3);
+  for (int f = 0; f < kFar / 3; ++f) loaded.push_back(num_kept() + f);
+  for (const auto& solver : {&coarse_, &solver_}) (*solver)->order_last(loaded);
 }
 
 void GradedBody::make_matrix_pattern() {

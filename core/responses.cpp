@@ -89,12 +89,11 @@ struct Loads {
   std::vector<Eigen::Index> rows;  // of the others, which are zero elsewhere
   RowMatrix others;                // (rows x others)
   Eigen::Index cols() const { return static_cast<Eigen::Index>(units.size()) + others.cols(); }
-  MatrixX beside(const VectorX& force) const {
-    MatrixX out = MatrixX::Zero(force.size(), cols() + 1);
+  /// @param out  (free x cols()), zero
+  void write_to(RowsRef out) const {
     for (std::size_t k = 0; k < units.size(); ++k) out(units[k], static_cast<Eigen::Index>(k)) = 1;
-    out.middleCols(static_cast<Eigen::Index>(units.size()), others.cols())(rows, Eigen::all) = others;
-    out.rightCols(1) = force;
-    return out;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      out.row(rows[k]).tail(others.cols()) = others.row(static_cast<Eigen::Index>(k));
   }
   /// X^T loads.
   MatrixX work_in(const RowMatrix& X) const {
@@ -105,40 +104,24 @@ struct Loads {
   }
 };
 
-/// What was solved at one shift: (K + d D + m M) [of_loads, of_force, of_slopes] = [loads, force, M or 2 s M + D times
-/// of_loads share].
+/// What is solved at one shift, columns of the answers from `first` on: (K + d D + m M) [of_loads, of_force, slopes] =
+/// [loads, force, M or 2 s M + D times of_loads share].
 struct ShiftAnswers {
   double s = 0;
   DynamicStiffness solved;
   Loads loads;
-  RowMatrix share;  // smooth loads in terms of these
-  MatrixX of_loads_and_force, of_slopes;
-  Eigen::Index columns() const { return of_loads_and_force.cols() + of_slopes.cols(); }
+  RowMatrix share;  // smooth loads whose slopes are asked for, in terms of these
+  Eigen::Index first = 0;
+  Eigen::Index first_slope() const { return first + loads.cols() + 1; }
 };
 
+/// Columns: those of each shift; the velocity; echoes, three each, each the answer to the mass times the one before.
 struct Answers {
+  RowMatrix X;
   std::vector<ShiftAnswers> shifts;
-  RowMatrix resultant;          // even forces on the patch in terms of the loads at the first shift
-  std::vector<MatrixX> echoes;  // three columns each, each the answer to the mass times the one before
-  template <class Matrix>
-  Matrix side_by_side(const FreeBody& body) const {
-    Eigen::Index columns = 1 + 3 * static_cast<Eigen::Index>(echoes.size());
-    for (const ShiftAnswers& a : shifts) columns += a.columns();
-    Matrix out(body.force.size(), columns);
-    columns = 0;
-    const auto add = [&](const auto& part) {
-      if (part.cols() == 0) return;  // slopes that nobody asked for
-      out.middleCols(columns, part.cols()) = part;
-      columns += part.cols();
-    };
-    for (const ShiftAnswers& a : shifts) {
-      add(a.of_loads_and_force);
-      add(a.of_slopes);
-    }
-    add(body.velocity);
-    for (const MatrixX& echo : echoes) add(echo);
-    return out;
-  }
+  RowMatrix resultant;  // even forces on the patch in terms of the loads at the first shift
+  int echoes = 0;
+  Eigen::Index first_echo() const { return X.cols() - 3 * echoes; }
 };
 
 /// The patch's smooth loads, those on its rim alone, and the coordinates of nodes in reach and on the rim.
@@ -177,33 +160,68 @@ struct PatchLoads {
   std::vector<Eigen::Index> in_reach, rim;
 };
 
+/// Which columns there will be.
+Answers plan_answers(const FreeBody& body, const PatchLoads& loads, const std::vector<double>& shifts, int echoes,
+                     bool slopes) {
+  Answers out;
+  out.shifts.resize(shifts.size());
+  out.resultant = loads.resultant();
+  out.echoes = echoes;
+  Eigen::Index columns = 0;
+  for (std::size_t i = 0; i < shifts.size(); ++i) {
+    ShiftAnswers& a = out.shifts[i];
+    const bool outer = i == 0 || i + 1 == shifts.size();
+    a.s = 2 * std::numbers::pi * shifts[i];
+    a.loads = outer ? loads.outer(i == 0) : loads.inner();
+    a.first = columns;
+    // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
+    if (slopes) a.share = outer ? loads.share(i == 0) : RowMatrix::Identity(kFarEach, kFarEach);
+    // At rest the slopes of the even forces are the first echo.
+    if (slopes && i == 0 && a.s == 0 && echoes > 0) a.share = a.share.rightCols(kFarEach - 3).eval();
+    columns = a.first_slope() + a.share.cols();
+  }
+  out.X = RowMatrix::Zero(body.force.size(), columns + 1 + 3 * echoes);
+  out.X.col(columns) = body.velocity;
+  return out;
+}
+
+/// The columns of one shift: answers to its loads, then their slopes; at the first, echoes.
+void answer_at(ShiftAnswers& a, bool with_echoes, const FreeBody& body, const SymmetricMatrix& mass,
+               const SymmetricMatrix& damping, const SparseSolver& solver, Answers& out) {
+  RowMatrix& X = out.X;
+  const Eigen::Index loads = a.loads.cols(), slopes = a.share.cols();
+  a.loads.write_to(X.middleCols(a.first, loads));
+  X.col(a.first + loads) = body.force;
+  solver.solve_in_place(X.middleCols(a.first, loads + 1));
+  const auto moved = [&](const RowMatrix& share) { return tall_product(X.middleCols(a.first, loads), share); };
+  const int echoes = with_echoes ? out.echoes : 0;
+  RowMatrix next(X.rows(), slopes + (echoes > 0 ? 3 : 0));
+  if (slopes > 0) {
+    const RowMatrix of_loads = moved(a.share);
+    RowMatrix slope = mass.times(of_loads);
+    if (a.s > 0) slope = 2 * a.s * slope + damping.times(of_loads);
+    next.leftCols(slopes) = slope;
+  }
+  if (echoes > 0) next.rightCols(3) = mass.times(moved(out.resultant));
+  if (next.cols() == 0) return;
+  solver.solve_in_place(next);
+  if (slopes > 0) X.middleCols(a.first_slope(), slopes) = next.leftCols(slopes);
+  for (int e = 0; e < echoes; ++e) {
+    RowMatrix echo =
+        e == 0 ? RowMatrix(next.rightCols(3)) : mass.times(RowMatrix(X.middleCols(out.first_echo() + 3 * (e - 1), 3)));
+    if (e > 0) solver.solve_in_place(echo);
+    X.middleCols(out.first_echo() + 3 * e, 3) = echo;
+  }
+}
+
 Answers answer(const FreeBody& body, const SymmetricMatrix& mass, const SymmetricMatrix& damping,
                const SurfacePatch& patch, const std::vector<double>& shifts, SparseSolver& solver, int echoes,
                bool slopes) {
-  Answers out;
-  out.shifts.resize(shifts.size());
-  const PatchLoads loads(body, patch);
+  Answers out = plan_answers(body, PatchLoads(body, patch), shifts, echoes, slopes);
   // Downwards: the factor that is left behind, at rest, serves for the certificate.
   for (std::size_t i = shifts.size(); i-- > 0;) {
-    ShiftAnswers& a = out.shifts[i];
-    a.s = 2 * std::numbers::pi * shifts[i];
-    a.solved = factor_at(body, shifts[i], solver);
-    const bool outer = i == 0 || i + 1 == shifts.size();
-    a.loads = outer ? loads.outer(i == 0) : loads.inner();
-    a.of_loads_and_force = solver.solve(a.loads.beside(body.force));
-    const auto of_loads = a.of_loads_and_force.leftCols(a.loads.cols());
-    if (slopes) {
-      // What smooth loads move: a combination of what the nodes' loads do, which are columns of the identity.
-      a.share = outer ? loads.share(i == 0) : RowMatrix::Identity(kFarEach, kFarEach);
-      const RowMatrix moved = tall_product(RowMatrix(of_loads), a.share);
-      RowMatrix slope = mass.times(moved);
-      if (a.s > 0) slope = 2 * a.s * slope + damping.times(moved);
-      a.of_slopes = solver.solve(slope);
-    }
-    if (i > 0) continue;
-    out.resultant = loads.resultant();
-    RowMatrix echo = tall_product(RowMatrix(of_loads), out.resultant);
-    for (int e = 0; e < echoes; ++e) out.echoes.push_back(echo = solver.solve(mass.times(echo)));
+    out.shifts[i].solved = factor_at(body, shifts[i], solver);
+    answer_at(out.shifts[i], i == 0, body, mass, damping, solver, out);
   }
   return out;
 }
@@ -213,7 +231,7 @@ Answers answer(const FreeBody& body, const SymmetricMatrix& mass, const Symmetri
 MatrixX responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
                   SparseSolver& solver, int echoes, bool slopes) {
   return answer(body, SymmetricMatrix(body.mass), SymmetricMatrix(body.damping), patch, shifts, solver, echoes, slopes)
-      .side_by_side<MatrixX>(body);
+      .X;
 }
 
 namespace {
@@ -230,23 +248,19 @@ MatrixX confined_stiffness(const Answers& answers, const FreeBody& body, const C
   };
   const VectorX work_of_force = of.X.transpose() * body.force;
   for (const ShiftAnswers& a : answers.shifts) {
-    const Eigen::Index first = column, loads = a.loads.cols();
     put(a.loads.work_in(of.X), a.solved);
     put(work_of_force, a.solved);
-    if (a.of_slopes.cols() == 0) continue;
+    if (a.share.cols() == 0) continue;  // slopes that nobody asked for
     const auto seen_by = [&](const MatrixX& matrix) {
-      return tall_product(RowMatrix(matrix.middleCols(first, loads)), a.share);
+      return tall_product(RowMatrix(matrix.middleCols(a.first, a.loads.cols())), a.share);
     };
     put(a.s > 0 ? MatrixX(2 * a.s * seen_by(M) + seen_by(D)) : MatrixX(seen_by(M)), a.solved);
   }
   put(of.X.transpose() * VectorX(body.stiffness * body.velocity), {});
-  if (answers.echoes.empty()) return 0.5 * (out + out.transpose());
-  MatrixX inertia = M.leftCols(answers.resultant.rows()) * answers.resultant;
-  for (std::size_t e = 0; e < answers.echoes.size(); ++e) {
-    const Eigen::Index at = column;
-    put(inertia, answers.shifts.front().solved);
-    inertia = M.middleCols(at, 3);
-  }
+  for (int e = 0; e < answers.echoes; ++e)
+    put(e == 0 ? MatrixX(M.leftCols(answers.resultant.rows()) * answers.resultant)
+               : MatrixX(M.middleCols(column - 3, 3)),
+        answers.shifts.front().solved);
   return 0.5 * (out + out.transpose());
 }
 
@@ -255,10 +269,11 @@ MatrixX confined_stiffness(const Answers& answers, const FreeBody& body, const C
 ConfinedMotions confined_responses(const FreeBody& body, const SurfacePatch& patch, const std::vector<double>& shifts,
                                    SparseSolver& solver, int echoes, bool slopes) {
   const SymmetricMatrix mass(body.mass), damping(body.damping);
-  const Answers answers = answer(body, mass, damping, patch, shifts, solver, echoes, slopes);
-  ConfinedMotions out{answers.side_by_side<RowMatrix>(body), {}, {}, {}};
-  out.mass = symmetric_product(out.X, mass.times(out.X));
-  out.damping = symmetric_product(out.X, damping.times(out.X));
+  Answers answers = answer(body, mass, damping, patch, shifts, solver, echoes, slopes);
+  ConfinedMotions out{std::move(answers.X), {}, {}, {}};
+  const ColumnGroups X(out.X);
+  out.mass = symmetric_product(X, mass.times(X));
+  out.damping = symmetric_product(X, damping.times(X));
   out.stiffness = confined_stiffness(answers, body, out);
   return out;
 }

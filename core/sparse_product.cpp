@@ -66,27 +66,37 @@ SymmetricMatrix::SymmetricMatrix(const SparseMatrix& A) : A_(A), in_blocks_(has_
   }
 }
 
-RowMatrix SymmetricMatrix::times(const RowMatrix& V) const {
+namespace {
+
+RowMatrix apart(const ColumnGroups& V) {
+  RowMatrix out(V.rows, V.cols);
+  for (Eigen::Index g = 0; g < V.num_groups(); ++g)
+    for (Eigen::Index k = 0; k < V.rows; ++k)
+      std::copy_n(V.group(g) + kGroup * k, std::min<Eigen::Index>(kGroup, V.cols - kGroup * g),
+                  out.data() + V.cols * k + kGroup * g);
+  return out;
+}
+
+}  // namespace
+
+ColumnGroups SymmetricMatrix::times(const ColumnGroups& V) const {
+  if (!in_blocks_) return ColumnGroups(times(apart(V)));
   const int *outer = A_.outerIndexPtr(), *inner = A_.innerIndexPtr();
-  if (!in_blocks_) {
-    RowMatrix out = RowMatrix::Zero(A_.rows(), V.cols());
-    for (int c = 0; c < A_.outerSize(); ++c)
-      for (SparseMatrix::InnerIterator it(A_, c); it; ++it) out.row(it.row()) += it.value() * V.row(c);
-    return out;
-  }
-  RowMatrix out(A_.rows(), V.cols());
-  thread_local std::vector<double> groups;  // as large each time
-  in_groups(V, groups);
-  double rows[3 * kGroup];
-  for (Eigen::Index g = 0; kGroup * g < V.cols(); ++g)
+  ColumnGroups out(V.rows, V.cols);
+  for (Eigen::Index g = 0; g < V.num_groups(); ++g)
     for (Eigen::Index c = 0; c < A_.cols(); c += 3) {
       const int first = begin_[static_cast<std::size_t>(c / 3)], last = begin_[static_cast<std::size_t>(c / 3) + 1];
       sum_blocks(A_.valuePtr() + outer[c], outer[c + 1] - outer[c], blocks_.data() + first, last - first,
-                 inner + outer[c], groups.data() + kGroup * V.rows() * g, rows);
-      for (int i = 0; i < 3; ++i)
-        std::copy_n(rows + kGroup * i, std::min<Eigen::Index>(kGroup, V.cols() - kGroup * g),
-                    out.data() + V.cols() * (c + i) + kGroup * g);
+                 inner + outer[c], V.group(g), out.group(g) + kGroup * c);
     }
+  return out;
+}
+
+RowMatrix SymmetricMatrix::times(const RowMatrix& V) const {
+  if (in_blocks_) return apart(times(ColumnGroups(V)));
+  RowMatrix out = RowMatrix::Zero(A_.rows(), V.cols());
+  for (int c = 0; c < A_.outerSize(); ++c)
+    for (SparseMatrix::InnerIterator it(A_, c); it; ++it) out.row(it.row()) += it.value() * V.row(c);
   return out;
 }
 

@@ -14,6 +14,8 @@ class SymmetricMatrix {
   explicit SymmetricMatrix(const SparseMatrix& A);
   /// A V, (n x k). Fast where A is made of whole 3 x 3 node blocks.
   RowMatrix times(const RowMatrix& V) const;
+  /// The same from groups to groups.
+  ColumnGroups times(const ColumnGroups& V) const;
 
  private:
   const SparseMatrix& A_;
