@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/kernels.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/contact_events.hpp"
 #include "haptics/contact_width.hpp"
@@ -391,6 +392,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["refresh_ms"] = percentiles(result.refresh_ms, false);
   for (const auto& [part, ms] : result.refresh_parts_ms) out["refresh_parts_ms"][part] = percentile(ms, 0.5);
   if (!result.slow_cpu_ms.empty()) out["cpu"] = cpu_json(result);
+  out["kernels"] = {{"vectors", vector_width_name()}, {"blas", blas_kernels_name()}};
   out["refreshes"] = result.refreshes.size();
   out["deadline_misses"] = result.deadline_misses;
   out["allocations_per_tick"] =

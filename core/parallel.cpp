@@ -9,6 +9,7 @@
 namespace kt {
 
 void parallel_for(int count, const std::function<void(int)>& work) {
+  if (count == 1) return work(0);
 #if KT_WITH_TBB
   tbb::parallel_for(0, count, work);
 #else

@@ -1,5 +1,6 @@
 #include "core/sparse_product.hpp"
 
+#include "core/parallel.hpp"
 #include "core/wide.hpp"
 
 namespace kt {
@@ -97,6 +98,69 @@ RowMatrix SymmetricMatrix::times(const RowMatrix& V) const {
   RowMatrix out = RowMatrix::Zero(A_.rows(), V.cols());
   for (int c = 0; c < A_.outerSize(); ++c)
     for (SparseMatrix::InnerIterator it(A_, c); it; ++it) out.row(it.row()) += it.value() * V.row(c);
+  return out;
+}
+
+namespace {
+
+/// Rows of matrix x for the nodes begin .. end, by columns since the matrix is
+/// symmetric. Each is summed in eight parts at every vector width. `gathered`:
+/// room for the nodes of a column.
+template <int Width>
+KT_INLINE void multiply_columns_in(const SparseMatrix& matrix, const double* x, double* out, int begin, int end,
+                                   double* gathered) {
+  typedef double Lanes __attribute__((vector_size(8 * Width)));  // `using` would lose the size in a template
+  constexpr int kParts = 8 / Width;
+  const int *outer = matrix.outerIndexPtr(), *inner = matrix.innerIndexPtr();
+  for (int j = begin; j < end; ++j) {
+    const int first = outer[3 * j], height = outer[3 * j + 1] - first;
+    for (int k = 0; k < height; k += 3) {
+      const double* v = x + inner[first + k];
+      gathered[k] = v[0];
+      gathered[k + 1] = v[1];
+      gathered[k + 2] = v[2];
+    }
+    const double* column = matrix.valuePtr() + first;
+    Lanes sums[3][kParts] = {};
+    int k = 0;
+    for (; k + 8 <= height; k += 8)
+      for (int p = 0; p < kParts; ++p) {
+        Lanes v;
+        __builtin_memcpy(&v, gathered + k + Width * p, sizeof v);
+        for (int c = 0; c < 3; ++c) {
+          Lanes a;
+          __builtin_memcpy(&a, column + static_cast<std::ptrdiff_t>(c) * height + k + Width * p, sizeof a);
+          sums[c][p] += a * v;
+        }
+      }
+    for (int c = 0; c < 3; ++c) {
+      double part[8];
+      __builtin_memcpy(part, sums[c], sizeof part);
+      for (int rest = k; rest < height; ++rest)
+        part[rest - k] += column[static_cast<std::ptrdiff_t>(c) * height + rest] * gathered[rest];
+      out[3 * j + c] = ((part[0] + part[1]) + (part[2] + part[3])) + ((part[4] + part[5]) + (part[6] + part[7]));
+    }
+  }
+}
+KT_WIDTHS(multiply_columns,
+          (const SparseMatrix& matrix, const double* x, double* out, int begin, int end, double* gathered),
+          (matrix, x, out, begin, end, gathered))
+
+}  // namespace
+
+VectorX symmetric_blocks_times(const SparseMatrix& A, const VectorX& x) {
+  VectorX out(A.cols());
+  const int nodes = static_cast<int>(A.cols()) / 3;
+  constexpr int kChunk = 2048;  // nodes a task
+  parallel_for((nodes + kChunk - 1) / kChunk, [&](int i) {
+    const int begin = i * kChunk, end = std::min(nodes, begin + kChunk);
+    int tallest = 0;
+    for (int j = begin; j < end; ++j)
+      tallest = std::max(tallest, A.outerIndexPtr()[3 * j + 1] - A.outerIndexPtr()[3 * j]);
+    thread_local std::vector<double> gathered;
+    gathered.resize(static_cast<std::size_t>(tallest));
+    multiply_columns(A, x.data(), out.data(), begin, end, gathered.data());
+  });
   return out;
 }
 

@@ -23,6 +23,9 @@ class SymmetricMatrix {
   std::vector<int> begin_, blocks_;  // of each node column: blocks with numbers, by their first row in its columns
 };
 
+/// A x for one vector and a symmetric matrix that is made of whole node blocks: column by column, which is row by row.
+VectorX symmetric_blocks_times(const SparseMatrix& A, const VectorX& x);
+
 inline RowMatrix symmetric_times(const SparseMatrix& A, const RowMatrix& V) { return SymmetricMatrix(A).times(V); }
 
 }  // namespace kt

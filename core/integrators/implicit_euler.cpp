@@ -52,8 +52,11 @@ class ImplicitEuler final : public Integrator {
              VectorX& change, Solve solver) {
     if (matrix_->dofs().size() == 0) return true;  // none free: nothing to solve
     model.update_tangent(state, kind, tangent_);
-    const VectorX rhs = dt * gather(matrix_->dofs(), VectorX(force_ + external + dt * (tangent_.dfdx * state.v)));
     const SparseMatrix& sum = matrix_->sum({{{1, &model.mass()}, {-dt, &tangent_.dfdv}, {-dt * dt, &tangent_.dfdx}}});
+    // The definite dfdx is symmetric.
+    const VectorX pull = kind == TangentKind::definite ? matrix_->symmetric_times(2, tangent_.dfdx, state.v)
+                                                       : gather(matrix_->dofs(), VectorX(tangent_.dfdx * state.v));
+    const VectorX rhs = dt * (gather(matrix_->dofs(), VectorX(force_ + external)) + dt * pull);
     const bool good = (solver_.get()->*solver)(sum, rhs, change);
     statistics_.linear_iterations += solver_->iterations();
     return good;

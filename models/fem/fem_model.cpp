@@ -34,20 +34,9 @@ class FemModel final : public DeformableModel {
   void force(const State& state, VectorX& out) const override {
     out = weight_;
     if (options_.damping_mass > 0) out.noalias() -= options_.damping_mass * (mass_ * state.v);
-    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) __attribute__((flatten)) {
-      const Edges x = edges(state.x, batch);
-      Edges v;
-      if (viscosity_.is_active()) v = edges(state.v, batch);
+    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
       std::array<LaneVec3, N> f;
-      f.fill(LaneVec3::Zero());
-      for (const Point& point : points) {
-        const LaneMat3 F = gradient(x, point);
-        LaneMat3 P = material_->lane_stress(F);
-        if (viscosity_.is_active()) P += viscosity_.stress(F, gradient(v, point));
-        P *= -point.volume;
-        for (int a = 1; a < N; ++a) f[a] += P * point.g[a];
-      }
-      for (int a = 1; a < N; ++a) f[0] -= f[a];
+      find_forces(*this, state, batch, points, f);
       for (int lane = 0; lane < batch.count; ++lane)
         for (int a = 0; a < N; ++a) node(out, batch.nodes[lane][a]) += get_lane(f[a], lane);
     });
@@ -62,30 +51,8 @@ class FemModel final : public DeformableModel {
       pattern_.start(out.dfdv, true);
     else
       set_zero(out.dfdv, is_damped() ? pattern_.zero() : undamped_);
-    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) __attribute__((flatten)) {
-      prefetch(out.dfdx, batch);
-      const Edges x = edges(state.x, batch);
-      Blocks k;
-      k.fill(LaneMat3::Zero());
-      for (const Point& point : points)
-        material_->add_lane_stiffness(gradient(x, point), definite, point.g, -point.volume, k);
-      Blocks transposed;
-      if (turns) transposed = k;
-      if (viscosity_.is_active()) {
-        Blocks d;
-        d.fill(LaneMat3::Zero());
-        const Edges v = edges(state.v, batch);
-        for (const Point& point : points) {
-          const LaneMat3 F = gradient(x, point);
-          viscosity_.add_rate_blocks(F, point.g, -point.volume, d);
-          if (turns) viscosity_.add_shape_blocks(F, gradient(v, point), point.g, -point.volume, k, transposed);
-        }
-        add_above(out.dfdv, batch, d);
-      }
-      if (turns && symmetric)
-        for (std::size_t pair = 0; pair < k.size(); ++pair) k[pair] = (k[pair] + transposed[pair]) * Lanes(0.5);
-      add_above(out.dfdx, batch, k);
-      if (!symmetric) add_below(out.dfdx, batch, transposed);
+    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
+      add_batch(*this, {state, definite, turns, symmetric, batch, points, out});
     });
     pattern_.finish(out.dfdx, symmetric);
     if (viscosity_.is_active()) pattern_.finish(out.dfdv, true);
@@ -113,6 +80,57 @@ class FemModel final : public DeformableModel {
   using Point = typename Batch<N>::Point;
   using Edges = std::array<LaneVec3, N - 1>;  // from node 0 to the others
   using Blocks = std::array<LaneMat3, num_pairs(N)>;
+
+  KT_LANES static void find_forces(const FemModel& model, const State& state, const Batch<N>& batch,
+                                   std::span<const Point> points, std::array<LaneVec3, N>& f) {
+    const Viscosity& viscosity = model.viscosity_;
+    const Edges x = edges(state.x, batch);
+    Edges v;
+    if (viscosity.is_active()) v = edges(state.v, batch);
+    f.fill(LaneVec3::Zero());
+    for (const Point& point : points) {
+      const LaneMat3 F = gradient(x, point);
+      LaneMat3 P = model.material_->lane_stress(F);
+      if (viscosity.is_active()) P += viscosity.stress(F, gradient(v, point));
+      P *= -point.volume;
+      for (int a = 1; a < N; ++a) f[a] += P * point.g[a];
+    }
+    for (int a = 1; a < N; ++a) f[0] -= f[a];
+  }
+
+  struct BatchTangent {
+    const State& state;
+    bool definite, turns, symmetric;
+    const Batch<N>& batch;
+    std::span<const Point> points;
+    Tangent& out;
+  };
+  KT_LANES static void add_batch(const FemModel& model, const BatchTangent& b) {
+    const Viscosity& viscosity = model.viscosity_;
+    prefetch(b.out.dfdx, b.batch);
+    const Edges x = edges(b.state.x, b.batch);
+    Blocks k;
+    k.fill(LaneMat3::Zero());
+    for (const Point& point : b.points)
+      model.material_->add_lane_stiffness(gradient(x, point), b.definite, point.g, -point.volume, k);
+    Blocks transposed;
+    if (b.turns) transposed = k;
+    if (viscosity.is_active()) {
+      Blocks d;
+      d.fill(LaneMat3::Zero());
+      const Edges v = edges(b.state.v, b.batch);
+      for (const Point& point : b.points) {
+        const LaneMat3 F = gradient(x, point);
+        viscosity.add_rate_blocks(F, point.g, -point.volume, d);
+        if (b.turns) viscosity.add_shape_blocks(F, gradient(v, point), point.g, -point.volume, k, transposed);
+      }
+      add_above(b.out.dfdv, b.batch, d);
+    }
+    if (b.turns && b.symmetric)
+      for (std::size_t pair = 0; pair < k.size(); ++pair) k[pair] = (k[pair] + transposed[pair]) * Lanes(0.5);
+    add_above(b.out.dfdx, b.batch, k);
+    if (!b.symmetric) model.add_below(b.out.dfdx, b.batch, transposed);
+  }
 
   bool is_damped() const { return options_.damping_mass > 0 || viscosity_.is_active(); }
 

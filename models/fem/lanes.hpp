@@ -1,39 +1,51 @@
 #pragma once
-// Four numbers calculated side by side, in two SIMD registers of two doubles, as x86-64 and ARM64 always have: the same
-// bits on every machine. Eigen matrices of them are four matrices at once.
+// Four numbers calculated side by side, in the widest registers that the processor has: the same bits on every machine.
+// Eigen matrices of them are four matrices at once.
+//
+// KT_LANES before a function: it is compiled for several widths, with all that it calls. Lanes do not leave such a
+// function by value, in neither direction: how they travel depends on the width.
 #include <cmath>
 #include <cstring>
 
 #include "core/types.hpp"
+#include "core/wide.hpp"
+
+#define KT_LANES KT_WIDE __attribute__((flatten))
 
 namespace kt {
 
 struct Lanes {
   static constexpr int kCount = 4;
-  using Pair = double __attribute__((vector_size(16)));
-  Pair low, high;
+  using Vector = double __attribute__((vector_size(32)));
+  Vector v;
 
   Lanes() = default;
-  Lanes(double all) : low{all, all}, high{all, all} {}  // NOLINT: a number among lanes is the same in all
-  Lanes(Pair l, Pair h) : low(l), high(h) {}
-  double operator[](int i) const {
-    double out;
-    std::memcpy(&out, reinterpret_cast<const char*>(this) + sizeof(double) * static_cast<std::size_t>(i), sizeof out);
-    return out;
-  }
-  void set(int i, double value) {
-    std::memcpy(reinterpret_cast<char*>(this) + sizeof(double) * static_cast<std::size_t>(i), &value, sizeof value);
-  }
+  KT_INLINE Lanes(double all) : v{all, all, all, all} {}  // NOLINT: a number among lanes is the same in all
+  KT_INLINE explicit Lanes(const Vector& all) : v(all) {}
+  double operator[](int i) const { return v[i]; }
+  void set(int i, double value) { v[i] = value; }
 
-  Lanes operator-() const { return {-low, -high}; }
-  Lanes& operator+=(const Lanes& b) { return *this = {low + b.low, high + b.high}; }
-  Lanes& operator-=(const Lanes& b) { return *this = {low - b.low, high - b.high}; }
-  Lanes& operator*=(const Lanes& b) { return *this = {low * b.low, high * b.high}; }
-  Lanes& operator/=(const Lanes& b) { return *this = {low / b.low, high / b.high}; }
-  friend Lanes operator+(Lanes a, const Lanes& b) { return a += b; }
-  friend Lanes operator-(Lanes a, const Lanes& b) { return a -= b; }
-  friend Lanes operator*(Lanes a, const Lanes& b) { return a *= b; }
-  friend Lanes operator/(Lanes a, const Lanes& b) { return a /= b; }
+  KT_INLINE Lanes operator-() const { return Lanes(-v); }
+  KT_INLINE Lanes& operator+=(const Lanes& b) {
+    v += b.v;
+    return *this;
+  }
+  KT_INLINE Lanes& operator-=(const Lanes& b) {
+    v -= b.v;
+    return *this;
+  }
+  KT_INLINE Lanes& operator*=(const Lanes& b) {
+    v *= b.v;
+    return *this;
+  }
+  KT_INLINE Lanes& operator/=(const Lanes& b) {
+    v /= b.v;
+    return *this;
+  }
+  KT_INLINE friend Lanes operator+(const Lanes& a, const Lanes& b) { return Lanes(a.v + b.v); }
+  KT_INLINE friend Lanes operator-(const Lanes& a, const Lanes& b) { return Lanes(a.v - b.v); }
+  KT_INLINE friend Lanes operator*(const Lanes& a, const Lanes& b) { return Lanes(a.v * b.v); }
+  KT_INLINE friend Lanes operator/(const Lanes& a, const Lanes& b) { return Lanes(a.v / b.v); }
 };
 
 }  // namespace kt
@@ -53,31 +65,34 @@ struct Eigen::NumTraits<kt::Lanes> : Eigen::GenericNumTraits<kt::Lanes> {
 
 namespace kt {
 
-template <class Function>
-Lanes each_lane(const Lanes& a, const Function& f) {
-  return {Lanes::Pair{f(a.low[0]), f(a.low[1])}, Lanes::Pair{f(a.high[0]), f(a.high[1])}};
+KT_INLINE Lanes sqrt(const Lanes& a) {
+  Lanes out;
+  for (int i = 0; i < Lanes::kCount; ++i) out.v[i] = std::sqrt(a.v[i]);
+  return out;
 }
-inline Lanes sqrt(const Lanes& a) {
-  return each_lane(a, [](double v) { return std::sqrt(v); });
-}
-inline Lanes abs(const Lanes& a) {
-  return each_lane(a, [](double v) { return std::abs(v); });
+KT_INLINE Lanes abs(const Lanes& a) {
+  Lanes out;
+  for (int i = 0; i < Lanes::kCount; ++i) out.v[i] = std::abs(a.v[i]);
+  return out;
 }
 
 /// a < b in every lane; false with NaN.
 inline bool all_less(double a, double b) { return a < b; }
-inline bool all_less(const Lanes& a, const Lanes& b) {
-  const auto low = a.low < b.low, high = a.high < b.high;
-  return low[0] && low[1] && high[0] && high[1];
+KT_INLINE bool all_less(const Lanes& a, const Lanes& b) {
+  const auto less = a.v < b.v;
+  return less[0] && less[1] && less[2] && less[3];
 }
 /// a >= 0 in every lane.
-inline bool none_negative(const Lanes& a) { return a.low[0] >= 0 && a.low[1] >= 0 && a.high[0] >= 0 && a.high[1] >= 0; }
+KT_INLINE bool none_negative(const Lanes& a) {
+  const auto is = a.v >= 0;
+  return is[0] && is[1] && is[2] && is[3];
+}
 
 /// a where condition < 0, else b.
-inline Lanes select_negative(const Lanes& condition, const Lanes& a, const Lanes& b) {
-  return {condition.low < 0 ? a.low : b.low, condition.high < 0 ? a.high : b.high};
+KT_INLINE Lanes select_negative(const Lanes& condition, const Lanes& a, const Lanes& b) {
+  return Lanes(condition.v < 0 ? a.v : b.v);
 }
-inline Lanes positive_part(const Lanes& a) { return select_negative(a, 0, a); }
+KT_INLINE Lanes positive_part(const Lanes& a) { return select_negative(a, 0, a); }
 
 /// Formulas for one T = double and for four T = Lanes.
 template <class T>
@@ -100,16 +115,22 @@ void set_lane(Matrix& m, int lane, const Values& values) {
 
 /// Adds each lane's matrix, column by column, to the nine numbers at to[lane].
 inline void add_to(const std::array<double*, Lanes::kCount>& to, const LaneMat3& m) {
-  const auto add = [](double* at, double first, double second) {
-    at[0] += first;
-    at[1] += second;
-  };
-  for (int i = 0; i < 8; i += 2) {
-    const Lanes a = m(i), b = m(i + 1);
-    add(to[0] + i, a.low[0], b.low[0]);
-    add(to[1] + i, a.low[1], b.low[1]);
-    add(to[2] + i, a.high[0], b.high[0]);
-    add(to[3] + i, a.high[1], b.high[1]);
+  using Places = long long __attribute__((vector_size(32)));
+  for (int i = 0; i < 8; i += 4) {  // four lanes of four numbers become four numbers of four lanes
+    const Lanes::Vector &a = m(i).v, &b = m(i + 1).v, &c = m(i + 2).v, &d = m(i + 3).v;
+    const Lanes::Vector ab_even = __builtin_shuffle(a, b, Places{0, 4, 2, 6}),
+                        ab_odd = __builtin_shuffle(a, b, Places{1, 5, 3, 7}),
+                        cd_even = __builtin_shuffle(c, d, Places{0, 4, 2, 6}),
+                        cd_odd = __builtin_shuffle(c, d, Places{1, 5, 3, 7});
+    const Lanes::Vector rows[4] = {
+        __builtin_shuffle(ab_even, cd_even, Places{0, 1, 4, 5}), __builtin_shuffle(ab_odd, cd_odd, Places{0, 1, 4, 5}),
+        __builtin_shuffle(ab_even, cd_even, Places{2, 3, 6, 7}), __builtin_shuffle(ab_odd, cd_odd, Places{2, 3, 6, 7})};
+    for (int lane = 0; lane < Lanes::kCount; ++lane) {
+      Lanes::Vector sum;
+      std::memcpy(&sum, to[lane] + i, sizeof sum);
+      sum += rows[lane];
+      std::memcpy(to[lane] + i, &sum, sizeof sum);
+    }
   }
   for (int lane = 0; lane < Lanes::kCount; ++lane) to[lane][8] += m(8)[lane];
 }

@@ -2,6 +2,7 @@
 #include "core/error.hpp"
 #include "models/model.hpp"
 #include "models/msd/calibration.hpp"
+#include "models/msd/spring_tangent.hpp"
 #include "models/msd/volume_guard.hpp"
 
 namespace kt {
@@ -22,7 +23,8 @@ class MsdModel final : public DeformableModel {
     stiffened_ = num_stiffened(factors);
     for (Spring& s : springs_) s.damper = options.damper.value_or(options.damping_stiffness * s.stiffness);
     guards_ = make_volume_guards(mesh_, springs_, options.least_volume);
-    make_pattern();
+    tangent_ = SpringTangent(mesh_.num_nodes(), springs_);
+    for (int d = 0; d < mesh_.x.size(); ++d) diagonal_.push_back(slot(d, d));
   }
 
   const Mesh& mesh() const override { return mesh_; }
@@ -46,24 +48,9 @@ class MsdModel final : public DeformableModel {
   }
 
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
-    set_zero(out.dfdx, pattern_);
-    set_zero(out.dfdv, pattern_);
+    tangent_.update(springs_, state, kind, out);
     double* dfdx = out.dfdx.valuePtr();
     double* dfdv = out.dfdv.valuePtr();
-    for (std::size_t i = 0; i < springs_.size(); ++i) {
-      const Spring& s = springs_[i];
-      const Stretch now = stretch(s, state);
-      const Mat3 along = now.direction * now.direction.transpose();
-      const Mat3 across = Mat3::Identity() - along;
-      double tension = s.stiffness * (1 - s.rest_length / now.length);  // per length: the geometric stiffness
-      if (kind == TangentKind::definite) tension = std::max(0.0, tension);
-      Mat3 k = s.stiffness * along + tension * across;
-      if (kind !=
-          TangentKind::definite)  // the damper turns with the spring; not symmetric, left out of the definite one
-        k += s.damper / now.length * (now.direction * (across * now.velocity).transpose() + now.rate * across);
-      add_blocks(dfdx, i, k);
-      add_blocks(dfdv, i, s.damper * along);
-    }
     GuardForce push;
     for (const VolumeGuard& g : guards_)
       if (guard_force(g, state.x, kind == TangentKind::definite, push)) add_guard(dfdx, g.nodes, push.dfdx);
@@ -91,22 +78,6 @@ class MsdModel final : public DeformableModel {
   }
 
  private:
-  struct Stretch {
-    double length = 0, rate = 0;  ///< [m], [m/s]
-    Vec3 direction, velocity;     ///< of b relative to a
-  };
-
-  static Stretch stretch(const Spring& s, const State& state) {
-    Stretch out;
-    const Vec3 d = node(state.x, s.b) - node(state.x, s.a);
-    // A collapsed spring has no direction of its own: any fixed one keeps the force finite and the step reproducible.
-    out.length = std::max(d.norm(), 1e-9 * s.rest_length);
-    out.direction = d.squaredNorm() > 0 ? Vec3(d / d.norm()) : Vec3(Vec3::UnitX());
-    out.velocity = node(state.v, s.b) - node(state.v, s.a);
-    out.rate = out.velocity.dot(out.direction);
-    return out;
-  }
-
   void make_mass() {
     double length = 0;
     for (const Spring& s : springs_) length += s.rest_length;
@@ -122,48 +93,10 @@ class MsdModel final : public DeformableModel {
 
   /// Where an entry of the pattern lies.
   int slot(int row, int column) const {
-    const int* begin = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column];
-    const int* end = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column + 1];
-    return static_cast<int>(std::lower_bound(begin, end, row) - pattern_.innerIndexPtr());
-  }
-
-  /// The fixed sparsity pattern and, per spring, where its 36 entries lie in it.
-  void make_pattern() {
-    std::vector<Eigen::Triplet<double>> entries;
-    const auto add_pair = [&](int a, int b) {
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) entries.emplace_back(3 * a + r, 3 * b + c, 0.0);
-    };
-    for (int i = 0; i < mesh_.num_nodes(); ++i) add_pair(i, i);
-    for (const Spring& s : springs_) {
-      add_pair(s.a, s.b);
-      add_pair(s.b, s.a);
-    }
-    pattern_.resize(mesh_.x.size(), mesh_.x.size());
-    pattern_.setFromTriplets(entries.begin(), entries.end());
-    for (const Spring& s : springs_) {
-      std::array<int, 12> first{};  // rows are consecutive inside a 3x3 block: the first of each column is enough
-      for (int c = 0; c < 3; ++c) {
-        first[c] = slot(3 * s.a, 3 * s.a + c);
-        first[3 + c] = slot(3 * s.b, 3 * s.a + c);
-        first[6 + c] = slot(3 * s.a, 3 * s.b + c);
-        first[9 + c] = slot(3 * s.b, 3 * s.b + c);
-      }
-      slots_.push_back(first);
-    }
-    for (int d = 0; d < mesh_.x.size(); ++d) diagonal_.push_back(slot(d, d));
-  }
-
-  /// Adds -k on the diagonal blocks and +k off them: the derivative of the force on a spring's two ends.
-  void add_blocks(double* values, std::size_t spring, const Mat3& k) const {
-    const auto& first = slots_[spring];
-    for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < 3; ++r) {
-        values[first[c] + r] -= k(r, c);
-        values[first[3 + c] + r] += k(r, c);
-        values[first[6 + c] + r] += k(r, c);
-        values[first[9 + c] + r] -= k(r, c);
-      }
+    const SparseMatrix& pattern = tangent_.pattern();
+    const int* begin = pattern.innerIndexPtr() + pattern.outerIndexPtr()[column];
+    const int* end = pattern.innerIndexPtr() + pattern.outerIndexPtr()[column + 1];
+    return static_cast<int>(std::lower_bound(begin, end, row) - pattern.innerIndexPtr());
   }
 
   void add_guard(double* values, const Tetrahedron& nodes, const Eigen::Matrix<double, 12, 12>& dfdx) const {
@@ -181,8 +114,8 @@ class MsdModel final : public DeformableModel {
   Calibration calibration_;
   int stiffened_ = 0;  // elements in inclusions
   VectorX mass_diagonal_;
-  SparseMatrix mass_, pattern_;
-  std::vector<std::array<int, 12>> slots_;
+  SparseMatrix mass_;
+  SpringTangent tangent_;
   std::vector<int> diagonal_;
 };
 

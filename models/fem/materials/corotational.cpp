@@ -16,7 +16,11 @@ class Corotational final : public Material {
     return lame_.mu * (F - R).squaredNorm() + 0.5 * lame_.lambda * volumetric * volumetric;
   }
   Mat3 stress(const Mat3& F) const override { return stress_of(F); }
-  LaneMat3 lane_stress(const LaneMat3& F) const override { return stress_of(F); }
+  LaneMat3 lane_stress(const LaneMat3& F) const override {
+    LaneMat3 P;
+    find_stress(*this, F, P);
+    return P;
+  }
   Mat9 tangent(const Mat3& F) const override {
     const Mat3 R = rotation_of(F);
     const Mat3 S = R.transpose() * F;
@@ -49,6 +53,16 @@ class Corotational final : public Material {
   /// in world axes. Of the definite one s T is what it is at rest, -mu I.
   void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
                           std::span<LaneMat3> blocks) const override {
+    add_stiffness(*this, {F, definite, g, volume, blocks});
+  }
+
+ private:
+  KT_LANES static void find_stress(const Corotational& m, const LaneMat3& F, LaneMat3& P) { P = m.stress_of(F); }
+  KT_LANES static void add_stiffness(const Corotational& m, const LaneStiffness& s) {
+    m.add_stiffness_to(s.F, s.definite, s.g, s.volume, s.blocks);
+  }
+  void add_stiffness_to(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
+                        std::span<LaneMat3> blocks) const {
     const LaneMat3 R = rotation_of(F);
     LaneMat3 turning = Lanes(-lame_.mu) * LaneMat3::Identity();
     if (!definite) {
@@ -74,8 +88,6 @@ class Corotational final : public Material {
       }
     }
   }
-
- private:
   template <class T>
   Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
     const Mat3Of<T> R = rotation_of(F);

@@ -29,7 +29,11 @@ class NeoHookean final : public Material {
   }
   double energy(const Mat3& F) const override { return density(F.squaredNorm(), F.determinant()) - rest_; }
   Mat3 stress(const Mat3& F) const override { return stress_of(F); }
-  LaneMat3 lane_stress(const LaneMat3& F) const override { return stress_of(F); }
+  LaneMat3 lane_stress(const LaneMat3& F) const override {
+    LaneMat3 P;
+    find_stress(*this, F, P);
+    return P;
+  }
   Mat9 tangent(const Mat3& F) const override {
     const Parts<double> p = parts(F);
     Mat9 out = p.c * cofactor_tangent(F);
@@ -41,6 +45,16 @@ class NeoHookean final : public Material {
   /// as in Parts. What is indefinite is lifted eigenvalue by eigenvalue.
   void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
                           std::span<LaneMat3> blocks) const override {
+    add_stiffness(*this, {F, definite, g, volume, blocks});
+  }
+
+ private:
+  KT_LANES static void find_stress(const NeoHookean& m, const LaneMat3& F, LaneMat3& P) { P = m.stress_of(F); }
+  KT_LANES static void add_stiffness(const NeoHookean& m, const LaneStiffness& s) {
+    m.add_stiffness_to(s.F, s.definite, s.g, s.volume, s.blocks);
+  }
+  void add_stiffness_to(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
+                        std::span<LaneMat3> blocks) const {
     const Parts<Lanes> p = parts(F);
     const PerNode f = per_node(F, g), cof = per_node(p.cofactor, g);
     auto block = blocks.begin();
@@ -54,8 +68,6 @@ class NeoHookean final : public Material {
     }
     if (definite && !is_definite(p, F)) add_lift(p, F, g, volume, blocks);
   }
-
- private:
   /// dP/dF = a I + b F F^T + lambda C C^T + c d2J/dF2, all as vectors of nine.
   template <class T>
   struct Parts {
