@@ -44,6 +44,12 @@ class DeformableModel {
   /// Newton's method asks before each motion, and evaluates forces on the way only.
   virtual double free_share(const VectorX& /*x*/, const VectorX& /*dx*/) const { return 1; }
 
+  /// The model whose tangent, with added_stiffness(), is this one's: itself as a rule, which adds nothing. Of a model
+  /// that adds a few springs to another one, that other, whose tangent at the same state need not be made again.
+  virtual const DeformableModel& base() const { return *this; }
+  /// Entries of dfdx [N/m], symmetric, that this model adds to those of base(); appended to `out`.
+  virtual void added_stiffness(std::vector<Eigen::Triplet<double>>& /*out*/) const {}
+
   Tangent tangent(const State& state, TangentKind kind) const {
     Tangent out;
     update_tangent(state, kind, out);

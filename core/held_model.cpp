@@ -24,9 +24,7 @@ void HeldModel::force(const State& state, VectorX& out) const {
   }
 }
 
-void HeldModel::update_tangent(const State& state, TangentKind kind, Tangent& out) const {
-  model_.update_tangent(state, kind, out);
-  std::vector<Eigen::Triplet<double>> springs;
+void HeldModel::added_stiffness(std::vector<Eigen::Triplet<double>>& out) const {
   for (const ContactHold& hold : holds_) {
     const Mat3 k = spring(hold);
     const NodeWeights& m = hold.moves;
@@ -34,8 +32,14 @@ void HeldModel::update_tangent(const State& state, TangentKind kind, Tangent& ou
       for (int b = 0; b < m.count; ++b)
         for (int r = 0; r < 3; ++r)
           for (int c = 0; c < 3; ++c)
-            springs.emplace_back(3 * m.node[a] + r, 3 * m.node[b] + c, -m.weight[a] * m.weight[b] * k(r, c));
+            out.emplace_back(3 * m.node[a] + r, 3 * m.node[b] + c, -m.weight[a] * m.weight[b] * k(r, c));
   }
+}
+
+void HeldModel::update_tangent(const State& state, TangentKind kind, Tangent& out) const {
+  model_.update_tangent(state, kind, out);
+  std::vector<Eigen::Triplet<double>> springs;
+  added_stiffness(springs);
   const auto is_known = [&](const Eigen::Triplet<double>& t) {
     const int* const begin = out.dfdx.innerIndexPtr() + out.dfdx.outerIndexPtr()[t.col()];
     const int* const end = out.dfdx.innerIndexPtr() + out.dfdx.outerIndexPtr()[t.col() + 1];

@@ -33,6 +33,8 @@ class HeldModel final : public DeformableModel {
   const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
   void force(const State& state, VectorX& out) const override;
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override;
+  const DeformableModel& base() const override { return model_; }
+  void added_stiffness(std::vector<Eigen::Triplet<double>>& out) const override;
   double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
   ModelInfo info() const override { return model_.info(); }
 

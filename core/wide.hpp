@@ -2,7 +2,8 @@
 // Loops that are compiled for several vector widths: the widest that the processor has is taken when the program
 // starts. Only for loops whose lanes do not meet, so that every width gives the same bits.
 //
-// Not under a sanitizer: the choice is made before it has started.
+// Not under a sanitizer: the choice is made before it has started. Nor without optimization, where what such a function
+// calls is not a part of it and would take vectors in another way.
 //
 // KT_WIDE before a function: the compiler finds the vectors by itself.
 // KT_WIDTHS(name, (parameters), (arguments)): defines name(parameters) as name_in<W>(arguments), W doubles to a
@@ -13,7 +14,7 @@
 #define KT_WIDEST 8
 #endif
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__) && KT_WIDEST > 2
+    !defined(__SANITIZE_THREAD__) && defined(__OPTIMIZE__) && KT_WIDEST > 2
 #if KT_WIDEST > 4
 #define KT_WIDE __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #define KT_WIDTHS(name, parameters, arguments)                                               \
@@ -32,4 +33,14 @@
 #define KT_WIDTHS(name, parameters, arguments) \
   void name parameters { name##_in<2> arguments; }
 #define KT_INLINE inline
+#endif
+
+// KT_SHUFFLE(a, b, i, j, k, l): four numbers of the eight in two vectors of four, by their places.
+#if defined(__clang__)
+#define KT_SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#else
+namespace kt {
+typedef long long FourPlaces __attribute__((vector_size(32)));
+}
+#define KT_SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, kt::FourPlaces{i, j, k, l})
 #endif

@@ -51,15 +51,43 @@ class ImplicitEuler final : public Integrator {
   bool solve(const DeformableModel& model, const VectorX& external, double dt, const State& state, TangentKind kind,
              VectorX& change, Solve solver) {
     if (matrix_->dofs().size() == 0) return true;  // none free: nothing to solve
-    model.update_tangent(state, kind, tangent_);
-    const SparseMatrix& sum = matrix_->sum({{{1, &model.mass()}, {-dt, &tangent_.dfdv}, {-dt * dt, &tangent_.dfdx}}});
-    // The definite dfdx is symmetric.
-    const VectorX pull = kind == TangentKind::definite ? matrix_->symmetric_times(2, tangent_.dfdx, state.v)
-                                                       : gather(matrix_->dofs(), VectorX(tangent_.dfdx * state.v));
-    const VectorX rhs = dt * (gather(matrix_->dofs(), VectorX(force_ + external)) + dt * pull);
-    const bool good = (solver_.get()->*solver)(sum, rhs, change);
+    added_.clear();
+    model.added_stiffness(added_);
+    update_tangent(model, state, kind);
+    const SparseMatrix* sum = &add_up(model, dt);
+    if (!matrix_->add(-dt * dt, added_)) {  // couples nodes that the body does not
+      SparseMatrix more(tangent_.dfdx.rows(), tangent_.dfdx.cols());
+      more.setFromTriplets(added_.begin(), added_.end());
+      tangent_.dfdx += more;
+      added_.clear();
+      tangent_of_ = nullptr;
+      sum = &add_up(model, dt);
+    }
+    const VectorX rhs = dt * (gather(matrix_->dofs(), VectorX(force_ + external)) + dt * pull_along(state.v, kind));
+    const bool good = (solver_.get()->*solver)(*sum, rhs, change);
     statistics_.linear_iterations += solver_->iterations();
     return good;
+  }
+  const SparseMatrix& add_up(const DeformableModel& model, double dt) {
+    return matrix_->sum({{{1, &model.mass()}, {-dt, &tangent_.dfdv}, {-dt * dt, &tangent_.dfdx}}});
+  }
+  /// That of the model's base, which is kept where it lasts: a step begins where the last one was looked ahead from.
+  void update_tangent(const DeformableModel& model, const State& state, TangentKind kind) {
+    const DeformableModel& base = model.base();
+    if (tangent_of_ == &base && kind_ == kind && at_.x == state.x && at_.v == state.v) return;
+    base.update_tangent(state, kind, tangent_);
+    tangent_of_ = &base == &model ? nullptr : &base;  // a model without a base may be another one at the same place
+    at_ = state;
+    kind_ = kind;
+  }
+  /// dfdx v on the free nodes. The definite dfdx is symmetric.
+  VectorX pull_along(const VectorX& v, TangentKind kind) const {
+    const FreeDofs& dofs = matrix_->dofs();
+    VectorX out = kind == TangentKind::definite ? matrix_->symmetric_times(2, tangent_.dfdx, v)
+                                                : gather(dofs, VectorX(tangent_.dfdx * v));
+    for (const auto& entry : added_)
+      if (const int i = dofs.to_free[entry.row()]; i >= 0) out[i] += entry.value() * v[entry.col()];
+    return out;
   }
   [[noreturn]] static void fail(const State& state) {
     throw RunError(text(
@@ -70,7 +98,11 @@ class ImplicitEuler final : public Integrator {
   IntegratorOptions options_;
   std::unique_ptr<StepMatrix> matrix_;
   std::unique_ptr<StepSolver> solver_;
+  std::vector<Eigen::Triplet<double>> added_;  // to the tangent, of the model in hand
   Tangent tangent_;
+  const DeformableModel* tangent_of_ = nullptr;  // whose tangent_ it is, at_ this state; none: not kept
+  State at_;
+  TangentKind kind_ = TangentKind::definite;
   VectorX force_, change_, change_ahead_;  // changes of v: guesses of the next ones
   StepStatistics statistics_;
 };

@@ -1,5 +1,5 @@
 // By size. Conjugate gradients are the faster at any (docs/accuracy_and_speed.md); the factorization, which is exact
-// and cannot fail to converge, serves where it takes less than 5 ms, and once conjugate gradients have taken more
+// and cannot fail to converge, serves where it takes no longer, and once conjugate gradients have taken more
 // iterations than it costs, or have failed: on thin shells full of slivers.
 #include "core/step_solver.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 class Automatic final : public StepSolver {
  public:
   explicit Automatic(StepSolverOptions options) : direct_(make_step_solver("direct", {})) {
-    constexpr Eigen::Index kFewNodes = 1000;
+    constexpr Eigen::Index kFewNodes = 200;
     constexpr int kFactorization = 500;  // costs as many iterations: 130 for 1,200 nodes, 420 for 8,000, more for more
     options.most_iterations = kFactorization;
     if (options.positions.size() >= 3 * kFewNodes) iterative_ = make_step_solver("pcg", std::move(options));

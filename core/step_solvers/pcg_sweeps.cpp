@@ -7,12 +7,11 @@ namespace {
 
 /// A node's numbers. In a function for a processor without such registers the compiler takes two; never a parameter.
 typedef double Four __attribute__((vector_size(8 * kLanes)));
-typedef long long FourPlaces __attribute__((vector_size(8 * kLanes)));
 
 /// a x b; the last lane is zero where both have a zero there.
-#define KT_CROSS(a, b)                                                                           \
-  (__builtin_shuffle(a, FourPlaces{1, 2, 0, 3}) * __builtin_shuffle(b, FourPlaces{2, 0, 1, 3}) - \
-   __builtin_shuffle(a, FourPlaces{2, 0, 1, 3}) * __builtin_shuffle(b, FourPlaces{1, 2, 0, 3}))
+#define KT_CROSS(a, b)                                           \
+  (KT_SHUFFLE(a, a, 1, 2, 0, 3) * KT_SHUFFLE(b, b, 2, 0, 1, 3) - \
+   KT_SHUFFLE(a, a, 2, 0, 1, 3) * KT_SHUFFLE(b, b, 1, 2, 0, 3))
 
 }  // namespace
 

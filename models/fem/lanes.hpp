@@ -14,7 +14,8 @@
 
 namespace kt {
 
-struct Lanes {
+/// The alignment is said, since it must be the same in functions for all widths: without AVX a vector has less.
+struct alignas(32) Lanes {
   static constexpr int kCount = 4;
   using Vector = double __attribute__((vector_size(32)));
   Vector v;
@@ -115,16 +116,12 @@ void set_lane(Matrix& m, int lane, const Values& values) {
 
 /// Adds each lane's matrix, column by column, to the nine numbers at to[lane].
 inline void add_to(const std::array<double*, Lanes::kCount>& to, const LaneMat3& m) {
-  using Places = long long __attribute__((vector_size(32)));
   for (int i = 0; i < 8; i += 4) {  // four lanes of four numbers become four numbers of four lanes
     const Lanes::Vector &a = m(i).v, &b = m(i + 1).v, &c = m(i + 2).v, &d = m(i + 3).v;
-    const Lanes::Vector ab_even = __builtin_shuffle(a, b, Places{0, 4, 2, 6}),
-                        ab_odd = __builtin_shuffle(a, b, Places{1, 5, 3, 7}),
-                        cd_even = __builtin_shuffle(c, d, Places{0, 4, 2, 6}),
-                        cd_odd = __builtin_shuffle(c, d, Places{1, 5, 3, 7});
-    const Lanes::Vector rows[4] = {
-        __builtin_shuffle(ab_even, cd_even, Places{0, 1, 4, 5}), __builtin_shuffle(ab_odd, cd_odd, Places{0, 1, 4, 5}),
-        __builtin_shuffle(ab_even, cd_even, Places{2, 3, 6, 7}), __builtin_shuffle(ab_odd, cd_odd, Places{2, 3, 6, 7})};
+    const Lanes::Vector ab_even = KT_SHUFFLE(a, b, 0, 4, 2, 6), ab_odd = KT_SHUFFLE(a, b, 1, 5, 3, 7),
+                        cd_even = KT_SHUFFLE(c, d, 0, 4, 2, 6), cd_odd = KT_SHUFFLE(c, d, 1, 5, 3, 7);
+    const Lanes::Vector rows[4] = {KT_SHUFFLE(ab_even, cd_even, 0, 1, 4, 5), KT_SHUFFLE(ab_odd, cd_odd, 0, 1, 4, 5),
+                                   KT_SHUFFLE(ab_even, cd_even, 2, 3, 6, 7), KT_SHUFFLE(ab_odd, cd_odd, 2, 3, 6, 7)};
     for (int lane = 0; lane < Lanes::kCount; ++lane) {
       Lanes::Vector sum;
       std::memcpy(&sum, to[lane] + i, sizeof sum);

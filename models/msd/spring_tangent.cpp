@@ -33,7 +33,8 @@ KT_WIDE void write_columns(const Columns& columns, int first, int last, double* 
         const SpringNumbers& s = columns.springs[columns.spring_of[from + k]];
         Four u;
         __builtin_memcpy(&u, s.u, sizeof u);
-        const Four of_x = u * (s.along * s.u[c] + s.turn[c]) + s.across * unit, of_v = u * (s.damper * s.u[c]);
+        const Four along = u * s.u[c];  // symmetric to the last bit
+        const Four of_x = s.along * along + u * s.turn[c] + s.across * unit, of_v = s.damper * along;
         x_sum += of_x;
         v_sum += of_v;
         if (k + 1 < count) {

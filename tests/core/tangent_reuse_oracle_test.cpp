@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/free_dofs.hpp"
 #include "core/global_simulation.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
@@ -49,8 +50,8 @@ struct Block {
         for (int i = 0; i < model->mesh().num_nodes(); ++i)
           if ((node(model->mesh().x, i) - corner).norm() < 1e-9 && std::ranges::find(triangle, i) == triangle.end())
             out.moves.add(i, 0.1);
-    out.normal = Vec3(0, 0, -1);
-    out.point = out.moves.of(model->mesh().x) + depth * out.normal;
+    out.normal = Vec3(0, 0, 1);
+    out.point = out.moves.of(model->mesh().x) - depth * out.normal;
     return out;
   }
   std::unique_ptr<DeformableModel> model;

@@ -31,7 +31,7 @@ TEST(VectorWidth, DoesNotChangeABitOfTheLoops) {
 TEST(VectorWidth, IsNamedAsTheProcessorHasIt) {
   const std::string name = vector_width_name();
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
+    !defined(__SANITIZE_THREAD__) && defined(__OPTIMIZE__)
   const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
                     __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw");
   EXPECT_EQ(name, wide ? "8 doubles (AVX-512)" : __builtin_cpu_supports("avx2") ? "4 doubles (AVX2)" : "2 doubles");
