@@ -109,7 +109,8 @@ void print_details(const nlohmann::ordered_json& s) {
                          " ticks at the patch's edge"));
   line("haptic step",
        text("median ", number(value("step_us", "p50"), "%.3g"), " us, p99.9 ", number(value("step_us", "p999"), "%.3g"),
-            " us (CPU); ", s["deadline_misses"], " over the period; ",
+            " us (CPU), ", number(100 * value("tick_period_share", "p50"), "%.3g"), " % of the period, p99 ",
+            number(100 * value("tick_period_share", "p99"), "%.3g"), " %; ", s["deadline_misses"], " over the period; ",
             s["allocations_per_tick"].is_null() ? std::string("allocations not counted")
                                                 : text(s["allocations_per_tick"], " allocations a tick")));
   if (s.contains("self_contact")) {

@@ -30,6 +30,12 @@ Json percentiles(const std::vector<double>& values, bool tail) {
   return out;
 }
 
+/// CPU time of the ticks as a share of the time that there is for one.
+Json period_shares_json(const std::vector<double>& step_us, double rate_hz) {
+  const double per_us = 1e-6 * rate_hz;
+  return {{"p50", per_us * percentile(step_us, 0.5)}, {"p99", per_us * percentile(step_us, 0.99)}};
+}
+
 /// What the processor has to do, whatever else runs on the machine. Without the refresh that sets the run up.
 Json cpu_json(const SessionResult& result) {
   const std::vector<double> refreshes(result.slow_cpu_ms.begin() + 1, result.slow_cpu_ms.end());
@@ -382,6 +388,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["energy_min_j"] = force.energy_min;
   if (result.second_tool) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
   out["step_us"] = percentiles(result.step_us, true);
+  out["tick_period_share"] = period_shares_json(result.step_us, scene.local.rate_hz);
   if (!result.lateness_us.empty()) {
     out["lateness_us"] = percentiles(result.lateness_us, true);
     out["platform_gaps"] =

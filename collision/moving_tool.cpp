@@ -32,7 +32,8 @@ void grow(Box& box, double margin) noexcept {
 
 }  // namespace
 
-MovingTool::MovingTool(ToolShape shape) : shape_(std::move(shape)), edges_(edges_of(shape_)) {
+MovingTool::MovingTool(ToolShape shape)
+    : shape_(std::move(shape)), edges_(edges_of(shape_)), features_(find_tool_features(shape_)) {
   if (shape_.triangles.empty() && shape_.corners.size() == 2) hulls_.push_back({{0, 1, 1}, 2, 0});
   for (const Triangle& t : shape_.triangles) hulls_.push_back({t, 3, 0});
   for (Piece& piece : hulls_)

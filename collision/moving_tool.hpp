@@ -4,6 +4,7 @@
 
 #include "collision/hull_impact.hpp"
 #include "collision/swept_box.hpp"
+#include "collision/tool_features.hpp"
 #include "core/mesh.hpp"
 
 namespace kt {
@@ -13,6 +14,7 @@ struct ToolCore {
   std::span<const Vec3> corners;              ///< [m]; of a point and a sphere: the reference point
   std::span<const std::array<int, 2>> edges;  ///< each once, by corner
   std::span<const Triangle> triangles;        ///< by corner
+  const ToolFeatures* features = nullptr;     ///< those of all these that can be the first to touch
 };
 
 class MovingTool {
@@ -24,9 +26,9 @@ class MovingTool {
 
   const ToolShape& shape() const noexcept { return shape_; }
   const ToolSweep& sweep() const noexcept { return sweep_; }
-  bool is_round() const noexcept { return shape_.corners.empty(); }             ///< a point or a sphere
-  ToolCore core() const noexcept { return {x_t1_, edges_, shape_.triangles}; }  ///< at the end of the step
-  std::span<const Vec3> corners_t0() const noexcept { return x_t0_; }           ///< at its start
+  bool is_round() const noexcept { return shape_.corners.empty(); }                         ///< a point or a sphere
+  ToolCore core() const noexcept { return {x_t1_, edges_, shape_.triangles, &features_}; }  ///< at the end of the step
+  std::span<const Vec3> corners_t0() const noexcept { return x_t0_; }                       ///< at its start
   /// Way of the point of the tool that is at `x` at the end of the step, during the step [m].
   Vec3 way(const Vec3& x) const noexcept {
     if (angle_ == 0) return sweep_.x_t1 - sweep_.x_t0;
@@ -51,6 +53,7 @@ class MovingTool {
   Mat3 back_ = Mat3::Identity();  // from the tool's turn at the end to that at the start
   std::vector<Piece> hulls_;
   std::vector<std::array<int, 2>> edges_;
+  ToolFeatures features_;
   std::vector<Vec3> x_t0_, x_t1_;
   std::vector<Box> hull_box_;
   Box box_{};

@@ -253,6 +253,12 @@ std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const Vect
     return d > at.distance_sq + tie || (d >= at.distance_sq - tie && other > triangle);
   });
   if (!is_minimum) return std::nullopt;
+  return make_sphere_contact(patch, x, centre, radius, triangle, at, outward);
+}
+
+std::optional<Contact> make_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,
+                                           double radius, int triangle, const ClosestPoint& at,
+                                           const Vec3& outward) noexcept {
   const Vec3 offset = centre - at.point;
   const double distance = std::sqrt(at.distance_sq);
   if (offset.dot(outward) <= 0) return std::nullopt;  // the far side of the body, seen through it

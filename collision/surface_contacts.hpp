@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "collision/closest_point.hpp"
 #include "collision/contact.hpp"
 #include "core/local_model.hpp"
 
@@ -54,6 +55,12 @@ void find_point_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3
 /// place, and seen from outside. Normal: from the surface to the centre; on a curved patch the blended one.
 std::optional<Contact> find_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,
                                            double radius, double margin, int triangle) noexcept;
+
+/// The contact of a sphere at the place of a triangle that is nearest to its centre, if that is seen from outside.
+/// @param outward  normal of what is nearest, of any length: the sum of those of the faces there
+std::optional<Contact> make_sphere_contact(const SurfacePatch& patch, const VectorX& x, const Vec3& centre,
+                                           double radius, int triangle, const ClosestPoint& at,
+                                           const Vec3& outward) noexcept;
 
 /// Contacts of a sphere: every local minimum of the distance from its centre to the surface with a gap below `margin`
 /// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre; on a curved

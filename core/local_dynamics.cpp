@@ -59,7 +59,7 @@ bool is_uncoupled(const LocalModel& model) {
   return is_diagonal(model.mass) && is_diagonal(model.damping) && is_diagonal(model.stiffness);
 }
 
-LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h)
+LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h, PanelStorage storage)
     : model_(model), scheme_(scheme), h_(h), rhs_(model.dof()), permuted_(model.dof()) {
   const bool uncoupled = is_uncoupled(model);
   if (scheme == LocalScheme::exact && !uncoupled)
@@ -80,13 +80,13 @@ LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric
   } else if (is_mostly_full(A) && model.dof() <= kDenseLimit) {
     const RowMatrix inverse = require_factor(A);
     inertia_ = basis.response_of(inverse);
-    dense_inverse_ = inverse_from(inverse);
+    dense_inverse_ = PanelMatrix(inverse_from(inverse), storage);
   } else {
     llt.compute(A);
     require_success(llt);
     inertia_ = basis.response(llt.solve(MatrixX(inputs)));
     if (model.dof() <= kDenseLimit) {
-      dense_inverse_ = llt.solve(MatrixX::Identity(model.dof(), model.dof()));
+      dense_inverse_ = PanelMatrix(llt.solve(MatrixX::Identity(model.dof(), model.dof())), storage);
     } else {
       lower_ = llt.matrixL();
       permutation_ = llt.permutationP().indices();
@@ -150,9 +150,9 @@ void LocalDynamics::make_exact(double mass, double damping, double stiffness, in
 void LocalDynamics::solve(VectorX& b) const noexcept {
   if (diagonal_inverse_.size()) {
     b.array() *= diagonal_inverse_.array();
-  } else if (dense_inverse_.size()) {
+  } else if (!dense_inverse_.empty()) {
     permuted_ = b;
-    b.noalias() = dense_inverse_ * permuted_;
+    dense_inverse_.multiply(permuted_, b);
   } else {
     for (int i = 0; i < b.size(); ++i) permuted_[permutation_[i]] = b[i];
     lower_.triangularView<Eigen::Lower>().solveInPlace(permuted_);

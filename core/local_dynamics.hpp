@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/local_model.hpp"
+#include "core/panel_product.hpp"
 
 namespace kt {
 
@@ -32,7 +33,10 @@ class LocalDynamics {
  public:
   /// @param h  haptic step [s], > 0.  Throws RunError when A is not positive definite, InputError when the scheme is
   /// exact and the model is not uncoupled.
-  LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h);
+  /// @param inverse  how the inverse of a small dense A is kept: free motion reads all of it in every tick. The
+  /// responses are in double anyway
+  LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h,
+                PanelStorage inverse = PanelStorage::in_double);
 
   /// A step without contact: the mean velocity over it, q+ = q + h mean, and the velocity at its end. Both are the same
   /// in Euler's schemes: A v+ = M v + h (f0 - K q) [+ explicit damping]. No allocation.
@@ -61,10 +65,10 @@ class LocalDynamics {
   const LocalModel& model_;
   LocalScheme scheme_;
   double h_;
-  Vibrations vibrations_;     ///< when the model is uncoupled
-  VectorX diagonal_inverse_;  ///< else, when A is diagonal
-  MatrixX dense_inverse_;     ///< else, when it is small
-  SparseMatrix lower_;        ///< else A = P^T L L^T P
+  Vibrations vibrations_;      ///< when the model is uncoupled
+  VectorX diagonal_inverse_;   ///< else, when A is diagonal
+  PanelMatrix dense_inverse_;  ///< else, when it is small
+  SparseMatrix lower_;         ///< else A = P^T L L^T P
   Eigen::VectorXi permutation_;
   Response inertia_, metric_;
   MatrixX end_response_;  ///< when it is not metric().Y

@@ -122,10 +122,21 @@ void LocalSimulation::set_force(const VectorX& force) noexcept {
   m.f0.noalias() += m.damping * s.q_rate;
 }
 
+/// The basis is the largest thing that a tick reads, so it is read once, for the velocities: where the last tick ended
+/// the motion is known from them, to rounding.
+void LocalSimulation::recover_patch_motion() noexcept {
+  PreparedLocalModel& m = *model_;
+  LocalWorkspace& w = m.work;
+  if (w.motion_of == m.state.q) return;
+  m.recover_patch(m.state.q, w.patch_motion);
+  w.motion_of = m.state.q;
+}
+
 void LocalSimulation::find_free_motion() noexcept {
   PreparedLocalModel& m = *model_;
   LocalWorkspace& w = m.work;
-  m.recover_patch(m.state.q, w.motion);
+  recover_patch_motion();
+  w.motion = w.patch_motion;
   near_apron_ = comes_near_apron(w.motion.lpNorm<Eigen::Infinity>());
   w.motion += m.model.x0.head(w.motion.size());
   m.surface.follow(w.motion, w.x);
@@ -182,10 +193,16 @@ bool LocalSimulation::find_impact_of(int tool, Contact& impact) noexcept {
 
 void LocalSimulation::accept_free_motion() noexcept {
   LocalState& s = model_->state;
-  s.q.noalias() += h_ * model_->work.v_free;
-  s.q_rate = model_->work.v_free_end;
+  LocalWorkspace& w = model_->work;
+  const bool is_known = w.motion_of == s.q;
+  s.q.noalias() += h_ * w.v_free;
+  s.q_rate = w.v_free_end;
+  if (is_known) {
+    w.patch_motion += h_ * w.u_free;
+    w.motion_of = s.q;
+  }
   s.anchors.count = 0;
-  model_->work.du.setZero();
+  w.du.setZero();
 }
 
 LocalFrame LocalSimulation::step(const ToolSweep& sweep) noexcept {

@@ -106,6 +106,7 @@ class LocalSimulation final : public HapticMethod {
   bool find_impact(Contact& impact) noexcept;
   bool find_impact_of(int tool, Contact& impact) noexcept;
   void accept_free_motion() noexcept;
+  void recover_patch_motion() noexcept;
   void step_constrained(std::span<LocalFrame> frames) noexcept;  // local_simulation_constrained.cpp
   void start_tick() noexcept;
   bool may_be_inside(int tool) const noexcept;
@@ -121,6 +122,7 @@ class LocalSimulation final : public HapticMethod {
   void couple_contacts(const MatrixX& C, ContactMatrix& out) noexcept;
   void fill_problem(double h_left) noexcept;
   void warm_start(const ContactSet& before) noexcept;
+  void drop_clear_places(const ContactSet& before) noexcept;
   void keep_pushing(const ContactSet& before) noexcept;
   void spread_impulses() noexcept;
   void settle_velocities() noexcept;        // local_simulation_velocities.cpp

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collision/tool_contacts.hpp"
 #include "haptics/local_simulation.hpp"
 
 namespace kt {
@@ -12,7 +11,6 @@ namespace {
 constexpr int kGeometryIterations = 20;
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
 constexpr int kExchanged = 5;           // iterations after which places that pushed are kept
-constexpr double kSamePlace = 0.001;    // of a triangle's first edge
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
 constexpr double kShortest = 1e-6;      // of the step: an impact this near to the end waits for the next tick
@@ -131,14 +129,19 @@ void LocalSimulation::end_tick(double toi, std::span<LocalFrame> frames) noexcep
   LocalWorkspace& w = m.work;
   w.impulse_weighted += (1 - toi) * w.impulse;
   LocalState& s = m.state;
-  const MatrixX &Y = m.dynamics->metric().Y, &Y_end = m.dynamics->end_response();
+  const MatrixX &Y = m.dynamics->metric().Y, &C = m.dynamics->metric().C, &Y_end = m.dynamics->end_response();
   s.q.noalias() += h_ * w.v_free;
   s.q_rate = w.v_free_end;
+  w.patch_motion += h_ * w.u_free;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i) {
-    if (!node(w.impulse_weighted, i).isZero(0))
-      s.q.noalias() += h_ * (Y.middleCols<3>(3 * i) * node(w.impulse_weighted, i));
+    if (const Vec3 moving = h_ * node(w.impulse_weighted, i); !moving.isZero(0)) {
+      s.q.noalias() += Y.middleCols<3>(3 * i) * moving;
+      w.patch_motion.noalias() += C.middleCols<3>(3 * i) * moving;
+    }
     if (!node(w.impulse, i).isZero(0)) s.q_rate.noalias() += Y_end.middleCols<3>(3 * i) * node(w.impulse, i);
   }
+
+  w.motion_of = s.q;
 
   s.anchors.count = 0;
   int kept = 0;  // contacts without an impulse are let go
@@ -157,43 +160,6 @@ void LocalSimulation::end_tick(double toi, std::span<LocalFrame> frames) noexcep
   for (int k = 0; k < num_tools(); ++k) report_contacts(k, frames[k]);
 }
 
-/// Of the tools that touch; another one is found when it hits.
-void LocalSimulation::find_contacts(const VectorX& x) noexcept {
-  if (num_tools() == 1) return find_contacts_of(0, x, contacts_);
-  contacts_.count = 0;
-  for (int k = 0; k < num_tools(); ++k) {
-    if (tools_[k].start < 0) continue;
-    find_contacts_of(k, x, found_);
-    for (Contact contact : found_) {
-      contact.tool = k;
-      contacts_.add(contact);
-    }
-  }
-}
-
-void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& out) noexcept {
-  const SurfacePatch& patch = model_->surface.facets;
-  const MovingTool& moving = tools_[tool].moving;
-  const ToolShape& shape = moving.shape();
-  const Vec3& place = moving.sweep().x_t1;
-  const int start = tools_[tool].start;
-  if (shape.kind == ToolShape::Kind::point) {
-    find_point_contacts(patch, x, place, start, out);
-    return;
-  }
-  // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick.
-  const double margin = 0.05 * shape.radius;
-  LocalWorkspace& w = model_->work;
-  // Along the way that is left: a triangle that the tool pushes ahead of it is where the index has it, not where the
-  // tool ends.
-  const ToolSweep box =
-      moving.is_round() ? ToolSweep{tools_[tool].rest.x_t0, place} : ToolSweep{moving.box().low, moving.box().high};
-  const int found = index().candidates(box, shape.radius + margin, w.candidates);
-  find_tool_contacts(patch, x, moving.core(), shape.radius, margin,
-                     {w.candidates.data(), static_cast<std::size_t>(found)}, start, out, place - tools_[tool].rest.x_t0,
-                     model_->state.overlap[tool].allowed());
-}
-
 /// Finds contacts where the surface will be, solves them, moves the surface accordingly, until both agree.
 /// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing
 /// between two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two
@@ -205,20 +171,30 @@ void LocalSimulation::resolve_contacts(double h_left) noexcept {
   const auto is_extended = [](const TouchingTool& tool) {
     return tool.start >= 0 && tool.moving.shape().kind != ToolShape::Kind::point;
   };
-  ContactSet before = m.state.anchors;
+  ContactSet before = m.state.anchors, pushing = before;
+  for (int k = 0; k < num_tools(); ++k) {
+    w.num_near[k] = -1;
+    w.near[k].is_known = false;
+  }
   double relaxed = 1;
+  bool is_placed = false;  // x_guess is where du puts the surface
   for (int iteration = 0; iteration < kGeometryIterations; ++iteration) {
-    place_surface(h_left, w.x_guess);
+    if (!is_placed) place_surface(h_left, w.x_guess);
     if (iteration == 0 && std::ranges::any_of(tools_, is_extended)) index().refit(w.x_event, w.x_guess);
     find_contacts(w.x_guess);
     if (contacts_.count == kMaxContacts) add_flag(kContactsExhausted);
+    drop_clear_places(pushing);
     if (iteration >= kExchanged) keep_pushing(before);
     fill_problem(h_left);
     warm_start(before);
     solver_->solve(problem_, solution_);
     residual_ = std::max(residual_, solution_.residual);
     before = contacts_;
-    for (int i = 0; i < contacts_.count; ++i) m.state.impulse[i] = solution_.impulse.segment<3>(3 * i);
+    pushing.count = 0;
+    for (int i = 0; i < contacts_.count; ++i) {
+      m.state.impulse[i] = solution_.impulse.segment<3>(3 * i);
+      if (solution_.mode[i] != ContactMode::free) pushing.add(contacts_.contacts[i]);
+    }
     for (int i = contacts_.count - 1; i >= 0; --i)  // the first of each point tool
       if (TouchingTool& tool = tools_[contacts_.contacts[i].tool]; tool.moving.shape().kind == ToolShape::Kind::point)
         tool.start = contacts_.contacts[i].triangle;
@@ -230,6 +206,7 @@ void LocalSimulation::resolve_contacts(double h_left) noexcept {
     w.step = w.du - w.du_guess;
     const bool is_settled = h_left * w.step.lpNorm<Eigen::Infinity>() < kSettled;
     if (is_settled && close_gaps(h_left)) return;
+    is_placed = !is_settled;  // else close_gaps has moved the surface's end
     if (is_settled) {
       relaxed = 1;
     } else if (iteration > 0) {
@@ -237,36 +214,11 @@ void LocalSimulation::resolve_contacts(double h_left) noexcept {
       const double suggested = turn > 0 ? -relaxed * w.step_before.dot(w.step - w.step_before) / turn : 1.0;
       relaxed = std::clamp(suggested, kLeastRelaxed, kMostRelaxed);
     }
-    if (iteration + 1 < kGeometryIterations) w.du = w.du_guess + relaxed * w.step;
+    if (iteration + 1 == kGeometryIterations) break;
+    w.du = w.du_guess + relaxed * w.step;
+    if (is_placed) w.x_guess += relaxed * (w.x_end - w.x_guess);  // it is linear in du
   }
   close_gaps(h_left);
-}
-
-/// Adds the places that the last iteration pushed at and that are not found any more: every place of the surface must
-/// stay outside the tool, so both are held from then on (the exchange method for as many constraints as places:
-/// Hettich and Kortanek 1993).
-/// @param before  contacts of the last iteration, which solution_ is of
-void LocalSimulation::keep_pushing(const ContactSet& before) noexcept {
-  const LocalWorkspace& w = model_->work;
-  const SurfacePatch& patch = model_->surface.facets;
-  const auto place = [&](const Contact& c) {
-    Vec3 out = Vec3::Zero();
-    for (int k = 0; k < 3; ++k) out += c.bary[k] * node(w.x_guess, patch.triangles[c.triangle][k]);
-    return out;
-  };
-  for (int i = 0; i < before.count && contacts_.count < kMaxContacts; ++i) {
-    const Contact& pushed = before.contacts[i];
-    const ToolShape& shape = tool_of(pushed).moving.shape();
-    if (solution_.mode[i] == ContactMode::free || shape.kind == ToolShape::Kind::point) continue;
-    const Triangle& v = patch.triangles[pushed.triangle];
-    const double apart = kSamePlace * (node(w.x_guess, v[1]) - node(w.x_guess, v[0])).norm();
-    const Vec3 at = place(pushed);
-    if (std::ranges::any_of(contacts_, [&](const Contact& c) {
-          return c.tool == pushed.tool && (place(c) - at).squaredNorm() <= apart * apart;
-        }))
-      continue;
-    if (const auto kept = same_contact(patch, w.x_guess, pushed, shape.radius)) contacts_.add(*kept);
-  }
 }
 
 /// Where the surface is after a rest of the step with the motion that is known so far.
@@ -315,16 +267,6 @@ void LocalSimulation::fill_problem(double h_left) noexcept {
       tools_[contact.tool].flags |= kRigidContact;
     }
   }
-}
-
-/// Starts the solver from the impulses that the same triangles carried before.
-void LocalSimulation::warm_start(const ContactSet& before) noexcept {
-  solution_.impulse.setZero(3 * contacts_.count);
-  for (int i = 0; i < contacts_.count; ++i)
-    for (int k = 0; k < before.count; ++k)
-      if (before.contacts[k].triangle == contacts_.contacts[i].triangle &&
-          before.contacts[k].tool == contacts_.contacts[i].tool)
-        solution_.impulse.segment<3>(3 * i) = model_->state.impulse[k];
 }
 
 /// Impulses of all contacts at the patch vertices, and the patch motion that they cause.

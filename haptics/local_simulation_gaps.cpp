@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/apart_on_tool.hpp"
 #include "haptics/local_simulation.hpp"
 
 namespace kt {
@@ -12,6 +13,7 @@ namespace {
 
 constexpr double kClosed = 1e-12;  // [m] a tool that is not deeper than this is on the surface
 constexpr double kOpen = 1e-6;     // [m] a contact that pushes is not further away than this
+constexpr double kGetsOn = 0.5;    // of the largest gap is left after a correction, else another will not do either
 constexpr int kCorrections = 4;    // Newton's method: each squares the gap, as long as the tool stays on its triangles
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxContacts, kMaxContacts>;
@@ -41,6 +43,46 @@ int before(const SurfacePatch& patch, const ContactSet& held, const Contact& now
   return found < 0 ? next : found;
 }
 
+/// The same of a tool with edges: the one that touches at the nearest place of it, on a triangle nearby; -1.
+int before_on_tool(const SurfacePatch& patch, const ContactSet& held, const Contact& now, double radius) noexcept {
+  double nearest_sq = std::numeric_limits<double>::infinity();
+  int found = -1;
+  for (int i = 0; i < held.count; ++i) {
+    const Contact& c = held.contacts[i];
+    const double apart_sq = apart_on_tool_sq(c, now, radius);
+    const Triangle &a = patch.triangles[c.triangle], &b = patch.triangles[now.triangle];
+    if (c.tool != now.tool || apart_sq >= nearest_sq || std::ranges::find_first_of(a, b) == a.end()) continue;
+    nearest_sq = apart_sq;
+    found = i;
+  }
+  return found;
+}
+
+/// before() of each contact. Of several that would be the same one, those that are clear but for the nearest are none:
+/// they are places that were not held, since they were clear.
+/// @param gap  of each of `now` [m]      @param radius  of the tool that is no sphere; 0: it is one
+template <class Radius>
+std::array<int, kMaxContacts> pair_up(const SurfacePatch& patch, const ContactSet& held, const ContactSet& now,
+                                      const std::array<double, kMaxContacts>& gap, const Radius& radius) noexcept {
+  std::array<int, kMaxContacts> of, nearest;
+  nearest.fill(-1);
+  const auto apart = [&](int k, int i) {
+    const Contact& c = now.contacts[k];
+    if (const double r = radius(c); r > 0) return std::pair(false, apart_on_tool_sq(c, held.contacts[i], r));
+    const bool on_another = now.contacts[k].triangle != held.contacts[i].triangle;
+    return std::pair(on_another, (now.contacts[k].core - held.contacts[i].core).squaredNorm());
+  };
+  for (int k = 0; k < now.count; ++k) {
+    const Contact& c = now.contacts[k];
+    const double r = radius(c);
+    const int i = of[k] = r > 0 ? before_on_tool(patch, held, c, r) : before(patch, held, c);
+    if (i >= 0 && (nearest[i] < 0 || apart(k, i) < apart(nearest[i], i))) nearest[i] = k;
+  }
+  for (int k = 0; k < now.count; ++k)
+    if (of[k] >= 0 && nearest[of[k]] != k && gap[k] >= -kClosed) of[k] = -1;
+  return of;
+}
+
 /// Impulses >= 0 with gap + A (impulse - before) >= 0, and = 0 where they push: directly, over the set of those that
 /// push, from which whoever would pull is let go and to which whoever is overlapped comes. Two contacts on both sides
 /// of a blunt edge are nearly one, so that sweeps over them would hardly get on. False: no answer, as when two are one.
@@ -49,7 +91,8 @@ bool push_apart(const Matrix& A, Vector gap, Vector& impulse) noexcept {
   gap -= A * impulse;  // there would be without impulses
   std::array<int, kMaxContacts> pushing;
   int count = 0;
-  for (int i = 0; i < n; ++i) pushing[count++] = i;
+  for (int i = 0; i < n; ++i)  // those that come anew are added where they have to
+    if (impulse[i] > 0) pushing[count++] = i;
   for (int change = 0; change <= 2 * n; ++change) {
     Matrix own(count, count);
     Vector wanted(count);
@@ -102,21 +145,28 @@ bool LocalSimulation::close_gaps(double h_left) noexcept {
   PreparedLocalModel& m = *model_;
   const ContactSet held = contacts_;
   const auto gap_of = [&](const Contact& c) { return c.gap + m.state.overlap[c.tool].allowed(); };
+  const auto long_radius = [&](const Contact& c) {
+    const MovingTool& tool = tool_of(c).moving;
+    return tool.is_round() ? 0.0 : tool.shape().radius;
+  };
+  double off_before = std::numeric_limits<double>::infinity();
   for (int correction = 0; correction <= kCorrections; ++correction) {
     find_contacts(m.work.x_end);
     const ContactSet now = contacts_;
     contacts_ = held;
-    const bool is_closed = std::all_of(now.begin(), now.end(), [&](const Contact& c) {
-      if (gap_of(c) < -kClosed) return false;
-      const int i = gap_of(c) > kOpen ? before(m.surface.facets, held, c) : -1;
-      return i < 0 || solution_.mode[i] == ContactMode::free;
-    });
+    std::array<double, kMaxContacts> gap_now;
+    for (int k = 0; k < now.count; ++k) gap_now[k] = gap_of(now.contacts[k]);
+    const std::array<int, kMaxContacts> of = pair_up(m.surface.facets, held, now, gap_now, long_radius);
+    bool is_closed = true;
+    for (int k = 0; k < now.count && is_closed; ++k) {
+      const bool is_open = gap_now[k] > kOpen && of[k] >= 0 && solution_.mode[of[k]] != ContactMode::free;
+      is_closed = gap_now[k] >= -kClosed && !is_open;
+    }
     if (is_closed) {
-      for (const Contact& c : now)
-        if (const int i = before(m.surface.facets, held, c); i >= 0) contacts_.contacts[i].gap = c.gap;
+      for (int k = 0; k < now.count; ++k)
+        if (of[k] >= 0) contacts_.contacts[of[k]].gap = now.contacts[k].gap;
       return true;
     }
-    if (correction == kCorrections) return false;
 
     // Of each contact that has an impulse or needs one: gap, and where the surface has to go.
     std::array<int, kMaxContacts> row, place;
@@ -124,18 +174,23 @@ bool LocalSimulation::close_gaps(double h_left) noexcept {
     std::array<Vec3, kMaxContacts> slope, direction;
     Vector gap(kMaxContacts);
     int n = 0;
-    for (const Contact& c : now) {
-      const int i = before(m.surface.facets, held, c);
-      if (i < 0 && gap_of(c) < -kClosed) return false;
+    for (int k = 0; k < now.count; ++k) {
+      const Contact& c = now.contacts[k];
+      const int i = of[k];
+      if (i < 0 && gap_now[k] < -kClosed) return false;
       const bool pushes = i >= 0 && solution_.mode[i] != ContactMode::free;
-      if (!pushes && gap_of(c) >= -kClosed) continue;
-      if (row[i] >= 0 && gap[row[i]] <= gap_of(c)) continue;
+      if (!pushes && gap_now[k] >= -kClosed) continue;
+      if (row[i] >= 0 && gap[row[i]] <= gap_now[k]) continue;
       if (row[i] < 0) place[row[i] = n++] = i;
       const Vec3 impulse = solution_.impulse.segment<3>(3 * i), into = -held.contacts[i].normal;
       direction[row[i]] = pushes ? Vec3(impulse / impulse.dot(into)) : into;
       slope[row[i]] = gap_slope(m.surface.facets, m.work.x_end, c, tool_of(c).moving.shape().radius);
-      gap[row[i]] = gap_of(c);
+      gap[row[i]] = gap_now[k];
     }
+    double off = 0;
+    for (int i = 0; i < n; ++i) off = std::max(off, std::abs(gap[i]));
+    if (correction == kCorrections || !(off < kGetsOn * off_before)) return false;
+    off_before = off;
     Matrix A(n, n);
     Vector along(n);
     for (int i = 0; i < n; ++i) {

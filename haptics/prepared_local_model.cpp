@@ -7,8 +7,8 @@
 namespace kt {
 
 void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) const noexcept {
-  if (dense_patch_basis.size())
-    out.noalias() = dense_patch_basis * reduced;
+  if (!dense_patch_basis.empty())
+    dense_patch_basis.multiply(reduced, out);
   else
     out.noalias() = patch_basis * reduced;
 }
@@ -20,6 +20,20 @@ double softest_contact(const PreparedLocalModel& model) noexcept {
   return own > 0 ? std::min(1 / kHeaviest, own) : 1 / kHeaviest;
 }
 
+namespace {
+
+void make_room_for_contacts(const SurfacePatch& facets, LocalWorkspace& w) {
+  const std::size_t count = facets.triangles.size();
+  w.candidates.resize(count);
+  for (int k = 0; k < kMaxTools; ++k) {
+    w.ignored[k].resize(count);
+    w.near_facets[k].resize(count);
+    w.near[k] = NearFeatures(static_cast<int>(count), facets.num_vertices());
+  }
+}
+
+}  // namespace
+
 std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
                                             const std::string& collision_backend, int num_nodes, int num_triangles,
                                             const Smoothing& smoothing) {
@@ -30,10 +44,10 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   const int triangles = static_cast<int>(m.patch.triangles.size());
   out->surface = make_contact_surface(m.patch, smoothing);
   const ContactSurface& surface = out->surface;
-  out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
+  out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h, PanelStorage::in_float);
   out->patch_basis = m.basis.topRows(p3);
   if (2 * out->patch_basis.nonZeros() > out->patch_basis.rows() * out->patch_basis.cols())
-    out->dense_patch_basis = out->patch_basis;
+    out->dense_patch_basis = PanelMatrix(MatrixX(out->patch_basis), PanelStorage::in_double);
 
   out->index = make_triangle_index(collision_backend);
   VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
@@ -60,13 +74,13 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   LocalWorkspace& w = out->work;
   w.v_free = w.v_free_end = w.q_trial = w.force = VectorX::Zero(r);
   w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
-  w.motion = VectorX::Zero(p3);
+  w.motion = w.patch_motion = VectorX::Zero(p3);
+  w.motion_of = VectorX::Constant(r, std::numeric_limits<double>::quiet_NaN());
   w.u_free = w.du = w.du_guess = w.step = w.step_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
   w.x_recovered = m.x0;
   w.v_recovered = m.v0;
-  w.candidates.resize(surface.facets.triangles.size());
   w.coupling = CouplingRoom(m.patch.num_vertices());
-  for (auto& of_tool : w.ignored) of_tool.resize(surface.facets.triangles.size());
+  make_room_for_contacts(surface.facets, w);
   return out;
 }
 
@@ -80,8 +94,7 @@ void widen(const VectorX& patch_x, PreparedLocalModel& model) {
   surface.follow(patch_x, x0);
   surface.place_apron(patch_x, x0);
   w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
-  w.candidates.resize(surface.facets.triangles.size());
-  for (auto& of_tool : w.ignored) of_tool.resize(surface.facets.triangles.size());
+  make_room_for_contacts(surface.facets, w);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "collision/surface_contacts.hpp"
+#include "collision/tool_contacts.hpp"
 #include "collision/triangle_index.hpp"
 #include "core/apron.hpp"
 #include "core/contact_surface.hpp"
@@ -42,11 +42,16 @@ struct LocalWorkspace {
   VectorX x, x_event, x_end, x_guess;   ///< surface: start of tick, last event, end of tick, guess [m], (3f)
   VectorX u;                            ///< velocity of the surface [m/s], (3f)
   VectorX motion;                       ///< (3p)
+  VectorX patch_motion, motion_of;      ///< the patch's displacement [m], (3p), and of which coordinates it is, (r)
   VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
   VectorX du_guess, step, step_before;  ///< iterates of du
   VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
   VectorX x_recovered, v_recovered;   ///< (3 recovered)
   std::vector<int> candidates;        ///< (facets)
+  /// Of each tool, while it is held: facets that it may touch, ascending, how many (-1: not looked for), and features.
+  std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)
+  std::array<int, kMaxTools> num_near{};
+  std::array<NearFeatures, kMaxTools> near;
   CouplingRoom coupling;
   std::array<std::vector<unsigned char>, kMaxTools> ignored;  ///< of each tool: facets that it is held at, (facets)
 };
@@ -62,7 +67,7 @@ struct PreparedLocalModel {
   std::unique_ptr<LocalDynamics> dynamics;
   std::unique_ptr<TriangleIndex> index;    ///< of the surface
   SparseMatrix patch_basis;                ///< first 3p rows of the basis
-  MatrixX dense_patch_basis;               ///< the same when most entries are not zero: several times faster
+  PanelMatrix dense_patch_basis;           ///< the same when most entries are not zero: several times faster
   std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move
   std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
   std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1

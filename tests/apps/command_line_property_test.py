@@ -33,7 +33,7 @@ SUMMARY = {  # key -> keys inside; None: a value
     "edge_ticks": None, "went_through": None, "contact_lost": None, "penetration_max_m": None, "energy_min_j": None,
     "contact_solver": ["unsolved_ticks", "residual_max"],
     "step_us": ["p50", "p99", "p999", "max"], "global_ms": ["p50", "p99", "max"], "refresh_ms": ["p50", "p99"],
-    "deadline_misses": None, "allocations_per_tick": None, "warnings": None, "notes": None, "mesh_at_contact": None,
+    "tick_period_share": ["p50", "p99"], "deadline_misses": None, "allocations_per_tick": None, "warnings": None, "notes": None, "mesh_at_contact": None,
     "real_time": ["holds", "keeps", "slow_part", "refresh_budget_ms", "refresh_ms_p50", "refresh_hz", "tick_share", "cure", "told"],
     "trust": ["trustworthy", "reasons"],
 }
@@ -283,9 +283,27 @@ class CommandLine(unittest.TestCase):
         """All of a run's summary but its times."""
         run, replay = load(self.path(run, "summary.json")), load(self.path(replay, "summary.json"))
         timed = {"command", "step_us", "global_ms", "refresh_ms", "refresh_parts_ms", "cpu", "real_time", "deadline_misses",
-                 "allocations_per_tick"}
+                 "tick_period_share", "allocations_per_tick"}
         for key in run.keys() - timed:
             self.assertEqual(run[key], replay[key], key)
+
+    def test_ticks_of_a_quarter_and_of_ten_kilohertz(self):
+        """From 250 Hz to 10 kHz: as many ticks as asked for, a force, and what share of its period one takes."""
+        for rate in (250, 10000):
+            out = self.path(f"rate_{rate}")
+            self.kilotouch("run", SCENE, *QUICK, "--set", f"local.rate_hz={rate}",
+                           "--out", out, "--no-report")
+            summary = load(out, "summary.json")
+            self.assertEqual(summary["ticks"]["total"], round(0.4 * rate))
+            self.assertGreater(summary["force"]["mean_n"], 0)
+            self.assertEqual(summary["missed_impacts"], 0)
+            for rank in ("p50", "p99"):
+                share = summary["tick_period_share"][rank]
+                self.assertAlmostEqual(share, summary["step_us"][rank] * rate / 1e6, delta=1e-9 * share)
+            with open(os.path.join(out, "trace.csv"), encoding="utf-8") as file:
+                times = sorted(float(row["step_us"]) for row in csv.DictReader(file))
+            self.assertAlmostEqual(summary["tick_period_share"]["p50"], 1e-6 * rate * times[len(times) // 2],
+                                   delta=0.05 * summary["tick_period_share"]["p50"])
 
     def test_the_written_force_is_the_recorded_one_and_replays(self):
         """A hand that presses harder than its device can push back, and passivity control that works on what is left."""

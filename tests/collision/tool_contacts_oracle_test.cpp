@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/reducer.hpp"
+#include "tests/support/dense_tool_contacts.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/random_sample.hpp"
 #include "tests/support/tool_shapes.hpp"
@@ -42,7 +43,8 @@ struct Scene {
     ContactSet out;
     VectorX x(3 * patch.num_vertices());
     for (int i = 0; i < patch.num_vertices(); ++i) node(x, i) = node(mesh.x, patch.global_node[i]);
-    find_tool_contacts(patch, x, moving.core(), tool.radius, margin, all, -1, out);
+    NearFeatures near(static_cast<int>(all.size()), patch.num_vertices());
+    find_tool_contacts(patch, x, moving.core(), tool.radius, margin, all, -1, near, out);
     return out;
   }
 };
@@ -132,6 +134,87 @@ TEST(ToolContacts, AreWhereTheToolIsNearest) {
         EXPECT_NEAR((place + (tool.radius + c.gap) * c.normal - c.core).norm(), 0, 1e-12);
       }
     }
+}
+
+/// What all pairs of triangles and features find is told by what is looked at once: nothing that is found is not there,
+/// and nowhere on a triangle is the tool deeper than somewhere on it or on a neighbour among those found.
+TEST(ToolContacts, TellAsMuchAsAllPairsDo) {
+  constexpr double kRoundoff = 1e-12;  // [m]
+  Sample s{std::mt19937_64(5)};
+  const Scene bumpy{grid(16, [&](double, double) { return 2e-4 * s.uniform(-1, 1); })};
+  const Scene plane{grid(16, [](double, double) { return 0.0; })};
+  int found = 0, pairs = 0;
+  for (const Scene* body : {&bumpy, &plane})
+    for (const ToolShape& tool : {make_capsule(1.5e-3, 6e-3), box_tool({2e-3, 3e-3, 1e-3}, 3, 5e-4),
+                                  ball_tool(3e-3, 5, 5e-4), box_tool({2e-3, 3e-3, 1e-3}, 1, 5e-4)})
+      for (int i = 0; i < 60; ++i) {
+        const double turned = i % 3 == 0 ? 0.0 : s.uniform(0, 3);  // a third lies flat, or stands
+        const Quaternion turn(Eigen::AngleAxisd(turned, s.cube().normalized()));
+        const Vec3 at(1e-3 * s.uniform(-2, 2), 1e-3 * s.uniform(-2, 2), s.uniform(1e-3, 4e-3));
+        MovingTool moving(tool);
+        moving.move({at, at, turn, turn});
+        const double margin = 1e-4;
+        const ContactSet set = body->contacts(tool, at, turn, margin);
+        if (set.count == kMaxContacts) continue;  // some had no room
+        VectorX x(3 * body->patch.num_vertices());
+        for (int v = 0; v < body->patch.num_vertices(); ++v)
+          node(x, v) = node(body->mesh.x, body->patch.global_node[v]);
+        const std::vector<Contact> all = contacts_by_triangles(body->patch, x, moving.core(), tool.radius, margin);
+        const auto is_next_to = [&](const Contact& a, const Contact& b) {
+          const Triangle &ta = body->patch.triangles[a.triangle], &tb = body->patch.triangles[b.triangle];
+          return std::ranges::find_first_of(ta, tb) != ta.end();
+        };
+        for (const Contact& c : all)
+          EXPECT_TRUE(std::any_of(set.begin(), set.end(),
+                                  [&](const Contact& b) { return b.gap <= c.gap + kRoundoff && is_next_to(c, b); }))
+              << "a gap of " << c.gap << " at triangle " << c.triangle << " is told by none of " << set.count;
+        for (const Contact& c : set) {
+          const auto again = find_sphere_contact(body->patch, x, c.core, tool.radius, margin, c.triangle);
+          ASSERT_TRUE(again);
+          EXPECT_NEAR(again->gap, c.gap, kRoundoff);
+          EXPECT_NEAR((again->normal - c.normal).norm(), 0, 1e-9);
+        }
+        found += set.count;
+        pairs += static_cast<int>(all.size());
+      }
+  EXPECT_GT(found, 1000);
+  EXPECT_LT(5 * found, pairs);
+}
+
+/// Features that are remembered while the surface moves give the contacts that a search from anew gives.
+TEST(ToolContacts, AreTheSameFromRememberedFeatures) {
+  Sample s{std::mt19937_64(6)};
+  const Scene bumpy{grid(16, [&](double, double) { return 2e-4 * s.uniform(-1, 1); })};
+  const SurfacePatch& patch = bumpy.patch;
+  std::vector<int> all(patch.triangles.size());
+  for (int t = 0; t < static_cast<int>(all.size()); ++t) all[static_cast<std::size_t>(t)] = t;
+  const int facets = static_cast<int>(all.size()), vertices = patch.num_vertices();
+  int found = 0, kept = 0;
+  for (const ToolShape& tool : {make_capsule(1.5e-3, 6e-3), box_tool({2e-3, 3e-3, 1e-3}, 3, 5e-4)})
+    for (int i = 0; i < 40; ++i) {
+      const Quaternion turn(Eigen::AngleAxisd(s.uniform(0, 3), s.cube().normalized()));
+      const Vec3 at(1e-3 * s.uniform(-2, 2), 1e-3 * s.uniform(-2, 2), s.uniform(1e-3, 4e-3));
+      MovingTool moving(tool);
+      moving.move({at, at, turn, turn});
+      NearFeatures near(facets, vertices);
+      VectorX x = bumpy.mesh.x;
+      for (int v = 0; v < vertices; ++v) node(x, v) = node(bumpy.mesh.x, patch.global_node[v]);
+      for (int step = 0; step < 12; ++step) {
+        ContactSet remembered, anew;
+        NearFeatures nothing(facets, vertices);
+        const VectorX before = near.x;
+        find_tool_contacts(patch, x, moving.core(), tool.radius, 1e-4, all, -1, near, remembered);
+        find_tool_contacts(patch, x, moving.core(), tool.radius, 1e-4, all, -1, nothing, anew);
+        kept += step > 0 && before == near.x;
+        ASSERT_EQ(remembered.count, anew.count);
+        for (int c = 0; c < anew.count; ++c) EXPECT_EQ(remembered.contacts[c], anew.contacts[c]);
+        found += anew.count;
+        for (Eigen::Index k = 0; k < x.size(); ++k) x[k] += 2e-5 * s.uniform(-1, 1);
+      }
+    }
+  EXPECT_GT(found, 500);
+  EXPECT_GT(kept, 100);
+  EXPECT_LT(kept, 2 * 40 * 11);
 }
 
 }  // namespace
