@@ -39,6 +39,12 @@ std::string verdict(const Candidate& c, double tolerance, const std::string& not
   return form(what, by) + (limit == Limit::error && !is_real_time(c) ? ", too slow" : "");
 }
 
+/// Yes or no, and the shares of both budgets.
+std::string real_time(const Candidate& c) {
+  return text(is_real_time(c) ? "yes" : "no", form(": refresh %.0f", 100 * c.slow_load),
+              form(", tick %.2g %%", 100 * c.tick_load));
+}
+
 std::string body_name(const AdviceBody& b) { return b.model + ", mesh " + b.mesh_name; }
 
 void print_bodies(const Advice& a) {
@@ -68,16 +74,17 @@ void print_rows(const Advice& a, double local_rate_hz) {
       if (b.reference_seconds > 0)
         std::cout << "; against its full model at " << b.reference_rate_hz << " Hz for "
                   << form("%.2g s", b.reference_seconds) << " of the path";
-      std::printf("\n    %4s  %-10s %8s %8s %11s %9s %8s  %s\n", "Hz", "reducer", "error", "+ body", "ms/refresh",
-                  "us/tick", "a core", "verdict");
+      std::printf("\n    %4s  %-10s %8s %8s %11s %9s %8s  %-22s %s\n", "Hz", "reducer", "error", "+ body", "ms/refresh",
+                  "us/tick", "a core", "real time", "verdict");
       body = r.body;
     }
     const bool is_known = std::isfinite(r.rates_error);
-    std::printf("  %s %4g  %-10s %8s %8s %11s %9s %8s  %s\n",
+    std::printf("  %s %4g  %-10s %8s %8s %11s %9s %8s  %-22s %s\n",
                 a.row.index >= 0 && &r == &a.rows[a.row.index] ? "*" : " ", r.rate_hz, r.reducer.c_str(),
                 percent(r.rates_error).c_str(), percent(r.error).c_str(),
                 is_known ? form("%.3g", r.global_ms + r.refresh_ms).c_str() : "-",
                 is_known ? form("%.3g", r.tick_us).c_str() : "-", percent(r.core_share).c_str(),
+                is_known ? real_time(candidate_of(r, local_rate_hz)).c_str() : "-",
                 verdict(candidate_of(r, local_rate_hz), a.tolerance, r.note).c_str());
   }
 }
@@ -165,6 +172,9 @@ Json advice_json(const Advice& a, const Scene& scene) {
                            {"refreshes_per_second", r.refreshes_per_second},
                            {"step_us", {{"p99", r.tick_us}}},
                            {"core_share", number(r.core_share)},
+                           {"real_time", is_real_time(candidate_of(r, scene.local.rate_hz))},
+                           {"refresh_share", number(candidate_of(r, scene.local.rate_hz).slow_load)},
+                           {"tick_share", number(candidate_of(r, scene.local.rate_hz).tick_load)},
                            {"verdict", verdict(candidate_of(r, scene.local.rate_hz), a.tolerance, r.note)}});
   return out;
 }

@@ -91,13 +91,13 @@ std::string csv_cell(const Json& value) {
 std::string chart_csv(const Json& chart) {
   std::string out = "chart,body,family,label,nodes,dof";
   for (const ChartAxis& axis : chart_axes()) out += text(",", axis.key);
-  out += ",lost_contacts,pareto,outcome,trouble,hash,command\n";
+  out += ",real_time,lost_contacts,pareto,outcome,trouble,hash,command\n";
   for (const Json& matrix : chart["charts"])
     for (const Json& point : matrix["points"]) {
       out += csv_cell(matrix["name"]);
       for (const char* key : {"body", "family", "label", "nodes", "dof"}) (out += ',') += csv_cell(point[key]);
       for (const ChartAxis& axis : chart_axes()) (out += ',') += csv_cell(point[axis.key]);
-      for (const char* key : {"lost_contacts", "pareto", "outcome", "trouble", "hash", "command"})
+      for (const char* key : {"real_time", "lost_contacts", "pareto", "outcome", "trouble", "hash", "command"})
         (out += ',') += csv_cell(point[key]);
       out += "\n";
     }
@@ -115,16 +115,17 @@ void print_chart(const Json& chart) {
                     100 * truth["change_by_halving"].get<double>());
       std::cout << '\n' << std::flush;
     }
-    std::printf("    %-30s %-18s %-30s %9s %9s %9s %9s\n", "body", "family", "method", "error %", "tick us", "p99.9 us",
-                "refr. ms");
+    std::printf("    %-30s %-18s %-30s %9s %9s %9s %9s  %s\n", "body", "family", "method", "error %", "tick us",
+                "p99.9 us", "refr. ms", "real time");
     for (const Json& p : matrix["points"]) {
       const auto word = [&](const char* key) { return p[key].get<std::string>(); };
       const auto number = [&](const char* key) { return p[key].is_number() ? p[key].get<double>() : NAN; };
       std::printf("  %c %-30s %-18s %-30s ", p["pareto"].get<bool>() ? '*' : ' ', word("body").c_str(),
                   word("family").c_str(), word("label").c_str());
       if (p["outcome"] == "done")
-        std::printf("%9.3g %9.3g %9.3g %9.3g\n", number("force_error"), number("tick_p50_us"), number("tick_p999_us"),
-                    number("refresh_ms"));
+        std::printf("%9.3g %9.3g %9.3g %9.3g  %s\n", number("force_error"), number("tick_p50_us"),
+                    number("tick_p999_us"), number("refresh_ms"),
+                    p["real_time"].is_string() ? word("real_time").c_str() : "-");
       else
         std::printf("%s: %s\n", word("outcome").c_str(), word("trouble").c_str());
     }

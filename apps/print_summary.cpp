@@ -79,8 +79,15 @@ void print_details(const nlohmann::ordered_json& s) {
                            s["local"]["patch_vertices"], " patch vertices",
                            s["local"]["certified_error"].is_null()
                                ? std::string()
-                               : ", certified " + number(100 * value("local", "certified_error"), "%.2g") + " %"));
+                               : ", certified " + number(100 * value("local", "certified_error"), "%.2g") + " %",
+                           s["local"]["expected_force_error"].is_null()
+                               ? std::string()
+                               : ", force error to expect " +
+                                     number(100 * value("local", "expected_force_error"), "%.2g") + " %"));
   if (s["settings"]["local"]["reducer"] == "auto") line("", s["local"]["reason"].get<std::string>());
+  for (const Json& c : s["local"]["reducer_changes"])
+    line("", text("tick ", c["tick"], ": ", c["from"].get<std::string>(), " -> ", c["to"].get<std::string>(), ": ",
+                  c["why"].get<std::string>()));
   line("force",
        text("normal mean ", number(value("force", "mean_n"), "%.4g"), " N, max ",
             number(value("force", "max_n"), "%.4g"), " N; tangential mean ", number(value("force", "mean_t"), "%.4g"),

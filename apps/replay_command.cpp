@@ -49,6 +49,7 @@ class SessionFile {
       out.second_max_speed = speed(second(), "second_tool.");
     }
     out.refreshes = refreshes(scene);
+    if (json_.contains("reducer_changes")) out.reducer_changes = reducer_changes();
     return out;
   }
 
@@ -110,6 +111,20 @@ class SessionFile {
         fail(text("refreshes[", i, "]"),
              text("is ", shown_json(r), i == 0 ? ", must be [0, 0, 0]" : ", must follow the one before it"));
       out.push_back(event);
+    }
+    return out;
+  }
+
+  /// Of the run's own choice, which may have gone by the clock.
+  std::vector<ReducerChange> reducer_changes() const {
+    const Json& list = json_["reducer_changes"];
+    if (!list.is_array()) fail("reducer_changes", "must be a list");
+    std::vector<ReducerChange> out;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Json& c = list[i];
+      if (!c.is_array() || c.size() != 3 || !c[0].is_number_integer() || !c[1].is_string() || !c[2].is_string())
+        fail(text("reducer_changes[", i, "]"), text("is ", shown_json(c), ", must be a tick, a reducer and why"));
+      out.push_back({.tick = c[0], .from = "", .to = c[1], .why = c[2]});
     }
     return out;
   }

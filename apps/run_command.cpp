@@ -11,7 +11,7 @@ struct RunArguments {
   std::string scene;
   std::vector<std::string> set;
   RunSettings settings;
-  bool no_report = false, is_static = false;
+  bool no_report = false, is_static = false, as_real_time = false;
 };
 
 }  // namespace
@@ -25,6 +25,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_flag("--static", a->is_static,
                     "the body in equilibrium at every step: --set global.integrator=quasistatic");
+  command->add_flag("--as-real-time", a->as_real_time,
+                    "each refresh as late as it takes on this machine, what a person gets: --set link.type=lockstep "
+                    "--set link.charge_refreshes=measured");
   auto* out = command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   add_json_option(*command, a->settings.json_file, "the summary");
   command->add_flag("--force", a->settings.force, "replace another scene's results in the folder --out");
@@ -48,6 +51,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
     a->settings.report = !a->no_report;
     a->settings.force = a->settings.force || out->empty();  // the default folder holds the last run, whatever it was
     if (a->is_static) a->set.push_back("global.integrator=quasistatic");
+    if (a->as_real_time) {
+      a->set.push_back("link.type=lockstep");
+      a->set.push_back("link.charge_refreshes=measured");
+    }
     a->settings.input = a->scene;
     std::vector<std::string> words{"kilotouch", "run", a->scene};
     for (const std::string& set : a->set) words.insert(words.end(), {"--set", set});

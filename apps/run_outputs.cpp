@@ -131,6 +131,8 @@ Json session_json(const Session& session, const SessionResult& result) {
   Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
            {"recording", "recording.csv"}, {"max_speed", result.max_speed},
            {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
+  out["reducer_changes"] = Json::array();
+  for (const ReducerChange& c : result.reducer_changes) out["reducer_changes"].push_back({c.tick, c.to, c.why});
   if (result.second_tool)
     out["second_tool"] = {{"recording", "recording_2.csv"}, {"max_speed", result.second_tool->max_speed}};
   return out;
@@ -185,6 +187,36 @@ Json view_json(const Session& session, const SessionResult& result) {
   return out;
 }
 
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json changes_json(const std::vector<ReducerChange>& changes) {
+  Json out = Json::array();
+  for (const ReducerChange& c : changes)
+    out.push_back({{"tick", c.tick},
+                   {"from", c.from},
+                   {"to", c.to},
+                   {"why", c.why},
+                   {"certified_error", number_or_null(c.error)},
+                   {"expected_force_error", number_or_null(c.force_error)}});
+  return out;
+}
+
+Json candidates_json(const std::vector<ReducerCandidate>& candidates) {
+  Json out = Json::array();
+  for (const ReducerCandidate& c : candidates) {
+    Json errors = Json::array();
+    for (const double e : c.errors) errors.push_back(number_or_null(e));
+    out.push_back({{"name", c.name},
+                   {"dof", c.dof},
+                   {"error", number_or_null(c.error)},
+                   {"errors", errors},
+                   {"expected_force_error", number_or_null(c.force_error)},
+                   {"predicted_us", number_or_null(c.tick_us)},
+                   {"predicted_refresh_ms", number_or_null(c.refresh_ms)}});
+  }
+  return out;
+}
+
 Json force_json(const ForceMetrics& force, const SceneContact& contact) {
   return {{"mean_n", force.mean_n},
           {"max_n", force.max_n},
@@ -231,12 +263,11 @@ Json real_time_json(const RealTime& r) {
           {"refresh_budget_ms", r.budget_ms},
           {"refresh_ms_p50", r.refresh_ms},
           {"refresh_hz", r.refresh_hz},
+          {"refresh_share", r.refresh_share},
           {"tick_share", r.tick_share},
           {"cure", r.cure.empty() ? Json(nullptr) : Json(r.cure)},
           {"told", r.told()}};
 }
-
-Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 /// The mesh's cells against the width of the contact, along the way that the first tool took.
 Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
@@ -365,17 +396,14 @@ Json make_summary(const Session& session, const SessionResult& result) {
       {"rings", scene.local.rings},
       {"dof", result.last_dof},
       {"patch_vertices", result.last_patch_vertices},
-      {"certified_error", std::isnan(result.certified_error) ? Json(nullptr) : Json(result.certified_error)},
+      {"certified_error", number_or_null(result.certified_error)},
+      {"expected_force_error", number_or_null(result.expected_force_error)},
+      {"refresh_budget_ms", number_or_null(result.refresh_budget_ms)},
       {"reason", result.reducer_reason},
-      {"revisions", result.reducer_revisions},
+      {"reducer_changes", changes_json(result.reducer_changes)},
       {"damping_coupling", std::isfinite(result.damping_coupling) ? Json(result.damping_coupling) : Json(nullptr)},
       {"exact_steps", text(result.exact_steps, " of ", result.refreshes.size(), " local models")}};
-  for (const ReducerCandidate& c : result.reducer_candidates)
-    out["local"]["candidates"].push_back(
-        {{"name", c.name},
-         {"dof", c.dof},
-         {"error", std::isfinite(c.error) ? Json(c.error) : Json(nullptr)},
-         {"predicted_us", std::isfinite(c.tick_us) ? Json(c.tick_us) : Json(nullptr)}});
+  out["local"]["candidates"] = candidates_json(result.reducer_candidates);
   out["force"] = force_json(force, scene.contact);
   out["ticks"] = ticks_json(force, result.frames.size());
   out["events"] = events_json(result.frames);

@@ -7,6 +7,7 @@
 #include "core/parallel.hpp"
 #include "haptics/advise_parts.hpp"
 #include "haptics/metrics.hpp"
+#include "haptics/refresh_cost.hpp"
 #include "haptics/reference.hpp"
 
 namespace kt {
@@ -72,10 +73,8 @@ Scene row_scene(const Scene& scene, double rate_hz, const std::string& reducer) 
   out.local.reducer = reducer;
   out.local.integrator = "auto";  // what suits one reducer need not suit another
   if (reducer == "wall") out.local.rings = 1;
-  // A model made in another thread is there an interval later.
-  if (scene.link.type != "lockstep") out.link.latency_ms += 1e3 / rate_hz;
-  out.link.type = "lockstep";
-  return out;
+  // A model made in another thread is there when it is made.
+  return scene.link.type == "lockstep" ? out : as_real_time(std::move(out));
 }
 
 void measure_rates(const AdviceScene& scene, int body, const AdviceClock& clock, Advice& out) {

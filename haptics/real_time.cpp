@@ -66,7 +66,7 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
   out.refresh_ms = share * clock_ms;
   out.refresh_hz = seconds > 0 ? static_cast<double>(result.refreshes.size()) / seconds : 0;
   out.tick_share = tick_ms / period_ms;
-  const double slow_share = out.refresh_ms / out.budget_ms;
+  const double slow_share = out.refresh_share = out.refresh_ms / out.budget_ms;
 
   out.slow_part = "global step";
   out.part_ms = step_ms;
@@ -75,7 +75,8 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
       out.slow_part = part;
       out.part_ms = its;
     }
-  const bool lags = !result.lateness_us.empty() && out.refresh_hz < kRoom * scene.global.rate_hz;
+  const bool is_timed = !result.lateness_us.empty() || scene.link.charge_refreshes != "none";
+  const bool lags = is_timed && out.refresh_hz < kRoom * scene.global.rate_hz;
   const bool tick_is_worse = !lags && out.tick_share > slow_share;
   if (tick_is_worse) {
     out.slow_part = "haptic tick";
@@ -94,10 +95,10 @@ std::string RealTime::told() const {
   std::string out = name_of(keeps);
   if (slow_part == "haptic tick")
     out += text(": a haptic tick takes ", short_number(1e3 * part_ms), " us, ", short_number(100 * tick_share),
-                " % of its period");
+                " % of its period, a refresh ", short_number(100 * refresh_share), " % of its");
   else
-    out += text(": a refresh takes ", short_number(refresh_ms), " ms of ", short_number(budget_ms), " (", slow_part,
-                " ", short_number(part_ms), "), a haptic tick ", short_number(100 * tick_share), " % of its period");
+    out += text(": a refresh takes ", short_number(refresh_ms), " ms of ", short_number(budget_ms), ", ",
+                short_number(100 * refresh_share), " % (", slow_part, " ", short_number(part_ms), "), a haptic tick ", short_number(100 * tick_share), " % of its period");
   return cure.empty() ? out : out + "; " + cure;
 }
 

@@ -1,51 +1,18 @@
 #include "haptics/reducer_choice.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
-#include "core/damping.hpp"
+#include "core/error.hpp"
 
 namespace kt {
 namespace {
 
-constexpr int kFewNodes = 300;        // up to here the whole body is a local model worth trying
-constexpr double kCoarseRank = 0.03;  // motions that are others' to within this part of their length are dropped
-constexpr int kSampleEvery = 4;       // refreshes: a sample costs up to a third of one
-constexpr int kLongQuiet = 15;        // samples, two seconds at the usual rate
-const std::vector<double> kManyShifts{0, 20, 40, 80, 160, 400};  // [Hz]
-
-std::string krylov_name(const std::vector<double>& shifts_hz) {
-  std::string out = "krylov {";
-  for (std::size_t i = 0; i < shifts_hz.size(); ++i) out += text(i ? ", " : "", shifts_hz[i]);
-  return out + "} Hz";
-}
-
-ReducerCandidate make_candidate(const std::string& reducer, int rings, const std::vector<double>& shifts_hz = {},
-                                double rank_tolerance = ReduceOptions().rank_tolerance) {
-  ReducerCandidate out;
-  out.reducer = reducer;
-  out.options.rings = rings;
-  out.name = reducer;
-  if (reducer == "wall") out.name += text(" of ", rings, rings == 1 ? " ring" : " rings");
-  if (!shifts_hz.empty()) {
-    out.options.shifts_hz = shifts_hz;
-    out.options.rank_tolerance = rank_tolerance;
-    out.name = krylov_name(shifts_hz);
-    if (rank_tolerance == kCoarseRank) out.name += ", coarse";
-  }
-  return out;
-}
-
-std::vector<ReducerCandidate> auto_candidates(int num_nodes) {
-  std::vector<ReducerCandidate> out{make_candidate("condensed", 1)};
-  for (int rings : {1, 2, 3}) out.push_back(make_candidate("wall", rings));
-  for (const auto& shifts : {ReduceOptions().shifts_hz, {0, 60, 250}, kManyShifts})
-    out.push_back(make_candidate("krylov", 1, shifts));
-  // Fine meshes: many vertices in reach move nearly alike.
-  out.push_back(make_candidate("krylov", 1, ReduceOptions().shifts_hz, kCoarseRank));
-  if (num_nodes <= kFewNodes) out.push_back(make_candidate("full", 1));
-  return out;
-}
+constexpr int kSampleEvery = 4;  // refreshes: a sample costs up to a third of one
+constexpr int kLongQuiet = 15;   // samples, two seconds at the usual rate; refreshes where the forces are measured
+constexpr double kWell = 0.8;    // of the tolerance: what a cheaper one has to keep to
 
 /// Of the modal one's motions the certificate knows nothing; with all of them nothing can be wrong.
 bool has_samples(const std::string& reducer) { return reducer != "modal" && reducer != "full"; }
@@ -56,74 +23,52 @@ std::string percent(double x) {
   return out;
 }
 
-}  // namespace
-
-std::vector<BackendInfo> reducer_names() {
-  std::vector<BackendInfo> out = reducer_backends();
-  out.push_back({"auto", "the cheapest of these whose certified error stays under local.tolerance", true, ""});
+std::string short_ms(double ms) {
+  char out[32];
+  std::snprintf(out, sizeof out, "%.3g ms", ms);
   return out;
 }
 
-std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs) {
-  const auto better = [&](const ReducerCandidate& a, const ReducerCandidate& b) {
-    const bool a_fits = a.tick_us <= needs.budget_us, b_fits = b.tick_us <= needs.budget_us;
-    if (a_fits != b_fits) return a_fits;
-    if (!a_fits) return a.tick_us < b.tick_us;
-    const bool a_holds = a.error <= needs.tolerance, b_holds = b.error <= needs.tolerance;
-    if (a_holds != b_holds) return a_holds;
-    return a_holds ? a.cost_us < b.cost_us : a.error < b.error;
-  };
-  return static_cast<std::size_t>(std::min_element(candidates.begin(), candidates.end(), better) - candidates.begin());
+/// |Z| at a vertex, at kCertifiedHz [N/m]; NaN where the body has no finite answer.
+std::array<double, kBands> impedances(const LocalModel& model, int vertex) {
+  std::array<double, kBands> out;
+  for (std::size_t i = 0; i < kBands; ++i) {
+    const double z = compliance(model, vertex, kCertifiedHz[i]).inverse().norm();
+    out[i] = std::isfinite(z) ? z : std::numeric_limits<double>::quiet_NaN();
+  }
+  return out;
 }
 
-double predict_tick_us(const LocalModel& model) {
-  constexpr double kRest = 6, kPerNumber = 2e-4;  // collision and contact; us a number that the motion reads
-  constexpr double kDenseLimit = 450;             // as in LocalDynamics
-  const double r = model.dof(), rows = 3.0 * model.patch.num_vertices();
-  const bool dense = 2.0 * static_cast<double>(model.basis.nonZeros()) > static_cast<double>(model.basis.size());
-  double numbers = dense ? 2 * rows * r : 2 * rows;
-  // Vibrations step each by itself, but the damping of a body that bends couples them: counted as if it did.
-  const bool vibrations = model.stiffness.nonZeros() <= model.dof();
-  if (r <= kDenseLimit)
-    numbers += r * r;
-  else  // two sparse triangular solves, of a full matrix where the damping of vibrations fills it
-    numbers += vibrations ? 5 * r * r : 40 * static_cast<double>(model.stiffness.nonZeros());
-  return kRest + kPerNumber * numbers;
-}
+}  // namespace
 
-double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
-  constexpr double kRest = 10000, kPerColumnSq = 0.6;    // solutions, orthonormalization
-  constexpr double kCutOut = 1000, kPerDofCubed = 2e-4;  // of nodes that are there already; dense factors
-  if (model.reducer != "krylov" && model.reducer != "condensed")
-    return kCutOut + kPerDofCubed * std::pow(model.dof(), 3);
-  const SurfacePatch& patch = model.patch;
-  const bool at_rest = model.reducer == "condensed";
-  const auto reach = static_cast<double>(std::ranges::count(patch.in_reach, 1));
-  const auto shifts = static_cast<double>(options.shifts_hz.size());
-  const double later = at_rest ? 0 : 3 * reach + 12 * (shifts - 2) + 12 * shifts + 3 * options.echoes;
-  const double rim = reach < patch.num_vertices() ? 12 : 0;
-  const double columns = 3 * reach + rim + later;
-  return kRest + kPerColumnSq * columns * columns;
-}
+/// The whole body at the patch.
+struct ReducerChoice::Body {
+  BodyCertificate certificate;
+  bool answers_at_rest = true;  ///< it is not free to move: it has an impedance at 0 Hz
+  std::optional<std::array<double, kBands>> impedance;
+};
 
 ReducerChoice::ReducerChoice(const std::string& reducer, int rings, const ReducerNeeds& needs)
     : is_auto_(reducer == "auto"),
       needs_(needs),
       graded_(needs.whole ? GradingOptions{.margin = std::numeric_limits<double>::infinity()} : GradingOptions{}) {
-  if (!is_auto_) candidates_ = {make_candidate(reducer, rings)};
-  if (!is_auto_ && reducer == "krylov") candidates_.front().name = krylov_name(candidates_.front().options.shifts_hz);
+  if (!is_auto_) candidates_ = {make_reducer_candidate(reducer, rings)};
 }
 
 /// Nothing where the body cannot be reduced: it gives way even to fast motions.
-std::optional<BodyCertificate> ReducerChoice::certify_body(const TangentModel& tangent, const SurfacePatch& patch,
-                                                           const ContactSite& site) {
+std::optional<ReducerChoice::Body> ReducerChoice::certify_body(const TangentModel& tangent, const SurfacePatch& patch,
+                                                               const ContactSite& site) {
   try {
     const LocalModel best =
-        find_reducer("krylov")(tangent, patch, site, {.shifts_hz = kManyShifts, .graded = &graded_});
+        find_reducer("krylov")(tangent, patch, site, {.shifts_hz = most_shifts_hz(), .graded = &graded_});
     std::span<const double> hz = kCertifiedHz;
     // A body that is free to move gives way at rest: there is no impedance to be right about.
-    if (tangent.fixed_nodes.size() < 3) hz = hz.subspan(1);
-    return BodyCertificate(graded_, best, certified_vertices(best, site), hz);
+    const bool answers_at_rest = tangent.fixed_nodes.size() >= 3;
+    if (!answers_at_rest) hz = hz.subspan(1);
+    const std::vector<int> vertices = certified_vertices(best, site);
+    Body out{BodyCertificate(graded_, best, vertices, hz), answers_at_rest, {}};
+    if (needs_.motion && !vertices.empty()) out.impedance = impedances(best, vertices.front());
+    return out;
   } catch (const IndefiniteTangent&) {
     return {};
   }
@@ -133,27 +78,37 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
   if (is_set_up_) return;
   is_set_up_ = true;
   if (is_auto_) candidates_ = auto_candidates(static_cast<int>(tangent.f0.size()) / 3);
-  const std::optional<BodyCertificate> body = certify_body(tangent, patch, site);
+  const std::optional<Body> body = certify_body(tangent, patch, site);
+  if (body && body->impedance && needs_.motion->total > 0)
+    excitation_ = excitation_of(*needs_.motion, *body->impedance);
   for (ReducerCandidate& c : candidates_) {
     ReduceOptions options = c.options;
     options.graded = &graded_;
-    c.error = std::numeric_limits<double>::infinity();
+    c.error = c.force_error = std::numeric_limits<double>::infinity();
     try {
       const LocalModel model = find_reducer(c.reducer)(tangent, patch, site, options);
       c.dof = model.dof();
       c.tick_us = predict_tick_us(model);
-      c.cost_us = c.tick_us + needs_.refresh_per_tick * predict_refresh_us(model, c.options);
-      if (c.reducer == "full")
-        c.error = 0;
-      else if (body)
-        c.error = body->certify(model).worst;  // 0 where all is clamped: nothing can be wrong
-    } catch (const RunError&) {                // it cannot serve here; its error stays infinite
-      if (c.dof == 0) c.tick_us = c.cost_us = std::numeric_limits<double>::infinity();
+      const double own_us = predict_refresh_us(model, c.options);
+      c.refresh_ms = needs_.rest_ms + 1e-3 * own_us;
+      c.cost_us = c.tick_us + needs_.refresh_per_tick * own_us;
+      if (c.reducer == "full") {
+        c.error = c.force_error = 0;
+      } else if (body) {
+        const Certificate found = body->certificate.certify(model);
+        c.error = found.worst;  // 0 where all is clamped: nothing can be wrong
+        c.errors = found.error;
+        if (!body->answers_at_rest) c.errors.insert(c.errors.begin(), std::numeric_limits<double>::quiet_NaN());
+        c.force_error = excitation_ ? expected_force_error(*excitation_, c.errors) : c.error;
+      }
+    } catch (const RunError&) {  // it cannot serve here; its error stays infinite
+      if (c.dof == 0) c.tick_us = c.refresh_ms = c.cost_us = std::numeric_limits<double>::infinity();
     }
   }
   std::stable_sort(candidates_.begin(), candidates_.end(),
                    [](const auto& a, const auto& b) { return a.cost_us < b.cost_us; });
   chosen_ = choose_reducer(candidates_, needs_);
+  latest_ = chosen().errors;
   if (std::isfinite(chosen().error)) certified_ = chosen().error;
 }
 
@@ -164,41 +119,110 @@ LocalModel ReducerChoice::reduce(const TangentModel& tangent, const SurfacePatch
   return find_reducer(chosen().reducer)(tangent, patch, site, options);
 }
 
-void ReducerChoice::go_to(std::size_t candidate) {
-  chosen_ = candidate;
-  if (chosen().reducer == "full") certified_ = 0;
-  running_ = RunningCertificate();
-  quiet_ = 0;
-  ++revisions_;
+double ReducerChoice::force_error() const {
+  if (!excitation_ || std::isnan(certified_)) return certified_;
+  return expected_force_error(*excitation_, latest_);
 }
 
-/// The cheapest above the present one, within the budget, that was less wrong at set-up.
+void ReducerChoice::excite(const Excitation& measured) {
+  excitation_ = measured;
+  for (ReducerCandidate& c : candidates_)
+    if (!c.errors.empty()) c.force_error = expected_force_error(measured, c.errors);
+}
+
+void ReducerChoice::go_to(std::size_t candidate, int tick, const std::string& why) {
+  const std::string from = chosen().name;
+  if (excitation_ && !latest_.empty()) {  // what samples found out about it stays known
+    candidates_[chosen_].errors = latest_;
+    candidates_[chosen_].force_error = expected_force_error(*excitation_, latest_);
+  }
+  chosen_ = candidate;
+  changes_.push_back({tick, from, chosen().name, why, chosen().error, chosen().force_error});
+  if (chosen().reducer == "full") certified_ = 0;
+  latest_ = chosen().errors;
+  running_ = RunningCertificate();
+  quiet_ = 0;
+}
+
+std::vector<ReducerCandidate> ReducerChoice::candidates_now() const { return measured_.expected(candidates_, needs_); }
+
+/// The cheapest above the present one, within the budgets, that was less wrong at set-up.
 std::optional<std::size_t> ReducerChoice::better_than_present() const {
-  for (std::size_t i = chosen_ + 1; i < candidates_.size(); ++i)
-    if (candidates_[i].tick_us <= needs_.budget_us && candidates_[i].error < chosen().error) return i;
+  const std::vector<ReducerCandidate> now = candidates_now();
+  for (std::size_t i = chosen_ + 1; i < now.size(); ++i)
+    if (now[i].tick_us <= needs_.budget_us && now[i].refresh_ms <= needs_.refresh_budget_ms &&
+        now[i].force_error < chosen().force_error)
+      return i;
   return {};
 }
 
 std::optional<std::size_t> ReducerChoice::cheaper_than_present() const {
+  const std::vector<ReducerCandidate> now = candidates_now();
+  const double most = (excitation_ ? kWell : 1) * needs_.tolerance;
   for (std::size_t i = 0; i < chosen_; ++i)
-    if (candidates_[i].error <= needs_.tolerance) return i;
+    if (now[i].force_error <= most && now[i].tick_us <= needs_.budget_us &&
+        now[i].refresh_ms <= needs_.refresh_budget_ms)
+      return i;
   return {};
 }
 
-void ReducerChoice::revise(const LocalModel& model, const ContactSite& site) {
-  if (!has_samples(chosen().reducer)) return;
-  if (wait_-- > 0) return;
+/// True: a sample was taken.
+bool ReducerChoice::sample(const LocalModel& model, const ContactSite& site) {
+  if (!has_samples(chosen().reducer)) return false;
+  if (wait_-- > 0) return false;
   // Not in a refresh that has chosen its nodes anew, which costs more already; but where each does, in one of these.
-  if (graded_.is_graded_anew() && wait_ >= -kSampleEvery) return;
+  if (graded_.is_graded_anew() && wait_ >= -kSampleEvery) return false;
   wait_ = kSampleEvery - 1;
   const Certificate& now = running_.sample(graded_, model, site);
   if (std::isfinite(now.worst) && now.worst > 0) certified_ = now.worst;
-  if (!is_auto_) return;
-  quiet_ = now.worst < 0.5 * needs_.tolerance ? quiet_ + 1 : 0;
-  if (now.worst > needs_.tolerance) {
-    if (const auto next = better_than_present()) go_to(*next);
+  latest_.resize(kBands, std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < kBands; ++i)
+    if (!std::isnan(now.error[i])) latest_[i] = now.error[i];
+  return true;
+}
+
+void ReducerChoice::revise(const LocalModel& model, const ContactSite& site, int tick) {
+  const bool is_sampled = sample(model, site);
+  if (followed_) return follow_changes(tick);
+  if (!is_auto_ || !has_samples(chosen().reducer)) return;
+  if (!is_sampled && !excitation_) return;
+  const double error = force_error();
+  const auto cheaper = cheaper_than_present();
+  if (excitation_)
+    quiet_ = cheaper ? quiet_ + 1 : 0;
+  else if (is_sampled)
+    quiet_ = error < 0.5 * needs_.tolerance ? quiet_ + 1 : 0;
+  if (error > needs_.tolerance) {
+    if (const auto next = better_than_present())
+      go_to(*next, tick, text("a force error of ", percent(error), " was to be expected"));
   } else if (quiet_ > kLongQuiet) {
-    if (const auto next = cheaper_than_present()) go_to(*next);
+    if (cheaper)
+      go_to(*cheaper, tick,
+            text("for long, a force error of only ", percent(candidates_[*cheaper].force_error), " was to be expected of it"));
+  }
+}
+
+void ReducerChoice::note_cost(double all_ms, double own_ms, int tick) {
+  if (!is_auto_ || followed_ || !std::isfinite(needs_.refresh_budget_ms)) return;
+  measured_.note(all_ms, own_ms, candidates_, chosen_, needs_);
+  const std::vector<ReducerCandidate> now = candidates_now();
+  const std::size_t best = choose_reducer(now, needs_);
+  if (measured_.is_overloaded() && now[best].refresh_ms < now[chosen_].refresh_ms) {
+    go_to(best, tick,
+          text("refreshes took ", short_ms(all_ms), ", ", short_ms(needs_.refresh_budget_ms), " are there"));
+    measured_.stepped_down();
+  } else if (measured_.has_room() && now[best].refresh_ms > now[chosen_].refresh_ms) {
+    go_to(best, tick, text("refreshes took ", short_ms(all_ms), " of ", short_ms(needs_.refresh_budget_ms)));
+    measured_.stepped_up();
+  }
+}
+
+/// Names that are not known here are left out: the hash will tell.
+void ReducerChoice::follow_changes(int tick) {
+  for (const ReducerChange& change : *followed_) {
+    if (change.tick != tick) continue;
+    const auto to = std::ranges::find(candidates_, change.to, &ReducerCandidate::name);
+    if (to != candidates_.end()) go_to(static_cast<std::size_t>(to - candidates_.begin()), tick, change.why);
   }
 }
 
@@ -206,22 +230,30 @@ std::string ReducerChoice::reason() const {
   if (!is_auto_) return "chosen by the scene";
   const ReducerCandidate& c = chosen();
   std::string out = c.name;
-  if (c.tick_us > needs_.budget_us)
-    out += text(": no local model fits ", needs_.budget_us, " us a tick; this is the cheapest");
-  else if (c.error > needs_.tolerance)
-    out += text(": the most accurate within ", needs_.budget_us, " us a tick, but off by ", percent(c.error), " where ",
-                percent(needs_.tolerance), " are tolerated: the budget wins");
-  else if (revisions_ > 0)
-    return out + text(": certified ", percent(c.error),
-                      " at set-up; taken on the way, where samples of the one before left ", percent(needs_.tolerance),
-                      " behind (", revisions_, revisions_ == 1 ? " revision)" : " revisions)");
+  if (!changes_.empty())
+    return out + text(": in use since tick ", changes_.back().tick, ": ", changes_.back().why, " with ",
+                      changes_.back().from, " (", changes_.size(), changes_.size() == 1 ? " change)" : " changes)");
+  if (c.tick_us > needs_.budget_us || c.refresh_ms > needs_.refresh_budget_ms)
+    out += text(": no local model fits ", needs_.budget_us, " us a tick",
+                std::isfinite(needs_.refresh_budget_ms)
+                    ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
+                    : std::string(),
+                "; this is the nearest");
+  else if (c.force_error > needs_.tolerance)
+    out += text(": the most accurate within the budgets of ", needs_.budget_us, " us a tick",
+                std::isfinite(needs_.refresh_budget_ms)
+                    ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
+                    : std::string(),
+                ", but off by ", percent(c.force_error), " where ", percent(needs_.tolerance),
+                " are tolerated: the budget wins");
   else
-    out += text(": the cheapest within ", percent(needs_.tolerance), " (certified ", percent(c.error), " at set-up)");
+    out += text(": the cheapest within ", percent(needs_.tolerance), " (a force error of ", percent(c.force_error),
+                " is to be expected, certified ", percent(c.error), " at set-up)");
   const ReducerCandidate* cheaper = nullptr;
   for (std::size_t i = 0; i < chosen_; ++i)
-    if (!cheaper || candidates_[i].error < cheaper->error) cheaper = &candidates_[i];
-  if (cheaper && std::isfinite(cheaper->error))
-    out += text("; the best of the cheaper ones is off by ", percent(cheaper->error), " (", cheaper->name, ")");
+    if (!cheaper || candidates_[i].force_error < cheaper->force_error) cheaper = &candidates_[i];
+  if (cheaper && std::isfinite(cheaper->force_error))
+    out += text("; the best of the cheaper ones is off by ", percent(cheaper->force_error), " (", cheaper->name, ")");
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include "core/damping.hpp"
 #include "core/sparse_solver.hpp"
 #include "haptics/foresight.hpp"
+#include "haptics/refresh_cost.hpp"
 #include "haptics/scene_friction.hpp"
 #include "haptics/tool_turn.hpp"
 #include "self_contact/crossings.hpp"
@@ -104,7 +105,8 @@ std::unique_ptr<Integrator> global_integrator(const SceneGlobal& global, SelfCon
 }  // namespace
 
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene,
-                     std::vector<ReachingTool> tools, const State& start, SelfContact* self_contact)
+                     std::vector<ReachingTool> tools, const State& start, SelfContact* self_contact,
+                     std::optional<BandPowers> motion)
     : surface_(surface),
       scene_(scene),
       tools_(std::move(tools)),
@@ -118,7 +120,11 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
               {.tolerance = scene.local.tolerance,
                .budget_us = scene.local.budget_us,
                .refresh_per_tick = scene.global.rate_hz / scene.local.rate_hz,
-               .whole = self_contact != nullptr}),
+               .whole = self_contact != nullptr,
+               .refresh_budget_ms = refresh_budget_ms(scene),
+               .rest_ms = predict_rest_ms(model.mesh().num_nodes(), static_cast<int>(model.mesh().tetrahedra.size()),
+                                          scene.object.model.type == "fem"),
+               .motion = std::move(motion)}),
       scheme_(local_scheme(scene.local.integrator)),
       metric_(contact_metric(scene.contact.metric)),
       refreshes_early_(scene.global.early_refresh &&
@@ -131,12 +137,12 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
 /// found again.
 double Refresher::interval(double t) const {
   const double usual = 1 / scene_.global.rate_hz;
-  return scene_.link.type == "thread" ? std::clamp(t - last_, usual, 1.5 * usual) : usual;
+  return models_come_late(scene_) ? std::clamp(t - last_, usual, 1.5 * usual) : usual;
 }
 
 /// Until the model made at time t arrives [s]. In two threads that takes an interval.
 double Refresher::delay(double t) const {
-  return 1e-3 * scene_.link.latency_ms + (scene_.link.type == "thread" ? interval(t) : 0);
+  return 1e-3 * scene_.link.latency_ms + (models_come_late(scene_) ? interval(t) : 0);
 }
 
 /// Around the place where a large ball touches, or will: as much as a fingertip needs around what it touches now, and
@@ -209,6 +215,38 @@ ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::sp
   return out;
 }
 
+/// Of a scene that is measured long enough, for the choice of the next model.
+void Refresher::measure_forces(std::span<const LocalReport> reports) {
+  constexpr double kMemory = 0.5, kEnough = 0.25;  // [s]
+  if (forces_.empty()) {
+    const double use = 1 / scene_.global.rate_hz + delay(last_);
+    forces_.assign(tools_.size(), SpectrumMeter(scene_.local.rate_hz, use, kMemory));
+  }
+  for (const LocalReport& report : reports) {
+    std::array<Vec3, kMaxTools> force{Vec3::Zero(), Vec3::Zero()};
+    for (const ContactSample& s : std::span(report.samples).first(static_cast<std::size_t>(report.count)))
+      force[static_cast<std::size_t>(s.tool)] += scene_.local.rate_hz * s.impulse;
+    for (std::size_t k = 0; k < forces_.size(); ++k)
+      if (forces_[k].seconds() > 0 || !force[k].isZero(0)) forces_[k].add(force[k]);
+  }
+  BandPowers all{};
+  double longest = 0;
+  for (const SpectrumMeter& meter : forces_) {
+    const BandPowers its = meter.powers();
+    all.total += its.total;
+    for (std::size_t i = 0; i < kBands; ++i) all.changing[i] += its.changing[i];
+    longest = std::max(longest, meter.seconds());
+  }
+  if (longest >= kEnough && all.total > 0) choice_.excite(excitation_of(all));
+}
+
+/// The clock's time is shared out by parts; of all of it the processor's is taken.
+void Refresher::charge(double cpu_ms) {
+  const double all = (global_ms.empty() ? 0 : global_ms.back()) + refresh_ms.back();
+  const double own = reduce_ms.back() + certify_ms.back() + prepare_ms.back();
+  choice_.note_cost(cpu_ms, all > 0 ? cpu_ms * std::min(1.0, own / all) : cpu_ms, tick());
+}
+
 /// Springs resist stretching only: a tetrahedron pushed through itself does not come back.
 void Refresher::count_inverted() {
   const State& s = global_.state();
@@ -269,7 +307,7 @@ LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site,
       local = reduce_at(global_.state(), TangentKind::definite, patch, site);
     }
   const auto start = std::chrono::steady_clock::now();
-  choice_.revise(*local, site);
+  choice_.revise(*local, site, tick());
   certify_ms.push_back(milliseconds_since(start));
   local->certified_error = choice_.certified_error();
   definite_tangents += local->definite_tangent;
@@ -360,6 +398,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
     std::ranges::move(last_holds(reports, scene_.local.rate_hz, k), std::back_inserter(holds));
   std::optional<State> ahead;
+  measure_forces(reports);
   if (t > global_.state().t) {
     before_ = global_.state();
     global_.advance(t, history, holds);

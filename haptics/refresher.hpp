@@ -1,9 +1,11 @@
 #pragma once
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <span>
 
+#include "haptics/excitation.hpp"
 #include "haptics/inverted_tetrahedra.hpp"
 #include "haptics/local_report.hpp"
 #include "haptics/local_simulation.hpp"
@@ -28,8 +30,9 @@ class Refresher {
  public:
   /// @param tools         1 to kMaxTools
   /// @param self_contact  none: the body passes through itself
+  /// @param motion        that the surface is to follow, as far as it is known
   Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, std::vector<ReachingTool> tools,
-            const State& start, SelfContact* self_contact = nullptr);
+            const State& start, SelfContact* self_contact = nullptr, std::optional<BandPowers> motion = {});
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
   /// `motion`, that of the local model in use at that tick or some ticks earlier; without one, from the body's own.
@@ -42,6 +45,11 @@ class Refresher {
   /// Ticks until the next refresh, of `usual` ones: fewer while the body bends more within them than the local model
   /// tells.
   int next_interval(int usual) const;
+
+  /// What the last refresh took [ms of CPU time]; reducer auto keeps within its budget.
+  void charge(double cpu_ms);
+  /// A replay: changes of reducer as they were.
+  void follow(std::vector<ReducerChange> changes) { choice_.follow(std::move(changes)); }
 
   const ReducerChoice& choice() const { return choice_; }
   const State& state() const { return global_.state(); }
@@ -63,6 +71,8 @@ class Refresher {
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
   void linearize_at(const State& state, TangentKind kind);
   LocalScheme choose_scheme(LocalModel& local);
+  void measure_forces(std::span<const LocalReport> reports);
+  int tick() const { return static_cast<int>(std::lround(last_ * scene_.local.rate_hz)); }  // of the last refresh
   void count_inverted();
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
@@ -89,6 +99,7 @@ class Refresher {
   double last_ = 0;                   // time of the last refresh [s]
   int frame_ = 0;
   int haste_ = 1;                                               // the usual interval is divided by
+  std::vector<SpectrumMeter> forces_;                           // of each tool, from its first contact on
   double most_force_ = 0;                                       // of the contacts at the end of an interval [N]
   double gave_way_ = -std::numeric_limits<double>::infinity();  // when the body did last [s]
 };

@@ -9,7 +9,9 @@
 #include "haptics/device/recording.hpp"
 #include "haptics/links.hpp"
 #include "haptics/metrics.hpp"
+#include "haptics/path_excitation.hpp"
 #include "haptics/real_time.hpp"
+#include "haptics/refresh_cost.hpp"
 #include "haptics/scene_friction.hpp"
 #include "haptics/session_run.hpp"
 #include "haptics/tool_turn.hpp"
@@ -417,6 +419,24 @@ SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher)
 
 }  // namespace
 
+/// Of both tools' paths, of a hand that of its target. As a ball: a longer tool asks for no other rates.
+std::optional<BandPowers> Session::followed_motion() const {
+  if (scene_.local.reducer != "auto") return {};
+  const double use = (1 + (models_come_late(scene_) ? 1 : 0)) / scene_.global.rate_hz + 1e-3 * scene_.link.latency_ms;
+  const auto powers = [&](const std::vector<TimedPoint>& path, const ToolShape& tool) {
+    return path_powers(path, FollowedMotion(surface_, start_.x, tool.radius, scene_.contact.mu_static),
+                       scene_.local.rate_hz, use);
+  };
+  BandPowers out = powers(path_, tools_[0]);
+  if (scene_.second_tool) {
+    const BandPowers second = powers(second_path_, tools_[1]);
+    out.total += second.total;
+    for (std::size_t i = 0; i < kBands; ++i) out.changing[i] += second.changing[i];
+  }
+  if (!(out.total > 0)) return {};
+  return out;
+}
+
 SessionResult Session::run(const SessionOptions& options) {
   SessionResult result;
   result.warnings = warnings_;
@@ -436,7 +456,8 @@ SessionResult Session::run(const SessionOptions& options) {
     second.max_speed = options.second_max_speed > 0 ? options.second_max_speed : devices[1]->max_speed();
     reaching.push_back({tools_[1], second.max_speed});
   }
-  Refresher refresher(*model_, surface_, scene_, std::move(reaching), start_, self_contact_.get());
+  Refresher refresher(*model_, surface_, scene_, std::move(reaching), start_, self_contact_.get(), followed_motion());
+  if (options.reducer_changes) refresher.follow(*options.reducer_changes);
   refresher.look_for_crossings = used.check_contacts && !threaded;
   HapticLoop haptic(scene_, tools_, friction_, std::move(devices), used, surface_, threaded);
   const int ticks = std::max(1, static_cast<int>(std::llround(scene_.local.rate_hz / scene_.global.rate_hz)));
@@ -453,7 +474,9 @@ SessionResult Session::run(const SessionOptions& options) {
   result.reducer_name = refresher.choice().chosen().name;
   result.reducer_reason = refresher.choice().reason();
   result.reducer_candidates = refresher.choice().candidates();
-  result.reducer_revisions = refresher.choice().revisions();
+  result.reducer_changes = refresher.choice().changes();
+  result.expected_force_error = refresher.choice().force_error();
+  result.refresh_budget_ms = refresh_budget_ms(scene_);
   result.certified_error = refresher.choice().certified_error();
   result.damping_coupling = refresher.coupling;
   result.exact_steps = refresher.exact_steps;

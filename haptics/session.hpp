@@ -88,7 +88,9 @@ struct SessionResult {
   std::vector<std::pair<std::string, std::vector<double>>> refresh_parts_ms;
   std::string reducer, reducer_name, reducer_reason;  ///< in use at the end
   std::vector<ReducerCandidate> reducer_candidates;
-  int reducer_revisions = 0;
+  std::vector<ReducerChange> reducer_changes;
+  double expected_force_error = std::numeric_limits<double>::quiet_NaN();
+  double refresh_budget_ms = 0;  ///< infinity: none
   double certified_error = std::numeric_limits<double>::quiet_NaN();
   double damping_coupling = 0;              ///< of the last local model
   int exact_steps = 0;                      ///< local models that were stepped exactly
@@ -119,6 +121,7 @@ struct SessionOptions {
   bool check_contacts = true;           ///< look for tools inside the body after each tick; in lockstep, also for
                                         ///< triangles that cross after each global step, with self-contact
   std::vector<RefreshEvent> refreshes;  ///< replay: this schedule instead of the scene's; lockstep
+  std::optional<std::vector<ReducerChange>> reducer_changes;  ///< replay: of "auto", and no others
   std::vector<std::vector<TimedPoint>> tool_paths;  ///< replay: of each tool, instead of the scene's; the devices'
                                                     ///< limits stay
   double max_speed = 0;                             ///< replay: the first run's tool speed bound [m/s]; 0: the device's
@@ -154,6 +157,7 @@ class Session {
  private:
   void build(Mesh mesh);
   void set_up_self_contact();
+  std::optional<BandPowers> followed_motion() const;
   Scene scene_;
   std::unique_ptr<DeformableModel> model_;
   std::unique_ptr<SelfContact> self_contact_;  // none: the body passes through itself

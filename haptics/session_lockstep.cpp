@@ -4,6 +4,7 @@
 #include <deque>
 #include <random>
 
+#include "haptics/refresh_cost.hpp"
 #include "haptics/session_run.hpp"
 
 namespace kt {
@@ -32,7 +33,7 @@ class Schedule {
     if (!replayed.empty()) return next_ < replayed.size() && replayed[next_].linearized_tick == tick;
     const int least =
         std::max(1, run_.ticks_per_refresh / 8);  // a slow side that is asked every tick does nothing else
-    return tick >= due_ || (wanted_now && tick >= last_ + least);
+    return tick >= busy_until_ && (tick >= due_ || (wanted_now && tick >= last_ + least));
   }
 
   RefreshEvent take(int tick) {
@@ -44,18 +45,27 @@ class Schedule {
     return {tick, first ? 0 : lost ? -1 : tick + latency_};
   }
 
-  void set_next(int tick) { due_ = tick; }
+  void set_next(int tick) { due_ = std::max(tick, busy_until_); }
+
+  /// The slow side takes that many ticks for the refresh that begins at this one: it does nothing else meanwhile, and its
+  /// local model is as late.
+  void charge(int tick, int ticks, RefreshEvent& event) {
+    busy_until_ = tick + ticks;
+    if (event.adopted_tick >= 0) event.adopted_tick += ticks;
+    if (event.adopted_tick >= run_.haptic.num_ticks()) event.adopted_tick = -1;  // the run is over by then
+  }
 
   /// The next local model, when it comes as planned, starts from the motion at this tick.
   bool is_start(int tick) const {
     const std::vector<RefreshEvent>& replayed = run_.options.refreshes;
     if (!replayed.empty()) return next_ < replayed.size() && replayed[next_].started_tick == tick;
+    if (models_come_late(run_.scene)) return false;  // later than it takes to run in
     return tick == std::max(last_ + 1, due_ - std::max(0, kRunIn - latency_));
   }
 
  private:
   const RunParts& run_;
-  int latency_, due_ = 0, last_ = 0;
+  int latency_, due_ = 0, last_ = 0, busy_until_ = 0;
   std::size_t next_ = 0;
   std::mt19937_64 random_;
 };
@@ -80,10 +90,16 @@ void run_lockstep(const RunParts& run) {
       if (goes_on && !has_start) haptic.record_motion(motion);
       if (goes_on) event.started_tick = motion.tick;
       has_start = false;
+      const double predicted_ms = tick > 0 ? run.refresher.choice().predicted_refresh_ms() : 0;
       const double start = process_time_ms();
       auto model = run.refresher.refresh(tick / run.scene.local.rate_hz, haptic.tool_positions(), reports,
                                          goes_on ? &motion : nullptr);
-      run.result.slow_cpu_ms.push_back(process_time_ms() - start);
+      const double took_ms = process_time_ms() - start;
+      run.result.slow_cpu_ms.push_back(took_ms);
+      if (const bool is_replayed = !run.options.refreshes.empty(); !is_replayed && tick > 0) {
+        schedule.charge(tick, charged_ticks(run.scene, took_ms, predicted_ms), event);
+        if (models_come_late(run.scene)) run.refresher.charge(charged_ms(run.scene, took_ms, predicted_ms));
+      }
       reports.clear();
       schedule.set_next(tick + run.refresher.next_interval(run.ticks_per_refresh));
       run.result.refreshes.push_back(event);

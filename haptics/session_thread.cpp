@@ -152,6 +152,7 @@ class ThreadedRun {
       parcel->model = run_.refresher.refresh(tick / run_.scene.local.rate_hz, places, reports,
                                              catches_up_ ? motion.get() : nullptr);
       run_.result.slow_cpu_ms.push_back(process_time_ms() - haptic_time_ms() - start);
+      run_.refresher.charge(run_.result.slow_cpu_ms.back());
       interval_ = run_.refresher.next_interval(run_.ticks_per_refresh);
       pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
       if (catches_up_) bring_near(*parcel, std::move(places), pending);

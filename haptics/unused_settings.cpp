@@ -138,7 +138,10 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
   const SceneLocal &l = scene.local, &d = kDefault.local;
   const std::string reducer = text("local.reducer is ", l.reducer, "; ");
   if (l.reducer != "wall") out.unread("local.rings", l.rings, d.rings, reducer + "wall reads it");
-  if (l.reducer != "auto") out.unread("local.budget_us", l.budget_us, d.budget_us, reducer + "auto reads it");
+  if (l.reducer != "auto") {
+    out.unread("local.budget_us", l.budget_us, d.budget_us, reducer + "auto reads it");
+    out.unread("local.refresh_budget_ms", l.refresh_budget_ms, d.refresh_budget_ms, reducer + "auto reads it");
+  }
   if (l.reducer != "auto" && (method != "multirate" || !scene.global.early_refresh))
     out.unread("local.tolerance", l.tolerance, d.tolerance, reducer + "auto reads it, and global.early_refresh");
   if (method != "multirate") {
@@ -157,6 +160,7 @@ void look_at_link(const Scene& scene, Finder& out) {
     const std::string reason = text("link.type is ", l.type, ", as late as it is; lockstep simulates it");
     out.unread("link.loss", l.loss, d.loss, reason);
     out.unread("link.latency_ms", l.latency_ms, d.latency_ms, reason);
+    out.unread("link.charge_refreshes", l.charge_refreshes, d.charge_refreshes, reason);
   }
   if (l.type != "lockstep" || l.loss == 0) out.unread("seed", scene.seed, kDefault.seed, "nothing is random here");
 }

@@ -200,6 +200,8 @@ struct SceneLocal {
   int rings = 1;                 ///< rings of triangles around the contact [-]
   double tolerance = 0.05;       ///< largest certified error of the local model [-]
   double budget_us = 200;        ///< of CPU time for a haptic tick, predicted: reducer auto stays within it
+  std::optional<double> refresh_budget_ms;  ///< of CPU time for a refresh: reducer auto stays within it; absent: 0.8 /
+                                            ///< global.rate_hz where ticks do not wait for a refresh, else none
   bool catch_up = true;          ///< a new local model is replayed from its linearization to the present; else the old
                                  ///< one's state is taken over
   double blend_ms = 12;          ///< the difference between two local models fades from the force over this time
@@ -213,6 +215,9 @@ struct SceneLink {
   std::string type = "lockstep";
   double latency_ms = 0.0;  ///< from the end of a global step to the local side
   double loss = 0.0;        ///< share of local models that never arrive [-], in [0, 1]
+  std::string charge_refreshes = "none";  ///< lockstep: a local model is late by what its refresh takes: none, measured,
+                                          ///< predicted, given
+  std::optional<double> refresh_ms;       ///< given: what each takes
   bool operator==(const SceneLink&) const = default;
 };
 

@@ -106,6 +106,15 @@ Found check_contact(const SceneContact& contact) {
   return std::nullopt;
 }
 
+Found check_link(const SceneLink& link) {
+  if (link.charge_refreshes == "given" && !link.refresh_ms)
+    return JsonProblem{"link.charge_refreshes", "is given without link.refresh_ms: say what a refresh takes (ms)"};
+  if (link.charge_refreshes != "given" && link.refresh_ms)
+    return JsonProblem{"link.refresh_ms", text("is given, but link.charge_refreshes is ", link.charge_refreshes,
+                                               ": set it to given")};
+  return std::nullopt;
+}
+
 Found check_rates(const Scene& scene) {
   const double ticks = scene.duration * scene.local.rate_hz;
   constexpr double kMostTicks = 1e9;  // they are counted in int
@@ -126,7 +135,7 @@ Found check_rates(const Scene& scene) {
 std::optional<JsonProblem> find_scene_problem(const Scene& scene) {
   for (const Found& found : {check_object(scene.object), check_tool(scene.tool, "tool"),
                              scene.second_tool ? check_tool(*scene.second_tool, "second_tool") : Found(),
-                             check_contact(scene.contact), check_rates(scene)})
+                             check_contact(scene.contact), check_link(scene.link), check_rates(scene)})
     if (found) return found;
   return std::nullopt;
 }

@@ -160,6 +160,7 @@ void fields(A& a, SceneLocal& s) {
   a("rings", s.rings);
   a("tolerance", s.tolerance);
   a("budget_us", s.budget_us);
+  a("refresh_budget_ms", s.refresh_budget_ms);
   a("catch_up", s.catch_up);
   a("blend_ms", s.blend_ms);
   a("passivity_damping", s.passivity_damping);
@@ -170,6 +171,8 @@ void fields(A& a, SceneLink& s) {
   a("type", s.type);
   a("latency_ms", s.latency_ms);
   a("loss", s.loss);
+  a("charge_refreshes", s.charge_refreshes);
+  a("refresh_ms", s.refresh_ms);
 }
 template <class A>
 void fields(A& a, SceneCollision& s) {

@@ -42,6 +42,9 @@ std::vector<ChartMethod> all_methods(bool full) {
   add("contact law", "smooth surface", {"contact.surface=loop"}, other_rates);
   for (const char* backend : {"refit_bvh", "cgal", "brute_force"})
     add("collision backend", backend, {text("collision.backend=", backend)}, {30});
+  for (const char* reducer : {"auto", "condensed", "krylov"})
+    add("refresh", text(reducer, ", as late as it takes"),
+        {text("local.reducer=", reducer), "link.charge_refreshes=measured"}, {30});
   add("refresh", "one frame late", {"link.latency_ms=33"}, {30});
   add("refresh", "no catch-up", {"local.catch_up=false"}, {30});
   add("refresh", "no look-ahead", {"global.look_ahead=false"}, {30});

@@ -194,7 +194,7 @@ function draw() {
 }
 let sorted = null;
 function table(points, best, x, y) {
-  const columns = [['label', 'method'], ['body', 'body'], ['group', 'family'], ['dof', 'dof'], ...data.axes.map(a => [a.key, a.title]), ['lost_contacts', 'contacts lost'], ['trouble', 'trouble'], ['command', 'command']];
+  const columns = [['label', 'method'], ['body', 'body'], ['group', 'family'], ['dof', 'dof'], ...data.axes.map(a => [a.key, a.title]), ['real_time', 'real time'], ['lost_contacts', 'contacts lost'], ['trouble', 'trouble'], ['command', 'command']];
   const key = sorted || y, head = byId('head'), body = byId('rows');
   head.replaceChildren(...columns.map(([k, t]) => { const th = document.createElement('th'); th.textContent = t + (k === key ? ' ▲' : ''); th.className = 'sort'; th.onclick = () => { sorted = k; draw(); }; return th; }));
   const order = v => typeof v === 'number' ? [0, v] : v ? [1, v] : [2, ''];

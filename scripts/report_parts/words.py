@@ -77,6 +77,7 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("refresh_ms.p99", "… 99 of 100 are below", with_unit("ms"), ""),
         ("real_time.refresh_ms_p50", "refresh, both together, median", with_unit("ms"), ""),
         ("real_time.refresh_budget_ms", "time that there is for it", with_unit("ms"), "1 / global.rate_hz"),
+        ("real_time.refresh_share", "share of it", percent, ""),
         ("real_time.refresh_hz", "refreshes a second", PLAIN, "early ones included"),
         ("real_time.slow_part", "what takes longest", PLAIN, ""),
     ]),
@@ -90,7 +91,8 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("local.reducer", "local model", PLAIN, "how the fast side's model is cut out of the global one"),
         ("local.dof", "unknowns of the local model", PLAIN, ""),
         ("local.patch_vertices", "surface nodes of the local model", PLAIN, ""),
-        ("local.certified_error", "certified error of the local model", percent, "against the full model, 0–500 Hz; people notice 7–10 %"),
+        ("local.certified_error", "certified error of the local model", percent, "against the full model, worst of 0–500 Hz"),
+        ("local.expected_force_error", "error of the force to expect from it", percent, "at the rates of this run; people notice 7–10 %"),
         ("local.reason", "why this local model", PLAIN, ""),
     ]),
     ("The body's contacts with itself", [

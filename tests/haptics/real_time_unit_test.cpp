@@ -27,6 +27,7 @@ TEST(RealTime, HoldsWhereBothSidesAreQuick) {
   EXPECT_NEAR(t.refresh_ms, 4, 1e-12);
   EXPECT_NEAR(t.refresh_hz, 30, 1e-12);
   EXPECT_NEAR(t.tick_share, 0.02, 1e-12);
+  EXPECT_NEAR(t.refresh_share, 0.12, 1e-12);
   EXPECT_NEAR(t.budget_ms, 1e3 / 30, 1e-12);
   EXPECT_TRUE(t.cure.empty());
 }
@@ -38,7 +39,7 @@ TEST(RealTime, NamesTheReductionWhereThatIsSlowAndNotTheStep) {
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_EQ(t.keeps, Keeps::no);
   EXPECT_EQ(t.slow_part, "reduce");
-  EXPECT_NE(t.told().find("no: a refresh takes 61 ms of 33.3 (reduce 55)"), std::string::npos) << t.told();
+  EXPECT_NE(t.told().find("no: a refresh takes 61 ms of 33.3, 183 % (reduce 55)"), std::string::npos) << t.told();
   EXPECT_NE(t.cure.find("local.reducer to condensed"), std::string::npos) << t.cure;
   EXPECT_NE(t.cure.find("global.rate_hz to 13"), std::string::npos) << t.cure;
 }
@@ -86,6 +87,16 @@ TEST(RealTime, TakesTheProcessorsTimeWhereThatIsLess) {
   EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 4, 1e-12);
   r.slow_cpu_ms.assign(30, 80);  // of two threads
   EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 40, 1e-12);
+}
+
+/// Each refresh takes time in a lockstep that charges it: what does not fit is left out.
+TEST(RealTime, OfAChargedLockstepIsWhatWasReached) {
+  SessionResult r = quick_run();
+  r.refreshes.resize(12);
+  EXPECT_EQ(judge_real_time(Scene{}, r).keeps, Keeps::yes);
+  Scene charged;
+  charged.link.charge_refreshes = "measured";
+  EXPECT_EQ(judge_real_time(charged, r).keeps, Keeps::no);
 }
 
 TEST(RealTime, OfAThreadedRunIsWhatWasReached) {

@@ -11,7 +11,7 @@ namespace {
 
 ReducerCandidate made_up(double error, double tick_us) {
   ReducerCandidate out;
-  out.error = error;
+  out.error = out.force_error = error;
   out.tick_us = out.cost_us = tick_us;
   return out;
 }
@@ -23,10 +23,30 @@ TEST(ChooseReducer, TakesTheCheapestWithinToleranceAndBudget) {
   EXPECT_EQ(choose_reducer(c, {0.6, 200}), 0u);
 }
 
+TEST(ChooseReducer, PrefersTheMoreAccurateOfThoseThatCostAlike) {
+  EXPECT_EQ(choose_reducer(std::vector{made_up(0.04, 30), made_up(0.01, 32.9), made_up(0.001, 33.1)}, {0.05, 200}), 1u);
+  EXPECT_EQ(choose_reducer(std::vector{made_up(0.01, 32.9), made_up(0.04, 30)}, {0.05, 200}), 0u);
+  EXPECT_EQ(choose_reducer(std::vector{made_up(0.01, 32.9), made_up(0.04, 30)}, {0.05, 31}), 1u) << "the budget wins";
+}
+
 TEST(ChooseReducer, LetsTheBudgetWinOverTheTolerance) {
   const std::vector<ReducerCandidate> c{made_up(0.5, 10), made_up(0.2, 30), made_up(0.001, 90)};
   EXPECT_EQ(choose_reducer(c, {0.05, 50}), 1u);
   EXPECT_EQ(choose_reducer(c, {0.05, 5}), 0u);  // nothing fits: the cheapest
+}
+
+ReducerCandidate with_refresh(double error, double refresh_ms) {
+  ReducerCandidate out = made_up(error, 10 + refresh_ms);
+  out.refresh_ms = refresh_ms;
+  return out;
+}
+
+TEST(ChooseReducer, KeepsToTheBudgetOfTheRefresh) {
+  const std::vector<ReducerCandidate> c{with_refresh(0.5, 3), with_refresh(0.2, 20), with_refresh(0.01, 60)};
+  EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05}), 2u) << "any will do";
+  EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05, .refresh_budget_ms = 26.7}), 1u) << "the best of those within it";
+  EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05, .refresh_budget_ms = 1}), 0u) << "the nearest to it";
+  EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05, .budget_us = 40, .refresh_budget_ms = 100}), 1u);
 }
 
 struct BlockOptions {
@@ -67,6 +87,11 @@ struct TouchedBlock {
     out.set_up(tangent, patch, site);
     return out;
   }
+  ReducerChoice choice(const ReducerNeeds& needs) const {
+    ReducerChoice out("auto", 1, needs);
+    out.set_up(tangent, patch, site);
+    return out;
+  }
   std::unique_ptr<DeformableModel> model;
   TangentModel tangent;
   SurfacePatch patch;
@@ -95,7 +120,7 @@ TEST(Samples, WaitForARefreshThatKeepsItsNodesButNotForLong) {
   const TouchedBlock far({.x = 14, .y = 14, .z = 7, .edge = 2e-3, .across = 0.9});
   ReducerChoice choice("krylov", 1, {});
   const auto refresh = [&](const TouchedBlock& at) {
-    choice.revise(choice.reduce(near.tangent, at.patch, at.site), at.site);
+    choice.revise(choice.reduce(near.tangent, at.patch, at.site), at.site, 0);
     return choice.certified_error();
   };
   choice.set_up(near.tangent, near.patch, near.site);
@@ -116,7 +141,7 @@ TEST(AutoReducer, ServesABodyThatIsFreeToMove) {
   ReducerChoice choice = b.choice(kTolerance);
   EXPECT_LE(choice.chosen().error, kTolerance) << choice.reason();
   const LocalModel m = choice.reduce(b.tangent, b.patch, b.site);
-  EXPECT_NO_THROW(choice.revise(m, b.site));
+  EXPECT_NO_THROW(choice.revise(m, b.site, 0));
 }
 
 TEST(AutoReducer, NeverGetsWorseWhenTheToleranceIsHalved) {
@@ -143,10 +168,93 @@ TEST(AutoReducer, GoesOverToABetterModelWhenTheBodyChanges) {
   ReducerChoice choice = stiff.choice(kTolerance);
   const std::string at_first = choice.chosen().name;
   for (int refresh = 0; refresh < 120; ++refresh)
-    choice.revise(choice.reduce(soft.tangent, soft.patch, soft.site), soft.site);
+    choice.revise(choice.reduce(soft.tangent, soft.patch, soft.site), soft.site, refresh);
   EXPECT_NE(choice.chosen().name, at_first);
-  EXPECT_GT(choice.revisions(), 0);
+  ASSERT_FALSE(choice.changes().empty());
+  EXPECT_EQ(choice.changes().front().from, at_first);
+  EXPECT_EQ(choice.changes().back().to, choice.chosen().name);
   EXPECT_LE(choice.certified_error(), 1.3 * kTolerance);
+}
+
+/// 2 mm deep, and moving a little at one rate.
+BandPowers press(std::size_t band, double amplitude) {
+  BandPowers out{4e-6, {}};
+  out.total += 0.5 * amplitude * amplitude;
+  out.changing[band] = 0.5 * amplitude * amplitude;
+  return out;
+}
+
+TEST(AutoReducer, TakesNoMoreThanTheMotionAsksFor) {
+  const TouchedBlock block({});
+  const ReducerChoice any = block.choice(kTolerance);
+  const ReducerChoice slow = block.choice(ReducerNeeds{.tolerance = kTolerance, .motion = press(0, 2e-4)});
+  const ReducerChoice shaken = block.choice(ReducerNeeds{.tolerance = kTolerance, .motion = press(5, 5e-4)});
+  std::printf("%s\n%s\n%s\n", any.reason().c_str(), slow.reason().c_str(), shaken.reason().c_str());
+  EXPECT_EQ(slow.chosen().reducer, "condensed") << "exact at rest";
+  EXPECT_EQ(shaken.chosen().reducer, "krylov");
+  EXPECT_EQ(any.chosen().reducer, "krylov") << "of an unknown motion the worst rate counts";
+  EXPECT_LE(slow.force_error(), kTolerance);
+  EXPECT_GT(slow.certified_error(), 0.2) << "which is that of all rates";
+}
+
+TEST(AutoReducer, GoesOverWhenTheForceShakes) {
+  const TouchedBlock block({});
+  ReducerChoice choice = block.choice(ReducerNeeds{.tolerance = kTolerance, .motion = press(0, 2e-4)});
+  ASSERT_EQ(choice.chosen().reducer, "condensed");
+  const auto refresh = [&](int tick) {
+    choice.revise(choice.reduce(block.tangent, block.patch, block.site), block.site, tick);
+  };
+  for (int i = 0; i < 6; ++i) refresh(i);
+  EXPECT_TRUE(choice.changes().empty());
+  Excitation shaken{};
+  shaken[5] = 0.4;
+  choice.excite(shaken);
+  EXPECT_GT(choice.force_error(), kTolerance);
+  refresh(33);
+  ASSERT_EQ(choice.changes().size(), 1u);
+  EXPECT_EQ(choice.changes()[0].tick, 33);
+  EXPECT_EQ(choice.changes()[0].from, "condensed");
+  EXPECT_EQ(choice.chosen().reducer, "krylov");
+  EXPECT_LE(choice.changes()[0].force_error, kTolerance);
+}
+
+/// Every refresh takes what its reducer is said to, and the rest of it what is given.
+TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
+  const TouchedBlock block({});
+  ReducerChoice choice =
+      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
+  ASSERT_EQ(choice.chosen().reducer, "krylov");
+  int tick = 0;
+  const auto refreshes = [&](int count, double rest_ms, double slower) {
+    for (int i = 0; i < count; ++i, tick += 33) {
+      const double own = slower * choice.predicted_refresh_ms();
+      choice.note_cost(rest_ms + own, own, tick);
+    }
+  };
+  refreshes(20, 5, 0.5);
+  EXPECT_TRUE(choice.changes().empty());
+  refreshes(2, 5, 3);
+  EXPECT_TRUE(choice.changes().empty()) << "two late ones are no overload";
+  refreshes(1, 5, 3);
+  ASSERT_EQ(choice.changes().size(), 1u);
+  const ReducerChange down = choice.changes()[0];
+  EXPECT_EQ(down.tick, 22 * 33);
+  EXPECT_NE(down.to, down.from);
+  EXPECT_GT(down.force_error, kTolerance) << "it says what that costs";
+  EXPECT_NE(down.why.find("30 ms are there"), std::string::npos) << down.why;
+  refreshes(300, 2, 0.3);
+  ASSERT_GE(choice.changes().size(), 2u);
+  EXPECT_EQ(choice.chosen().name, down.from) << "up again";
+
+  ReducerChoice replayed =
+      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
+  replayed.follow(choice.changes());
+  for (int t = 0; t < tick; t += 33) {
+    replayed.note_cost(1e3, 1e3, t);
+    if (t == 22 * 33 || t % (33 * 20) == 0)
+      replayed.revise(replayed.reduce(block.tangent, block.patch, block.site), block.site, t);
+  }
+  EXPECT_EQ(replayed.changes()[0].to, down.to);
 }
 
 }  // namespace

@@ -102,6 +102,66 @@ TEST(Lockstep, StopFlagEndsTheRunAndKeepsWhatIsThere) {
   EXPECT_EQ(result.penetration.size(), 150u);
 }
 
+/// 40 ms a refresh where one is wanted every 33: each is begun when the one before it is done, and arrives 40 ms later.
+TEST(Lockstep, ChargesARefreshWithWhatItTakes) {
+  Scene scene = small_scene();
+  scene.link.charge_refreshes = "given";
+  scene.link.refresh_ms = 39.2;
+  const SessionResult first = run(scene);
+  const std::vector<RefreshEvent> wanted{{0, 0},      {33, 73},   {73, 113},  {113, 153},
+                                         {153, 193}, {193, 233}, {233, 273}, {273, -1}};
+  EXPECT_EQ(first.refreshes, wanted);
+  EXPECT_EQ(run(scene).hash, first.hash);
+  EXPECT_NE(run(small_scene()).hash, first.hash);
+  SessionOptions replay;
+  replay.refreshes = first.refreshes;
+  replay.max_speed = first.max_speed;
+  EXPECT_EQ(run(scene, replay).hash, first.hash);
+  scene.link.refresh_ms = 10;  // in time: the interval stays
+  const SessionResult quick = run(scene);
+  ASSERT_GT(quick.refreshes.size(), 3u);
+  EXPECT_EQ(quick.refreshes[1].adopted_tick, quick.refreshes[1].linearized_tick + 10);
+  EXPECT_LE(quick.refreshes[2].linearized_tick - quick.refreshes[1].linearized_tick, 33);
+}
+
+TEST(Lockstep, ChargedByTheSizesIsTheSameEverywhereAndByTheClockReplays) {
+  Scene scene = small_scene();
+  scene.link.charge_refreshes = "predicted";
+  const SessionResult predicted = run(scene);
+  EXPECT_EQ(run(scene).hash, predicted.hash);
+  EXPECT_GT(predicted.refreshes[1].adopted_tick, predicted.refreshes[1].linearized_tick + 3);
+  scene.link.charge_refreshes = "measured";
+  const SessionResult measured = run(scene);
+  SessionOptions replay;
+  replay.refreshes = measured.refreshes;
+  replay.reducer_changes = measured.reducer_changes;
+  replay.max_speed = measured.max_speed;
+  EXPECT_EQ(run(scene, replay).hash, measured.hash);
+}
+
+/// No refresh fits: "auto" goes down to the quickest, by the clock; the replay does so in the same refreshes.
+TEST(Thread, ReplayStepsDownWhereTheRunDid) {
+  Scene scene = small_scene();
+  scene.duration = 0.6;
+  scene.local.reducer = "auto";
+  scene.local.tolerance = 1e-3;
+  scene.link.type = "thread";
+  scene.local.refresh_budget_ms = 1e3;  // at first any fits
+  Session session(scene);
+  const SessionResult calm = session.run();
+  scene.local.refresh_budget_ms = 0.8 * calm.slow_cpu_ms.back();
+  const SessionResult live = run(scene);
+  for (const ReducerChange& c : live.reducer_changes)
+    std::printf("tick %d: %s -> %s: %s\n", c.tick, c.from.c_str(), c.to.c_str(), c.why.c_str());
+  SessionOptions replay;
+  replay.refreshes = live.refreshes;
+  replay.reducer_changes = live.reducer_changes;
+  replay.max_speed = live.max_speed;
+  const SessionResult again = run(scene, replay);
+  EXPECT_EQ(again.hash, live.hash);
+  EXPECT_EQ(again.reducer_changes.size(), live.reducer_changes.size());
+}
+
 TEST(Thread, LockstepReplayOfAThreadedRunIsTheRun) {
   Scene scene = small_scene();
   scene.link.type = "thread";
