@@ -40,7 +40,7 @@ endif()
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
 kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
            ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/graded_body
-                 core/dense_cholesky core/symmetric_eigen core/block_cholesky core/complex_symmetric)
+                 core/dense_cholesky core/symmetric_eigen core/block_cholesky core/complex_symmetric core/supernodes)
 kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)

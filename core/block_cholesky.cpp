@@ -28,7 +28,7 @@ struct Place {
 /// Of a pattern: the supernodes, and where every number of the matrix goes.
 struct BlockAnalysis {
   BlockAnalysis(const SparseMatrix& matrix, const std::vector<int>& last) {
-    supernodes = find_supernodes(node_graph(matrix), last);
+    supernodes = find_supernodes(node_neighbours(matrix), last);
     std::vector<int> place(supernodes.order.size()), of(supernodes.order.size());
     for (std::size_t k = 0; k < place.size(); ++k) place[supernodes.order[k]] = static_cast<int>(k);
     for (std::size_t s = 0; s < supernodes.nodes.size(); ++s) {

@@ -17,6 +17,12 @@ constexpr int kSetUpSteps = 3, kSteps = 1;  // of conjugate gradients in each
 
 double square(double x) { return x * x; }
 
+Vec3 middle(const VectorX& x, const std::vector<int>& nodes) {
+  Vec3 sum = Vec3::Zero();
+  for (int i : nodes) sum += node(x, i);
+  return sum / static_cast<double>(nodes.size());
+}
+
 }  // namespace
 
 /// The patch stays a spacing inside of where all nodes are kept.
@@ -33,9 +39,16 @@ bool GradedBody::covers(const TangentModel& tangent, const SurfacePatch& patch) 
 void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& patch) {
   const int n = static_cast<int>(tangent.f0.size() / 3);
   ++gradings_;
+  // A patch that has left where it was goes on: nodes chosen ahead of it serve twice as long.
+  const bool moved = graded_x_.size() == tangent.state.x.size() && !graded_patch_.empty();
   graded_x_ = tangent.state.x;
-  graded_patch_ = patch.global_node;
-  edge_ = patch_spacing(graded_x_, graded_patch_);
+  edge_ = patch_spacing(graded_x_, patch.global_node);
+  const double inside = std::max(0.0, options_.margin - 1) * edge_;
+  Vec3 way = Vec3::Zero();
+  if (moved) way = middle(graded_x_, patch.global_node) - middle(graded_x_, graded_patch_);
+  graded_patch_ = patch_ahead(graded_x_, patch.global_node, way, inside);
+  // Finer there: the patch itself might not be kept.
+  if (!(options_.margin * patch_spacing(graded_x_, graded_patch_) > inside)) graded_patch_ = patch.global_node;
   fixed_.assign(n, 0);
   for (int i : tangent.fixed_nodes) fixed_[i] = 1;
   dofs_ = make_free_dofs(n, tangent.fixed_nodes);
@@ -68,7 +81,7 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
   if (gradings_ == 1)
     for (const auto& solver : {&coarse_, &solver_}) *solver = make_block_solver();
   std::vector<int> loaded;  // by the patch, and by all nodes: far motions
-  for (int i : graded_patch_)
+  for (int i : patch.global_node)
     if (const int k = body_.dofs.to_free[3 * i]; k >= 0) loaded.push_back(k / 3);
   for (int f = 0; f < kFar / 3; ++f) loaded.push_back(num_kept() + f);
   for (const auto& solver : {&coarse_, &solver_}) (*solver)->order_last(loaded);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -153,6 +154,24 @@ double distance_to(const VectorX& x, const std::vector<int>& patch, int i) {
   double nearest = std::numeric_limits<double>::infinity();
   for (int k : patch) nearest = std::min(nearest, (node(x, i) - node(x, k)).squaredNorm());
   return std::sqrt(nearest);
+}
+
+std::vector<int> patch_ahead(const VectorX& x, const std::vector<int>& patch, const Vec3& way, double inside) {
+  for (double step = std::min(way.norm(), inside); step > 0.2 * inside; step -= 0.2 * inside) {
+    std::vector<int> ahead;
+    for (int i : patch) {
+      const Vec3 place = node(x, i) + step * way.normalized();
+      int nearest = i;
+      for (int k = 0; k < static_cast<int>(x.size() / 3); ++k)
+        if ((node(x, k) - place).squaredNorm() < (node(x, nearest) - place).squaredNorm()) nearest = k;
+      ahead.push_back(nearest);
+    }
+    std::ranges::sort(ahead);
+    ahead.erase(std::unique(ahead.begin(), ahead.end()), ahead.end());
+    if (ahead.size() > 1 && std::ranges::all_of(patch, [&](int i) { return distance_to(x, ahead, i) <= inside; }))
+      return ahead;
+  }
+  return patch;
 }
 
 Interpolation interpolate_far_nodes(const VectorX& x, const std::vector<double>& ranks, const std::vector<char>& fixed,

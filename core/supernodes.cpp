@@ -6,9 +6,9 @@
 
 namespace kt {
 
-NodeGraph node_graph(const SparseMatrix& matrix) {
+NodeNeighbours node_neighbours(const SparseMatrix& matrix) {
   const int nodes = static_cast<int>(matrix.cols()) / 3;
-  NodeGraph out;
+  NodeNeighbours out;
   out.begin.assign(static_cast<std::size_t>(nodes) + 1, 0);
   const auto for_each_pair = [&](const auto& visit) {
     for (int c = 0; c < nodes; ++c)
@@ -26,7 +26,7 @@ NodeGraph node_graph(const SparseMatrix& matrix) {
 namespace {
 
 /// Approximate minimum degree of the nodes that are not `last`, among one another; then these.
-std::vector<int> fill_reducing_order(const NodeGraph& graph, const std::vector<int>& last) {
+std::vector<int> fill_reducing_order(const NodeNeighbours& graph, const std::vector<int>& last) {
   const int n = graph.size();
   std::vector<char> is_last(static_cast<std::size_t>(n), 0);
   for (int i : last) is_last[i] = 1;
@@ -66,7 +66,7 @@ std::vector<int> inverse_of(const std::vector<int>& order) {
 }
 
 /// Of every column of the factor: the first row below its diagonal; -1: none.
-std::vector<int> elimination_tree(const NodeGraph& graph, const std::vector<int>& order) {
+std::vector<int> elimination_tree(const NodeNeighbours& graph, const std::vector<int>& order) {
   const std::vector<int> place = inverse_of(order);
   std::vector<int> parent(order.size(), -1), ancestor(order.size(), -1);
   for (int j = 0; j < static_cast<int>(order.size()); ++j)
@@ -81,7 +81,7 @@ std::vector<int> elimination_tree(const NodeGraph& graph, const std::vector<int>
 }
 
 /// Rows below the diagonal of every column, ascending.
-std::vector<std::vector<int>> factor_rows(const NodeGraph& graph, const std::vector<int>& order,
+std::vector<std::vector<int>> factor_rows(const NodeNeighbours& graph, const std::vector<int>& order,
                                           const std::vector<int>& parent) {
   const std::vector<int> place = inverse_of(order);
   std::vector<std::vector<int>> rows(order.size());
@@ -192,7 +192,7 @@ void find_runs(std::vector<Supernode>& nodes, const std::vector<int>& supernode_
 
 }  // namespace
 
-Supernodes find_supernodes(const NodeGraph& graph, const std::vector<int>& last) {
+Supernodes find_supernodes(const NodeNeighbours& graph, const std::vector<int>& last) {
   Supernodes out;
   out.order = fill_reducing_order(graph, last);
   std::vector<int> parent = elimination_tree(graph, out.order);

@@ -8,13 +8,13 @@
 namespace kt {
 
 /// Neighbours of every node, each pair in both lists, without the node itself: of node j begin[j] .. begin[j + 1].
-struct NodeGraph {
+struct NodeNeighbours {
   std::vector<int> begin, neighbour;
   int size() const { return static_cast<int>(begin.size()) - 1; }
 };
 
 /// From the lower triangle of a matrix in whole node blocks.
-NodeGraph node_graph(const SparseMatrix& matrix);
+NodeNeighbours node_neighbours(const SparseMatrix& matrix);
 
 /// Successive nodes of the order, which share their rows of the factor.
 struct Supernode {
@@ -37,6 +37,6 @@ struct Supernodes {
 };
 
 /// @param last  nodes that are to come last, where loads are: a solution then starts there
-Supernodes find_supernodes(const NodeGraph& graph, const std::vector<int>& last = {});
+Supernodes find_supernodes(const NodeNeighbours& graph, const std::vector<int>& last = {});
 
 }  // namespace kt

@@ -106,7 +106,7 @@ TEST(Supernodes, CoverTheFactorInTheirOrder) {
     const SparseMatrix m = grid_matrix(g.x, g.y, g.z, 3);
     const int nodes = static_cast<int>(m.rows()) / 3;
     const std::vector<int> last{nodes / 2};
-    const Supernodes found = find_supernodes(node_graph(m), last);
+    const Supernodes found = find_supernodes(node_neighbours(m), last);
     ASSERT_EQ(static_cast<int>(found.order.size()), nodes);
     std::vector<char> seen(found.order.size(), 0);
     for (int i : found.order) ++seen[i];

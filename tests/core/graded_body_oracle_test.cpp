@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "core/dense_solvers.hpp"
@@ -160,6 +161,46 @@ TEST(GradedBody, KeepsItsNodesWhileThePatchStaysNear) {
   const FreeBody& body = graded.update(b.tangent, far);
   EXPECT_EQ(graded.gradings(), 2);
   for (int i : far.global_node) EXPECT_TRUE(graded.all_dofs().to_free[3 * i] < 0 || body.dofs.to_free[3 * i] >= 0);
+}
+
+/// A patch that goes on by one node each time: nodes that were chosen around it last for two of these steps, nodes that
+/// were chosen ahead of it for three.
+TEST(GradedBody, ChoosesItsNodesAheadOfAPatchThatGoesOn) {
+  const LinearizedBlock b(10, "msd", 0);
+  GradedBody graded({.margin = 2.1});
+  std::vector<int> gradings;
+  for (int step = -3; step <= 3; ++step) {
+    SurfacePatch patch = b.patch();
+    for (int& i : patch.global_node) i += step;
+    const FreeBody& body = graded.update(b.tangent, patch);
+    ASSERT_FALSE(graded.is_whole());
+    for (int i : patch.global_node) EXPECT_GE(body.dofs.to_free[3 * i], 0) << step;
+    gradings.push_back(graded.gradings());
+  }
+  EXPECT_EQ(gradings, (std::vector{1, 1, 2, 2, 2, 3, 3}));
+}
+
+TEST(PatchAhead, GoesAsFarAsThePatchStaysInside) {
+  const Mesh mesh = kuhn_block(8, 8, 2, 1.0);
+  const auto number = [](int i, int j) { return i + 9 * (j + 9 * 2); };  // on the top
+  const auto around = [&](int i, int j) {
+    std::vector<int> out;
+    for (int dj = -1; dj <= 1; ++dj)
+      for (int di = -1; di <= 1; ++di) out.push_back(number(i + di, j + dj));
+    return out;
+  };
+  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(3, 0, 0), 1.1), around(5, 4));
+  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(0, -3, 0), 2.1), around(4, 2));
+  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(0, 1, 0), 2.1), around(4, 5));  // no further than it went
+  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3::Zero(), 1.1), around(4, 4));
+  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(3, 0, 0), 0), around(4, 4));
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(3, 0, 0), infinity), around(4, 4));
+  // At the body's end there is nothing ahead of the foremost nodes but themselves.
+  for (int i : around(7, 4)) {
+    const std::vector<int> ahead = patch_ahead(mesh.x, around(7, 4), Vec3(3, 0, 0), 1.1);
+    EXPECT_LE(distance_to(mesh.x, ahead, i), 1.1);
+  }
 }
 
 TEST(GradedBody, GivesTheSameBitsTwice) {
