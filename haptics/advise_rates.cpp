@@ -7,8 +7,8 @@
 #include "core/parallel.hpp"
 #include "haptics/advise_parts.hpp"
 #include "haptics/metrics.hpp"
-#include "haptics/refresh_cost.hpp"
 #include "haptics/reference.hpp"
+#include "haptics/refresh_cost.hpp"
 
 namespace kt {
 namespace {

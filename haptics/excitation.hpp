@@ -21,11 +21,12 @@ struct BandPowers {
 using Excitation = std::array<double, kBands>;
 
 /// Of a signal, sample by sample. A band reaches to the geometric mean with its neighbours (the lowest to half the
-/// second's frequency): second-order Butterworth high-passes at these borders, whose powers are subtracted, so that none is
-/// lost or counted twice.
+/// second's frequency): second-order Butterworth high-passes at these borders, whose powers are subtracted, so that
+/// none is lost or counted twice.
 class SpectrumMeter {
  public:
-  /// @param use     how long a local model serves [s]: of a swing at f it has to follow 2 (1 - sin(x)/x), x = 2 pi f use,
+  /// @param use     how long a local model serves [s]: of a swing at f it has to follow 2 (1 - sin(x)/x), x = 2 pi f
+  /// use,
   ///                on average, (x^2)/3 where that is small; a first-order high-pass with that limit stands for it
   /// @param memory  after which a sample counts 1/e [s]; infinity: all count alike
   SpectrumMeter(double rate_hz, double use, double memory);
@@ -35,11 +36,11 @@ class SpectrumMeter {
 
  private:
   struct Border {
-    double b0, a1, a2;             // of the high-pass; none above half the rate
-    Vec3 x1, x2, y1, y2;           // its state
-    double sum;                    // of squares above it
+    double b0, a1, a2;    // of the high-pass; none above half the rate
+    Vec3 x1, x2, y1, y2;  // its state
+    double sum;           // of squares above it
   };
-  double rate_hz_, keep_, pass_;   // of the sums, a sample; of the first-order high-pass
+  double rate_hz_, keep_, pass_;  // of the sums, a sample; of the first-order high-pass
   Vec3 last_ = Vec3::Zero(), changing_ = Vec3::Zero();
   std::array<Border, kBands - 1> borders_;
   double count_ = 0, weight_ = 0, total_ = 0, all_changing_ = 0;

@@ -17,8 +17,10 @@ class MeasuredRefreshes {
   /// than predicted as the others took.
   std::vector<ReducerCandidate> expected(std::vector<ReducerCandidate> candidates, const ReducerNeeds& needs) const;
 
-  bool is_overloaded() const { return over_ >= kOver; }   ///< some refreshes in a row took more than the budget
-  bool has_room() const { return within_ >= patience_; }  ///< none did for long: the longer, the more often it was wrong
+  bool is_overloaded() const { return over_ >= kOver; }  ///< some refreshes in a row took more than the budget
+  bool has_room() const {
+    return within_ >= patience_;
+  }  ///< none did for long: the longer, the more often it was wrong
   void stepped_down();
   void stepped_up();
   double last_ms() const { return last_ms_; }

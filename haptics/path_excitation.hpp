@@ -10,8 +10,8 @@
 
 namespace kt {
 
-/// What the surface follows of a ball, tick by tick [m]: how deep it is, along the normal of the body at rest, and how far
-/// it takes the surface along, until friction lets it slip: by no more than mu times the depth.
+/// What the surface follows of a ball, tick by tick [m]: how deep it is, along the normal of the body at rest, and how
+/// far it takes the surface along, until friction lets it slip: by no more than mu times the depth.
 /// @param path  in time; the ball stands still before its first point and after its last
 class FollowedMotion {
  public:

@@ -98,7 +98,8 @@ std::string RealTime::told() const {
                 " % of its period, a refresh ", short_number(100 * refresh_share), " % of its");
   else
     out += text(": a refresh takes ", short_number(refresh_ms), " ms of ", short_number(budget_ms), ", ",
-                short_number(100 * refresh_share), " % (", slow_part, " ", short_number(part_ms), "), a haptic tick ", short_number(100 * tick_share), " % of its period");
+                short_number(100 * refresh_share), " % (", slow_part, " ", short_number(part_ms), "), a haptic tick ",
+                short_number(100 * tick_share), " % of its period");
   return cure.empty() ? out : out + "; " + cure;
 }
 

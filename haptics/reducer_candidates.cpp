@@ -11,6 +11,7 @@ namespace {
 constexpr int kFewNodes = 300;        // up to here the whole body is a local model worth trying
 constexpr double kCoarseRank = 0.03;  // motions that are others' to within this part of their length are dropped
 constexpr double kAlike = 1.1;        // costs that are no more than so much larger are no reason for a larger error
+constexpr double kHardlyLater = 1.5;  // where none is in time: more than that is worse than a less accurate one
 const std::vector<double> kManyShifts{0, 20, 40, 80, 160, 400};  // [Hz]
 
 std::string krylov_name(const std::vector<double>& shifts_hz) {
@@ -60,13 +61,21 @@ std::vector<ReducerCandidate> auto_candidates(int num_nodes) {
   return out;
 }
 
+double refreshes_per_interval(const ReducerCandidate& candidate) {
+  constexpr double kTooStiff = 0.4;  // of the impedance at rest
+  return !candidate.errors.empty() && candidate.errors.front() > kTooStiff ? 2 : 1;
+}
+
 const std::vector<double>& most_shifts_hz() { return kManyShifts; }
 
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs) {
-  const auto share = [](double taken, double there) { return std::isinf(there) && std::isfinite(taken) ? 0 : taken / there; };
+  const auto share = [](double taken, double there) {
+    return std::isinf(there) && std::isfinite(taken) ? 0 : taken / there;
+  };
   const auto over = [&](const ReducerCandidate& c) {
     if (c.dof == 0 && std::isinf(c.tick_us)) return c.tick_us;  // it could not be made
-    return std::max(share(c.tick_us, needs.budget_us), share(c.refresh_ms, needs.refresh_budget_ms));
+    return std::max(share(c.tick_us, needs.budget_us),
+                    share(refreshes_per_interval(c) * c.refresh_ms, needs.refresh_budget_ms));
   };
   const auto better = [&](const ReducerCandidate& a, const ReducerCandidate& b) {
     const bool a_fits = over(a) <= 1, b_fits = over(b) <= 1;
@@ -77,7 +86,13 @@ std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, cons
     return a_holds ? a.cost_us < b.cost_us : a.force_error < b.force_error;
   };
   auto best = std::min_element(candidates.begin(), candidates.end(), better);
-  if (over(*best) > 1 || best->force_error > needs.tolerance) return static_cast<std::size_t>(best - candidates.begin());
+  if (over(*best) > 1 && std::isfinite(over(*best))) {
+    const double most = kHardlyLater * over(*best);
+    for (auto c = candidates.begin(); c != candidates.end(); ++c)
+      if (over(*c) <= most && c->force_error < best->force_error) best = c;
+  }
+  if (over(*best) > 1 || best->force_error > needs.tolerance)
+    return static_cast<std::size_t>(best - candidates.begin());
   const double most_us = kAlike * best->cost_us;
   for (auto c = candidates.begin(); c != candidates.end(); ++c)
     if (over(*c) <= 1 && c->cost_us <= most_us && c->force_error < best->force_error) best = c;
@@ -100,8 +115,8 @@ double predict_tick_us(const LocalModel& model) {
 }
 
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
-  constexpr double kAtRest = 5000, kRest = 10000;        // one factorization, two or more
-  constexpr double kPerColumnSq = 0.6;                   // solutions, orthonormalization
+  constexpr double kRest = 5000, kPerColumnSq = 0.6;     // factorizations; solutions, orthonormalization
+  constexpr double kPerMotionCubed = 3e-3;               // vibrations, scheme
   constexpr double kCutOut = 1000, kPerDofCubed = 2e-4;  // of nodes that are there already; dense factors
   if (model.reducer != "krylov" && model.reducer != "condensed")
     return kCutOut + kPerDofCubed * std::pow(model.dof(), 3);
@@ -112,7 +127,7 @@ double predict_refresh_us(const LocalModel& model, const ReduceOptions& options)
   const double later = at_rest ? 0 : 3 * reach + 12 * (shifts - 2) + 12 * shifts + 3 * options.echoes;
   const double rim = reach < patch.num_vertices() ? 12 : 0;
   const double columns = 3 * reach + rim + later;
-  return (at_rest ? kAtRest : kRest) + kPerColumnSq * columns * columns;
+  return kRest + kPerColumnSq * columns * columns + kPerMotionCubed * std::pow(model.dof(), 3);
 }
 
 double predict_rest_ms(int num_nodes, int num_tetrahedra, bool is_fem) {

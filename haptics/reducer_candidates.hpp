@@ -20,7 +20,7 @@ struct ReducerCandidate {
   double force_error = 0;        ///< to expect: `errors` weighted by what is excited; without a motion: `error`
   double tick_us = 0;            ///< predicted
   double refresh_ms = 0;         ///< predicted: the whole refresh, with its global step
-  double cost_us = 0;  ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
+  double cost_us = 0;            ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
 };
 
 struct ReducerNeeds {
@@ -41,11 +41,17 @@ ReducerCandidate make_reducer_candidate(const std::string& reducer, int rings);
 /// Those of "auto".
 std::vector<ReducerCandidate> auto_candidates(int num_nodes);
 
+/// Refreshes that it takes in the time of one: a model that is too stiff at rest is off at the end of each interval, so
+/// that the next one is asked for early (44 to 65 instead of 23 to 28 in five drags).
+double refreshes_per_interval(const ReducerCandidate& candidate);
+
 /// Of the most accurate of them [Hz].
 const std::vector<double>& most_shifts_hz();
 
-/// Index of the cheapest that needs no more than the tolerance and both budgets; else, of those within the budgets, the
-/// one with the least error (the budgets win); else the one that is over them by least. Candidates are not empty.
+/// Index of the cheapest that needs no more than the tolerance and both budgets, or of the most accurate that costs no
+/// more than a tenth more; else, of those within the budgets, the
+/// one with the least error (the budgets win); else the most accurate of those that are over them by hardly more than
+/// need be. Candidates are not empty.
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs);
 
 /// CPU time of a haptic tick in contact [us], from the sizes alone, so that the same scene chooses the same everywhere:

@@ -91,7 +91,8 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
       c.tick_us = predict_tick_us(model);
       const double own_us = predict_refresh_us(model, c.options);
       c.refresh_ms = needs_.rest_ms + 1e-3 * own_us;
-      c.cost_us = c.tick_us + needs_.refresh_per_tick * own_us;
+      const double refreshes_us = needs_.refresh_per_tick * 1e3 * c.refresh_ms;
+      c.cost_us = c.tick_us + refreshes_us;
       if (c.reducer == "full") {
         c.error = c.force_error = 0;
       } else if (body) {
@@ -101,6 +102,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
         if (!body->answers_at_rest) c.errors.insert(c.errors.begin(), std::numeric_limits<double>::quiet_NaN());
         c.force_error = excitation_ ? expected_force_error(*excitation_, c.errors) : c.error;
       }
+      c.cost_us = c.tick_us + refreshes_per_interval(c) * refreshes_us;
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
       if (c.dof == 0) c.tick_us = c.refresh_ms = c.cost_us = std::numeric_limits<double>::infinity();
     }
@@ -198,7 +200,8 @@ void ReducerChoice::revise(const LocalModel& model, const ContactSite& site, int
   } else if (quiet_ > kLongQuiet) {
     if (cheaper)
       go_to(*cheaper, tick,
-            text("for long, a force error of only ", percent(candidates_[*cheaper].force_error), " was to be expected of it"));
+            text("for long, a force error of only ", percent(candidates_[*cheaper].force_error),
+                 " was to be expected of it"));
   }
 }
 
@@ -234,18 +237,18 @@ std::string ReducerChoice::reason() const {
     return out + text(": in use since tick ", changes_.back().tick, ": ", changes_.back().why, " with ",
                       changes_.back().from, " (", changes_.size(), changes_.size() == 1 ? " change)" : " changes)");
   if (c.tick_us > needs_.budget_us || c.refresh_ms > needs_.refresh_budget_ms)
-    out += text(": no local model fits ", needs_.budget_us, " us a tick",
-                std::isfinite(needs_.refresh_budget_ms)
-                    ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
-                    : std::string(),
-                "; this is the nearest");
+    out +=
+        text(": no local model fits ", needs_.budget_us, " us a tick",
+             std::isfinite(needs_.refresh_budget_ms) ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
+                                                     : std::string(),
+             "; this is the nearest");
   else if (c.force_error > needs_.tolerance)
-    out += text(": the most accurate within the budgets of ", needs_.budget_us, " us a tick",
-                std::isfinite(needs_.refresh_budget_ms)
-                    ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
-                    : std::string(),
-                ", but off by ", percent(c.force_error), " where ", percent(needs_.tolerance),
-                " are tolerated: the budget wins");
+    out +=
+        text(": the most accurate within the budgets of ", needs_.budget_us, " us a tick",
+             std::isfinite(needs_.refresh_budget_ms) ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
+                                                     : std::string(),
+             ", but off by ", percent(c.force_error), " where ", percent(needs_.tolerance),
+             " are tolerated: the budget wins");
   else
     out += text(": the cheapest within ", percent(needs_.tolerance), " (a force error of ", percent(c.force_error),
                 " is to be expected, certified ", percent(c.error), " at set-up)");

@@ -12,10 +12,10 @@ namespace kt {
 /// "auto" went over to another candidate, at the end of the refresh at this tick.
 struct ReducerChange {
   int tick = 0;
-  std::string from, to;     ///< names of candidates
-  std::string why;          ///< in words
-  double error = 0;         ///< of the new one: certified, worst of 0-500 Hz; NaN: not known
-  double force_error = 0;   ///< to expect of it
+  std::string from, to;    ///< names of candidates
+  std::string why;         ///< in words
+  double error = 0;        ///< of the new one: certified, worst of 0-500 Hz; NaN: not known
+  double force_error = 0;  ///< to expect of it
   bool operator==(const ReducerChange&) const = default;
 };
 
@@ -33,9 +33,9 @@ class ReducerChoice {
   /// Of the forces until now, for what follows.
   void excite(const Excitation& measured);
 
-  /// One more sample of the certificate for a model that reduce() made just now, in the refresh at this tick; "auto" goes
-  /// over to a better reducer when the force error to expect is above the tolerance, and tries a cheaper one when it has
-  /// been far below for long.
+  /// One more sample of the certificate for a model that reduce() made just now, in the refresh at this tick; "auto"
+  /// goes over to a better reducer when the force error to expect is above the tolerance, and tries a cheaper one when
+  /// it has been far below for long.
   void revise(const LocalModel& model, const ContactSite& site, int tick);
 
   /// What the refresh at this tick took: over the budget for some refreshes, "auto" steps down, and up again when there
@@ -71,8 +71,9 @@ class ReducerChoice {
   std::vector<ReducerCandidate> candidates_;  ///< by predicted cost
   std::size_t chosen_ = 0;
   std::optional<Excitation> excitation_;
-  std::vector<double> latest_;  // errors of the chosen one at kCertifiedHz: samples, where there are none those of set-up
-  int wait_ = 0;                // refreshes until the next sample of the certificate; below 0: since it was due
+  std::vector<double>
+      latest_;    // errors of the chosen one at kCertifiedHz: samples, where there are none those of set-up
+  int wait_ = 0;  // refreshes until the next sample of the certificate; below 0: since it was due
   double certified_ = std::numeric_limits<double>::quiet_NaN();
   int quiet_ = 0;  // samples since the force error to expect was near the tolerance
   MeasuredRefreshes measured_;

@@ -47,8 +47,8 @@ class Schedule {
 
   void set_next(int tick) { due_ = std::max(tick, busy_until_); }
 
-  /// The slow side takes that many ticks for the refresh that begins at this one: it does nothing else meanwhile, and its
-  /// local model is as late.
+  /// The slow side takes that many ticks for the refresh that begins at this one: it does nothing else meanwhile, and
+  /// its local model is as late.
   void charge(int tick, int ticks, RefreshEvent& event) {
     busy_until_ = tick + ticks;
     if (event.adopted_tick >= 0) event.adopted_tick += ticks;

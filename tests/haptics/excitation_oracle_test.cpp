@@ -37,7 +37,8 @@ TEST(SpectrumMeter, PutsASwingIntoTheBandOfItsRate) {
     const double square = 0.5 * kAmplitude * kAmplitude;
     EXPECT_NEAR(p.total, square, 1e-3 * square);
     const auto band = static_cast<std::size_t>(std::ranges::find(kCertifiedHz, hz) - kCertifiedHz.begin());
-    const double low = band == 1 ? 5 : std::sqrt(kCertifiedHz[band - 1] * hz), high = std::sqrt(hz * kCertifiedHz[band + 1]);
+    const double low = band == 1 ? 5 : std::sqrt(kCertifiedHz[band - 1] * hz),
+                 high = std::sqrt(hz * kCertifiedHz[band + 1]);
     const double wanted = square * changes(hz, kUse) * (above(hz, low) - above(hz, high));
     EXPECT_NEAR(p.changing[band], wanted, 0.03 * square) << hz << " Hz";  // the bilinear transform bends rates a little
     EXPECT_EQ(std::ranges::max_element(p.changing) - p.changing.begin(), static_cast<std::ptrdiff_t>(band));
@@ -75,7 +76,8 @@ TEST(SpectrumMeter, CountsWhatChangesWithinTheUse) {
     const double all = std::accumulate(p.changing.begin(), p.changing.end(), 0.0);
     if (hz <= 2) {
       EXPECT_NEAR(all, truth, 0.12 * truth) << hz << " Hz";
-    } else {  // a first-order filter lets no more through than there is; the difference of two moments is up to twice that
+    } else {  // a first-order filter lets no more through than there is; the difference of two moments is up to twice
+              // that
       EXPECT_GT(all, 0.45 * truth) << hz << " Hz";
       EXPECT_LT(all, truth) << hz << " Hz";
     }
@@ -91,8 +93,8 @@ TEST(SpectrumMeter, DoesNotCountWhatLasts) {
 TEST(SpectrumMeter, ForgetsWhatIsOver) {
   const auto at_first = [](double t) { return Vec3(t < 1 ? std::sin(angle(100, t)) : 0, 0, 1); };
   const double now = measured(at_first, kUse, 0.5, 1000).changing[4];
-  EXPECT_NEAR(measured(at_first, kUse, 0.5, 1500).changing[4], std::exp(-1.0) * now / (1 - std::exp(-3.0)) * (1 - std::exp(-2.0)),
-              0.1 * now);
+  EXPECT_NEAR(measured(at_first, kUse, 0.5, 1500).changing[4],
+              std::exp(-1.0) * now / (1 - std::exp(-3.0)) * (1 - std::exp(-2.0)), 0.1 * now);
 }
 
 TEST(ExpectedForceError, IsTheWeightedOne) {
@@ -105,8 +107,8 @@ TEST(ExpectedForceError, IsTheWeightedOne) {
   EXPECT_TRUE(std::isinf(expected_force_error(shares, std::vector<double>{kForever, 0})));
 }
 
-/// A spring with a mass behind it that is held by another spring, and what is left of it without the mass: both driven by
-/// a press that trembles. The error of the force, by the forces themselves.
+/// A spring with a mass behind it that is held by another spring, and what is left of it without the mass: both driven
+/// by a press that trembles. The error of the force, by the forces themselves.
 TEST(ExpectedForceError, IsThatOfForcesOfTwoBodies) {
   using Complex = std::complex<double>;
   constexpr double kNear = 300, kFar = 100, kMass = 0.01, kDamper = 2;  // N/m, N/m, kg, N s/m

@@ -53,8 +53,9 @@ TEST(FollowedMotion, FindsTheClosestOfAllTriangles) {
     place.z() += 0.1 * (0.022 - place.z());
     double nearest = 1;
     for (const Triangle& t : b.surface.triangles)
-      nearest = std::min(nearest, closest_point_on_triangle(place, node(b.mesh.x, t[0]), node(b.mesh.x, t[1]),
-                                                            node(b.mesh.x, t[2])).distance_sq);
+      nearest = std::min(
+          nearest, closest_point_on_triangle(place, node(b.mesh.x, t[0]), node(b.mesh.x, t[1]), node(b.mesh.x, t[2]))
+                       .distance_sq);
     const bool is_inside = (place.array() > 0).all() && (place.head<2>().array() < 0.08).all() && place.z() < b.top;
     const double depth = std::max(0.0, kRadius - (is_inside ? -1 : 1) * std::sqrt(nearest));
     const Vec3 u = m.move_to(place);

@@ -46,6 +46,11 @@ TEST(ChooseReducer, KeepsToTheBudgetOfTheRefresh) {
   EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05}), 2u) << "any will do";
   EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05, .refresh_budget_ms = 26.7}), 1u) << "the best of those within it";
   EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05, .refresh_budget_ms = 1}), 0u) << "the nearest to it";
+  std::vector<ReducerCandidate> stiff{with_refresh(0.04, 20), with_refresh(0.1, 25)};
+  stiff[0].errors = {0.6};
+  EXPECT_EQ(choose_reducer(stiff, {.tolerance = 0.05, .refresh_budget_ms = 26.7}), 1u) << "twice as often is no relief";
+  const std::vector<ReducerCandidate> slow{with_refresh(0.5, 30), with_refresh(0.02, 40), with_refresh(0.01, 60)};
+  EXPECT_EQ(choose_reducer(slow, {.tolerance = 0.05, .refresh_budget_ms = 20}), 1u) << "none is in time: hardly later";
   EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05, .budget_us = 40, .refresh_budget_ms = 100}), 1u);
 }
 
@@ -233,9 +238,9 @@ TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
   };
   refreshes(20, 5, 0.5);
   EXPECT_TRUE(choice.changes().empty());
-  refreshes(2, 5, 3);
+  refreshes(2, 5, 6);
   EXPECT_TRUE(choice.changes().empty()) << "two late ones are no overload";
-  refreshes(1, 5, 3);
+  refreshes(1, 5, 6);
   ASSERT_EQ(choice.changes().size(), 1u);
   const ReducerChange down = choice.changes()[0];
   EXPECT_EQ(down.tick, 22 * 33);

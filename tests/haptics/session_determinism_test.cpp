@@ -108,7 +108,7 @@ TEST(Lockstep, ChargesARefreshWithWhatItTakes) {
   scene.link.charge_refreshes = "given";
   scene.link.refresh_ms = 39.2;
   const SessionResult first = run(scene);
-  const std::vector<RefreshEvent> wanted{{0, 0},      {33, 73},   {73, 113},  {113, 153},
+  const std::vector<RefreshEvent> wanted{{0, 0},     {33, 73},   {73, 113},  {113, 153},
                                          {153, 193}, {193, 233}, {233, 273}, {273, -1}};
   EXPECT_EQ(first.refreshes, wanted);
   EXPECT_EQ(run(scene).hash, first.hash);
