@@ -47,7 +47,7 @@ TEST(ToolFeatures, OfATurnedMeshWithCommonCornersAreFound) {
     EXPECT_EQ(found.corners, (std::vector<int>{0, 2, 6, 8, 9}));
     EXPECT_EQ(found.edges,
               (std::vector<std::array<int, 2>>{{0, 2}, {0, 6}, {0, 9}, {2, 8}, {2, 9}, {6, 8}, {6, 9}, {8, 9}}));
-    EXPECT_EQ(found.goes_on[0] & 7, 4);  // the corner's two edges are some, the diagonal's is none
+    EXPECT_EQ(found.goes_on[0] & 7, 6);  // its first edge is at the rim
   }
 }
 
