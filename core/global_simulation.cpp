@@ -8,6 +8,41 @@ namespace {
 
 constexpr double kHoldStiffness = 1e5;  // [N/m] a hundred times any tissue under a tool: some micrometres of error
 
+/// The model with its touched points on their way: where the body has them at the start of a step, and where the tool
+/// left them at its end. A stage in between that had them at the end already would be a blow to the body. Integrators
+/// whose states stay at the time of the start ask for forces at the end only.
+class MovingHolds final : public DeformableModel {
+ public:
+  MovingHolds(const DeformableModel& model, std::span<const ContactHold> holds, double stiffness, const State& start,
+              double dt)
+      : model_(model), holds_(holds), stiffness_(stiffness), t_(start.t), dt_(dt) {
+    for (const ContactHold& hold : holds) from_.push_back(hold.moves.of(start.x));
+  }
+  const Mesh& mesh() const override { return model_.mesh(); }
+  const SparseMatrix& mass() const override { return model_.mass(); }
+  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+  void force(const State& state, VectorX& out) const override {
+    const double share = (state.t - t_) / dt_;
+    if (!(share > 0 && share < 1)) return at_end().force(state, out);
+    std::vector<ContactHold> now(holds_.begin(), holds_.end());
+    for (std::size_t i = 0; i < now.size(); ++i) now[i].point = from_[i] + share * (now[i].point - from_[i]);
+    HeldModel(model_, now, stiffness_).force(state, out);
+  }
+  void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
+    at_end().update_tangent(state, kind, out);  // the same all the way
+  }
+  double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
+  ModelInfo info() const override { return model_.info(); }
+  double push(const VectorX& x) const { return at_end().push(x); }
+
+ private:
+  HeldModel at_end() const { return {model_, holds_, stiffness_}; }
+  const DeformableModel& model_;
+  std::span<const ContactHold> holds_;
+  double stiffness_, t_, dt_;
+  std::vector<Vec3> from_;
+};
+
 }  // namespace
 
 GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
@@ -26,7 +61,7 @@ std::optional<State> GlobalSimulation::foresee(double dt, std::span<const Contac
   if (!unconditional_ || holds.empty() || dt <= 0) return {};
   VectorX friction = VectorX::Zero(state_.x.size());
   for (const ContactHold& hold : holds) hold.moves.add_to(friction, friction_scale_ * hold.friction);
-  const HeldModel held(model_, holds, kHoldStiffness);
+  const MovingHolds held(model_, holds, kHoldStiffness, state_, dt);
   State ahead = state_;
   integrator_->look_ahead(held, friction, dt, ahead);
   ahead.t = state_.t + dt;
@@ -47,7 +82,7 @@ bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample>
     if (all_stick || s.sticks) continue;  // what sticks is held in all directions
     s.moves.add_to(friction, friction_scale_ / dt * (s.impulse - along * s.normal));
   }
-  const HeldModel held(model_, holds, kHoldStiffness);
+  const MovingHolds held(model_, holds, kHoldStiffness, state_, dt);
   const State before = state_;
   integrator_->step(held, friction, dt, state_);
   state_.t = t_end;

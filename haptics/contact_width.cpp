@@ -151,7 +151,7 @@ std::string coarse_mesh_warning(const Session& session, const ContactWidth& widt
     out += text("set object.model.element to tet10 (about ", short_number(coarse_force_factor("tet10", width.mean)),
                 " times), or ");
   if (is_surface(session.scene()))
-    return out + text("set object.tetrahedralize.max_edge to ", short_number(width.fine_edge));
+    return out + text("set object.tetrahedralize.max_edge to ", short_number(width.fine_edge), " m");
   return out + text("take a mesh with cells below ", short_number(1e3 * width.fine_edge), " mm under the tool");
 }
 

@@ -97,6 +97,41 @@ def graded_slab():
     return [(x[int(i)], y[int(j)], z[int(k)]) for i, j, k in points], faces
 
 
+def refined(points, faces, wanted):
+    """Halves edges, the longest first, until none is longer than wanted(middle, length): flat sides stay flat."""
+    points, faces = list(points), [tuple(f) for f in faces]
+    while True:
+        sides = {}
+        for i, f in enumerate(faces):
+            for a, b in zip(f, f[1:] + f[:1]):
+                sides.setdefault((min(a, b), max(a, b)), []).append(i)
+        middle = {e: tuple((u + v) / 2 for u, v in zip(points[e[0]], points[e[1]])) for e in sides}
+        length = {e: round(math.dist(points[e[0]], points[e[1]]), 9) for e in sides}  # equal ones are equal everywhere
+        long = sorted((-length[e], e) for e in sides if length[e] > wanted(middle[e], length[e]))
+        if not long:
+            return points, faces
+        split = set()
+        for _, (a, b) in long:
+            beside = sides[a, b]
+            if split & set(beside):
+                continue  # in the next pass
+            split |= set(beside)
+            points.append(middle[a, b])
+            for i in beside:
+                f = faces[i]
+                faces[i] = tuple(len(points) - 1 if v == a else v for v in f)
+                faces.append(tuple(len(points) - 1 if v == b else v for v in f))
+
+
+def graded_pad():
+    """The pad, with edges of 1.5 mm within 4.5 mm of the middle of its top, longer by half of the distance beyond."""
+    def wanted(p, length):
+        away = math.dist(p, (0.025, 0.025, 0.02)) - length / 2 - 0.0045
+        return 0.0015 + 0.5 * max(0.0, away)
+
+    return refined(*box(5, 5, 2, (0.05, 0.05, 0.02)), wanted)
+
+
 def icosphere(level, shape):
     """Subdivided icosahedron; shape(unit vector) -> position."""
     t = (1 + math.sqrt(5)) / 2
@@ -171,6 +206,7 @@ def good_meshes():
     write_off("slab_fine.off", *box(40, 40, 12, (0.1, 0.1, 0.03)), "slab 0.1 x 0.1 x 0.03, 2.5 mm triangles")
     write_off("slab_graded.off", *graded_slab(), "slab 0.1 x 0.06 x 0.03, finest along the middle of its top")
     write_off("pad.off", *box(5, 5, 2, (0.05, 0.05, 0.02)), "pad 0.05 x 0.05 x 0.02, 10 mm triangles")
+    write_off("pad_graded.off", *graded_pad(), "pad 0.05 x 0.05 x 0.02, finest at the middle of its top")
     write_off("sphere.off", *icosphere(3, lambda p: tuple(0.03 * c for c in p)), "icosphere, radius 0.03")
     write_off("organ.off", *icosphere(3, organ_shape), "smooth kidney-like lobe")
     write_off("sheet.off", *box(20, 20, 1, (0.1, 0.1, 0.002)), "closed thin plate 0.1 x 0.1 x 0.002")

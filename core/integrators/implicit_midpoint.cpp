@@ -11,6 +11,7 @@ class ImplicitMidpoint final : public NewtonIntegrator {
   explicit ImplicitMidpoint(const IntegratorOptions& options) : NewtonIntegrator(options) {}
   void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override {
     const State start = state;
+    state.t = start.t + dt / 2;
     newton_.solve(model, external, {start.x, start.v, dt / 2}, state);
     state.x += dt / 2 * state.v;
     state.v = 2 * state.v - start.v;

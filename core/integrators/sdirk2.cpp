@@ -14,11 +14,12 @@ class Sdirk2 final : public NewtonIntegrator {
   void step(const DeformableModel& model, const VectorX& external, double dt, State& state) override {
     const double g = 1 - std::sqrt(0.5), t = state.t;
     const State start = state;
+    state.t = t + g * dt;
     newton_.solve(model, external, {start.x, start.v, g * dt}, state);
     const VectorX v1 = state.v;  // M (v1 - v) / (g dt) is the force of the first stage
+    state.t = t + dt;
     newton_.solve(model, external, {start.x + (1 - g) * dt * v1, start.v + (1 - g) / g * (v1 - start.v), g * dt},
                   state);
-    state.t = t + dt;
   }
 };
 
