@@ -78,7 +78,10 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
   if (is_set_up_) return;
   is_set_up_ = true;
   if (is_auto_) candidates_ = auto_candidates(static_cast<int>(tangent.f0.size()) / 3);
-  const std::optional<Body> body = certify_body(tangent, patch, site);
+  // What is chosen by name is certified by the samples of its refreshes, if there are such: a quarter of the set-up
+  // less.
+  const bool is_certified_now = is_auto_ || !has_samples(candidates_.front().reducer);
+  const std::optional<Body> body = is_certified_now ? certify_body(tangent, patch, site) : std::nullopt;
   if (body && body->impedance && needs_.motion->total > 0)
     excitation_ = excitation_of(*needs_.motion, *body->impedance);
   for (ReducerCandidate& c : candidates_) {

@@ -24,7 +24,8 @@ class ReducerChoice {
   /// @param reducer  a name in core/reducers.def, or "auto"
   ReducerChoice(const std::string& reducer, int rings, const ReducerNeeds& needs);
 
-  /// Certifies the named reducer, or all candidates of "auto", and takes one. Once, at set-up.
+  /// Takes one of the candidates of "auto", which it certifies, or the named reducer, which it certifies only where no
+  /// samples will be taken of it. Once, at set-up.
   void set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
 
   /// A local model by the present reducer.
