@@ -13,14 +13,14 @@
 namespace kt {
 namespace {
 
-constexpr double kRadius = 0.004, kMu = 0.5;
+constexpr double kToolRadius = 0.004, kToolMu = 0.5;
 
 struct Block {
   Mesh mesh = kuhn_block(8, 8, 2, 0.01);
   Surface surface = make_surface(mesh);
   double top = 0.02;
-  FollowedMotion motion() const { return {surface, mesh.x, kRadius, kMu}; }
-  Vec3 at(double x, double depth) const { return {x, 0.043, top + kRadius - depth}; }
+  FollowedMotion motion() const { return {surface, mesh.x, kToolRadius, kToolMu}; }
+  Vec3 at(double x, double depth) const { return {x, 0.043, top + kToolRadius - depth}; }
 };
 
 TEST(FollowedMotion, IsHowDeepTheBallIs) {
@@ -38,8 +38,9 @@ TEST(FollowedMotion, SticksUntilFrictionLetsItSlip) {
   FollowedMotion m = b.motion();
   m.move_to(b.at(0.02, 0.002));
   EXPECT_NEAR((m.move_to(b.at(0.0205, 0.002)) - Vec3(5e-4, 0, -0.002)).norm(), 0, 1e-12) << "sticks";
-  EXPECT_NEAR((m.move_to(b.at(0.03, 0.002)) - Vec3(kMu * 0.002, 0, -0.002)).norm(), 0, 1e-12) << "slips";
-  EXPECT_NEAR((m.move_to(b.at(0.0295, 0.002)) - Vec3(kMu * 0.002 - 5e-4, 0, -0.002)).norm(), 0, 1e-12) << "and back";
+  EXPECT_NEAR((m.move_to(b.at(0.03, 0.002)) - Vec3(kToolMu * 0.002, 0, -0.002)).norm(), 0, 1e-12) << "slips";
+  EXPECT_NEAR((m.move_to(b.at(0.0295, 0.002)) - Vec3(kToolMu * 0.002 - 5e-4, 0, -0.002)).norm(), 0, 1e-12)
+      << "and back";
 }
 
 TEST(FollowedMotion, FindsTheClosestOfAllTriangles) {
@@ -57,9 +58,9 @@ TEST(FollowedMotion, FindsTheClosestOfAllTriangles) {
           nearest, closest_point_on_triangle(place, node(b.mesh.x, t[0]), node(b.mesh.x, t[1]), node(b.mesh.x, t[2]))
                        .distance_sq);
     const bool is_inside = (place.array() > 0).all() && (place.head<2>().array() < 0.08).all() && place.z() < b.top;
-    const double depth = std::max(0.0, kRadius - (is_inside ? -1 : 1) * std::sqrt(nearest));
+    const double depth = std::max(0.0, kToolRadius - (is_inside ? -1 : 1) * std::sqrt(nearest));
     const Vec3 u = m.move_to(place);
-    const double tangential = kMu * depth;  // at most
+    const double tangential = kToolMu * depth;  // at most
     EXPECT_GE(u.norm(), depth - 1e-12);
     EXPECT_LE(u.norm(), std::hypot(depth, tangential) + 1e-12);
   }
@@ -69,7 +70,7 @@ TEST(PathPowers, OfAnEasyDragAreOfLowRates) {
   const Block b;
   const std::vector<TimedPoint> slow{{0, b.at(0.02, -0.002)}, {0.5, b.at(0.02, 0.002)}, {1.5, b.at(0.06, 0.002)}};
   const BandPowers p = path_powers(slow, b.motion(), 1000, 1 / 30.0);
-  const double deep = 4e-6 * (1 + kMu * kMu);
+  const double deep = 4e-6 * (1 + kToolMu * kToolMu);
   EXPECT_GT(p.total, 0.6 * deep);
   EXPECT_LT(p.total, deep);
   EXPECT_LT(p.changing[5], 1e-5 * p.total);

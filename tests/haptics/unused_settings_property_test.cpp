@@ -163,7 +163,9 @@ TEST(UnusedSettings, OfADefaultSceneThereAreNone) {
   scene.object.model.calibrate = false;
   EXPECT_EQ(unused_settings(scene).size(), 1u) << "springs that are neither given nor calibrated";
   scene = default_scene();
-  scene.link = {"thread", 5, 0.1};
+  scene.link.type = "thread";
+  scene.link.latency_ms = 5;
+  scene.link.loss = 0.1;
   EXPECT_EQ(unused_settings(scene).size(), 2u);
   scene = default_scene();
   scene.global.integrator = "symplectic_euler";
