@@ -134,7 +134,7 @@ TEST(Supernodes, CoverTheFactorInTheirOrder) {
     EXPECT_EQ(first, nodes);
     for (int r = 0; r < nodes; ++r)
       for (int c = 0; c <= r; ++c)
-        EXPECT_TRUE(has[r][c] || L.block<3, 3>(3 * r, 3 * c).isZero(0)) << r << " " << c;
+        EXPECT_TRUE(has[r][c] || (L.block<3, 3>(3 * r, 3 * c).isZero(0))) << r << " " << c;
   }
 }
 
