@@ -31,6 +31,8 @@ class MovingHolds final : public DeformableModel {
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
     at_end().update_tangent(state, kind, out);  // the same all the way
   }
+  const DeformableModel& base() const override { return model_; }
+  void added_stiffness(std::vector<Eigen::Triplet<double>>& out) const override { at_end().added_stiffness(out); }
   double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
   ModelInfo info() const override { return model_.info(); }
   double push(const VectorX& x) const { return at_end().push(x); }

@@ -177,8 +177,11 @@ bool LocalSimulation::close_gaps(double h_left) noexcept {
     for (int k = 0; k < now.count; ++k) {
       const Contact& c = now.contacts[k];
       const int i = of[k];
-      if (i < 0 && gap_now[k] < -kClosed) return false;
-      const bool pushes = i >= 0 && solution_.mode[i] != ContactMode::free;
+      if (i < 0) {
+        if (!(gap_now[k] >= -kClosed)) return false;  // so does what is no number
+        continue;
+      }
+      const bool pushes = solution_.mode[i] != ContactMode::free;
       if (!pushes && gap_now[k] >= -kClosed) continue;
       if (row[i] >= 0 && gap[row[i]] <= gap_now[k]) continue;
       if (row[i] < 0) place[row[i] = n++] = i;

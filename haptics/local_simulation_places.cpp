@@ -126,7 +126,7 @@ void LocalSimulation::drop_clear_places(const ContactSet& before) noexcept {
     const Contact& c = contacts_.contacts[i];
     const bool is_round = tool_of(c).moving.is_round();
     const auto is_it = [&](const Contact& b) { return b.triangle == c.triangle && b.tool == c.tool; };
-    if (is_round)
+    if (is_round || !std::isfinite(c.gap))  // what is no number cannot be sorted
       is_held[i] = true;
     else if (c.gap + model_->state.overlap[c.tool].allowed() < kClear ||
              std::any_of(before.begin(), before.end(), is_it))

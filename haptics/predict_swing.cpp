@@ -82,7 +82,7 @@ std::string digits(double value, int count) {
 
 }  // namespace
 
-std::optional<Swing> find_swing(const DeformableModel& model, const State& state, const VectorX& push) {
+std::optional<BodySwing> find_swing(const DeformableModel& model, const State& state, const VectorX& push) {
   const int n = model.mesh().num_nodes();
   if (model.fixed_nodes().empty() || n > kSwingNodes) return {};
   StepMatrix matrix(make_free_dofs(n, model.fixed_nodes()));
@@ -105,7 +105,7 @@ std::optional<Swing> find_swing(const DeformableModel& model, const State& state
   const double omega = std::sqrt(u.dot(stiffness * u));
   const double damping = -u.dot(gather(dofs, tangent.dfdv) * u);
   if (!(omega > 0) || !std::isfinite(omega)) return {};
-  return Swing{omega, damping / (2 * omega), std::pow(u.dot(force) / omega, 2) / yields};
+  return BodySwing{omega, damping / (2 * omega), std::pow(u.dot(force) / omega, 2) / yields};
 }
 
 double backward_euler_damping(double omega, double dt) {

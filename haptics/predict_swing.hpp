@@ -8,7 +8,7 @@
 namespace kt {
 
 /// The vibration that a steady push at one place of the body starts most of.
-struct Swing {
+struct BodySwing {
   double omega = 0;  ///< [rad/s]
   double zeta = 0;   ///< damping ratio of the body's own damping [-]
   double share = 0;  ///< of how far the pushed place gives way at rest, what is this vibration's [-], 0..1
@@ -17,7 +17,7 @@ struct Swing {
 /// At `state`, of the slowest vibration that `push` starts: inverse iteration from the static answer. None when the
 /// body is not clamped, too large (kSwingNodes) or its definite stiffness cannot be solved with.
 /// @param push  forces [N], (3n); fixed nodes do not count
-std::optional<Swing> find_swing(const DeformableModel& model, const State& state, const VectorX& push);
+std::optional<BodySwing> find_swing(const DeformableModel& model, const State& state, const VectorX& push);
 
 constexpr int kSwingNodes = 20000;  ///< four solutions with their stiffness take a second
 

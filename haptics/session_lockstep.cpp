@@ -52,7 +52,8 @@ class Schedule {
   void charge(int tick, int ticks, RefreshEvent& event) {
     busy_until_ = tick + ticks;
     if (event.adopted_tick >= 0) event.adopted_tick += ticks;
-    if (event.adopted_tick >= run_.haptic.num_ticks()) event.adopted_tick = -1;  // the run is over by then
+    // The run is over by then.
+    if (ticks > 0 && event.adopted_tick >= run_.haptic.num_ticks()) event.adopted_tick = -1;
   }
 
   /// The next local model, when it comes as planned, starts from the motion at this tick.

@@ -49,7 +49,7 @@ class MeditReader {
   void read_header() {
     const auto first = in_.word();
     if (!first || !equals_any_case(*first, "meshversionformatted"))
-      in_.fail("file starts with ", quoted(first.value_or("")), "; must start with MeshVersionFormatted (Medit)");
+      in_.fail("file starts with ", in_quotes(first.value_or("")), "; must start with MeshVersionFormatted (Medit)");
     in_.integer("the version");
     const auto second = in_.word();
     if (!second || !equals_any_case(*second, "dimension")) in_.fail("found no Dimension behind the version");
@@ -77,7 +77,7 @@ class MeditReader {
     else if (is("edges"))
       read_cells(CellKind::skipped, 2, "edges");
     else if (std::find_if(kSkipped.begin(), kSkipped.end(), is) == kSkipped.end())
-      in_.fail("section ", quoted(keyword),
+      in_.fail("section ", in_quotes(keyword),
                " is not supported; known: Vertices, Triangles, Quadrilaterals, Tetrahedra, Edges, and what marks them");
   }
 

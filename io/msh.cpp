@@ -37,9 +37,9 @@ class MshReader {
       else if (name == "$Elements")
         version_ < 4 ? read_elements_2() : read_elements_4();
       else if (!name.starts_with("$"))
-        in_.fail("found ", quoted(name), " where a section like $Nodes should start");
+        in_.fail("found ", in_quotes(name), " where a section like $Nodes should start");
       else if (!in_.skip_past("$End" + name.substr(1)))
-        in_.fail("file ends inside ", quoted(name));
+        in_.fail("file ends inside ", in_quotes(name));
       if (name == "$Nodes" || name == "$Elements") expect("$End" + name.substr(1));
     }
     if (x_.empty()) in_.fail("the file has no $Nodes");
@@ -52,13 +52,13 @@ class MshReader {
   void expect(const std::string& token) {
     const auto found = in_.word();
     if (!found) in_.fail("file ends where ", token, " should be");
-    if (*found != token) in_.fail("found ", quoted(*found), " where ", token, " should be");
+    if (*found != token) in_.fail("found ", in_quotes(*found), " where ", token, " should be");
   }
 
   void read_format() {
     const auto first = in_.word();
     if (!first || *first != "$MeshFormat")
-      in_.fail("file starts with ", quoted(first.value_or("")), "; must start with $MeshFormat");
+      in_.fail("file starts with ", in_quotes(first.value_or("")), "; must start with $MeshFormat");
     version_ = in_.number("the format version");
     const long long binary = in_.integer("the file type");
     if (binary != 0 && binary != 1) in_.fail("the file type is ", binary, "; must be 0 (text) or 1 (binary)");

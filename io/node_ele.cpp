@@ -27,7 +27,7 @@ int read_nodes(const std::string& path, const LoadOptions& options, VectorX& x) 
     for (int k = 0; k < 3; ++k) x[3 * i + k] = in.coordinate(What("a coordinate of node", index), options.lenient);
     for (int k = 0; k < extras; ++k) in.number(What("an attribute or marker of node", index), true);
   }
-  if (const auto extra = in.word()) in.fail("data ", quoted(*extra), " after the ", n, " nodes the header announces");
+  if (const auto extra = in.word()) in.fail("data ", in_quotes(*extra), " after the ", n, " nodes the header announces");
   return static_cast<int>(base);
 }
 
@@ -58,7 +58,7 @@ Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& n
     mesh.tetrahedra.push_back(t);
     for (int k = 0; k < extras; ++k) in.number(What("an attribute of tetrahedron", i), true);
   }
-  if (const auto extra = in.word()) in.fail("data ", quoted(*extra), " after the ", n, " tetrahedra announced");
+  if (const auto extra = in.word()) in.fail("data ", in_quotes(*extra), " after the ", n, " tetrahedra announced");
   if (corners == 10) notes.push_back("quadratic tetrahedra: the mid-edge nodes are not used");
   finish_solid(mesh, elements, options, notes);
   return mesh;

@@ -78,7 +78,7 @@ long long corner(const TextReader& in, std::string_view token, long long vertice
   for (bool more = true; more;) {
     const std::size_t slash = rest.find('/');
     more = slash != std::string_view::npos;
-    if (parts == 3) in.fail("face corner ", quoted(token), " has more than two slashes");
+    if (parts == 3) in.fail("face corner ", in_quotes(token), " has more than two slashes");
     part[parts++] = rest.substr(0, slash);
     if (more) rest.remove_prefix(slash + 1);
   }
@@ -117,7 +117,7 @@ Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes)
                                     : in.to_number(words[i], "vertex value", options.lenient);
         if (i <= 3) x.push_back(value);
         if (i == 4 && values == 4 && value != 1)
-          in.fail("vertex weight ", quoted(words[i]), " is not 1; rational geometry is not supported");
+          in.fail("vertex weight ", in_quotes(words[i]), " is not 1; rational geometry is not supported");
       }
     } else if (words[0] == "f") {
       if (values < 3) in.fail("face has ", values, " corners; must be at least 3");
@@ -126,7 +126,7 @@ Mesh read_obj(const std::string& path, const LoadOptions& options, Notes& notes)
       polygons.first.push_back(polygons.corners.size());
       polygons.line.push_back(in.line_number());
     } else if (std::find(kSkipped.begin(), kSkipped.end(), words[0]) == kSkipped.end()) {
-      in.fail("unknown statement ", quoted(words[0]), "; known: v, f and vt vn g o s l p usemtl mtllib (skipped)");
+      in.fail("unknown statement ", in_quotes(words[0]), "; known: v, f and vt vn g o s l p usemtl mtllib (skipped)");
     } else if (words[0] == "l" || words[0] == "p") {
       ++lines_and_points;
     }

@@ -22,10 +22,10 @@ std::string_view read_prefixes(const TextReader& in, std::string_view keyword, O
   };
   while (take("ST", h.st) || take("C", h.colour) || take("N", h.normal) || take("4", h.homogeneous)) {
   }
-  if (keyword.starts_with("n")) in.fail("keyword ", quoted(whole), ": only three-dimensional OFF is supported");
+  if (keyword.starts_with("n")) in.fail("keyword ", in_quotes(whole), ": only three-dimensional OFF is supported");
   bool off = false;
   if (!take("OFF", off))
-    in.fail("file starts with ", quoted(whole), "; must start with OFF, COFF, NOFF, NCOFF, STOFF or 4OFF");
+    in.fail("file starts with ", in_quotes(whole), "; must start with OFF, COFF, NOFF, NCOFF, STOFF or 4OFF");
   return keyword;
 }
 
@@ -129,7 +129,7 @@ void read_faces(TextReader& in, const OffHeader& header, Mesh& mesh, Notes& note
     triangulator.add(mesh.x, polygon, mesh.triangles);
   }
   if (const auto extra = in.word())
-    in.fail("data ", quoted(*extra), " after the ", header.vertices, " vertices and ", header.faces,
+    in.fail("data ", in_quotes(*extra), " after the ", header.vertices, " vertices and ", header.faces,
             " faces that the header announces");
   for (std::string& note : triangulator.notes()) notes.push_back(std::move(note));
 }

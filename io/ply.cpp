@@ -23,7 +23,7 @@ struct Element {
   long long number = 0;
   std::vector<Property> properties;
   std::string value_name = {}, list_name = {};  ///< for messages
-  std::string shown() const { return name == "vertex" || name == "face" ? name : quoted(name); }
+  std::string shown() const { return name == "vertex" || name == "face" ? name : in_quotes(name); }
   std::size_t smallest() const {  ///< bytes of one record with empty lists
     std::size_t sum = 0;
     for (const Property& p : properties) sum += p.is_list() ? p.count.size : p.type.size;
@@ -45,12 +45,12 @@ Type type_of(const TextReader& in, std::string_view name, bool integer) {
   if (name == "uint" || name == "uint32") return kUInt32;
   if (!integer && (name == "float" || name == "float32")) return kFloat32;
   if (!integer && (name == "double" || name == "float64")) return kFloat64;
-  in.fail("property type ", quoted(name), " is not ", integer ? "an integer type" : "a PLY type");
+  in.fail("property type ", in_quotes(name), " is not ", integer ? "an integer type" : "a PLY type");
 }
 
 void read_header_line(const TextReader& in, const std::vector<std::string_view>& word, Header& h) {
   const auto must_have = [&](std::size_t n) {
-    if (word.size() != n) in.fail("header line ", quoted(word[0]), " has ", word.size(), " words; must be ", n);
+    if (word.size() != n) in.fail("header line ", in_quotes(word[0]), " has ", word.size(), " words; must be ", n);
   };
   if (word[0] == "format") {
     must_have(3);
@@ -59,7 +59,7 @@ void read_header_line(const TextReader& in, const std::vector<std::string_view>&
     h.ascii = word[1] == "ascii";
     h.big_endian = word[1] == "binary_big_endian";
     if (!h.ascii && !h.big_endian && word[1] != "binary_little_endian")
-      in.fail("format ", quoted(word[1]), " is unknown");
+      in.fail("format ", in_quotes(word[1]), " is unknown");
   } else if (word[0] == "element") {
     must_have(3);
     Element e{std::string(word[1]), in.to_integer(word[2], "the number of elements"), {}};
@@ -73,14 +73,14 @@ void read_header_line(const TextReader& in, const std::vector<std::string_view>&
     if (list) p.count = type_of(in, word[2], true);
     h.elements.back().properties.push_back(p);
   } else if (word[0] != "comment" && word[0] != "obj_info") {
-    in.fail("unknown header line ", quoted(word[0]), "; known: format, comment, element, property, end_header");
+    in.fail("unknown header line ", in_quotes(word[0]), "; known: format, comment, element, property, end_header");
   }
 }
 
 Header read_header(TextReader& in) {
   Header h;
   const auto first = in.line();
-  if (!first || *first != "ply") in.fail("file starts with ", quoted(first.value_or("")), "; must start with ply");
+  if (!first || *first != "ply") in.fail("file starts with ", in_quotes(first.value_or("")), "; must start with ply");
   while (const auto line = in.line()) {
     if (line->empty()) continue;
     if (*line == "end_header") {
@@ -199,7 +199,7 @@ class BodyReader {
 void check_end(TextReader& in, const Header& h, Notes& notes) {
   const bool is_blank = in.rest().find_first_not_of(std::string_view(" \t\r\n\0", 5)) == std::string_view::npos;
   if (h.ascii) {
-    if (const auto extra = in.word()) in.fail("data ", quoted(*extra), " after the elements that the header announces");
+    if (const auto extra = in.word()) in.fail("data ", in_quotes(*extra), " after the elements that the header announces");
   } else if (in.bytes_left() > 0) {
     if (!is_blank) in.fail(in.bytes_left(), " bytes follow the elements that the header announces");
     notes.push_back(text(in.bytes_left(), " blank bytes behind the last element ignored"));

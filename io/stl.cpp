@@ -55,7 +55,7 @@ class TextStl {
 
   void behind_the_end(std::string_view word, Notes& notes) {
     if (equals_any_case(word, "facet") || equals_any_case(word, "vertex"))
-      in_.fail("found ", quoted(word), " after endsolid; must be solid, or the end of the file");
+      in_.fail("found ", in_quotes(word), " after endsolid; must be solid, or the end of the file");
     const std::string note = "text behind endsolid ignored";
     if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
   }

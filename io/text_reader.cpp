@@ -47,7 +47,7 @@ std::string read_whole_file(const std::string& path) {
   return data;
 }
 
-std::string quoted(std::string_view token) {
+std::string in_quotes(std::string_view token) {
   std::string out = "\"";
   for (const char c : token.substr(0, 40)) out += (c >= ' ' && c < 127) ? c : '?';
   return out + (token.size() > 40 ? "...\"" : "\"");
@@ -160,18 +160,18 @@ double TextReader::to_number(std::string_view token, const What& what, bool allo
   auto [end, error] = std::from_chars(first, last, value);
   if (error == std::errc::result_out_of_range && end == last) {
     value = std::strtod(std::string(first, last).c_str(), nullptr);  // tells 1e-999 (0, fine) from 1e999 (inf)
-    if (!std::isfinite(value)) fail(what, " ", quoted(token), " is beyond the range of a double (1.8e308)");
+    if (!std::isfinite(value)) fail(what, " ", in_quotes(token), " is beyond the range of a double (1.8e308)");
   } else if (error != std::errc() || end != last) {
-    fail(what, " ", quoted(token), " is not a number");
+    fail(what, " ", in_quotes(token), " is not a number");
   }
-  if (!std::isfinite(value) && !allow_non_finite) fail(what, " is ", quoted(token), "; must be finite");
+  if (!std::isfinite(value) && !allow_non_finite) fail(what, " is ", in_quotes(token), "; must be finite");
   return value;
 }
 
 double TextReader::to_coordinate(std::string_view token, const What& what, bool allow_non_finite) const {
   const double value = to_number(token, what, allow_non_finite);
   if (std::isfinite(value) && std::abs(value) >= kLargestCoordinate)
-    fail(what, " is ", quoted(token), "; must be below ", kLargestCoordinate);
+    fail(what, " is ", in_quotes(token), "; must be below ", kLargestCoordinate);
   return value;
 }
 
@@ -181,8 +181,8 @@ long long TextReader::to_integer(std::string_view token, const What& what) const
   if (token.size() > 1 && *first == '+' && first[1] != '-') ++first;
   long long value = 0;
   auto [end, error] = std::from_chars(first, last, value);
-  if (error == std::errc::result_out_of_range) fail(what, " ", quoted(token), " is too large for an integer");
-  if (error != std::errc() || end != last) fail(what, " ", quoted(token), " is not an integer");
+  if (error == std::errc::result_out_of_range) fail(what, " ", in_quotes(token), " is too large for an integer");
+  if (error != std::errc() || end != last) fail(what, " ", in_quotes(token), " is not an integer");
   return value;
 }
 

@@ -13,7 +13,7 @@ namespace kt {
 std::string read_whole_file(const std::string& path);
 
 /// `token` as it may appear in a message: quoted, control bytes replaced, at most 40 characters.
-std::string quoted(std::string_view token);
+std::string in_quotes(std::string_view token);
 
 /// The words of one line, between blanks.
 std::vector<std::string_view> split_words(std::string_view line);

@@ -30,7 +30,7 @@ NumberType type_of(const TextReader& in, std::string_view name) {
                                                                 {"vtkidtype", kInt32}};  // as old versions write it
   for (const auto& [known, type] : kTypes)
     if (equals_any_case(name, known)) return type;
-  in.fail("data type ", quoted(name), " is not supported; known: double, float, int, long, short, char");
+  in.fail("data type ", in_quotes(name), " is not supported; known: double, float, int, long, short, char");
 }
 
 /// Lists of nodes one after the other: list i has nodes[first[i]] .. nodes[first[i + 1] - 1].
@@ -62,19 +62,19 @@ class VtkReader {
   void read_header() {
     const auto first = in_.line();
     if (!first || !first->starts_with("# vtk DataFile Version"))
-      in_.fail("file starts with ", quoted(first.value_or("")), "; must start with \"# vtk DataFile Version\"");
+      in_.fail("file starts with ", in_quotes(first.value_or("")), "; must start with \"# vtk DataFile Version\"");
     in_.line();  // the title
     const auto format = in_.line();
     const bool binary = format && equals_any_case(*format, "binary");
     if (!binary && (!format || !equals_any_case(*format, "ascii")))
-      in_.fail("format ", quoted(format.value_or("")), " is unknown; known: ASCII, BINARY");
+      in_.fail("format ", in_quotes(format.value_or("")), " is unknown; known: ASCII, BINARY");
     if (binary) numbers_.use_bytes(std::endian::big);
     const auto dataset = next_keyword();
     if (!dataset || !equals_any_case(*dataset, "dataset")) in_.fail("found no DATASET behind the format");
     const std::string_view name = word_of_line("the kind of dataset");
     is_polydata_ = equals_any_case(name, "polydata");
     if (!is_polydata_ && !equals_any_case(name, "unstructured_grid"))
-      in_.fail("dataset ", quoted(name), " is not supported; known: UNSTRUCTURED_GRID, POLYDATA");
+      in_.fail("dataset ", in_quotes(name), " is not supported; known: UNSTRUCTURED_GRID, POLYDATA");
   }
 
   /// Nothing at the end, where some programs write C's end of string.
@@ -116,7 +116,7 @@ class VtkReader {
     else if (is("cell_data") || is("point_data"))
       return false;
     else
-      in_.fail("found ", quoted(keyword), " where a section like POINTS or CELLS should start");
+      in_.fail("found ", in_quotes(keyword), " where a section like POINTS or CELLS should start");
     return true;
   }
 

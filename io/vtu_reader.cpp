@@ -75,9 +75,9 @@ std::optional<Element> VtuReader::next_element(std::size_t& at) const {
       const std::size_t name_end = inside.find_last_not_of(" \t\r\n", p - 1) + 1;
       const std::size_t name_begin = inside.find_last_of(" \t\r\n", name_end - 1) + 1;
       const std::size_t open = inside.find_first_of("\"'", p);
-      if (open == std::string_view::npos) fail(at, "attribute without quotes in ", quoted(inside));
+      if (open == std::string_view::npos) fail(at, "attribute without quotes in ", in_quotes(inside));
       const std::size_t close = inside.find(inside[open], open + 1);
-      if (close == std::string_view::npos) fail(at, "attribute without closing quote in ", quoted(inside));
+      if (close == std::string_view::npos) fail(at, "attribute without closing quote in ", in_quotes(inside));
       e.attribute[std::string(inside.substr(name_begin, name_end - name_begin))] =
           std::string(inside.substr(open + 1, close - open - 1));
       p = close + 1;
@@ -94,13 +94,13 @@ long long VtuReader::integer_attribute(const Element& e, const std::string& name
   const char* end = found->second.data() + found->second.size();
   const auto result = std::from_chars(found->second.data(), end, value);
   if (result.ec != std::errc() || result.ptr != end || value < 0)
-    fail(e.begin, name, " is ", quoted(found->second), "; must be an integer >= 0");
+    fail(e.begin, name, " is ", in_quotes(found->second), "; must be an integer >= 0");
   return value;
 }
 
 std::vector<double> VtuReader::decoded(const Element& e, const std::string& format, const std::string& type) const {
   const NumberType number = vtu_type(type);
-  if (number.size == 0) fail(e.begin, "array type ", quoted(type), " is unknown");
+  if (number.size == 0) fail(e.begin, "array type ", in_quotes(type), " is unknown");
   const std::string_view whole = data_;
   std::string_view source;
   if (format == "binary") {
@@ -133,7 +133,7 @@ std::vector<double> VtuReader::ascii(const Element& e, const std::string& what) 
     double value = 0;
     const auto result = std::from_chars(at, stop, value);
     if (result.ec != std::errc() || result.ptr != stop)
-      fail(static_cast<std::size_t>(at - data_.data()), what, " ", quoted({at, static_cast<std::size_t>(stop - at)}),
+      fail(static_cast<std::size_t>(at - data_.data()), what, " ", in_quotes({at, static_cast<std::size_t>(stop - at)}),
            " is not a number");
     out.push_back(value);
     at = stop;
@@ -153,7 +153,7 @@ std::vector<double> VtuReader::values(const Element& e, std::size_t expected, co
   else if (format == "binary" || format == "appended")
     out = decoded(e, format, attribute("type"));
   else
-    fail(e.begin, "array format ", quoted(format), " is unknown; known: ascii, binary, appended");
+    fail(e.begin, "array format ", in_quotes(format), " is unknown; known: ascii, binary, appended");
   if (out.size() != expected && expected != std::numeric_limits<std::size_t>::max())
     fail(e.begin, what, ": ", out.size(), " values; must be ", expected);
   return out;
@@ -168,7 +168,7 @@ void VtuReader::read_header(const Element& e) {
   if (is("byte_order", "BigEndian")) encoding_.order = std::endian::big;
   if (const auto found = e.attribute.find("compressor"); found != e.attribute.end()) {
     if (found->second != "vtkZLibDataCompressor")
-      fail(e.begin, "compressor ", quoted(found->second), " is not supported; known: vtkZLibDataCompressor, or none");
+      fail(e.begin, "compressor ", in_quotes(found->second), " is not supported; known: vtkZLibDataCompressor, or none");
     encoding_.compressed = true;
   }
   encoding_.wide = is("header_type", "UInt64");
@@ -189,7 +189,7 @@ Mesh VtuReader::read() {
   std::size_t at = 0;
   while (const auto e = next_element(at)) {
     if (!file && e->name != "VTKFile")
-      fail(e->begin, "file starts with ", quoted("<" + e->name), "; must start with <VTKFile");
+      fail(e->begin, "file starts with ", in_quotes("<" + e->name), "; must start with <VTKFile");
     if (e->name == "VTKFile") read_header(*(file = e));
     if (e->name == "Piece") {
       if (piece) fail(e->begin, "the file has several pieces; only one is supported");

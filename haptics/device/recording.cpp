@@ -70,7 +70,7 @@ struct Columns {
 
 std::string shown(const Cells& names) {
   std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + quoted(name);
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + in_quotes(name);
   return out;
 }
 
@@ -106,7 +106,7 @@ long double to_time(const TextReader& in, std::string_view cell) {
 
 double to_place(const TextReader& in, const std::string& cell, const char* name) {
   const double value = in.to_number(cell, name);
-  if (std::abs(value) > kFarthest) in.fail(name, " is ", quoted(cell), " m; must be within ", kFarthest, " m");
+  if (std::abs(value) > kFarthest) in.fail(name, " is ", in_quotes(cell), " m; must be within ", kFarthest, " m");
   return value;
 }
 
@@ -115,7 +115,7 @@ std::string_view cell_at(const TextReader& in, const Cells& cells, std::size_t c
     in.fail("the row has ", cells.size(), cells.size() == 1 ? " value" : " values", ", \"t,x,y,z\" needs at least ",
             column + 1, ": ", shown(cells));
   if (cells[column].find(',') != std::string::npos)
-    in.fail(quoted(cells[column]), " is not a number; write a decimal point");
+    in.fail(in_quotes(cells[column]), " is not a number; write a decimal point");
   return cells[column];
 }
 
@@ -168,7 +168,7 @@ Recording read_recording(const std::string& file, double h) {
     if (out.path.empty()) first = t;
     const auto since = static_cast<double>(t - first);
     if (!out.path.empty() && !(since > out.path.back().t))
-      in.fail("time ", quoted(cell(0)), " s does not follow that of the row before, ", quoted(before), " s");
+      in.fail("time ", in_quotes(cell(0)), " s does not follow that of the row before, ", in_quotes(before), " s");
     before = cell(0);
     out.path.push_back({since, {to_place(in, cell(1), "x"), to_place(in, cell(2), "y"), to_place(in, cell(3), "z")}});
     lines.push_back(in.line_number());
