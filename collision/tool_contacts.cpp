@@ -229,6 +229,77 @@ class Search {
   ContactSet& out_;
 };
 
+/// A corner of the tool that nothing is in front of may have gone through the surface near where the tool touched
+/// before.
+void add_corner_inside(const SurfacePatch& patch, const VectorX& x, const Vec3& corner, double radius, double deepest,
+                       int start, ContactSet& out) noexcept {
+  Contact inside = track_point_contact(patch, x, corner, start);
+  constexpr double kOn = 1e-9;  // of the radius, as in find_sphere_contacts()
+  if (!(inside.gap <= kOn * radius && inside.gap > -deepest)) return;
+  inside.gap -= radius;
+  inside.core = corner;
+  out.add(inside);
+}
+
+/// The same for a tool that may have some depth, as one that is being pushed out: each corner, edge and side with each
+/// triangle, also those within flat sides. Features alone tell less there: a box ended with its edges in the body.
+void find_deep_contacts(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double limit,
+                        double deepest, std::span<const int> candidates, int start, Search& search,
+                        ContactSet& out) noexcept {
+  const auto vertex = [&](int t, int c) { return corner_of(patch, x, t, c); };
+  const auto box = [&](int t) { return grown(box_of(vertex(t, 0), vertex(t, 1), vertex(t, 2)), limit); };
+  for (const Vec3& corner : core.corners) {
+    const int before = out.count;
+    for (const int t : candidates)
+      if (holds(box(t), corner)) search.add(corner, t);
+    if (out.count == before && start >= 0) add_corner_inside(patch, x, corner, radius, deepest, start, out);
+  }
+  for (const auto& [i, k] : core.edges) {
+    const Vec3 &a = core.corners[i], &b = core.corners[k];
+    for (const int t : candidates) {
+      if (is_apart(box(t), a, b)) continue;
+      for (int c = 0; c < 3; ++c) {
+        const auto [s, u] = closest_parameters(a, b, vertex(t, c), vertex(t, c + 1));
+        if (s > 0 && s < 1) search.add((1 - s) * a + s * b, t);
+      }
+    }
+  }
+  for (const Triangle& face : core.triangles) {
+    const Vec3 &a = core.corners[face[0]], &b = core.corners[face[1]], &c = core.corners[face[2]];
+    for (const int t : candidates) {
+      if (kt::is_apart(box(t), box_of(a, b, c))) continue;
+      for (const int v : patch.triangles[t]) {
+        const ClosestPoint at = closest_point_on_triangle(node(x, v), a, b, c);
+        if (at.feature == ClosestPoint::Feature::face) search.add(at.point, t);
+      }
+    }
+  }
+}
+
+void find_near_contacts(const VectorX& x, const ToolCore& core, double radius, double margin, double deepest,
+                        std::span<const int> candidates, int start, const SurfacePatch& patch, Search& search,
+                        NearFeatures& near, ContactSet& out) noexcept {
+  const double limit = radius + margin;
+  Box body;
+  if (!near.is_known) search.gather_vertices(candidates, near);
+  if (!(search.is_still_near(near, body) && near.is_known)) {
+    near.slack = margin;
+    search.gather_pairs(candidates, limit + near.slack, body, near);
+    for (const int v : near.vertices) node(near.x, v) = node(x, v);
+  }
+  const Box reached = grown(body, limit);
+  auto pair = near.corner_faces.begin();
+  for (const int k : core.features->corners) {
+    const Vec3& corner = core.corners[k];
+    const int before = out.count;
+    for (; pair != near.corner_faces.end() && pair->corner == k; ++pair) search.visit(*pair);
+    if (out.count == before && start >= 0 && holds(reached, corner))
+      add_corner_inside(patch, x, corner, radius, deepest, start, out);
+  }
+  for (const auto& edges : near.edge_edges) search.visit(edges);
+  for (const auto& place : near.face_vertices) search.visit(place);
+}
+
 }  // namespace
 
 NearFeatures::NearFeatures(int num_facets, int num_vertices)
@@ -247,34 +318,12 @@ void find_tool_contacts(const SurfacePatch& patch, const VectorX& x, const ToolC
   if (core.edges.empty())
     return find_sphere_contacts(patch, x, core.corners[0], radius, margin, candidates, start, out, way, overlap);
   out.count = 0;
-  const double limit = radius + margin;
+  const double limit = radius + margin, deepest = 2 * limit + way.norm() + overlap;
   Search search(patch, x, core, radius, margin, out);
-  Box body;
-  if (!near.is_known) search.gather_vertices(candidates, near);
-  if (!(search.is_still_near(near, body) && near.is_known)) {
-    near.slack = margin;
-    search.gather_pairs(candidates, limit + near.slack, body, near);
-    for (const int v : near.vertices) node(near.x, v) = node(x, v);
-  }
-  const Box reached = grown(body, limit);
-  auto pair = near.corner_faces.begin();
-  for (const int k : core.features->corners) {
-    const Vec3& corner = core.corners[k];
-    const bool is_deep = start >= 0 && overlap > 0;
-    const int before = out.count;
-    for (; pair != near.corner_faces.end() && pair->corner == k; ++pair) search.visit(*pair);
-    if (!is_deep && !holds(reached, corner)) continue;
-    // Nothing in front of the corner: it may have gone through the surface near where the tool touched before.
-    if (out.count > before || start < 0) continue;
-    Contact inside = track_point_contact(patch, x, corner, start);
-    constexpr double kOn = 1e-9;  // of the radius, as in find_sphere_contacts()
-    if (!(inside.gap <= kOn * radius && inside.gap > -2 * limit - way.norm() - overlap)) continue;
-    inside.gap -= radius;
-    inside.core = corner;
-    out.add(inside);
-  }
-  for (const auto& edges : near.edge_edges) search.visit(edges);
-  for (const auto& place : near.face_vertices) search.visit(place);
+  if (overlap > 0)
+    find_deep_contacts(patch, x, core, radius, limit, deepest, candidates, start, search, out);
+  else
+    find_near_contacts(x, core, radius, margin, deepest, candidates, start, patch, search, near, out);
   // As find_sphere_contacts(): the order does not depend on how triangles are numbered.
   const auto key = [](const Contact& c) {
     return std::array{c.normal[0], c.normal[1], c.normal[2], c.core[0], c.core[1], c.core[2]};
