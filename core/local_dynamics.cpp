@@ -59,7 +59,7 @@ bool is_uncoupled(const LocalModel& model) {
   return is_diagonal(model.mass) && is_diagonal(model.damping) && is_diagonal(model.stiffness);
 }
 
-LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h, PanelStorage storage)
+LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h)
     : model_(model), scheme_(scheme), h_(h), rhs_(model.dof()), permuted_(model.dof()) {
   const bool uncoupled = is_uncoupled(model);
   if (scheme == LocalScheme::exact && !uncoupled)
@@ -80,13 +80,13 @@ LocalDynamics::LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric
   } else if (is_mostly_full(A) && model.dof() <= kDenseLimit) {
     const RowMatrix inverse = require_factor(A);
     inertia_ = basis.response_of(inverse);
-    dense_inverse_ = PanelMatrix(inverse_from(inverse), storage);
+    dense_inverse_ = PanelMatrix(inverse_from(inverse));
   } else {
     llt.compute(A);
     require_success(llt);
     inertia_ = basis.response(llt.solve(MatrixX(inputs)));
     if (model.dof() <= kDenseLimit) {
-      dense_inverse_ = PanelMatrix(llt.solve(MatrixX::Identity(model.dof(), model.dof())), storage);
+      dense_inverse_ = PanelMatrix(llt.solve(MatrixX::Identity(model.dof(), model.dof())));
     } else {
       lower_ = llt.matrixL();
       permutation_ = llt.permutationP().indices();

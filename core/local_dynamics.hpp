@@ -33,10 +33,7 @@ class LocalDynamics {
  public:
   /// @param h  haptic step [s], > 0.  Throws RunError when A is not positive definite, InputError when the scheme is
   /// exact and the model is not uncoupled.
-  /// @param inverse  how the inverse of a small dense A is kept: free motion reads all of it in every tick. The
-  /// responses are in double anyway
-  LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h,
-                PanelStorage inverse = PanelStorage::in_double);
+  LocalDynamics(const LocalModel& model, LocalScheme scheme, Metric metric, double h);
 
   /// A step without contact: the mean velocity over it, q+ = q + h mean, and the velocity at its end. Both are the same
   /// in Euler's schemes: A v+ = M v + h (f0 - K q) [+ explicit damping]. No allocation.

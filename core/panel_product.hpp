@@ -1,26 +1,22 @@
 #pragma once
 // A dense matrix that is multiplied with one vector after another, a thousand times a second: such a product waits for
-// memory, so the matrix is laid out in the order in which it is read, and may be kept in single precision.
+// memory, so the matrix is laid out in the order in which it is read.
 #include <vector>
 
 #include "core/types.hpp"
 
 namespace kt {
 
-/// Double precision, or single: half the memory to read, entries to 6e-8 of themselves. Sums are in double either way.
-enum class PanelStorage { in_double, in_float };
-
 /// Panels of kRows rows, one after another, each column by column; the last panel is filled up with zeros.
 class PanelMatrix {
  public:
   static constexpr int kRows = 32;
   PanelMatrix() = default;
-  PanelMatrix(const Eigen::Ref<const MatrixX>& matrix, PanelStorage storage);
+  explicit PanelMatrix(const Eigen::Ref<const MatrixX>& matrix);
 
   Eigen::Index rows() const noexcept { return rows_; }
   Eigen::Index cols() const noexcept { return cols_; }
   bool empty() const noexcept { return rows_ == 0; }
-  PanelStorage storage() const noexcept { return singles_.empty() ? PanelStorage::in_double : PanelStorage::in_float; }
 
   /// out = A x, (rows); every entry is the sum over the even columns and that over the odd ones, each in their order,
   /// whatever the processor. No allocation when `out` has its size. `out` must not be `x`.
@@ -28,8 +24,7 @@ class PanelMatrix {
 
  private:
   Eigen::Index rows_ = 0, cols_ = 0;
-  std::vector<double> doubles_;
-  std::vector<float> singles_;
+  std::vector<double> values_;
 };
 
 }  // namespace kt

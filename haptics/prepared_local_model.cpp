@@ -44,10 +44,10 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   const int triangles = static_cast<int>(m.patch.triangles.size());
   out->surface = make_contact_surface(m.patch, smoothing);
   const ContactSurface& surface = out->surface;
-  out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h, PanelStorage::in_double);
+  out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
   out->patch_basis = m.basis.topRows(p3);
   if (2 * out->patch_basis.nonZeros() > out->patch_basis.rows() * out->patch_basis.cols())
-    out->dense_patch_basis = PanelMatrix(MatrixX(out->patch_basis), PanelStorage::in_double);
+    out->dense_patch_basis = PanelMatrix(MatrixX(out->patch_basis));
 
   out->index = make_triangle_index(collision_backend);
   VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
