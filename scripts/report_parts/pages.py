@@ -51,7 +51,7 @@ def picture(folder, name, meaning):
 def cards(summary):
     """The five numbers that a reader looks for first."""
     chosen = [("force.mean_n", "mean normal force", with_unit("N")), ("step_us.p99", "99 of 100 ticks are below", with_unit("µs")),
-              ("force.buzz", "buzz above 100 Hz", percent), ("local.certified_error", "certified error of the local model", percent),
+              ("force.buzz", "buzz above 100 Hz", percent), ("local.expected_force_error", "force error to expect of the local model", percent),
               ("reference.force_error", "force error against the reference", percent),
               ("penetration_max_m", "deepest penetration", with_unit("µm", 1e6))]
     cells = [(look_up(summary, key), name, write) for key, name, write in chosen]
