@@ -9,6 +9,7 @@
 #include "apps/words.hpp"
 #include "core/error.hpp"
 #include "haptics/device/recording.hpp"
+#include "haptics/touch/live_settings.hpp"
 #include "io/json_file.hpp"
 #include "io/shell_words.hpp"
 
@@ -41,15 +42,19 @@ class SessionFile {
 
   SessionOptions options(const Scene& scene) const {
     SessionOptions out;
-    const auto path = [&](const std::string& file) { return read_recording(file, 1 / scene.local.rate_hz).path; };
+    const auto path = [&](const std::string& file) {
+      Recording read = read_recording(file, 1 / scene.local.rate_hz);
+      return ToolPath{std::move(read.path), std::move(read.poses)};
+    };
     out.tool_paths.push_back(path(recording(json_, "")));
-    out.max_speed = speed(json_, "");
+    out.max_speeds.push_back(speed(json_, ""));
     if (scene.second_tool) {
       out.tool_paths.push_back(path(recording(second(), "second_tool.")));
-      out.second_max_speed = speed(second(), "second_tool.");
+      out.max_speeds.push_back(speed(second(), "second_tool."));
     }
-    out.refreshes = refreshes(scene);
-    if (json_.contains("reducer_changes")) out.reducer_changes = reducer_changes();
+    out.replay.refreshes = refreshes(scene);
+    if (json_.contains("reducer_changes")) out.replay.reducer_changes = reducer_changes();
+    if (json_.contains("setting_changes")) out.replay.changes = setting_changes(scene);
     return out;
   }
 
@@ -125,6 +130,31 @@ class SessionFile {
       if (!c.is_array() || c.size() != 3 || !c[0].is_number_integer() || !c[1].is_string() || !c[2].is_string())
         fail(text("reducer_changes[", i, "]"), text("is ", shown_json(c), ", must be a tick, a reducer and why"));
       out.push_back({.tick = c[0], .from = "", .to = c[1], .why = c[2]});
+    }
+    return out;
+  }
+
+  /// That a user made while it ran.
+  std::vector<SettingChange> setting_changes(const Scene& scene) const {
+    const Json& list = json_["setting_changes"];
+    if (!list.is_array()) fail("setting_changes", "must be a list");
+    std::vector<SettingChange> out;
+    TouchOptions touch = touch_options(scene);
+    SceneModel material = scene.object.model;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Json& c = list[i];
+      if (!c.is_array() || c.size() != 3 || !c[0].is_number_integer() || !c[1].is_string() ||
+          !(c[2].is_number() || c[2].is_string()))
+        fail(text("setting_changes[", i, "]"), "must be a tick, a key of the scene and its value");
+      SettingChange change{.tick = c[0], .key = c[1]};
+      if (c[2].is_number()) change.value = c[2];
+      if (c[2].is_string()) change.word = c[2];
+      try {
+        change_setting(change, {touch, material});
+      } catch (const InputError& e) {
+        fail(text("setting_changes[", i, "]:"), e.what());
+      }
+      out.push_back(std::move(change));
     }
     return out;
   }

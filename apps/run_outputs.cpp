@@ -41,7 +41,7 @@ Json cpu_json(const SessionResult& result) {
   const std::vector<double> refreshes(result.slow_cpu_ms.begin() + 1, result.slow_cpu_ms.end());
   const double ticks_s = 1e-6 * std::accumulate(result.step_us.begin(), result.step_us.end(), 0.0);
   const double refreshes_s = 1e-3 * std::accumulate(refreshes.begin(), refreshes.end(), 0.0);
-  const double simulated = result.frames.empty() ? 0 : result.frames.back().t;
+  const double simulated = result.tools[0].frames.empty() ? 0 : result.tools[0].frames.back().t;
   Json out = {{"refresh_ms", percentiles(refreshes, false)}, {"ticks_s", ticks_s}, {"refreshes_s", refreshes_s}};
   out["per_simulated_second"] = simulated > 0 ? Json((ticks_s + refreshes_s) / simulated) : Json(nullptr);
   return out;
@@ -81,7 +81,7 @@ std::string trace_csv(const std::vector<LocalFrame>& frames, const std::vector<V
       out += ',';
     };
     number(f.t);
-    for (int c = 0; c < 3; ++c) number(f.tool[c]);
+    for (int c = 0; c < 3; ++c) number(f.pose.x[c]);
     for (int c = 0; c < 3; ++c) number(f.force[c]);
     number(f.f_n);
     number(f.f_t);
@@ -112,15 +112,16 @@ std::string events_csv(std::span<const ContactEvent> events) {
 }
 
 /// The start position, then one line a tick: what the recorded device plays.
-std::string recording_csv(const std::vector<LocalFrame>& frames, const Vec3& start) {
-  std::string out = "t,x,y,z\n";
-  const auto line = [&](double t, const Vec3& x) {
+std::string recording_csv(const ToolRun& run) {
+  std::string out = "t,x,y,z,qw,qx,qy,qz\n";
+  const auto line = [&](double t, const Pose& pose) {
     append_number(out, t);
-    for (int c = 0; c < 3; ++c) append_number(out += ',', x[c]);
+    for (int c = 0; c < 3; ++c) append_number(out += ',', pose.x[c]);
+    for (const double q : {pose.r.w(), pose.r.x(), pose.r.y(), pose.r.z()}) append_number(out += ',', q);
     out += '\n';
   };
-  line(0, start);
-  for (const LocalFrame& f : frames) line(f.t, f.tool);
+  line(0, run.start);
+  for (const LocalFrame& f : run.frames) line(f.t, f.pose);
   return out;
 }
 
@@ -129,12 +130,15 @@ Json session_json(const Session& session, const SessionResult& result) {
   for (const RefreshEvent& r : result.refreshes)
     refreshes.push_back({r.linearized_tick, r.adopted_tick, r.started_tick});
   Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
-           {"recording", "recording.csv"}, {"max_speed", result.max_speed},
+           {"recording", "recording.csv"}, {"max_speed", result.tools[0].max_speed},
            {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
   out["reducer_changes"] = Json::array();
   for (const ReducerChange& c : result.reducer_changes) out["reducer_changes"].push_back({c.tick, c.to, c.why});
-  if (result.second_tool)
-    out["second_tool"] = {{"recording", "recording_2.csv"}, {"max_speed", result.second_tool->max_speed}};
+  if (!result.setting_changes.empty()) out["setting_changes"] = Json::array();
+  for (const SettingChange& c : result.setting_changes)
+    out["setting_changes"].push_back({c.tick, c.key, c.word.empty() ? Json(c.value) : Json(c.word)});
+  if (result.tools.size() > 1)
+    out["second_tool"] = {{"recording", "recording_2.csv"}, {"max_speed", result.tools[1].max_speed}};
   return out;
 }
 
@@ -161,11 +165,11 @@ Json view_json(const Session& session, const SessionResult& result) {
   for (int i : session.model().fixed_nodes())
     if (local[i] >= 0) fixed.push_back(local[i]);
   for (const Snapshot& s : result.snapshots) {
-    frames.push_back({{"t", s.t}, {"tool", point(s.tool)}, {"x", points(s.x)}});
-    if (s.second_tool) frames.back()["second_tool"] = point(*s.second_tool);
+    frames.push_back({{"t", s.t}, {"tool", point(s.tools[0])}, {"x", points(s.x)}});
+    if (s.tools.size() > 1) frames.back()["second_tool"] = point(s.tools[1]);
   }
-  const std::size_t stride = std::max<std::size_t>(1, result.frames.size() / 500);
-  for (std::size_t i = 0; i < result.frames.size(); i += stride) path.push_back(point(result.frames[i].tool));
+  const std::size_t stride = std::max<std::size_t>(1, result.tools[0].frames.size() / 500);
+  for (std::size_t i = 0; i < result.tools[0].frames.size(); i += stride) path.push_back(point(result.tools[0].frames[i].pose.x));
   const auto tool_json = [&](const SceneTool& tool, const ToolShape& shape) {
     Json corners = Json::array();
     for (const Vec3& corner : shape.corners) corners.push_back(point(corner));
@@ -178,11 +182,11 @@ Json view_json(const Session& session, const SessionResult& result) {
            {"triangles", triangles},
            {"fixed", fixed},
            {"path", path}};
-  if (!result.second_tool) return out;
+  if (result.tools.size() < 2) return out;
   out["second_tool"] = tool_json(*session.scene().second_tool, session.tools()[1]);
   Json second_path = Json::array();
-  const std::vector<LocalFrame>& second = result.second_tool->frames;
-  for (std::size_t i = 0; i < second.size(); i += stride) second_path.push_back(point(second[i].tool));
+  const std::vector<LocalFrame>& second = result.tools[1].frames;
+  for (std::size_t i = 0; i < second.size(); i += stride) second_path.push_back(point(second[i].pose.x));
   out["second_path"] = second_path;
   return out;
 }
@@ -217,7 +221,7 @@ Json candidates_json(const std::vector<ReducerCandidate>& candidates) {
   return out;
 }
 
-Json force_json(const ForceMetrics& force, const SceneContact& contact) {
+Json force_json(const ForceMetrics& force, const ContactSettings& contact) {
   return {{"mean_n", force.mean_n},
           {"max_n", force.max_n},
           {"mean_t", force.mean_t},
@@ -289,9 +293,9 @@ Json trust_json(const std::vector<Doubt>& doubts) {
 /// Least work that all hands together have done on the body so far, over the run [J]; below 0: energy came out.
 double least_work_of_both(const SessionResult& result) {
   double work = 0, least = 0;
-  for (std::size_t i = 1; i < result.frames.size(); ++i) {
-    for (const auto* frames : {&result.frames, &result.second_tool->frames})
-      work -= (*frames)[i].force.dot((*frames)[i].tool - (*frames)[i - 1].tool);
+  for (std::size_t i = 1; i < result.tools[0].frames.size(); ++i) {
+    for (const ToolRun& tool : result.tools)
+      work -= tool.frames[i].force.dot(tool.frames[i].pose.x - tool.frames[i - 1].pose.x);
     least = std::min(least, work);
   }
   return least;
@@ -320,7 +324,7 @@ auto pushed_out_ticks(const std::vector<LocalFrame>& frames) {
 }
 
 Json second_tool_json(const Scene& scene, const SessionResult& result, double steady) {
-  const SecondToolRun& run = *result.second_tool;
+  const ToolRun& run = result.tools[1];
   const ForceMetrics force = measure_forces(run.frames, steady, 1 / scene.local.rate_hz);
   const Json lost = lost_json(run.frames, run.penetration, run.missed_impacts, run.lost);
   return {{"force", force_json(force, scene.contact)},
@@ -354,14 +358,14 @@ std::string hash_text(std::uint64_t hash) {
 double steady_from(const Scene& scene, const SessionResult& result) {
   constexpr double kSettle = 0.1;  // [s] the press's own transient
   if (scene.tool.path.press_drag) return scene.tool.path.press_drag->press_time + kSettle;
-  for (const LocalFrame& f : result.frames)
+  for (const LocalFrame& f : result.tools[0].frames)
     if (f.mode != ContactMode::free) return f.t + kSettle;
   return 0;
 }
 
 Json make_summary(const Session& session, const SessionResult& result) {
   const Scene& scene = session.scene();
-  const ForceMetrics force = measure_forces(result.frames, steady_from(scene, result), 1 / scene.local.rate_hz);
+  const ForceMetrics force = measure_forces(result.tools[0].frames, steady_from(scene, result), 1 / scene.local.rate_hz);
   Json out;
   out["scene"] = scene.title.empty() ? scene.object.mesh : scene.title;
   out["seed"] = scene.seed;
@@ -405,16 +409,16 @@ Json make_summary(const Session& session, const SessionResult& result) {
       {"exact_steps", text(result.exact_steps, " of ", result.refreshes.size(), " local models")}};
   out["local"]["candidates"] = candidates_json(result.reducer_candidates);
   out["force"] = force_json(force, scene.contact);
-  out["ticks"] = ticks_json(force, result.frames.size());
-  out["events"] = events_json(result.frames);
+  out["ticks"] = ticks_json(force, result.tools[0].frames.size());
+  out["events"] = events_json(result.tools[0].frames);
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
-  out["pushed_out_ticks"] = pushed_out_ticks(result.frames);
-  out.update(lost_json(result.frames, result.penetration, result.missed_impacts, result.lost));
+  out["pushed_out_ticks"] = pushed_out_ticks(result.tools[0].frames);
+  out.update(lost_json(result.tools[0].frames, result.tools[0].penetration, result.tools[0].missed_impacts, result.tools[0].lost));
   out["contact_lost"] = contact_was_lost(result, keeps_outside(scene));
-  out["contact_solver"] = contact_solver_json(result.frames);
+  out["contact_solver"] = contact_solver_json(result.tools[0].frames);
   out["energy_min_j"] = force.energy_min;
-  if (result.second_tool) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
+  if (result.tools.size() > 1) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
   out["step_us"] = percentiles(result.step_us, true);
   out["tick_period_share"] = period_shares_json(result.step_us, scene.local.rate_hz);
   if (!result.lateness_us.empty()) {
@@ -431,10 +435,10 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["refreshes"] = result.refreshes.size();
   out["deadline_misses"] = result.deadline_misses;
   out["allocations_per_tick"] =
-      result.allocations < 0 || result.frames.empty()
+      result.allocations < 0 || result.tools[0].frames.empty()
           ? Json(nullptr)
-          : Json(static_cast<double>(result.allocations) / static_cast<double>(result.frames.size()));
-  const std::vector<Vec3> way = tool_path(result);
+          : Json(static_cast<double>(result.allocations) / static_cast<double>(result.tools[0].frames.size()));
+  const std::vector<Vec3> way = places_of(result.tools[0]);
   const std::optional<ContactWidth> width = find_contact_width(session, way);
   out["mesh_at_contact"] = mesh_at_contact_json(width);
   out["real_time"] = real_time_json(judge_real_time(scene, result));
@@ -442,8 +446,8 @@ Json make_summary(const Session& session, const SessionResult& result) {
   const bool is_scripted = !session.path().empty() && !scene.tool.path.hand;  // then it was predicted
   if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));
   std::vector<ForceMetrics> forces{force};
-  if (result.second_tool)
-    forces.push_back(measure_forces(result.second_tool->frames, steady_from(scene, result), 1 / scene.local.rate_hz));
+  if (result.tools.size() > 1)
+    forces.push_back(measure_forces(result.tools[1].frames, steady_from(scene, result), 1 / scene.local.rate_hz));
   out["trust"] = trust_json(find_doubts(scene, result, warnings, forces));
   out["notes"] = result.notes;
   out["warnings"] = std::move(warnings);
@@ -452,14 +456,14 @@ Json make_summary(const Session& session, const SessionResult& result) {
 }
 
 void add_reference(Json& summary, const SessionResult& result, const Reference& reference) {
-  const ForceError error = compare_forces(result.model_force, reference);  // it knows no device
+  const ForceError error = compare_forces(result.tools[0].model_force, reference);  // it knows no device
   summary["reference"] = {{"force_error", error.force_error},
                           {"jnd_fraction", error.jnd_fraction},
                           {"floor_n", error.floor},
                           {"rate_hz", reference.rate_hz},
                           {"seconds", reference.seconds}};
-  if (result.second_tool) {
-    const ForceError second = compare_forces(result.second_tool->model_force, second_tool_of(reference));
+  if (result.tools.size() > 1) {
+    const ForceError second = compare_forces(result.tools[1].model_force, second_tool_of(reference));
     summary["reference"]["second_tool"] = {
         {"force_error", second.force_error}, {"jnd_fraction", second.jnd_fraction}, {"floor_n", second.floor}};
   }
@@ -467,8 +471,8 @@ void add_reference(Json& summary, const SessionResult& result, const Reference& 
 }
 
 void add_truth(Json& summary, const SessionResult& result, const Reference& truth) {
-  const std::vector<Vec3>& forces = result.model_force;
-  const std::vector<Vec3> path = tool_path(result);
+  const std::vector<Vec3>& forces = result.tools[0].model_force;
+  const PosePath path = tool_paths(result)[0];
   const ForceError error = compare_forces(forces, truth);
   const double work = tool_work(forces, path), true_work = tool_work(truth.force, path);
   summary["truth"] = {{"force_error", error.force_error},
@@ -480,19 +484,19 @@ void add_truth(Json& summary, const SessionResult& result, const Reference& trut
 
 void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary) {
   make_folder(dir);
-  const Vec3 start = result.start;
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
-  write_file_whole(dir + "/trace.csv", trace_csv(result.frames, result.model_force, result.step_us));
-  write_file_whole(dir + "/events.csv", events_csv(find_contact_events(result.frames)));
+  write_file_whole(dir + "/trace.csv", trace_csv(result.tools[0].frames, result.tools[0].model_force, result.step_us));
+  write_file_whole(dir + "/events.csv", events_csv(find_contact_events(result.tools[0].frames)));
   write_file_whole(dir + "/summary.json", json_text(summary, 2) + "\n");
   write_file_whole(dir + "/view.json", json_text(view_json(session, result)));
-  write_file_whole(dir + "/recording.csv", recording_csv(result.frames, start));
+  write_file_whole(dir + "/recording.csv", recording_csv(result.tools[0]));
   for (const char* name : {"/trace_2.csv", "/events_2.csv", "/recording_2.csv"})
     std::filesystem::remove(dir + name);  // an earlier run's
-  if (const auto& second = result.second_tool) {
-    write_file_whole(dir + "/trace_2.csv", trace_csv(second->frames, second->model_force, result.step_us));
-    write_file_whole(dir + "/events_2.csv", events_csv(find_contact_events(second->frames)));
-    write_file_whole(dir + "/recording_2.csv", recording_csv(second->frames, second->start));
+  if (result.tools.size() > 1) {
+    const ToolRun& second = result.tools[1];
+    write_file_whole(dir + "/trace_2.csv", trace_csv(second.frames, second.model_force, result.step_us));
+    write_file_whole(dir + "/events_2.csv", events_csv(find_contact_events(second.frames)));
+    write_file_whole(dir + "/recording_2.csv", recording_csv(second));
   }
   write_file_whole(dir + "/session.json", json_text(session_json(session, result), 2) + "\n");
 }

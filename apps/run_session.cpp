@@ -61,17 +61,14 @@ std::function<void(double)> progress_bar(const std::string& title, Piped piped) 
 }
 
 /// The start and the place at each tick of a tool that no force moves; none for a hand, which answers.
-static std::optional<std::vector<Vec3>> planned_path(const Session& session) {
+static std::optional<PosePath> planned_path(const Session& session) {
   const Scene& scene = session.scene();
   if (scene.tool.path.hand) return {};
-  DeviceOptions options;
-  options.h = 1 / scene.local.rate_hz;
-  options.path = session.path();
-  if (scene.tool.path.recording) options.recording = *scene.tool.path.recording;
-  const auto device = make_device(scene.tool.path.recording ? "recorded" : "scripted", options);
+  const double h = 1 / scene.local.rate_hz;
+  const auto device = scene_device(scene, scene.tool, session.paths()[0]);
   const auto ticks = static_cast<int>(std::llround(scene.duration * scene.local.rate_hz));
-  std::vector<Vec3> out{device->position(0)};
-  for (int tick = 0; tick < ticks; ++tick) out.push_back(device->position((tick + 1) * options.h));
+  PosePath out{device->pose(0)};
+  for (int tick = 0; tick < ticks; ++tick) out.push_back(device->pose((tick + 1) * h));
   return out;
 }
 
@@ -81,7 +78,7 @@ static std::optional<Reference> read_reference_before(const Session& session, co
   const Scene& scene = session.scene();
   const auto path = scene.second_tool ? std::nullopt : planned_path(session);
   Reference out =
-      path ? read_reference(file, reference_key(session, *path)) : read_reference(file, key_in_reference(file));
+      path ? read_reference(file, reference_key(session, {&*path, 1})) : read_reference(file, key_in_reference(file));
   const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
   const bool has_second = !out.second_force.empty();
   if (out.force.size() < ticks)
@@ -96,15 +93,15 @@ static std::optional<Reference> read_reference_before(const Session& session, co
 static std::optional<Reference> find_reference(const Session& session, const SessionResult& result,
                                                const ReferenceSettings& settings, const std::string& title) {
   if (result.stopped) return {};
-  const std::vector<Vec3> path = tool_path(result), second = second_tool_path(result);
-  if (!settings.file.empty()) return read_reference(settings.file, reference_key(session, path, second));
+  const std::vector<PosePath> paths = tool_paths(result);
+  if (!settings.file.empty()) return read_reference(settings.file, reference_key(session, paths));
   if (!settings.compute) return {};
   ReferenceOptions options;
   options.rate_hz = settings.rate_hz;
   options.progress = progress_bar(title + ", reference");
   options.stop = &stop_requested();
-  Reference out = run_reference(session, path, options, second);
-  if (out.force.size() < result.frames.size()) return {};
+  Reference out = run_reference(session, paths, options);
+  if (out.force.size() < result.tools[0].frames.size()) return {};
   return out;
 }
 

@@ -15,7 +15,7 @@
 namespace kt {
 namespace {
 
-struct Body {
+struct ImpedanceBody {
   std::string name;
   const DeformableModel* model;
 };
@@ -65,7 +65,7 @@ std::vector<Recipe> recipes() {
           {"krylov {0, 20, 40, 80, 160, 400}", "krylov", {.shifts_hz = {0, 20, 40, 80, 160, 400}}}};
 }
 
-std::vector<Row> measure(const Body& body) {
+std::vector<Row> measure(const ImpedanceBody& body) {
   const TangentModel tangent = linearize(*body.model, rest_state(*body.model));
   const Surface surface = make_surface(body.model->mesh());
   const int vertex = top_vertex(body.model->mesh(), surface);
@@ -126,9 +126,9 @@ int run(const std::string& json) {
   const Session slab(load_scene(KT_SOURCE_DIR "/scenes/slab_drag.json"));
   const Session organ(load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json"));
   std::vector<std::pair<std::string, std::vector<Row>>> tables;
-  for (const Body& body :
-       {Body{"FEM block (method.md)", fem.get()}, Body{"MSD slab (scenes/slab_drag.json)", &slab.model()},
-        Body{"MSD organ (scenes/organ_drag.json)", &organ.model()}})
+  for (const ImpedanceBody& body :
+       {ImpedanceBody{"FEM block (method.md)", fem.get()}, ImpedanceBody{"MSD slab (scenes/slab_drag.json)", &slab.model()},
+        ImpedanceBody{"MSD organ (scenes/organ_drag.json)", &organ.model()}})
     tables.emplace_back(body.name, measure(body));
   if (json.empty()) return 0;
   std::ofstream out(json);

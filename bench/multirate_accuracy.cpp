@@ -163,12 +163,12 @@ class Table {
   void add(const std::string& scene, const std::string& model, const std::string& method, double rate, double latency,
            const Scene& settings, int nodes, const SessionResult& result, const Reference& reference) {
     const int n = static_cast<int>(std::lround(settings.local.rate_hz * reference.h));
-    const std::vector<Vec3> forces = resample_forces(tick_forces(result.frames), n);
+    const std::vector<Vec3> forces = resample_forces(tick_forces(result.tools[0].frames), n);
     const ForceError error = compare_forces(forces, reference);
     const double from = settings.tool.path.press_drag ? settings.tool.path.press_drag->press_time + 0.1 : 0.3;
-    const ForceMetrics m = measure_forces(result.frames, from, 1 / settings.local.rate_hz);
+    const ForceMetrics m = measure_forces(result.tools[0].frames, from, 1 / settings.local.rate_hz);
     const double inside =
-        result.penetration.empty() ? 0 : *std::max_element(result.penetration.begin(), result.penetration.end());
+        result.tools[0].penetration.empty() ? 0 : *std::max_element(result.tools[0].penetration.begin(), result.tools[0].penetration.end());
     const auto [normal, tangential] = gains(forces, reference, from);
     std::printf(
         "%-6s %-14s %4g %3g | %6.2f%% %5.1f%% %7.4f %7.4f | %6.2f%% %7.2f%% %5.1fum %4d %5d | %5d %7.1f %7.1f %8.1f\n",
@@ -263,7 +263,7 @@ std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> 
   return out;
 }
 
-Reference cached_reference(const Session& session, const std::vector<Vec3>& path, const Arguments& arguments,
+Reference cached_reference(const Session& session, const std::vector<PosePath>& path, const Arguments& arguments,
                            const ReferenceOptions& options) {
   const std::uint64_t key = reference_key(session, path);
   char name[64];
@@ -280,7 +280,7 @@ Reference cached_reference(const Session& session, const std::vector<Vec3>& path
 
 /// The full model in steps as long as a tick, and linear between refreshes: the parts of the error that no reducer and
 /// no global step has a share in.
-void diagnose(const Session& session, const std::vector<Vec3>& path, const Arguments& arguments,
+void diagnose(const Session& session, const std::vector<PosePath>& path, const Arguments& arguments,
               const Reference& reference) {
   struct Part {
     std::string name;
@@ -319,7 +319,7 @@ void go(const Arguments& arguments) {
         return load_scene(scene_file, joined({kCommon, find(kModels, "model", model).settings, arguments.set, more}));
       };
       Session session(settings({"local.reducer=wall"}));
-      const std::vector<Vec3> path = tool_path(session.run());
+      const std::vector<PosePath> path = tool_paths(session.run());
       const Reference reference = cached_reference(session, path, arguments, {.rate_hz = arguments.reference_rate});
       std::printf("%-6s %s: %d nodes, reference %g Hz, %.1f s CPU, mean force %.4g N\n", model.c_str(),
                   std::filesystem::path(scene_file).stem().c_str(), session.model().mesh().num_nodes(),

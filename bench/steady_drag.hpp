@@ -84,8 +84,7 @@ class SteadyDrag {
         tool(scene.tool.shape == "point" ? ToolShape{ToolShape::Kind::point, 0}
                                          : ToolShape{ToolShape::Kind::sphere, scene.tool.radius}),
         // Reach and interval as in Session::run.
-        refresher(session.model(), surface, scene,
-                  {{tool, 1.5 * tool.radius + path_speed(session.path()) / scene.global.rate_hz}}, session.start()),
+        refresher(session.model(), surface, session.options(), session.start()),
         local(tool, 1 / scene.local.rate_hz,
               make_contact_solver(scene.contact.law, {scene.contact.mu_static, scene.contact.mu_kinetic})),
         every_(static_cast<int>(scene.local.rate_hz / scene.global.rate_hz)) {
@@ -98,7 +97,7 @@ class SteadyDrag {
   /// The slow side, when it is its turn. Not part of the tick.
   void refresh_when_due() {
     if (tick_ % every_ != 0) return;
-    local.adopt(refresher.refresh(tick_ * local.h(), {place(tick_)}, reports_));
+    local.adopt(refresher.refresh(tick_ * local.h(), std::array{Pose{place(tick_)}}, reports_));
     reports_.clear();
   }
 
@@ -109,7 +108,7 @@ class SteadyDrag {
     const LocalFrame frame = local.step(sweep());
     LocalReport report;
     report.tick = tick_++;
-    report.tools[0].place = place(tick_);
+    report.tools[0].pose.x = place(tick_);
     report.tools[0].triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
     for (const ContactSample& sample : local.samples()) report.samples[report.count++] = sample;
     reports_.push_back(report);

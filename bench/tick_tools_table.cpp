@@ -80,8 +80,8 @@ void write_trace(const SessionResult& result, const std::string& file) {
   std::ofstream out(file);
   out.precision(17);
   out << "t,fx,fy,fz,mx,my,mz,contacts,us\n";
-  for (std::size_t i = 0; i < result.frames.size(); ++i) {
-    const LocalFrame& f = result.frames[i];
+  for (std::size_t i = 0; i < result.tools[0].frames.size(); ++i) {
+    const LocalFrame& f = result.tools[0].frames[i];
     out << f.t << ',' << f.force[0] << ',' << f.force[1] << ',' << f.force[2] << ',' << f.torque[0] << ','
         << f.torque[1] << ',' << f.torque[2] << ',' << f.contacts << ',' << result.step_us[i] << '\n';
   }
@@ -93,16 +93,16 @@ void run(const Row& row, const Options& options) {
   std::vector<double> us;
   double contacts = 0, residual = 0, deepest = 0, force = 0, jump = 0;
   int unsolved = 0;
-  for (std::size_t i = 0; i < result.frames.size(); ++i) {
-    const LocalFrame& f = result.frames[i];
-    deepest = std::max(deepest, result.penetration[i]);
+  for (std::size_t i = 0; i < result.tools[0].frames.size(); ++i) {
+    const LocalFrame& f = result.tools[0].frames[i];
+    deepest = std::max(deepest, result.tools[0].penetration[i]);
     if (f.t < kPressed) continue;
     us.push_back(result.step_us[i]);
     contacts += f.contacts;
     force += f.force.norm();
     residual = std::max(residual, f.residual);
     unsolved += f.residual > 1e-6;
-    jump = std::max(jump, (f.force - result.frames[i - 1].force).norm());
+    jump = std::max(jump, (f.force - result.tools[0].frames[i - 1].force).norm());
   }
   const auto n = static_cast<double>(us.size());
   std::printf("%-8s %-5s %5d %4d %6.1f | %7.1f %7.1f %7.1f %7.1f | %9.2e %7.4f %6.2f %4d %8.1e\n", row.tool,

@@ -46,8 +46,8 @@ kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
 kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply.cpp io/stl.cpp io/medit io/json_batch io/json_file
            io/json_rules)
-kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods WITHOUT ${kt_off}
-           ALONE haptics/local_simulation haptics/contact/ haptics/session_thread haptics/advise_bodies haptics/press.cpp
+kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods haptics/touch WITHOUT ${kt_off}
+           ALONE haptics/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link haptics/advise_bodies haptics/press.cpp
                  haptics/run_doubts haptics/real_time
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 

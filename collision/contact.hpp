@@ -4,11 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "core/types.hpp"
+#include "collision/pose.hpp"
 
 namespace kt {
-
-using Quaternion = Eigen::Quaterniond;
 
 constexpr int kMaxTools = 2;  ///< that touch one body at the same time: two hands
 
@@ -25,6 +23,12 @@ struct ToolShape {
 struct ToolSweep {
   Vec3 x_t0 = Vec3::Zero(), x_t1 = Vec3::Zero();                            ///< reference point [m]
   Quaternion r_t0 = Quaternion::Identity(), r_t1 = Quaternion::Identity();  ///< from the tool's frame to the world's
+
+  ToolSweep() = default;
+  ToolSweep(const Vec3& from, const Vec3& to, const Quaternion& turn_from = Quaternion::Identity(),
+            const Quaternion& turn_to = Quaternion::Identity())
+      : x_t0(from), x_t1(to), r_t0(turn_from), r_t1(turn_to) {}
+  ToolSweep(const Pose& from, const Pose& to) : ToolSweep(from.x, to.x, from.r, to.r) {}
 };
 
 /// Triangles whose vertices move on straight lines over one step. Borrowed views; nothing is owned.

@@ -24,6 +24,9 @@ class MovingTool {
   /// Takes the tool along `sweep`. No allocation.
   void move(const ToolSweep& sweep) noexcept;
 
+  /// Of its rounding [m], from the next move on. No allocation.
+  void set_radius(double radius) noexcept { shape_.radius = radius; }
+
   const ToolShape& shape() const noexcept { return shape_; }
   const ToolSweep& sweep() const noexcept { return sweep_; }
   bool is_round() const noexcept { return shape_.corners.empty(); }                         ///< a point or a sphere

@@ -180,7 +180,7 @@ ToiResult find(FeaturePair pair, const Vec3 (&x_t0)[4], const Vec3 (&x_t1)[4], T
   if (found.status == Status::hit && (found.is_certain ? found.toi_upper : found.toi) == 0)
     out.status = Status::already_inside;
   if (found.toi != c.s) find_areas(m, found.toi, c.areas);
-  const Touch touch = touch_at(m, found.toi, c.areas);
+  const FeatureTouch touch = touch_at(m, found.toi, c.areas);
   bool is_zero[4];
   for (int i = 0; i < 4; ++i) {
     out.weight[x.index[i]] = touch.weight[i];

@@ -18,7 +18,7 @@ Vec3 at(const double (&x)[2][3], double t) noexcept {
 Vec3 change(const double (&x)[2][3]) noexcept { return {x[1][0] - x[0][0], x[1][1] - x[0][1], x[1][2] - x[0][2]}; }
 
 /// Weights from the areas; false where the normal vanishes.
-bool weigh_by_areas(FeaturePair pair, const Areas& areas, Touch& out) noexcept {
+bool weigh_by_areas(FeaturePair pair, const Areas& areas, FeatureTouch& out) noexcept {
   if (!areas.is_regular) return false;
   const double one = 1 / areas.normal;
   double share[4] = {0, 0, 0, 0};
@@ -45,7 +45,7 @@ bool weigh_by_areas(FeaturePair pair, const Areas& areas, Touch& out) noexcept {
 }
 
 /// Weights where the face or edges are degenerate or parallel: those of the closest points.
-void weigh_by_distance(const RoundedMotion& m, double t, Touch& out) noexcept {
+void weigh_by_distance(const RoundedMotion& m, double t, FeatureTouch& out) noexcept {
   const Vec3 e1 = at(m.vectors().e1, t), e2 = at(m.vectors().e2, t), d = at(m.vectors().d, t);
   const Vec3 origin = Vec3::Zero();
   if (m.pair() == FeaturePair::vertex_face) {
@@ -73,7 +73,7 @@ void weigh_by_distance(const RoundedMotion& m, double t, Touch& out) noexcept {
 }
 
 /// The common normal, from the second feature to the first before the touch; where there is none, against the motion.
-Vec3 normal_at(const RoundedMotion& m, double t, bool is_regular, const Touch& touch) noexcept {
+Vec3 normal_at(const RoundedMotion& m, double t, bool is_regular, const FeatureTouch& touch) noexcept {
   const auto& v = m.vectors();
   const bool is_face = m.pair() == FeaturePair::vertex_face;
   const Vec3 n = is_regular ? unit_vector(at(v.e1, t).cross(at(v.e2, t))) : Vec3(Vec3::Zero());
@@ -92,8 +92,8 @@ Vec3 normal_at(const RoundedMotion& m, double t, bool is_regular, const Touch& t
 
 }  // namespace
 
-Touch touch_at(const RoundedMotion& m, double t, const Areas& areas) noexcept {
-  Touch out;
+FeatureTouch touch_at(const RoundedMotion& m, double t, const Areas& areas) noexcept {
+  FeatureTouch out;
   if (!weigh_by_areas(m.pair(), areas, out)) weigh_by_distance(m, t, out);
   out.normal = normal_at(m, t, areas.is_regular, out);
   return out;

@@ -5,13 +5,13 @@
 namespace kt {
 
 /// Where and how two features touch at a time, by places.
-struct Touch {
+struct FeatureTouch {
   double weight[4];
   bool is_zero[4] = {false, false, false, false};  ///< weights that rounding cannot tell from zero
   Vec3 normal;
 };
 
 /// areas: those at time t.
-Touch touch_at(const RoundedMotion& m, double t, const contact_search::Areas& areas) noexcept;
+FeatureTouch touch_at(const RoundedMotion& m, double t, const contact_search::Areas& areas) noexcept;
 
 }  // namespace kt

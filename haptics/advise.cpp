@@ -44,7 +44,7 @@ PressSite site_of(const Vec3& tool, const Mesh& mesh, double radius) {
 AdviceScene prepare(const Scene& scene, const AdviceClock& clock) {
   AdviceScene out{.scene = scene};
   std::vector<std::string> notes;
-  out.mesh = load_scene_mesh(scene, notes);
+  out.mesh = load_body_mesh(scene.object, notes);
   out.from_surface = load_mesh(scene.object.mesh).tetrahedra.empty() && !scene.object.layers;
   Scene plain = scene;
   plain.link.type = "lockstep";
@@ -61,25 +61,25 @@ AdviceScene prepare(const Scene& scene, const AdviceClock& clock) {
   Session session(plain, out.mesh);
   const SessionResult run = session.run(options);
   const auto touches = [](const LocalFrame& f) { return f.f_n > 0; };
-  const auto first = std::ranges::find_if(run.frames, touches);
-  if (first == run.frames.end()) {
+  const auto first = std::ranges::find_if(run.tools[0].frames, touches);
+  if (first == run.tools[0].frames.end()) {
     if (run.stopped) throw RunError("the time ended before the tool touched the body; raise --budget-seconds");
     throw InputError("advise: the tool does not press into the body along its path, so there is no force to judge");
   }
-  const auto ticks = std::min<std::ptrdiff_t>(run.frames.end() - first, std::lround(kPath * scene.local.rate_hz));
+  const auto ticks = std::min<std::ptrdiff_t>(run.tools[0].frames.end() - first, std::lround(kPath * scene.local.rate_hz));
   const std::span<const LocalFrame> judged(first, static_cast<std::size_t>(ticks));
   for (const LocalFrame& f : judged) {
-    const PressSite site = site_of(f.tool, out.mesh, session.tool().radius);
+    const PressSite site = site_of(f.pose.x, out.mesh, session.tool().radius);
     if (site.depth() > out.site.depth()) out.site = site;
   }
-  out.tool = {first == run.frames.begin() ? run.start : std::prev(first)->tool};
-  for (const LocalFrame& f : judged) out.tool.push_back(f.tool);
+  out.tool = {first == run.tools[0].frames.begin() ? run.tools[0].start : std::prev(first)->pose};
+  for (const LocalFrame& f : judged) out.tool.push_back(f.pose);
 
   ScenePath path;
   path.press_drag.reset();
   path.waypoints.emplace();
   for (std::size_t i = 0; i < out.tool.size(); ++i)
-    path.waypoints->push_back({static_cast<double>(i) / scene.local.rate_hz, out.tool[i]});
+    path.waypoints->push_back({static_cast<double>(i) / scene.local.rate_hz, out.tool[i].x});
   out.scene.tool.path = path;
   out.scene.duration = static_cast<double>(ticks) / scene.local.rate_hz;
   return out;

@@ -5,7 +5,7 @@
 
 #include "haptics/advise.hpp"
 #include "haptics/press.hpp"
-#include "haptics/session.hpp"
+#include "haptics/reference.hpp"
 
 namespace kt {
 
@@ -44,7 +44,7 @@ constexpr double kRates[] = {10, 30, 60};  ///< that are tried [Hz], ascending
 struct AdviceScene {
   Scene scene;
   Mesh mesh = {};               ///< its own, in metres
-  std::vector<Vec3> tool = {};  ///< at the ends of the ticks, before them the start [m]
+  PosePath tool = {};           ///< at the ends of the ticks, before them the start
   PressSite site = {};          ///< where the tool presses hardest
   bool from_surface = false;    ///< other meshes can be made for it
 };

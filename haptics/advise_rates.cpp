@@ -29,7 +29,7 @@ Reference find_reference(const AdviceScene& scene, const Session& session, const
   options.rate_hz = steps_per_tick(session.model().mesh().num_nodes()) * session.scene().local.rate_hz;
   options.stop = &over;
   options.progress = watch(clock, end, over);
-  return run_reference(session, scene.tool, options);
+  return run_reference(session, {&scene.tool, 1}, options);
 }
 
 void measure_row(Session& session, const Reference& reference, const AdviceClock& clock, AdviceRow& row) {
@@ -46,10 +46,10 @@ void measure_row(Session& session, const Reference& reference, const AdviceClock
   row.refresh_ms = had * percentile(result.refresh_ms, 0.5);
   row.tick_us = percentile(result.step_us, 0.99);
   row.refreshes_per_second =
-      static_cast<double>(result.refreshes.size()) * rate_hz / static_cast<double>(result.frames.size());
+      static_cast<double>(result.refreshes.size()) * rate_hz / static_cast<double>(result.tools[0].frames.size());
   row.core_share = 1e-6 * percentile(result.step_us, 0.5) * rate_hz +
                    1e-3 * (row.global_ms + row.refresh_ms) * row.refreshes_per_second;
-  row.rates_error = compare_forces(tick_forces(result.frames), reference).force_error;
+  row.rates_error = compare_forces(tick_forces(result.tools[0].frames), reference).force_error;
 }
 
 }  // namespace

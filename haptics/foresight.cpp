@@ -27,7 +27,7 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool) {
   if (reports.size() < 2) return Vec3::Zero();
   const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, kVelocityTicks);
-  const Vec3 way = reports.back().tools[tool].place - reports[reports.size() - 1 - ticks].tools[tool].place;
+  const Vec3 way = reports.back().tools[tool].pose.x - reports[reports.size() - 1 - ticks].tools[tool].pose.x;
   return rate_hz / static_cast<double>(ticks) * way;
 }
 

@@ -46,9 +46,8 @@ struct VirtualCoupling {
 };
 
 struct HapticMethodOptions {
-  ToolShape tool;
-  std::optional<ToolShape> second_tool{};  ///< multirate: of another hand, on the same body
-  double h = 1e-3;                         ///< haptic step [s]
+  std::vector<ToolShape> tools{ToolShape{}};  ///< multirate: 1 to kMaxTools, on the same body; the others know one
+  double h = 1e-3;                            ///< haptic step [s]
   std::string law = "coulomb";             ///< contact.law
   Friction friction;
   VirtualCoupling coupling;

@@ -1,5 +1,6 @@
 #pragma once
 // What the haptic side reports after each tick.
+#include <algorithm>
 #include <array>
 
 #include "collision/surface_contacts.hpp"
@@ -9,7 +10,7 @@ namespace kt {
 
 /// Of one tool.
 struct ToolReport {
-  Vec3 place = Vec3::Zero();  ///< [m]
+  Pose pose;
   int triangle = -1;          ///< in contact: which surface triangle
   bool sliding = false;       ///< the contact that carries most slid
 };
@@ -19,7 +20,18 @@ struct LocalReport {
   std::array<ToolReport, kMaxTools> tools{};
   bool left_patch = false;  ///< a tool is at the edge of the local model: a new one is wanted at once
   int count = 0;
-  std::array<ContactSample, kMaxContacts> samples{};  ///< of all tools
+  std::array<ContactSample, kMaxContacts> samples{};  ///< of all tools; those from count on: anything
+
+  LocalReport() = default;
+  LocalReport(const LocalReport& other) noexcept { *this = other; }
+  LocalReport& operator=(const LocalReport& other) noexcept {  // no more than there is: every tick is copied
+    tick = other.tick;
+    tools = other.tools;
+    left_patch = other.left_patch;
+    count = other.count;
+    std::copy_n(other.samples.begin(), count, samples.begin());
+    return *this;
+  }
 };
 
 }  // namespace kt

@@ -45,8 +45,20 @@ LocalSimulation::LocalSimulation(std::span<const ToolShape> tools, double h, std
   solution_.impulse.setZero(0);
 }
 
+/// Those that changed while the body was touched come with the model.
+void LocalSimulation::take_settings() noexcept {
+  solver_->use(model_->friction.get());
+  for (int k = 0; k < num_tools(); ++k) {
+    const double radius = model_->tool_radius[k];
+    if (radius < 0 || radius == tools_[k].moving.shape().radius) continue;
+    tools_[k].moving.set_radius(radius);
+    tools_[k].reach = tool_reach(tools_[k].moving.shape());
+  }
+}
+
 std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<PreparedLocalModel> next) noexcept {
   std::swap(model_, next);
+  take_settings();
   has_new_patch_ = true;
   if (!next) {
     motion_ = make_local_motion(static_cast<int>(model_->recovered_row.size()));
@@ -218,7 +230,7 @@ void LocalSimulation::step_tools(std::span<const ToolSweep> sweeps, std::span<Lo
   for (int k = 0; k < num_tools(); ++k) {
     frames[k] = {};
     frames[k].t = t_;
-    frames[k].tool = sweeps[k].x_t1;
+    frames[k].pose = {sweeps[k].x_t1, sweeps[k].r_t1};
     frames[k].model_frame = model_->model.frame;
     tools_[k].moving.move(sweeps[k]);
   }
@@ -328,7 +340,7 @@ void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
     frame.gap = frame.contacts++ == 0 ? contact.gap : std::min(frame.gap, contact.gap);
     if (f_n > 0) frame.cone_ratio = std::max(frame.cone_ratio, f_t.norm() / f_n);
     const Vec3 point = place_of(contact, model_->work.x_end);
-    frame.torque += (point - frame.tool).cross(force);
+    frame.torque += (point - frame.pose.x).cross(force);
     if (f_n > largest) {
       largest = f_n;
       frame.triangle = facets.global_triangle[contact.triangle];

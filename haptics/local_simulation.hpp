@@ -21,6 +21,11 @@ enum LocalFlag : unsigned {
   kNotFinite = 16,          ///< the local state left the finite numbers; it was reset and the force is zero
   kContactsExhausted = 32,  ///< kMaxContacts places touch at once, and more may
   kPushedOut = 64,          ///< the tool was inside, and the body is being pushed off it
+  kStaleModel = 128,        ///< the body has not followed for long: the local model in use is old
+  kBodyFailed = 256,        ///< the body's simulation has ended with an error: the last local model goes on
+  kNoModel = 512,           ///< nothing is touched: there is no local model yet
+  kBadPose = 1024,          ///< the tool's pose was not finite, or far beyond any body: it stayed where it was
+  kLateTick = 2048,         ///< more time had passed than is caught up with in one call
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
@@ -28,7 +33,7 @@ constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
 /// One tick's result. Plain values: it is recorded, sent and compared as it is.
 struct LocalFrame {
   double t = 0;                ///< end of the tick [s]
-  Vec3 tool = Vec3::Zero();    ///< reference point at t [m]
+  Pose pose;                   ///< of the tool at t
   Vec3 force = Vec3::Zero();   ///< on the tool [N]
   double f_n = 0, f_t = 0;     ///< its normal and tangential parts [N]
   Vec3 normal = Vec3::Zero();  ///< of the contact that carries most: unit, from the body towards the tool
@@ -75,7 +80,10 @@ class LocalSimulation final : public HapticMethod {
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override;
 
   /// Puts the model in and takes the present one out, as they are.
-  void swap_model(std::unique_ptr<PreparedLocalModel>& model) noexcept { model_.swap(model); }
+  void swap_model(std::unique_ptr<PreparedLocalModel>& model) noexcept {
+    model_.swap(model);
+    if (model_) take_settings();
+  }
 
   /// The body's force at the present state is `force` [N], (r), whatever the linear model has for it: the model's
   /// constant part follows. For bodies whose nonlinear force is at hand at every tick.
@@ -99,6 +107,7 @@ class LocalSimulation final : public HapticMethod {
   int num_tools() const noexcept { return static_cast<int>(tools_.size()); }
 
  private:
+  void take_settings() noexcept;
   void find_free_motion() noexcept;
   bool comes_near_apron(double moved) const noexcept;
   TriangleIndex& index() noexcept { return near_apron_ ? *model_->wide_index : *model_->index; }

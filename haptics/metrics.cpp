@@ -98,7 +98,7 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
     out.ticks_slide += f.mode == ContactMode::slide;
     out.ticks_frictional_slide += f.mode == ContactMode::frictional_slide;
     out.max_t_over_n = std::max(out.max_t_over_n, f.cone_ratio);
-    if (i > 0) work -= f.force.dot(f.tool - frames[i - 1].tool);  // the tool works against the force on it
+    if (i > 0) work -= f.force.dot(f.pose.x - frames[i - 1].pose.x);  // the tool works against the force on it
     out.energy_min = std::min(out.energy_min, work);
     if (i > 0 && f.model_frame != frames[i - 1].model_frame) {
       if (f.t - refreshed_at > kSeldom) settled_at = f.t + kAfterRefresh;
@@ -123,7 +123,7 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
     const LocalFrame& before = frames[i - 1];
     if (!in_contact(f)) {
       // Held a moment ago and the tool did not move away from the surface: contact should not have ended.
-      const bool backs_off = before.normal.dot(f.tool - before.tool) >= 0;
+      const bool backs_off = before.normal.dot(f.pose.x - before.pose.x) >= 0;
       out.lost_contacts += !backs_off;
       continue;
     }

@@ -5,7 +5,7 @@
 #include "haptics/contact_check.hpp"
 #include "haptics/refresher.hpp"
 #include "haptics/session.hpp"
-#include "haptics/tool_turn.hpp"
+#include "haptics/device/tool_turn.hpp"
 #include "haptics/way_out.hpp"
 
 namespace kt {

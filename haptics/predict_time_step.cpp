@@ -25,7 +25,7 @@ std::optional<Prediction> predict_unstable_step(const DeformableModel& model, co
 /// The global side keeps within the limit by itself (GlobalSimulation); the haptic tick's step is what the scene says.
 /// Its local models are pieces or projections of the body: none is faster than the body itself.
 void predict_time_step(const Session& session, std::vector<Prediction>& out) {
-  const SceneLocal& local = session.scene().local;
+  const LocalSettings& local = session.scene().local;
   if (local.integrator != "symplectic_euler") return;
   if (auto p = predict_unstable_step(session.model(), session.start(), local.integrator, 1 / local.rate_hz,
                                      "local.integrator"))

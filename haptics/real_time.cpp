@@ -59,7 +59,7 @@ const char* name_of(Keeps keeps) { return keeps == Keeps::yes ? "yes" : keeps ==
 RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
   RealTime out;
   const double period_ms = 1e3 / scene.local.rate_hz, tick_ms = 1e-3 * percentile(result.step_us, 0.99);
-  const double seconds = static_cast<double>(result.frames.size()) / scene.local.rate_hz;
+  const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
   const double clock_ms = median(result.global_ms) + median(result.refresh_ms);
   const double share = share_of_clock(result, clock_ms), step_ms = share * median(result.global_ms);
   out.budget_ms = 1e3 / scene.global.rate_hz;

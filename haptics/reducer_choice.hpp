@@ -47,6 +47,9 @@ class ReducerChoice {
   /// A replay: these changes and no others.
   void follow(std::vector<ReducerChange> changes) { followed_ = std::move(changes); }
 
+  /// Of the same body with other settings: what was changed until now is known.
+  void go_on_from(const ReducerChoice& before) { changes_ = before.changes_; }
+
   const ReducerCandidate& chosen() const { return candidates_[chosen_]; }
   const std::vector<ReducerCandidate>& candidates() const { return candidates_; }
   double certified_error() const { return certified_; }  ///< worst known now of 0-500 Hz; NaN: not certified

@@ -2,10 +2,10 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "haptics/refresher.hpp"
-#include "haptics/tool_turn.hpp"
 
 namespace kt {
 namespace {
@@ -22,7 +22,7 @@ int steps_per_tick(const Scene& scene, double rate_hz) {
   return static_cast<int>(std::ceil(rate_hz / scene.local.rate_hz - 1e-9));
 }
 
-FullOptions full_options(const Session& session, std::span<const std::span<const Vec3>> paths,
+FullOptions full_options(const Session& session, std::span<const PosePath> paths,
                          const ReferenceOptions& options, int n) {
   const Scene& scene = session.scene();
   FullOptions out;
@@ -30,33 +30,27 @@ FullOptions full_options(const Session& session, std::span<const std::span<const
   out.matrix_time = options.matrix_time;
   out.tangent = options.tangent;
   out.exact_force = options.exact_force;
-  for (const std::span<const Vec3> path : paths)
+  for (const PosePath& path : paths)
     for (std::size_t i = 1; i < path.size(); ++i)
-      out.max_speed = std::max(out.max_speed, (path[i] - path[i - 1]).norm() * scene.local.rate_hz);
+      out.max_speed = std::max(out.max_speed, (path[i].x - path[i - 1].x).norm() * scene.local.rate_hz);
   // The paper's laws are their metric; the others agree as the step shrinks, and the implicit one is the most accurate.
   if (is_geometric(scene.contact.law)) out.metric = contact_metric(scene.contact.metric);
   out.collision_backend = scene.collision.backend;
-  out.smoothing = scene_smoothing(scene);
+  out.smoothing = contact_smoothing(scene.contact, scene.local);
   return out;
 }
 
 }  // namespace
 
-Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options,
-                        std::span<const Vec3> second_tool) {
+Reference run_reference(const Session& session, std::span<const PosePath> paths, const ReferenceOptions& options) {
   const Scene& scene = session.scene();
   if (scene.global.self_contact)
     throw InputError("reference: the full model in fine steps passes through itself; not with global.self_contact");
-  std::vector<std::span<const Vec3>> paths{tool};
-  std::vector<ToolTurn> turns{scene_turn(scene.tool)};
-  if (scene.second_tool) {
-    if (second_tool.size() != tool.size())
-      throw InputError(text("reference: the second tool's path has ", second_tool.size(), " places, must have ",
-                            tool.size(), " as the first one's"));
-    paths.push_back(second_tool);
-    turns.push_back(scene_turn(*scene.second_tool));
-  }
-  const int n = steps_per_tick(scene, options.rate_hz), ticks = static_cast<int>(tool.size()) - 1;
+  for (const PosePath& path : paths)
+    if (paths.size() != session.tools().size() || path.size() != paths[0].size() || path.empty())
+      throw InputError(text("reference: ", paths.size(), " paths of tools, the last one with ", path.size(),
+                            " places, must be ", session.tools().size(), " with ", paths[0].size(), " each"));
+  const int n = steps_per_tick(scene, options.rate_hz), ticks = static_cast<int>(paths[0].size()) - 1;
   const double started = cpu_seconds();
   FullSimulation full(
       session.model(), session.surface(), session.tools(),
@@ -68,11 +62,13 @@ Reference run_reference(const Session& session, std::span<const Vec3> tool, cons
   int exhausted = 0, lost = 0;
   for (int tick = 0; tick < ticks && !(options.stop && options.stop->load()); ++tick) {
     for (int k = 0; k < n; ++k) {
-      const double t = tick / scene.local.rate_hz, dt = 1 / (n * scene.local.rate_hz);
       for (std::size_t i = 0; i < paths.size(); ++i) {
-        const Vec3 &from = paths[i][tick], &to = paths[i][tick + 1];
-        const auto place = [&](int step) { return Vec3(from + step / double(n) * (to - from)); };
-        sweeps[i] = turns[i].sweep(place(k), place(k + 1), t + k * dt, t + (k + 1) * dt);
+        const Pose &from = paths[i][tick], &to = paths[i][tick + 1];
+        const auto at = [&](int step) {
+          const double share = step / double(n);
+          return Pose{from.x + share * (to.x - from.x), from.r.slerp(share, to.r)};
+        };
+        sweeps[i] = {at(k), at(k + 1)};
       }
       full.step_tools(std::span(sweeps).first(paths.size()), std::span(frames).first(paths.size()));
       for (std::size_t i = 0; i < paths.size(); ++i) forces[i].push_back(frames[i].force);
@@ -82,7 +78,7 @@ Reference run_reference(const Session& session, std::span<const Vec3> tool, cons
     if (options.progress) options.progress((tick + 1.0) / ticks);
   }
   Reference out;
-  out.key = reference_key(session, tool, second_tool);
+  out.key = reference_key(session, paths);
   out.rate_hz = n * scene.local.rate_hz;
   out.h = 1 / scene.local.rate_hz;
   out.force = resample_forces(forces[0], n);
@@ -115,23 +111,19 @@ std::vector<Vec3> resample_forces(std::span<const Vec3> steps, int n) {
   return out;
 }
 
-std::vector<Vec3> tool_path(const SessionResult& result) {
-  std::vector<Vec3> out{result.start};
-  for (const LocalFrame& f : result.frames) out.push_back(f.tool);
+std::vector<PosePath> tool_paths(const SessionResult& result) {
+  std::vector<PosePath> out;
+  for (const ToolRun& tool : result.tools) {
+    PosePath& path = out.emplace_back();
+    path.push_back(tool.start);
+    for (const LocalFrame& f : tool.frames) path.push_back(f.pose);
+  }
   return out;
 }
 
-std::vector<Vec3> second_tool_path(const SessionResult& result) {
-  std::vector<Vec3> out;
-  if (!result.second_tool) return out;
-  out.push_back(result.second_tool->start);
-  for (const LocalFrame& f : result.second_tool->frames) out.push_back(f.tool);
-  return out;
-}
-
-std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool, std::span<const Vec3> second_tool) {
+std::uint64_t reference_key(const Session& session, std::span<const PosePath> paths) {
   const DeformableModel& model = session.model();
-  const SceneContact& contact = session.scene().contact;
+  const ContactSettings& contact = session.scene().contact;
   StateHash hash;
   const auto add_words = [&](const std::string& words) { hash.add(words.data(), words.size()); };
   for (int i : model.fixed_nodes()) hash.add(i);
@@ -164,20 +156,19 @@ std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool, 
     hash.add(f.mu_static);
     hash.add(f.mu_kinetic);
   }
-  const auto add_tool = [&](const SceneTool& described, const ToolShape& shape) {
-    add_words(described.shape);
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    const ToolShape& shape = session.tools()[k];
+    add_words(k == 0 ? session.scene().tool.shape : session.scene().second_tool->shape);
     hash.add(shape.radius);
     for (const Vec3& corner : shape.corners) hash.add(corner);
-    if (described.turn.isZero(0) && described.spin.isZero(0)) return;
-    hash.add(described.turn);
-    hash.add(described.spin);
-  };
-  add_tool(session.scene().tool, session.tool());
-  hash.add(session.scene().local.rate_hz);
-  for (const Vec3& x : tool) hash.add(x);
-  if (session.scene().second_tool) {
-    add_tool(*session.scene().second_tool, session.tools()[1]);
-    for (const Vec3& x : second_tool) hash.add(x);
+    if (k == 0) hash.add(session.scene().local.rate_hz);
+    for (const Pose& pose : paths[k]) hash.add(pose.x);
+    const auto is_turned = [](const Pose& pose) { return pose.r.w() != 1; };
+    if (std::ranges::none_of(paths[k], is_turned) || shape.corners.empty()) continue;
+    for (const Pose& pose : paths[k]) {
+      hash.add(pose.r.w());
+      hash.add(Vec3(pose.r.vec()));
+    }
   }
   return hash.value();
 }
@@ -188,11 +179,11 @@ std::vector<Vec3> tick_forces(std::span<const LocalFrame> frames) {
   return out;
 }
 
-double tool_work(std::span<const Vec3> forces, std::span<const Vec3> tool) {
+double tool_work(std::span<const Vec3> forces, const PosePath& tool) {
   double out = 0;
   for (std::size_t i = 0; i < forces.size() && i + 1 < tool.size(); ++i) {
     const Vec3 before = i > 0 ? forces[i - 1] : Vec3(Vec3::Zero());
-    out -= 0.5 * (before + forces[i]).dot(tool[i + 1] - tool[i]);
+    out -= 0.5 * (before + forces[i]).dot(tool[i + 1].x - tool[i].x);
   }
   return out;
 }

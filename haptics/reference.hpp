@@ -8,6 +8,9 @@
 
 namespace kt {
 
+/// The start of a tool, then its pose at the end of each tick.
+using PosePath = std::vector<Pose>;
+
 struct ReferenceOptions {
   double rate_hz = 10000;                     ///< at least; rounded up to a whole number of steps a tick
   double matrix_time = 0.02;                  ///< [s], see FullOptions
@@ -29,23 +32,19 @@ struct Reference {
   std::vector<std::string> warnings;
 };
 
-/// @param tool  positions at the ends of the session's ticks, before them the start; in between they are linear
-/// @param second_tool  the same of the session's second tool; empty: it has none
+/// @param paths  of each of the session's tools: in between it moves and turns evenly
 /// Throws InputError for a rate below the session's, RunError when the body leaves the finite numbers.
-Reference run_reference(const Session& session, std::span<const Vec3> tool, const ReferenceOptions& options = {},
-                        std::span<const Vec3> second_tool = {});
+Reference run_reference(const Session& session, std::span<const PosePath> paths, const ReferenceOptions& options = {});
 
-/// The start and the place at each tick: what run_reference takes.
-std::vector<Vec3> tool_path(const SessionResult& result);
-/// Of the second tool; empty without one.
-std::vector<Vec3> second_tool_path(const SessionResult& result);
+/// Of each tool: what run_reference takes.
+std::vector<PosePath> tool_paths(const SessionResult& result);
 
 /// Equal for sessions whose references are the same: hash of body, contact law, tool and its path, not of the methods.
-std::uint64_t reference_key(const Session& session, std::span<const Vec3> tool, std::span<const Vec3> second_tool = {});
+std::uint64_t reference_key(const Session& session, std::span<const PosePath> paths);
 
 /// What the tool does on the body along `tool` (the start, then the place at each tick): - sum of F dx [J], F the
 /// mean over each tick. Of as many ticks as both have.
-double tool_work(std::span<const Vec3> forces, std::span<const Vec3> tool);
+double tool_work(std::span<const Vec3> forces, const PosePath& tool);
 
 struct ForceError {
   double force_error = 0;   ///< || F - F_ref || / || F_ref || over all ticks

@@ -5,21 +5,21 @@
 
 namespace kt {
 
-double refresh_budget_ms(const Scene& scene) {
+double refresh_budget_ms(const TouchOptions& options) {
   constexpr double kRoom = 0.8;  // of the interval: some refreshes take longer than the usual one
-  if (scene.local.refresh_budget_ms) return *scene.local.refresh_budget_ms;
-  return models_come_late(scene) ? kRoom * 1e3 / scene.global.rate_hz : std::numeric_limits<double>::infinity();
+  if (options.local.refresh_budget_ms) return *options.local.refresh_budget_ms;
+  return models_come_late(options) ? kRoom * 1e3 / options.global.rate_hz : std::numeric_limits<double>::infinity();
 }
 
-double charged_ms(const Scene& scene, double measured_ms, double predicted_ms) {
-  if (scene.link.charge_refreshes == "measured") return measured_ms;
-  if (scene.link.charge_refreshes == "predicted") return predicted_ms;
-  return scene.link.charge_refreshes == "given" ? scene.link.refresh_ms.value_or(0) : 0;
+double charged_ms(const TouchOptions& options, double measured_ms, double predicted_ms) {
+  if (options.link.charge_refreshes == "measured") return measured_ms;
+  if (options.link.charge_refreshes == "predicted") return predicted_ms;
+  return options.link.charge_refreshes == "given" ? options.link.refresh_ms.value_or(0) : 0;
 }
 
-int charged_ticks(const Scene& scene, double measured_ms, double predicted_ms) {
+int charged_ticks(const TouchOptions& options, double measured_ms, double predicted_ms) {
   constexpr double kRoundoff = 1e-9;
-  const double ticks = 1e-3 * charged_ms(scene, measured_ms, predicted_ms) * scene.local.rate_hz;
+  const double ticks = 1e-3 * charged_ms(options, measured_ms, predicted_ms) * options.local.rate_hz;
   return static_cast<int>(std::ceil(ticks - kRoundoff));
 }
 

@@ -10,8 +10,6 @@
 #include "core/sparse_solver.hpp"
 #include "haptics/foresight.hpp"
 #include "haptics/refresh_cost.hpp"
-#include "haptics/scene_friction.hpp"
-#include "haptics/tool_turn.hpp"
 #include "self_contact/crossings.hpp"
 
 namespace kt {
@@ -42,61 +40,7 @@ bool is_positive_semidefinite(const SparseMatrix& matrix) {
   return make_sparse_solver()->factor(SparseMatrix(matrix + kRoundoff * matrix.diagonal().maxCoeff() * one));
 }
 
-}  // namespace
-
-std::optional<LocalScheme> local_scheme(const std::string& integrator) {
-  if (integrator == "auto") return {};
-  if (integrator == "exact") return LocalScheme::exact;
-  if (integrator == "symplectic_euler") return LocalScheme::symplectic_euler;
-  if (integrator == "implicit_euler") return LocalScheme::implicit_euler;
-  throw_unknown("local.integrator", integrator, {"auto", "exact", "implicit_euler", "symplectic_euler"});
-}
-
-Metric contact_metric(const std::string& name) {
-  if (name == "identity") return Metric::identity;
-  if (name == "mass") return Metric::mass;
-  if (name == "implicit") return Metric::implicit;
-  throw_unknown("contact.metric", name, {"identity", "mass", "implicit"});
-}
-
-bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
-
-Smoothing scene_smoothing(const Scene& scene) {
-  const SceneContact& c = scene.contact;
-  require_backend("contact.surface", c.surface, contact_surface_backends());
-  if (c.surface == "flat") return {};
-  const std::string method = haptic_method_name(scene.local.method, c.law);
-  if (method != "multirate" || is_geometric(c.law))
-    throw InputError(text("contact.surface \"", c.surface, "\" needs local.method \"multirate\" and contact.law ",
-                          "\"coulomb\"; local.method \"", method, "\" with contact.law \"", c.law,
-                          "\" touches the triangles: \"flat\""));
-  return {c.surface, c.surface_levels};
-}
-
-std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, std::span<const ToolShape> tools,
-                                                std::vector<Friction> friction_of_triangle) {
-  const SceneContact& c = scene.contact;
-  HapticMethodOptions options;
-  options.tool = tools[0];
-  if (tools.size() > 1) options.second_tool = tools[1];
-  options.h = 1 / scene.local.rate_hz;
-  if (c.law != "penalty") options.law = c.law;  // a method with friction of its own: Coulomb's
-  options.friction = base_friction(c);
-  options.friction_of_triangle = std::move(friction_of_triangle);
-  options.blend = 1e-3 * scene.local.blend_ms;
-  options.coupling = {c.penalty.stiffness, c.penalty.damping};
-  return make_haptic_method(haptic_method_name(scene.local.method, c.law), options);
-}
-
-namespace {
-
-std::vector<ToolShape> shapes_of(const std::vector<ReachingTool>& tools) {
-  std::vector<ToolShape> out;
-  for (const ReachingTool& tool : tools) out.push_back(tool.shape);
-  return out;
-}
-
-std::unique_ptr<Integrator> global_integrator(const SceneGlobal& global, SelfContact* self_contact) {
+std::unique_ptr<Integrator> global_integrator(const GlobalSettings& global, SelfContact* self_contact) {
   const IntegratorOptions options{.solver = global.solver, .tolerance = global.tolerance, .definite = global.definite};
   if (self_contact) return std::make_unique<TouchingEuler>(*self_contact, options);
   return make_integrator(global.integrator, options);
@@ -104,45 +48,39 @@ std::unique_ptr<Integrator> global_integrator(const SceneGlobal& global, SelfCon
 
 }  // namespace
 
-Refresher::Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene,
-                     std::vector<ReachingTool> tools, const State& start, SelfContact* self_contact,
-                     std::optional<BandPowers> motion)
+Refresher::Refresher(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                     const State& start, SelfContact* self_contact)
     : surface_(surface),
-      scene_(scene),
-      tools_(std::move(tools)),
-      smoothing_(scene_smoothing(scene)),
+      options_(options),
+      tools_(options.tools),
+      smoothing_(contact_smoothing(options.contact, options.local)),
       way_out_(surface, model.mesh().num_nodes(), model.fixed_nodes()),
-      method_(make_scene_method(scene, shapes_of(tools_))),
+      method_(make_method(options, {})),
       self_contact_(self_contact),
-      global_(model, global_integrator(scene.global, self_contact), 1 / scene.global.rate_hz, start),
+      global_(model, global_integrator(options.global, self_contact), 1 / options.global.rate_hz, start),
       before_(start),
-      choice_(scene.local.reducer, scene.local.rings,
-              {.tolerance = scene.local.tolerance,
-               .budget_us = scene.local.budget_us,
-               .refresh_per_tick = scene.global.rate_hz / scene.local.rate_hz,
+      choice_(options.local.reducer, options.local.rings,
+              {.tolerance = options.local.tolerance,
+               .budget_us = options.local.budget_us,
+               .refresh_per_tick = options.global.rate_hz / options.local.rate_hz,
                .whole = self_contact != nullptr,
-               .refresh_budget_ms = refresh_budget_ms(scene),
+               .refresh_budget_ms = refresh_budget_ms(options),
                .rest_ms = predict_rest_ms(model.mesh().num_nodes(), static_cast<int>(model.mesh().tetrahedra.size()),
-                                          scene.object.model.type == "fem"),
-               .motion = std::move(motion)}),
-      scheme_(local_scheme(scene.local.integrator)),
-      metric_(contact_metric(scene.contact.metric)),
-      refreshes_early_(scene.global.early_refresh &&
-                       haptic_method_name(scene.local.method, scene.contact.law) == "multirate"),
-      has_apron_(haptic_method_name(scene.local.method, scene.contact.law) == "multirate" &&
-                 !is_geometric(scene.contact.law)) {}
+                                          model.info().type == "fem"),
+               .motion = options.motion}),
+      scheme_(local_scheme(options.local.integrator)),
+      metric_(contact_metric(options.contact.metric)),
+      refreshes_early_(options.global.early_refresh &&
+                       haptic_method_name(options.local.method, options.contact.law) == "multirate"),
+      has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
+                 !is_geometric(options.contact.law)) {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
 /// found again.
 double Refresher::interval(double t) const {
-  const double usual = 1 / scene_.global.rate_hz;
-  return models_come_late(scene_) ? std::clamp(t - last_, usual, 1.5 * usual) : usual;
-}
-
-/// Until the model made at time t arrives [s]. In two threads that takes an interval.
-double Refresher::delay(double t) const {
-  return 1e-3 * scene_.link.latency_ms + (models_come_late(scene_) ? interval(t) : 0);
+  const double usual = 1 / options_.global.rate_hz;
+  return models_come_late(options_) ? std::clamp(t - last_, usual, 1.5 * usual) : usual;
 }
 
 /// Around the place where a large ball touches, or will: as much as a fingertip needs around what it touches now, and
@@ -169,15 +107,15 @@ static double large_ball_extent(const Surface& surface, const VectorX& x, const 
 }
 
 /// How far the tool's surface gets while the model made at time t is in use [m].
-double Refresher::reach(double t, const ReachingTool& tool, const Vec3& place, const Vec3& velocity) const {
+double Refresher::reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const {
   constexpr double kGetsFaster = 0.1;  // [m/s]
   constexpr double kLarge = 0.01;      // [m]
   // A model that is there at once starts where the tool is; one that comes late may find it off its path.
-  double around = (delay(t) > 0 ? 1.5 : 1.2) * tool_reach(tool.shape);
+  double around = (delay_ > 0 ? 1.5 : 1.2) * tool_reach(tool.shape);
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
   const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + kGetsFaster});
-  return around + speed * (delay(t) + interval(t));
+  return around + speed * (delay_ + interval(t));
 }
 
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
@@ -219,13 +157,13 @@ ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::sp
 void Refresher::measure_forces(std::span<const LocalReport> reports) {
   constexpr double kMemory = 0.5, kEnough = 0.25;  // [s]
   if (forces_.empty()) {
-    const double use = 1 / scene_.global.rate_hz + delay(last_);
-    forces_.assign(tools_.size(), SpectrumMeter(scene_.local.rate_hz, use, kMemory));
+    const double use = 1 / options_.global.rate_hz + delay_;
+    forces_.assign(tools_.size(), SpectrumMeter(options_.local.rate_hz, use, kMemory));
   }
   for (const LocalReport& report : reports) {
     std::array<Vec3, kMaxTools> force{Vec3::Zero(), Vec3::Zero()};
     for (const ContactSample& s : std::span(report.samples).first(static_cast<std::size_t>(report.count)))
-      force[static_cast<std::size_t>(s.tool)] += scene_.local.rate_hz * s.impulse;
+      force[static_cast<std::size_t>(s.tool)] += options_.local.rate_hz * s.impulse;
     for (std::size_t k = 0; k < forces_.size(); ++k)
       if (forces_[k].seconds() > 0 || !force[k].isZero(0)) forces_[k].add(force[k]);
   }
@@ -269,7 +207,7 @@ void Refresher::report_self_contact() {
 void Refresher::linearize_at(const State& state, TangentKind kind) {
   if (!self_contact_) return linearize(global_.model(), state, kind, tangent_);
   const State& from = state.t > global_.state().t ? global_.state() : before_;
-  const double dt = state.t > from.t ? state.t - from.t : 1 / scene_.global.rate_hz;
+  const double dt = state.t > from.t ? state.t - from.t : 1 / options_.global.rate_hz;
   const TouchingModel touching(global_.model(), *self_contact_, from, dt);
   touching.find_near(state.x);
   linearize(touching, state, kind, tangent_);
@@ -282,7 +220,7 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   linearize_at(state, kind);
   linearize_ms.push_back(milliseconds_since(start));
   start = std::chrono::steady_clock::now();
-  if (frame_ == 0) choice_.set_up(tangent_, patch, site);
+  if (is_new_) choice_.set_up(tangent_, patch, site);
   LocalModel local = choice_.reduce(tangent_, patch, site);
   if (!is_positive_semidefinite(local.stiffness))
     throw IndefiniteTangent("the body's definite tangent is not positive definite");
@@ -317,7 +255,7 @@ LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site,
 /// Vibrations that hardly know of one another are stepped exactly, each by itself; else all by one implicit step.
 LocalScheme Refresher::choose_scheme(LocalModel& local) {
   coupling = damping_coupling(local);
-  const bool can_be_exact = coupling <= kUncoupled && !is_geometric(scene_.contact.law);
+  const bool can_be_exact = coupling <= kUncoupled && !is_geometric(options_.contact.law);
   const LocalScheme scheme = scheme_.value_or(can_be_exact ? LocalScheme::exact : LocalScheme::implicit_euler);
   if (scheme == LocalScheme::exact && coupling > 0 && coupling <= kUncoupled) drop_coupling(local);
   exact_steps += scheme == LocalScheme::exact;
@@ -336,33 +274,59 @@ void Refresher::judge_linearization(std::span<const ContactHold> holds) {
   const double t = global_.state().t;
   if (error * force > kGaveWay * most_force_) gave_way_ = t;
   if (!refreshes_early_) return;
-  if (error > scene_.local.tolerance)
+  if (error > options_.local.tolerance)
     haste_ = std::min(2 * haste_, 4);
-  else if (error < 0.5 * scene_.local.tolerance && t - gave_way_ > kAlert)
+  else if (error < 0.5 * options_.local.tolerance && t - gave_way_ > kAlert)
     haste_ = std::max(haste_ / 2, 1);
 }
 
 int Refresher::next_interval(int usual) const {
-  const int shortest = static_cast<int>(std::lround(kShortestInterval * scene_.local.rate_hz));
+  const int shortest = static_cast<int>(std::lround(kShortestInterval * options_.local.rate_hz));
   return std::max({1, usual / haste_, std::min(usual, shortest)});
 }
 
 /// The body in the middle of the time that the model made at time t is used.
 std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
-  const double lead = delay(t) + 0.5 * interval(t) / haste_;
+  const double lead = delay_ + 0.5 * interval(t) / haste_;
   std::vector<ContactHold> all;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
-    const Vec3 step = lead * tool_velocity(reports, scene_.local.rate_hz, k);
+    const Vec3 step = lead * tool_velocity(reports, options_.local.rate_hz, k);
     std::ranges::move(
-        moved_holds(last_holds(reports, scene_.local.rate_hz, k), surface_, smoothing_, global_.model().mesh().x, step),
+        moved_holds(last_holds(reports, options_.local.rate_hz, k), surface_, smoothing_, global_.model().mesh().x, step),
         std::back_inserter(all));
   }
   return global_.foresee(lead, all);
 }
 
+void Refresher::go_on_from(Refresher& before) {
+  global_ms = std::move(before.global_ms);
+  refresh_ms = std::move(before.refresh_ms);
+  linearize_ms = std::move(before.linearize_ms);
+  reduce_ms = std::move(before.reduce_ms);
+  certify_ms = std::move(before.certify_ms);
+  prepare_ms = std::move(before.prepare_ms);
+  linearization_error = std::move(before.linearization_error);
+  self_contacts = std::move(before.self_contacts);
+  definite_tangents = before.definite_tangents;
+  exact_steps = before.exact_steps;
+  looked_ahead = before.looked_ahead;
+  look_for_crossings = before.look_for_crossings;
+  crossings = before.crossings;
+  inverted = before.inverted;
+  before_ = before.before_;
+  forces_ = std::move(before.forces_);
+  choice_.go_on_from(before.choice_);
+  delay_ = before.delay_;
+  last_ = before.last_;
+  frame_ = before.frame_;
+  haste_ = before.haste_;
+  most_force_ = before.most_force_;
+  gave_way_ = before.gave_way_;
+}
+
 /// Where the whole body is, and its surface around the patch.
 void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& site,
-                                 const std::vector<Vec3>& places) const {
+                                 std::span<const Pose> tools) const {
   out.body_x = tangent_.state.x;
   if (!has_apron_) return;
   const SurfacePatch& patch = out.model.patch;
@@ -371,23 +335,24 @@ void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& sit
     for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = out.moves[t][c];
   std::vector<char> is_fixed(static_cast<std::size_t>(global_.model().mesh().num_nodes()), 0);
   for (const int i : tangent_.fixed_nodes) is_fixed[i] = 1;
+  std::vector<Vec3> places;
+  for (const Pose& tool : tools) places.push_back(tool.x);
   lay_apron(out, make_apron(surface_, out.body_x, site, patch, moves, is_fixed, kApron), surface_, places,
-            scene_.collision.backend);
+            options_.collision.backend);
 }
 
 /// At the start everything counts. Later, the tool has no contact because it is outside, as a rule: less than what is
 /// noticed is the difference of the two sides.
-std::optional<WayOut> Refresher::find_way_out(double t, int tool, const Vec3& place) const {
+std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const {
   constexpr double kRounding = 1e-7, kNoticeable = 1e-4;  // [m]
   constexpr int kFew = 16;
   const bool is_first = frame_ == 0;
   const ToolShape& shape = tools_[tool].shape;
-  const Quaternion turn = scene_turn(tool == 0 ? scene_.tool : *scene_.second_tool).at(t);
-  return way_out_.find(global_.state().x, shape, place, turn, is_first ? kRounding : kNoticeable,
+  return way_out_.find(global_.state().x, shape, pose.x, pose.r, is_first ? kRounding : kNoticeable,
                        is_first ? static_cast<int>(shape.corners.size()) : kFew);
 }
 
-std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vector<Vec3>& places,
+std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const Pose> at,
                                                        std::span<const LocalReport> reports,
                                                        const LocalMotion* motion) {
   auto start = std::chrono::steady_clock::now();
@@ -396,7 +361,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
     history.insert(history.end(), report.samples.begin(), report.samples.begin() + report.count);
   std::vector<ContactHold> holds;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
-    std::ranges::move(last_holds(reports, scene_.local.rate_hz, k), std::back_inserter(holds));
+    std::ranges::move(last_holds(reports, options_.local.rate_hz, k), std::back_inserter(holds));
   std::optional<State> ahead;
   measure_forces(reports);
   if (t > global_.state().t) {
@@ -405,7 +370,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
     count_inverted();
     if (self_contact_) report_self_contact();
     judge_linearization(holds);
-    if (motion && scene_.global.look_ahead) ahead = foresee(t, reports);
+    if (motion && options_.global.look_ahead) ahead = foresee(t, reports);
     global_ms.push_back(milliseconds_since(start));
   }
 
@@ -413,11 +378,11 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
   std::vector<ToolPlace> tools;
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
   for (std::size_t k = 0; k < tools_.size(); ++k) {
-    const Vec3 velocity = tool_velocity(reports, scene_.local.rate_hz, static_cast<int>(k));
-    ToolPlace& tool = tools.emplace_back(places[k], reports.empty() ? -1 : reports.back().tools[k].triangle,
-                                         reach(t, tools_[k], places[k], velocity));
+    const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
+    ToolPlace& tool = tools.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
+                                         reach(t, tools_[k], at[k].x, velocity));
     if (tool.triangle >= 0) continue;
-    const std::optional<WayOut> way = find_way_out(t, static_cast<int>(k), places[k]);
+    const std::optional<WayOut> way = find_way_out(static_cast<int>(k), at[k]);
     way_out[k] = way ? way->triangle : kOutside;
     if (!way) continue;
     tool.triangle = way->triangle;
@@ -428,14 +393,15 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, const std::vect
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   local.frame = frame_++;
+  is_new_ = false;
   const auto prepare_start = std::chrono::steady_clock::now();
   const LocalScheme scheme = choose_scheme(local);
-  auto out = prepare(std::move(local), scheme, metric_, 1 / scene_.local.rate_hz, scene_.collision.backend,
+  auto out = prepare(std::move(local), scheme, metric_, 1 / options_.local.rate_hz, options_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
-  out->tool = places[0];
+  out->tool = at[0].x;
   out->way_out = way_out;
-  add_rest_of_body(*out, site, places);
-  method_->complete(*out, 1 / scene_.global.rate_hz);
+  add_rest_of_body(*out, site, at);
+  method_->complete(*out, 1 / options_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);
     if (const LocalReport* last = last_before(reports, motion->tick)) {

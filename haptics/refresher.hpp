@@ -11,40 +11,34 @@
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
 #include "haptics/way_out.hpp"
-#include "io/scene.hpp"
+#include "haptics/touch/touch_options.hpp"
 #include "self_contact/touching_euler.hpp"
 
 namespace kt {
 
-/// What the patch has to cover of one tool.
-struct ReachingTool {
-  ToolShape shape;
-  double max_speed = 0;  ///< bound [m/s]
-};
-
-/// A patch is made for a tool that goes on as fast as it was measured, and a margin for one that gets faster, but for
-/// no more than this [m/s]: a faster one touches the apron until the next patch is there.
-constexpr double kFollowedSpeed = 0.25;
-
 class Refresher {
  public:
-  /// @param tools         1 to kMaxTools
   /// @param self_contact  none: the body passes through itself
-  /// @param motion        that the surface is to follow, as far as it is known
-  Refresher(const DeformableModel& model, const Surface& surface, const Scene& scene, std::vector<ReachingTool> tools,
-            const State& start, SelfContact* self_contact = nullptr, std::optional<BandPowers> motion = {});
+  Refresher(const DeformableModel& model, const Surface& surface, const TouchOptions& options, const State& start,
+            SelfContact* self_contact = nullptr);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
   /// `motion`, that of the local model in use at that tick or some ticks earlier; without one, from the body's own.
-  /// @param places  of the tools at t [m]
+  /// @param at       where the tools are at t
   /// @param reports  since the last refresh; with `motion`, also that of the tick before it
-  std::unique_ptr<PreparedLocalModel> refresh(double t, const std::vector<Vec3>& places,
+  std::unique_ptr<PreparedLocalModel> refresh(double t, std::span<const Pose> at,
                                               std::span<const LocalReport> reports,
                                               const LocalMotion* motion = nullptr);
+
+  /// How long the next local model will be on its way [s], as far as can be told.
+  void expect_delay(double seconds) { delay_ = seconds; }
 
   /// Ticks until the next refresh, of `usual` ones: fewer while the body bends more within them than the local model
   /// tells.
   int next_interval(int usual) const;
+
+  /// The same body goes on from another refresher, with other settings: its records, and what was measured.
+  void go_on_from(Refresher& before);
 
   /// What the last refresh took [ms of CPU time]; reducer auto keeps within its budget.
   void charge(double cpu_ms);
@@ -72,19 +66,18 @@ class Refresher {
   void linearize_at(const State& state, TangentKind kind);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);
-  int tick() const { return static_cast<int>(std::lround(last_ * scene_.local.rate_hz)); }  // of the last refresh
+  int tick() const { return static_cast<int>(std::lround(last_ * options_.local.rate_hz)); }  // of the last refresh
   void count_inverted();
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
-  void add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, const std::vector<Vec3>& places) const;
-  std::optional<WayOut> find_way_out(double t, int tool, const Vec3& place) const;
+  void add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, std::span<const Pose> tools) const;
+  std::optional<WayOut> find_way_out(int tool, const Pose& pose) const;
   double interval(double t) const;
-  double delay(double t) const;
-  double reach(double t, const ReachingTool& tool, const Vec3& place, const Vec3& velocity) const;
+  double reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const;
   const Surface& surface_;
-  Scene scene_;
-  std::vector<ReachingTool> tools_;
+  TouchOptions options_;
+  std::vector<TouchTool> tools_;
   Smoothing smoothing_;
   WayOutSearch way_out_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
@@ -96,8 +89,10 @@ class Refresher {
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
   bool refreshes_early_, has_apron_;  // the baselines do not
+  double delay_ = 0;  // of the next local model on its way [s]
   double last_ = 0;                   // time of the last refresh [s]
   int frame_ = 0;
+  bool is_new_ = true;  // no model was made yet
   int haste_ = 1;                                               // the usual interval is divided by
   std::vector<SpectrumMeter> forces_;                           // of each tool, from its first contact on
   double most_force_ = 0;                                       // of the contacts at the end of an interval [N]
@@ -118,18 +113,5 @@ struct ToolPlace {
 /// The sites of all tools in one, the first one's first. Left out are those that are further from the surface than
 /// twice their reach: nothing that such a tool could meet is worth a larger model. One is always there.
 ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::span<const ToolPlace> tools);
-
-/// The method that the scene asks for. Throws InputError.
-/// @param tools  1 to kMaxTools
-std::unique_ptr<HapticMethod> make_scene_method(const Scene& scene, std::span<const ToolShape> tools,
-                                                std::vector<Friction> friction_of_triangle = {});
-
-/// Of the surface that the tool touches.
-Smoothing scene_smoothing(const Scene& scene);
-
-/// None: "auto".
-std::optional<LocalScheme> local_scheme(const std::string& integrator);
-Metric contact_metric(const std::string& name);
-bool is_geometric(const std::string& contact_law);  ///< the paper's laws, which work in positions
 
 }  // namespace kt

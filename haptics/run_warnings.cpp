@@ -19,6 +19,7 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
     unsigned flag;
     const char* text;
   };
+  const auto who = [&](const ToolRun& tool) { return &tool == &result.tools[0] ? "" : "second tool: "; };
   constexpr Kind kKinds[] = {
       {kEventsExhausted, "more impacts in one tick than are resolved"},
       {kContactsExhausted, "as many places touched at once as are resolved, 40: those that say most were kept"},
@@ -28,22 +29,19 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
       {kRigidContact, "contact with a clamped part, which cannot give way"},
       {kNotFinite, "the local model left the finite numbers and was reset (use local.integrator implicit_euler)"}};
   for (const Kind& kind : kKinds) {
-    const auto warn = [&](const std::vector<LocalFrame>& frames, const std::string& who) {
-      const auto ticks = std::ranges::count_if(frames, [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
-      if (ticks > 0) warnings.push_back(text(who, kind.text, ": ", ticks, " of ", frames.size(), " ticks"));
-    };
-    warn(result.frames, "");
-    if (result.second_tool) warn(result.second_tool->frames, "second tool: ");
+    for (const ToolRun& tool : result.tools) {
+      const auto ticks =
+          std::ranges::count_if(tool.frames, [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
+      if (ticks > 0) warnings.push_back(text(who(tool), kind.text, ": ", ticks, " of ", tool.frames.size(), " ticks"));
+    }
   }
-  const auto warn_of_limit = [&](int ticks, const char* who) {
-    if (ticks > 0) warnings.push_back(text(who, "the force was cut to the device's limit in ", ticks, " ticks"));
-  };
-  warn_of_limit(result.limited_forces, "");
-  if (result.second_tool) warn_of_limit(result.second_tool->limited_forces, "second tool: ");
+  for (const ToolRun& tool : result.tools)
+    if (tool.limited_forces > 0)
+      warnings.push_back(text(who(tool), "the force was cut to the device's limit in ", tool.limited_forces, " ticks"));
   const auto unsolved =
-      std::ranges::count_if(result.frames, [](const LocalFrame& f) { return f.residual > kNoticeableResidual; });
+      std::ranges::count_if(result.tools[0].frames, [](const LocalFrame& f) { return f.residual > kNoticeableResidual; });
   if (unsolved > 0)
-    warnings.push_back(text("the contact forces were not found to within 1 %: ", unsolved, " of ", result.frames.size(),
+    warnings.push_back(text("the contact forces were not found to within 1 %: ", unsolved, " of ", result.tools[0].frames.size(),
                             " ticks (contacts on the same few nodes, or a tool that drives into what is clamped)"));
   if (const StepStatistics& steps = result.global_steps; steps.projected + steps.not_converged > 0)
     warnings.push_back(
@@ -58,35 +56,36 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
         text("the exact tangent was indefinite at ", result.definite_tangents, " of ", result.refreshes.size(),
              " refreshes: clamped there, the local model is stiffer than the body; set object.model.type to fem "
              "with object.model.material neo_hookean, or press less deep"));
-  const auto warn_of_depth = [&](const std::vector<double>& depth, const char* who) {
+  const auto warn_of_depth = [&](const ToolRun& tool) {
+    const std::vector<double>& depth = tool.penetration;
     if (depth.empty() || !keeps_outside) return;
     const auto ticks = std::ranges::count_if(depth, [](double d) { return d > kNoticeableDepth; });
     if (ticks > 0)
       warnings.push_back(text(
-          who, "the tool was up to ", 1e3 * std::ranges::max(depth), " mm inside the body, in ", ticks, " of ",
+          who(tool), "the tool was up to ", 1e3 * std::ranges::max(depth), " mm inside the body, in ", ticks, " of ",
           depth.size(), " ticks: forces there are not to be trusted; move the tool more slowly, or press less deep"));
   };
-  warn_of_depth(result.penetration, "");
-  if (result.second_tool) warn_of_depth(result.second_tool->penetration, "second tool: ");
-  const auto warn_of_loss = [&](const LostContact& lost, const std::vector<LocalFrame>& frames, const char* who) {
+  std::ranges::for_each(result.tools, warn_of_depth);
+  const auto warn_of_loss = [&](const ToolRun& tool) {
+    const LostContact& lost = tool.lost;
+    const std::vector<LocalFrame>& frames = tool.frames;
     if (lost.free_ticks_inside > 0 && keeps_outside)
-      warnings.push_back(text(who, "contact was lost: the tool was inside the body without contact in ",
+      warnings.push_back(text(who(tool), "contact was lost: the tool was inside the body without contact in ",
                               lost.free_ticks_inside, " of ", frames.size(), " ticks; move slower, use a coarser mesh ",
                               "or raise global.rate_hz"));
     if (lost.pass_throughs > 0 && keeps_outside) {
       const auto& [tick, distance] = lost.went_through.front();
-      warnings.push_back(text(who, "the tool went into the body or through it unstopped in ", lost.pass_throughs,
+      warnings.push_back(text(who(tool), "the tool went into the body or through it unstopped in ", lost.pass_throughs,
                               lost.pass_throughs == 1 ? " tick" : " ticks", ", first in tick ", tick,
                               " (t = ", frames[static_cast<std::size_t>(tick)].t, " s), ", distance,
                               " m in that one: give the path more time there"));
     }
     if (lost.unchecked_ticks > 0)
-      warnings.push_back(text(who, "contacts were not checked in ", lost.unchecked_ticks, " of ", frames.size(),
+      warnings.push_back(text(who(tool), "contacts were not checked in ", lost.unchecked_ticks, " of ", frames.size(),
                               " ticks: the check fell too far behind"));
   };
-  warn_of_loss(result.lost, result.frames, "");
-  if (result.second_tool) warn_of_loss(result.second_tool->lost, result.second_tool->frames, "second tool: ");
-  if (result.stopped) warnings.push_back(text("stopped early, after ", result.frames.size(), " ticks"));
+  std::ranges::for_each(result.tools, warn_of_loss);
+  if (result.stopped) warnings.push_back(text("stopped early, after ", result.tools[0].frames.size(), " ticks"));
   return warnings;
 }
 
@@ -94,12 +93,11 @@ bool contacts_were_too_many(const SessionResult& result) {
   const auto fails = [](const LocalFrame& f) {
     return (f.flags & kContactsExhausted) != 0 && f.residual > kNoticeableResidual;
   };
-  return std::ranges::any_of(result.frames, fails) ||
-         (result.second_tool && std::ranges::any_of(result.second_tool->frames, fails));
+  return std::ranges::any_of(result.tools, [&](const ToolRun& t) { return std::ranges::any_of(t.frames, fails); });
 }
 
 bool contact_was_lost(const SessionResult& result, bool keeps_outside) {
-  return keeps_outside && (result.missed_impacts > 0 || (result.second_tool && result.second_tool->missed_impacts > 0));
+  return keeps_outside && std::ranges::any_of(result.tools, [](const ToolRun& t) { return t.missed_impacts > 0; });
 }
 
 }  // namespace kt

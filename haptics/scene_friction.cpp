@@ -4,13 +4,13 @@
 
 namespace kt {
 
-SurfaceFriction scene_friction(const SceneContact& contact, const Surface& surface, const VectorX& rest,
+SurfaceFriction scene_friction(const ContactSettings& contact, const Surface& surface, const VectorX& rest,
                                std::vector<std::string>& warnings) {
   SurfaceFriction out{base_friction(contact), {}};
   if (contact.regions.empty()) return out;
   out.of_triangle.assign(surface.triangles.size(), out.everywhere);
   for (std::size_t r = 0; r < contact.regions.size(); ++r) {
-    const SceneRegion& region = contact.regions[r];
+    const RegionSettings& region = contact.regions[r];
     int found = 0;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       Vec3 centroid = Vec3::Zero();

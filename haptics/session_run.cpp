@@ -1,239 +1,191 @@
 #include "haptics/session_run.hpp"
 
+#include <pthread.h>
+#include <sched.h>
 #include <time.h>
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
+
+#include "haptics/link/ring.hpp"
+#include "haptics/touch/process_time.hpp"
 
 namespace kt {
 namespace {
 
-/// CPU time of this thread [us]: what the tick costs, whatever else runs on the machine.
-double thread_time_us() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+/// What a tick leaves in the records.
+struct TickRow {
+  std::array<LocalFrame, kMaxTools> frames;
+  std::array<Vec3, kMaxTools> model_force;
+  double step_us = 0, lateness_us = 0;
+};
+
+/// The devices' tick: poses from them, forces to them.
+class DeviceTick {
+ public:
+  explicit DeviceTick(const RunParts& run) : run_(run) {}
+
+  /// @param refresh  the refresh that is due first, whose time is not the tick's
+  void step(TickRow& row, bool refresh) noexcept {
+    const double h = run_.touch.h(), t_end = (run_.touch.next_tick() + 1) * h;
+    const std::size_t count = run_.hands.size();
+    std::array<Pose, kMaxTools> poses;
+    for (std::size_t k = 0; k < count; ++k) poses[k] = run_.hands[k].pose(t_end);
+    if (refresh) run_.touch.refresh_if_due();
+    const auto& counts = run_.options.count_allocations;
+    const long long before = counts ? counts() : 0;
+    const double start = thread_time_us();
+    const std::span<const LocalFrame> frames = run_.touch.tick(std::span(poses).first(count));
+    row.step_us = thread_time_us() - start;
+    if (counts) allocations_ += counts() - before;
+    // What is recorded, counted as work and judged is what the hand is given.
+    for (std::size_t k = 0; k < count; ++k) {
+      row.frames[k] = frames[k];
+      row.model_force[k] = run_.hands[k].give(row.frames[k], h);
+    }
+  }
+  long long allocations() const { return run_.options.count_allocations ? allocations_ : -1; }
+
+ private:
+  const RunParts& run_;
+  long long allocations_ = 0;
+};
+
+void record(const TickRow& row, SessionResult& out) {
+  for (std::size_t k = 0; k < out.tools.size(); ++k) {
+    out.tools[k].frames.push_back(row.frames[k]);
+    out.tools[k].model_force.push_back(row.model_force[k]);
+  }
+  out.step_us.push_back(row.step_us);
 }
 
-constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers: thousands of ticks of a usual local model
+Snapshot snapshot(const Touch& touch, const SessionResult& result) {
+  Snapshot out{touch.next_tick() * touch.h(), {}, touch.slow().state().x};
+  for (const ToolRun& tool : result.tools) out.tools.push_back(tool.frames.back().pose.x);
+  touch.fast().lay_patch_over(out.x);
+  return out;
+}
+
+timespec plus(timespec t, double seconds) {
+  const long long ns = t.tv_nsec + std::llround(seconds * 1e9);
+  t.tv_sec += ns / 1000000000;
+  t.tv_nsec = ns % 1000000000;
+  return t;
+}
+
+double difference_us(const timespec& a, const timespec& b) {
+  return 1e6 * static_cast<double>(a.tv_sec - b.tv_sec) + 1e-3 * static_cast<double>(a.tv_nsec - b.tv_nsec);
+}
+
+bool ask_for_real_time() {
+  sched_param param{};
+  param.sched_priority = 50;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
+}
+
+/// A tick a period of the wall clock.
+class WallClock {
+ public:
+  explicit WallClock(double h) : h_(h) { clock_gettime(CLOCK_MONOTONIC, &start_); }
+  /// Sleeps until the tick is due. Returns how late that is over [us].
+  double wait_for(int tick) noexcept {
+    const timespec due = plus(start_, tick * h_);
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0) {
+    }
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return difference_us(now, due);
+  }
+
+ private:
+  timespec start_{};
+  double h_;
+};
 
 }  // namespace
 
-double process_time_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+HandAtDevice::HandAtDevice(std::unique_ptr<HapticDevice> device, double most_damping, double h)
+    : device_(std::move(device)), info_(device_->info()) {
+  if (info_.yields) passivity_.emplace(PassivityOptions{most_damping, h, info_.delay, info_.max_force});
 }
 
-bool catches_up(const Scene& scene) {
-  return scene.local.catch_up && haptic_method_name(scene.local.method, scene.contact.law) == "multirate";
-}
-
-std::unique_ptr<ContactSolver> scene_solver(const Scene& scene, const SurfaceFriction& friction) {
-  if (!catches_up(scene)) return {};
-  return make_contact_solver(scene.contact.law, friction.everywhere, friction.of_triangle);
-}
-
-HapticLoop::HapticLoop(const Scene& scene, std::span<const ToolShape> tools, const SurfaceFriction& friction,
-                       std::vector<std::unique_ptr<HapticDevice>> devices, const SessionOptions& options,
-                       const Surface& surface, bool check_later)
-    : options_(options),
-      local_(make_scene_method(scene, tools, friction.of_triangle)),
-      catch_up_(tools, 1 / scene.local.rate_hz, scene_solver(scene, friction)) {
-  const auto ticks = static_cast<std::size_t>(std::llround(scene.duration * scene.local.rate_hz));
-  step_us_.resize(ticks);
-  if (options.check_contacts) check_.emplace(surface, tools);
-  if (options.check_contacts && check_later) record_ = std::make_unique<MotionRecord>(kRecorded);
-  for (std::size_t k = 0; k < tools.size(); ++k) {
-    Hand& hand = hands_.emplace_back();
-    hand.device = std::move(devices[k]);
-    hand.shape = tools[k];
-    hand.turn = scene_turn(k == 0 ? scene.tool : *scene.second_tool);
-    hand.limits = hand.device->limits();
-    if (hand.limits.yields)
-      hand.passivity.emplace(
-          PassivityOptions{scene.local.passivity_damping, local_->h(), hand.limits.delay, hand.limits.max_force});
-    hand.start = hand.position = hand.device->position(0);
-    hand.frames.resize(ticks);
-    hand.model_force.resize(ticks);
-    if (options.check_contacts) hand.penetration.resize(ticks);
-  }
-}
-
-std::vector<Vec3> HapticLoop::tool_positions() const {
-  std::vector<Vec3> out;
-  for (const Hand& hand : hands_) out.push_back(hand.position);
-  return out;
-}
-
-LocalReport HapticLoop::tick() noexcept {
-  const double t_end = (tick_ + 1) * local_->h();
-  const std::size_t count = hands_.size();
-  std::array<ToolSweep, kMaxTools> sweeps;
-  std::array<LocalFrame, kMaxTools> frames;
-  for (std::size_t k = 0; k < count; ++k) sweeps[k].x_t1 = hands_[k].device->position(t_end);
-  const long long before = options_.count_allocations ? options_.count_allocations() : 0;
-  const double start = thread_time_us();
-  for (std::size_t k = 0; k < count; ++k)
-    sweeps[k] = hands_[k].turn.sweep(hands_[k].position, sweeps[k].x_t1, t_end - local_->h(), t_end);
-  local_->step_tools(std::span(sweeps).first(count), std::span(frames).first(count));
-  step_us_[tick_] = thread_time_us() - start;
-  if (options_.count_allocations) allocations_ += options_.count_allocations() - before;
-
-  LocalReport report;
-  for (const ContactSample& sample : local_->samples()) report.samples[report.count++] = sample;
-  for (std::size_t k = 0; k < count; ++k) {
-    Hand& hand = hands_[k];
-    LocalFrame& frame = frames[k];
-    // What is recorded, counted as work and judged is what the hand is given.
-    hand.model_force[tick_] = frame.force;
-    frame.force = hand.shown(sweeps[k].x_t1, frame.force);
-    hand.device->write(frame.force, local_->h());
-    hand.position = sweeps[k].x_t1;
-    frame.t = t_end;
-    hand.frames[tick_] = frame;
-    const bool touches = std::any_of(report.samples.begin(), report.samples.begin() + report.count,
-                                     [&](const ContactSample& s) { return s.tool == static_cast<int>(k); });
-    report.tools[k] = {hand.position, touches ? frame.triangle : -1,  // where it touches, whatever force is shown
-                       frame.mode == ContactMode::frictional_slide};
-    report.left_patch = report.left_patch || (frame.flags & kLeftPatch) != 0;
-  }
-  const PreparedLocalModel& m = local_->model();
-  if (record_)
-    hands_[0].lost.unchecked_ticks += !record_->push({tick_, m.model.frame}, m.state.q);
-  else if (check_)
-    look(tick_, m.state.q);
-  report.tick = tick_++;
-  return report;
-}
-
-/// The force that its device can give at the place x [m].
-Vec3 HapticLoop::Hand::shown(const Vec3& x, const Vec3& force) noexcept {
+Vec3 HandAtDevice::give(LocalFrame& frame, double h) noexcept {
+  const Vec3 wanted = frame.force;
   bool cut = false;
-  const Vec3 out = passivity ? passivity->tick(x, force) : safe_force(force, limits, cut);
-  limited += passivity ? passivity->limited() : cut;
-  return out;
+  frame.force = passivity_ ? passivity_->tick(frame.pose.x, wanted) : safe_force(wanted, info_, cut);
+  limited_ += passivity_ ? passivity_->limited() : cut;
+  device_->write({frame.force, frame.torque}, h);
+  return wanted;
 }
 
-/// As it was in a tick that is done.
-ToolSweep HapticLoop::sweep_of(const Hand& hand, int tick) const {
-  return hand.turn.sweep(tick > 0 ? hand.frames[tick - 1].tool : hand.start, hand.frames[tick].tool, tick * local_->h(),
-                         (tick + 1) * local_->h());
+std::optional<PassivityRun> HandAtDevice::energy() const {
+  if (!passivity_) return {};
+  return PassivityRun{passivity_->least(), passivity_->most(), passivity_->most_debt(), passivity_->given_by_hold(),
+                      passivity_->damped_ticks()};
 }
 
-/// Checks a tick that is done, with the model that was in use.
-/// @param q  its coordinates at the end of it
-void HapticLoop::look(int tick, const VectorX& q) {
-  check_->place(q);
-  for (std::size_t k = 0; k < hands_.size(); ++k) {
-    Hand& hand = hands_[k];
-    const ToolSweep sweep = sweep_of(hand, tick);
-    const double depth = hand.penetration[tick] = check_->depth(static_cast<int>(k), sweep);
-    const bool is_free = hand.frames[tick].mode == ContactMode::free;
-    if (is_free && depth > BodyCheck::kInside) {
-      ++hand.lost.free_ticks_inside;
-    } else if (is_free ? check_->went_through(static_cast<int>(k), sweep)
-                       : check_->leapt_into(static_cast<int>(k), sweep, std::max(depth, -hand.frames[tick].gap))) {
-      ++hand.lost.pass_throughs;
-      if (hand.lost.went_through.size() < LostContact::kMostNamed)
-        hand.lost.went_through.push_back({tick, (sweep.x_t1 - sweep.x_t0).norm()});
+void run_lockstep(const RunParts& run) {
+  DeviceTick devices(run);
+  TickRow row;
+  std::size_t next_snapshot = 0;
+  for (int tick = 0; tick < run.ticks; ++tick) {
+    devices.step(row, true);
+    if (run.touch.error()) std::rethrow_exception(run.touch.error());
+    record(row, run.result);
+    const double t = (tick + 1) * run.touch.h();
+    for (; next_snapshot < run.options.snapshot_times.size() && run.options.snapshot_times[next_snapshot] <= t;
+         ++next_snapshot)
+      run.result.snapshots.push_back(snapshot(run.touch, run.result));
+    if (run.options.progress) run.options.progress((tick + 1.0) / run.ticks);
+    if (run.options.stop && run.options.stop->load()) {
+      run.result.stopped = true;
+      break;
     }
   }
+  run.result.allocations = devices.allocations();
 }
 
-bool HapticLoop::look_at_past(const PreparedLocalModel& model, int most) {
-  for (int i = 0; i < most; ++i) {
-    MotionRecord::Tick tick;
-    if (!record_ || !record_->front(tick, past_q_) || tick.frame != model.model.frame) return false;
-    if (past_frame_ != tick.frame) check_->take(model);
-    past_frame_ = tick.frame;
-    look(tick.tick, past_q_);
-    record_->pop();
-  }
-  return true;
-}
-
-bool HapticLoop::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept {
-  std::array<ToolSweep, kMaxTools> sweeps;
-  for (int i = 0; i < most && at < tick_; ++i, ++at) {
-    for (std::size_t k = 0; k < hands_.size(); ++k) {
-      const Hand& hand = hands_[k];
-      sweeps[k] = hand.turn.sweep(at > 0 ? hand.frames[at - 1].tool : hand.start, hand.frames[at].tool,
-                                  at * local_->h(), (at + 1) * local_->h());
+void run_threads(const RunParts& run) {
+  run.touch.start();
+  DeviceTick devices(run);
+  Ring<TickRow> rows(8192);
+  std::atomic<bool> stop{false}, finished{false};
+  std::atomic<int> unrecorded{0};
+  std::thread haptic([&] {
+    run.result.real_time_scheduling = ask_for_real_time();
+    WallClock clock(run.touch.h());
+    TickRow row;
+    for (int tick = 0; tick < run.ticks && !stop && !run.touch.error(); ++tick) {
+      row.lateness_us = clock.wait_for(tick);
+      devices.step(row, false);
+      if (!rows.push(row)) ++unrecorded;
     }
-    catch_up_.step(model, std::span(sweeps).first(hands_.size()));
-  }
-  model->caught_up = at == tick_;
-  return model->caught_up;
-}
-
-std::unique_ptr<PreparedLocalModel> HapticLoop::adopt(std::unique_ptr<PreparedLocalModel> model) noexcept {
-  last_dof_ = model->model.dof();
-  last_vertices_ = model->model.patch.num_vertices();
-  auto before = local_->adopt(std::move(model));
-  if (check_ && !record_) check_->take(local_->model());
-  return before;
-}
-
-Snapshot HapticLoop::snapshot(const VectorX& global_x) const {
-  Snapshot out{tick_ * local_->h(), hands_[0].position, global_x};
-  if (hands_.size() > 1) out.second_tool = hands_[1].position;
-  const PreparedLocalModel& m = local_->model();
-  const VectorX x = m.model.x0 + m.model.basis * m.state.q;
-  for (int i = 0; i < static_cast<int>(m.model.recovered_node.size()); ++i)
-    node(out.x, m.model.recovered_node[i]) = node(x, i);
-  return out;
-}
-
-std::optional<PassivityRun> HapticLoop::Hand::energy() const {
-  if (!passivity) return {};
-  return PassivityRun{passivity->least(), passivity->most(), passivity->most_debt(), passivity->given_by_hold(),
-                      passivity->damped_ticks()};
-}
-
-void HapticLoop::finish(SessionResult& out) {
-  step_us_.resize(tick_);
-  StateHash hash;
-  for (Hand& hand : hands_) {
-    hand.frames.resize(tick_);
-    hand.model_force.resize(tick_);
-    if (!hand.penetration.empty()) hand.penetration.resize(tick_);
-    for (const LocalFrame& f : hand.frames) {
-      hash.add(f.tool);
-      hash.add(f.force);
-      hash.add(f.toi);
-      hash.add(static_cast<int>(f.mode));
-      hash.add(f.triangle);
+    finished = true;
+  });
+  const auto take_rows = [&] {
+    TickRow row;
+    while (rows.pop(row)) {
+      record(row, run.result);
+      run.result.lateness_us.push_back(row.lateness_us);
     }
+  };
+  while (!finished) {
+    take_rows();
+    if (run.options.progress) run.options.progress(static_cast<double>(run.result.step_us.size()) / run.ticks);
+    if (run.options.stop && run.options.stop->load()) stop = run.result.stopped = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  out.hash = hash.value();
-  const double period_us = 1e6 * local_->h();
-  out.deadline_misses = static_cast<int>(std::ranges::count_if(step_us_, [&](double us) { return us > period_us; }));
-  out.step_us = std::move(step_us_);
-  Hand& first = hands_[0];
-  out.start = first.start;
-  out.frames = std::move(first.frames);
-  out.model_force = std::move(first.model_force);
-  out.penetration = std::move(first.penetration);
-  out.limited_forces = first.limited;
-  out.missed_impacts = first.lost.free_ticks_inside + first.lost.pass_throughs;
-  out.lost = std::move(first.lost);
-  out.passivity = first.energy();
-  if (out.second_tool) {
-    Hand& second = hands_[1];
-    *out.second_tool = {second.start,
-                        std::move(second.frames),
-                        std::move(second.model_force),
-                        std::move(second.penetration),
-                        second.limited,
-                        second.lost.free_ticks_inside + second.lost.pass_throughs,
-                        second.lost,
-                        out.second_tool->max_speed,
-                        second.energy()};
-  }
-  out.last_dof = last_dof_;
-  out.last_patch_vertices = last_vertices_;
-  if (options_.count_allocations) out.allocations = allocations_;
+  haptic.join();
+  take_rows();
+  run.touch.stop();
+  run.result.allocations = devices.allocations();
+  if (const int lost = run.touch.lost_reports(); lost > 0)
+    run.result.warnings.push_back(text("link: ", lost, " reports were lost, the refresher fell too far behind"));
+  if (unrecorded > 0)
+    run.result.warnings.push_back(text("records: ", unrecorded.load(), " ticks were not recorded, the machine is too busy"));
+  // Snapshots would stall the haptic loop: the end is what remains.
+  if (!run.result.step_us.empty()) run.result.snapshots.push_back(snapshot(run.touch, run.result));
 }
 
 }  // namespace kt

@@ -13,7 +13,7 @@ std::string shown(double value) { return text(value); }
 std::string shown(int value) { return text(value); }
 std::string shown(std::uint64_t value) { return text(value); }
 std::string shown(const Vec3& v) { return text('[', v.x(), ", ", v.y(), ", ", v.z(), ']'); }
-std::string shown(const std::vector<SceneRegion>& list) { return text("a list of ", list.size()); }
+std::string shown(const std::vector<RegionSettings>& list) { return text("a list of ", list.size()); }
 template <class T>
 std::string shown(const std::optional<T>& value) {
   return value ? shown(*value) : "none";
@@ -87,7 +87,7 @@ void look_at_tool(const SceneTool& tool, const std::string& name, bool is_read, 
 }
 
 void look_at_contact(const Scene& scene, const std::string& method, Finder& out) {
-  const SceneContact &c = scene.contact, &d = kDefault.contact;
+  const ContactSettings &c = scene.contact, &d = kDefault.contact;
   const std::string law = text("contact.law is ", c.law, "; ");
   if (c.law == "paper_slide" || c.law == "paper_stick") {
     const std::string reason = law + "paper_stick_slip and coulomb have a cone";
@@ -119,7 +119,7 @@ void look_at_contact(const Scene& scene, const std::string& method, Finder& out)
 }
 
 void look_at_global(const Scene& scene, bool catches_up, Finder& out) {
-  const SceneGlobal &g = scene.global, &d = kDefault.global;
+  const GlobalSettings &g = scene.global, &d = kDefault.global;
   const std::string integrator = text("global.integrator is ", g.integrator, "; ");
   if (g.integrator == "symplectic_euler") {
     out.unread("global.solver", g.solver, d.solver, integrator + "it solves nothing");
@@ -135,7 +135,7 @@ void look_at_global(const Scene& scene, bool catches_up, Finder& out) {
 }
 
 void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
-  const SceneLocal &l = scene.local, &d = kDefault.local;
+  const LocalSettings &l = scene.local, &d = kDefault.local;
   const std::string reducer = text("local.reducer is ", l.reducer, "; ");
   if (l.reducer != "wall") out.unread("local.rings", l.rings, d.rings, reducer + "wall reads it");
   if (l.reducer != "auto") {
@@ -155,7 +155,7 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
 }
 
 void look_at_link(const Scene& scene, Finder& out) {
-  const SceneLink &l = scene.link, &d = kDefault.link;
+  const LinkSettings &l = scene.link, &d = kDefault.link;
   if (l.type != "lockstep") {
     const std::string reason = text("link.type is ", l.type, ", as late as it is; lockstep simulates it");
     out.unread("link.loss", l.loss, d.loss, reason);

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/types.hpp"
+#include "core/settings.hpp"
 
 namespace kt {
 
@@ -144,88 +144,6 @@ struct SceneTool {
   bool operator==(const SceneTool&) const = default;
 };
 
-/// Spring and damper between the tool and its proxy on the surface (law penalty).
-struct ScenePenalty {
-  double stiffness = 200.0;  ///< [N/m] soft tissue shakes from about 300 on
-  double damping = 0.0;      ///< [N.s/m] a force that acts a tick late has none to spare
-  bool operator==(const ScenePenalty&) const = default;
-};
-
-/// A part of the surface with friction of its own.
-struct SceneRegion {
-  std::array<Vec3, 2> box{Vec3::Zero(), Vec3::Zero()};  ///< two opposite corners [m], of the body at rest
-  double mu_static = -1, mu_kinetic = -1;               ///< as in SceneContact; below 0: not given, an error
-  bool operator==(const SceneRegion&) const = default;
-};
-
-struct SceneContact {
-  std::string law = "coulomb";      ///< name in haptics/contact/contact_solver.def, or penalty
-  double mu_static = 0.5;           ///< friction coefficients [-]; "mu" in the file sets both
-  double mu_kinetic = 0.5;          ///< at most mu_static
-  std::string metric = "implicit";  ///< identity (the paper), mass, implicit
-  ScenePenalty penalty;
-  double stribeck = 0;               ///< [m/s] sliding speed over which mu_static falls to mu_kinetic; 0: at once
-  std::vector<SceneRegion> regions;  ///< the last one that holds a triangle's middle wins
-  std::string surface = "flat";      ///< that the tool touches; core/contact_surface.hpp
-  int surface_levels = 2;            ///< of a smooth one: each splits a triangle in four
-  double ridge_deg = 60;             ///< [deg] of a smooth one: convex edges that turn by more stay sharp
-  bool operator==(const SceneContact&) const = default;
-};
-
-/// The surface does not pass through itself; a mesh of several pieces is several bodies.
-struct SceneSelfContact {
-  double mu = 0.3;                  ///< coefficient of friction [-]
-  std::optional<double> reach;      ///< distance from which on surfaces repel [m]; absent: a fiftieth of the mean edge
-  std::optional<double> stiffness;  ///< of their barrier [N/m]; absent: that of the body at its surface nodes
-  double creep = 1e-3;              ///< what seems to stick slides, at most so fast [m/s]
-  bool operator==(const SceneSelfContact&) const = default;
-};
-
-struct SceneGlobal {
-  double rate_hz = 30.0;  ///< the paper: 10
-  std::string integrator = "implicit_euler";
-  std::string solver = "automatic";  ///< of implicit steps: automatic direct pcg
-  double tolerance = 1e-5;           ///< of pcg: |residual| / |rhs|
-  bool early_refresh = true;         ///< up to four times rate_hz while the local models' force is off by more than
-                                     ///< local.tolerance when an interval ends, and at the edge of the patch
-  bool look_ahead = true;            ///< linearizes where the body will be half-way through the local model's use
-  bool definite = true;              ///< implicit_euler: with the definite tangent always, else only where it must
-  std::optional<SceneSelfContact> self_contact;  ///< with the integrator newton_euler, the file's default then
-  bool operator==(const SceneGlobal&) const = default;
-};
-
-struct SceneLocal {
-  double rate_hz = 1000.0;       ///< at least the global rate
-  std::string reducer = "auto";  ///< or a name in core/reducers.def
-  int rings = 1;                 ///< rings of triangles around the contact [-]
-  double tolerance = 0.05;       ///< largest certified error of the local model [-]
-  double budget_us = 200;        ///< of CPU time for a haptic tick, predicted: reducer auto stays within it
-  std::optional<double> refresh_budget_ms;  ///< of CPU time for a refresh: reducer auto stays within it; absent: 0.8 /
-                                            ///< global.rate_hz where ticks do not wait for a refresh, else none
-  bool catch_up = true;          ///< a new local model is replayed from its linearization to the present; else the old
-                                 ///< one's state is taken over
-  double blend_ms = 12;          ///< the difference between two local models fades from the force over this time
-  double passivity_damping = 0;  ///< most that passivity control may add [N s/m]; 0: the energy is only watched
-  std::string integrator = "auto";   ///< exact, implicit_euler, symplectic_euler, or whichever fits
-  std::string method = "multirate";  ///< name in haptics/methods/haptic_method.def: this engine or a baseline
-  bool operator==(const SceneLocal&) const = default;
-};
-
-struct SceneLink {
-  std::string type = "lockstep";
-  double latency_ms = 0.0;  ///< from the end of a global step to the local side
-  double loss = 0.0;        ///< share of local models that never arrive [-], in [0, 1]
-  std::string charge_refreshes = "none";  ///< lockstep: a local model is late by what its refresh takes: none, measured,
-                                          ///< predicted, given
-  std::optional<double> refresh_ms;       ///< given: what each takes
-  bool operator==(const SceneLink&) const = default;
-};
-
-struct SceneCollision {
-  std::string backend = "embree";  ///< name in collision/triangle_index.def
-  bool operator==(const SceneCollision&) const = default;
-};
-
 struct Scene {
   std::string title;
   double duration = 1.0;   ///< simulated [s]
@@ -233,11 +151,11 @@ struct Scene {
   SceneObject object;
   SceneTool tool;
   std::optional<SceneTool> second_tool;  ///< of another hand, on the same body at the same time
-  SceneContact contact;
-  SceneGlobal global;
-  SceneLocal local;
-  SceneLink link;
-  SceneCollision collision;
+  ContactSettings contact;
+  GlobalSettings global;
+  LocalSettings local;
+  LinkSettings link;
+  CollisionSettings collision;
   bool operator==(const Scene&) const = default;
 };
 

@@ -87,12 +87,12 @@ Found check_tool(const SceneTool& tool, const std::string& name) {
   return std::nullopt;
 }
 
-Found check_contact(const SceneContact& contact) {
+Found check_contact(const ContactSettings& contact) {
   if (contact.mu_kinetic > contact.mu_static)
     return JsonProblem{"contact.mu_kinetic",
                        text("is ", contact.mu_kinetic, ", must be at most mu_static (", contact.mu_static, ")")};
   for (std::size_t i = 0; i < contact.regions.size(); ++i) {
-    const SceneRegion& region = contact.regions[i];
+    const RegionSettings& region = contact.regions[i];
     const std::string name = text("contact.regions[", i, "]");
     if (const Found found = check_box(region.box, name + ".box")) return found;
     if ((region.box[1] - region.box[0]).minCoeff() < 0.0)
@@ -106,12 +106,12 @@ Found check_contact(const SceneContact& contact) {
   return std::nullopt;
 }
 
-Found check_link(const SceneLink& link) {
+Found check_link(const LinkSettings& link) {
   if (link.charge_refreshes == "given" && !link.refresh_ms)
     return JsonProblem{"link.charge_refreshes", "is given without link.refresh_ms: say what a refresh takes (ms)"};
   if (link.charge_refreshes != "given" && link.refresh_ms)
-    return JsonProblem{"link.refresh_ms", text("is given, but link.charge_refreshes is ", link.charge_refreshes,
-                                               ": set it to given")};
+    return JsonProblem{"link.refresh_ms",
+                       text("is given, but link.charge_refreshes is ", link.charge_refreshes, ": set it to given")};
   return std::nullopt;
 }
 

@@ -111,18 +111,18 @@ void fields(A& a, SceneTool& s) {
   a("path", s.path);
 }
 template <class A>
-void fields(A& a, ScenePenalty& s) {
+void fields(A& a, PenaltySettings& s) {
   a("stiffness", s.stiffness);
   a("damping", s.damping);
 }
 template <class A>
-void fields(A& a, SceneRegion& s) {
+void fields(A& a, RegionSettings& s) {
   a("box", s.box);
   a("mu_static", s.mu_static);
   a("mu_kinetic", s.mu_kinetic);
 }
 template <class A>
-void fields(A& a, SceneContact& s) {
+void fields(A& a, ContactSettings& s) {
   a("law", s.law);
   a("mu_static", s.mu_static);
   a("mu_kinetic", s.mu_kinetic);
@@ -135,14 +135,14 @@ void fields(A& a, SceneContact& s) {
   a("regions", s.regions);
 }
 template <class A>
-void fields(A& a, SceneSelfContact& s) {
+void fields(A& a, SelfContactSettings& s) {
   a("mu", s.mu);
   a("reach", s.reach);
   a("stiffness", s.stiffness);
   a("creep", s.creep);
 }
 template <class A>
-void fields(A& a, SceneGlobal& s) {
+void fields(A& a, GlobalSettings& s) {
   a("rate_hz", s.rate_hz);
   a("integrator", s.integrator);
   a("solver", s.solver);
@@ -153,7 +153,7 @@ void fields(A& a, SceneGlobal& s) {
   a("self_contact", s.self_contact);
 }
 template <class A>
-void fields(A& a, SceneLocal& s) {
+void fields(A& a, LocalSettings& s) {
   a("method", s.method);
   a("rate_hz", s.rate_hz);
   a("reducer", s.reducer);
@@ -167,7 +167,7 @@ void fields(A& a, SceneLocal& s) {
   a("integrator", s.integrator);
 }
 template <class A>
-void fields(A& a, SceneLink& s) {
+void fields(A& a, LinkSettings& s) {
   a("type", s.type);
   a("latency_ms", s.latency_ms);
   a("loss", s.loss);
@@ -175,7 +175,7 @@ void fields(A& a, SceneLink& s) {
   a("refresh_ms", s.refresh_ms);
 }
 template <class A>
-void fields(A& a, SceneCollision& s) {
+void fields(A& a, CollisionSettings& s) {
   a("backend", s.backend);
 }
 template <class A>

@@ -42,9 +42,9 @@ std::vector<Drag> choose_drags(const MeshWork& work, std::size_t count) {
 
 /// Where contact was lost first.
 Vec3 first_loss(const SessionResult& run, const Vec3& otherwise) {
-  for (std::size_t i = 1; i < run.frames.size(); ++i)
-    if (run.frames[i].mode == ContactMode::free && run.frames[i - 1].mode != ContactMode::free)
-      return run.frames[i].tool;
+  for (std::size_t i = 1; i < run.tools[0].frames.size(); ++i)
+    if (run.tools[0].frames[i].mode == ContactMode::free && run.tools[0].frames[i - 1].mode != ContactMode::free)
+      return run.tools[0].frames[i].pose.x;
   return otherwise;
 }
 
@@ -73,7 +73,7 @@ void check_drag(MeshWork& work, StageResult& out) {
       judge_run(run, name, where, all, out);
       const RealTime pace = judge_real_time(body.session->scene(), run);
       if (i == 0 || pace.refresh_ms > slowest.refresh_ms) slowest = pace;
-      const ForceMetrics m = measure_forces(run.frames, kDragPressTime, 1e-3);
+      const ForceMetrics m = measure_forces(run.tools[0].frames, kDragPressTime, 1e-3);
       lost += m.lost_contacts;
       buzz = std::max(buzz, m.buzz);
       crossing = std::max(crossing, m.crossing_jump);

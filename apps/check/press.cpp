@@ -56,7 +56,7 @@ void judge_forces(const std::vector<double>& force, const std::function<std::vec
 
 int free_between(const SessionResult& run, double from, double to) {
   return static_cast<int>(std::ranges::count_if(
-      run.frames, [&](const LocalFrame& f) { return f.t > from && f.t <= to && f.mode == ContactMode::free; }));
+      run.tools[0].frames, [&](const LocalFrame& f) { return f.t > from && f.t <= to && f.mode == ContactMode::free; }));
 }
 
 /// A light body bounces off the tool that stops; by the second half of the hold it must lie against it, unless the
@@ -90,10 +90,10 @@ void check_press(MeshWork& work, StageResult& out) {
       const PressPath path = press_path(spot);
       const SessionResult run = run_along(body, path.path, work.options.stop);
       judge_run(run, name, where, all, out);
-      const double h = run.frames.front().t;
-      const auto force = force_over_depth(tick_forces(run.frames), h, path, spot.normal);
+      const double h = run.tools[0].frames.front().t;
+      const auto force = force_over_depth(tick_forces(run.tools[0].frames), h, path, spot.normal);
       const auto of_whole_body = [&] {
-        const auto truth = truth_of(body, run, run.frames.size(), work.options.stop);
+        const auto truth = truth_of(body, run, run.tools[0].frames.size(), work.options.stop);
         return truth ? force_over_depth(truth->force, h, path, spot.normal) : std::vector<double>();
       };
       if (judge_hold(body, run, path, name, where, work.options.stop, all, out))
@@ -101,13 +101,13 @@ void check_press(MeshWork& work, StageResult& out) {
       const double held = force.back();
       largest = std::max(largest, held);
       if (i != thickest) continue;
-      if (const auto width = find_contact_width(*body.session, tool_path(run)))
+      if (const auto width = find_contact_width(*body.session, places_of(run.tools[0])))
         out.figures[body.model].update(
             {{"cell_over_contact_radius", width->mean},
              {"force_factor", std::isfinite(width->factor) ? nlohmann::ordered_json(width->factor) : nullptr}});
       const auto ticks = static_cast<std::size_t>(std::lround(path.rests[1] / h));
       if (const auto truth = truth_of(body, run, ticks, work.options.stop))
-        off = compare_forces(tick_forces(run.frames), *truth).force_error;
+        off = compare_forces(tick_forces(run.tools[0].frames), *truth).force_error;
     }
     report_runs(all, body.model, out);
     out.figures[body.model]["largest_force"] = largest;

@@ -27,9 +27,10 @@ std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& ru
                                   const std::atomic<bool>* stop) {
   constexpr int kMostNodes = 3000;
   if (body.session->model().mesh().num_nodes() > kMostNodes) return {};
-  const std::vector<Vec3> tool = tool_path(run);
+  PosePath tool = tool_paths(run)[0];
+  tool.resize(std::min(ticks + 1, tool.size()));
   for (const double rate : {2000.0, 4000.0, 8000.0, 16000.0}) try {
-      return run_reference(*body.session, std::span(tool).first(std::min(ticks + 1, tool.size())),
+      return run_reference(*body.session, {&tool, 1},
                            {.rate_hz = rate, .stop = stop});
     } catch (const RunError&) {
     }
@@ -44,18 +45,18 @@ std::string Loss::told() const {
 
 Loss longest_loss(const CheckBody& body, const SessionResult& run, double from, double to,
                   const std::atomic<bool>* stop) {
-  const double h = run.frames.front().t;
+  const double h = run.tools[0].frames.front().t;
   const auto longest = [&](auto is_free) {
     int most = 0, now = 0;
-    for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    for (std::size_t i = 0; i < run.tools[0].frames.size(); ++i) {
       const double t = static_cast<double>(i + 1) * h;
       most = std::max(most, now = t > from && t < to && is_free(i) ? now + 1 : 0);
     }
     return most;
   };
-  Loss out{longest([&](std::size_t i) { return run.frames[i].mode == ContactMode::free; }), {}};
+  Loss out{longest([&](std::size_t i) { return run.tools[0].frames[i].mode == ContactMode::free; }), {}};
   if (out.ticks == 0) return out;
-  const auto ticks = static_cast<std::size_t>(std::min(to / h + 1, static_cast<double>(run.frames.size())));
+  const auto ticks = static_cast<std::size_t>(std::min(to / h + 1, static_cast<double>(run.tools[0].frames.size())));
   if (const auto truth = truth_of(body, run, ticks, stop))
     out.whole_body = longest([&](std::size_t i) { return i < truth->force.size() && truth->force[i].isZero(0); });
   return out;
@@ -88,9 +89,9 @@ Verdict judge_fall(const Fall& fall, const std::optional<Fall>& of_whole_body) {
 void judge_run(const SessionResult& run, const std::string& name, const Vec3& where, RunExtremes& all,
                StageResult& out) {
   ++all.runs;
-  all.ticks += static_cast<int>(run.frames.size());
-  all.missed += run.missed_impacts;
-  for (const double d : run.penetration) all.penetration = std::max(all.penetration, d);
+  all.ticks += static_cast<int>(run.tools[0].frames.size());
+  all.missed += run.tools[0].missed_impacts;
+  for (const double d : run.tools[0].penetration) all.penetration = std::max(all.penetration, d);
   if (std::isfinite(run.certified_error)) all.certified_error = std::max(all.certified_error, run.certified_error);
   all.step_us.insert(all.step_us.end(), run.step_us.begin(), run.step_us.end());
   all.refresh_ms.insert(all.refresh_ms.end(), run.refresh_ms.begin(), run.refresh_ms.end());
@@ -98,21 +99,21 @@ void judge_run(const SessionResult& run, const std::string& name, const Vec3& wh
 
   int not_finite = 0, exhausted = 0;
   double work = 0, most = 0, least = 0;
-  Vec3 before = run.start;
-  for (const LocalFrame& f : run.frames) {
+  Vec3 before = run.tools[0].start.x;
+  for (const LocalFrame& f : run.tools[0].frames) {
     not_finite += (f.flags & kNotFinite) != 0 || !f.force.allFinite();
     exhausted += (f.flags & kEventsExhausted) != 0;
-    work -= f.force.dot(f.tool - before);
-    before = f.tool;
+    work -= f.force.dot(f.pose.x - before);
+    before = f.pose.x;
     most = std::max(most, work);
     least = std::min(least, work);
   }
   all.energy_min = std::min(all.energy_min, least);
-  const auto deepest = run.penetration.empty() ? 0 : *std::ranges::max_element(run.penetration);
+  const auto deepest = run.tools[0].penetration.empty() ? 0 : *std::ranges::max_element(run.tools[0].penetration);
   if (not_finite > 0) out.lower(Verdict::fail, text(name, ": ", not_finite, " ticks left the finite numbers"), where);
-  if (run.missed_impacts > 0)
+  if (run.tools[0].missed_impacts > 0)
     out.lower(Verdict::fail,
-              text(name, ": the tool is inside the body in ", run.missed_impacts, " ticks without contact"), where);
+              text(name, ": the tool is inside the body in ", run.tools[0].missed_impacts, " ticks without contact"), where);
   if (deepest > kInside) out.lower(Verdict::fail, text(name, ": the tool gets ", deepest, " m into the body"), where);
   if (-least > kGained * most + 1e-9)
     out.lower(Verdict::fail, text(name, ": the tool was given ", -least, " J, having put in at most ", most), where);

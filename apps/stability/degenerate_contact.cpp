@@ -115,7 +115,7 @@ Scene scene_of(const Case& c, double angle, double distance) {
 /// A word for everything that a reader of the run would have seen.
 std::string loudness(const SessionResult& result) {
   unsigned flags = 0;
-  for (const LocalFrame& f : result.frames) flags |= f.flags;
+  for (const LocalFrame& f : result.tools[0].frames) flags |= f.flags;
   std::string out = flags ? text("flags ", flags) : "";
   for (const std::string& w : result.warnings) out += (out.empty() ? "" : "; ") + w;
   return out.empty() ? "silent" : out;
@@ -134,26 +134,26 @@ MapPoint run_case(const Case& c, double angle, double distance) {
       p.prediction = prediction.message;
     }
     const SessionResult result = session.run();
-    const ForceMetrics forces = measure_forces(result.frames, 0, 1e-3);
+    const ForceMetrics forces = measure_forces(result.tools[0].frames, 0, 1e-3);
     double deepest = 0, largest = 0;
     bool finite = true;
     int touching = 0;
-    for (const LocalFrame& f : result.frames) {
+    for (const LocalFrame& f : result.tools[0].frames) {
       finite = finite && f.force.allFinite() && !(f.flags & kNotFinite);
       largest = std::max(largest, f.force.norm());
       touching += f.mode != ContactMode::free;
     }
-    for (double d : result.penetration) deepest = std::max(deepest, d);
+    for (double d : result.tools[0].penetration) deepest = std::max(deepest, d);
     const double depth = c.feature == Feature::inside ? distance : 0.004 * std::sin(angle * std::numbers::pi / 180);
     const bool is_expected = depth > 1e-7;  // else it may touch or not: it ends on the surface, to rounding
     const bool found = touching > 0 || !is_expected;
     p.value = deepest;
     p.hash = result.hash;
-    p.verdict = !finite || !found || result.missed_impacts > 0 || deepest > kDeepestAllowed ? MapVerdict::fails
+    p.verdict = !finite || !found || result.tools[0].missed_impacts > 0 || deepest > kDeepestAllowed ? MapVerdict::fails
                 : forces.lost_contacts > 0                                                  ? MapVerdict::degrades
                                                                                             : MapVerdict::works;
     p.why = text(touching, " ticks in contact, largest force ", largest, " N, deepest ", 1e6 * deepest, " um, ",
-                 result.missed_impacts, " missed, ", forces.lost_contacts, " lost, ", finite ? "finite" : "not finite",
+                 result.tools[0].missed_impacts, " missed, ", forces.lost_contacts, " lost, ", finite ? "finite" : "not finite",
                  "; ", loudness(result));
   } catch (const InputError& e) {  // refused before the run
     p.verdict = MapVerdict::fails;

@@ -61,8 +61,8 @@ MapPoint judge(const Row& row, double mu, double speed, const Mesh& mesh, const 
   p.value = std::max(f.buzz, f.crossing_jump);
   p.why = failure_of(run);
   if (p.why.empty() && f.lost_contacts > 0) p.why = text("contact lost ", f.lost_contacts, " times");
-  if (p.why.empty() && run.result.missed_impacts > 0)
-    p.why = text("inside without contact in ", run.result.missed_impacts, " ticks");
+  if (p.why.empty() && run.result.tools[0].missed_impacts > 0)
+    p.why = text("inside without contact in ", run.result.tools[0].missed_impacts, " ticks");
   // A virtual coupling lets the tool in by what its spring yields; beyond half of the press nothing is left of it.
   const double depth = scene.tool.path.press_drag->depth;
   if (p.why.empty() && run.deepest > 0.5 * depth)

@@ -32,7 +32,7 @@ struct Row {
 };
 
 std::vector<Vec3> forces_in_time(double rate_hz, const Mesh& mesh, const MapOptions& options) {
-  return tick_forces(run_session("refresh", drag(rate_hz, 0, 0), mesh, options).result.frames);
+  return tick_forces(run_session("refresh", drag(rate_hz, 0, 0), mesh, options).result.tools[0].frames);
 }
 
 /// With what arrives at once for the truth.
@@ -44,17 +44,17 @@ MapPoint judge(const Row& row, double latency_ms, double loss, const std::vector
   Reference truth;
   truth.h = 1e-3;
   truth.force = best;
-  p.value = compare_forces(tick_forces(run.result.frames), truth).force_error;
+  p.value = compare_forces(tick_forces(run.result.tools[0].frames), truth).force_error;
   p.why = failure_of(run);
   if (p.why.empty() && run.force.lost_contacts > 0) p.why = text("contact lost ", run.force.lost_contacts, " times");
-  if (p.why.empty() && run.result.missed_impacts > 0)
-    p.why = text("inside without contact in ", run.result.missed_impacts, " ticks");
+  if (p.why.empty() && run.result.tools[0].missed_impacts > 0)
+    p.why = text("inside without contact in ", run.result.tools[0].missed_impacts, " ticks");
   if (!p.why.empty()) {
     p.verdict = MapVerdict::fails;
     return p;
   }
   const auto off =
-      std::ranges::count_if(run.result.frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
+      std::ranges::count_if(run.result.tools[0].frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
   p.why = text("force off by ", 100 * p.value, " %, buzz ", 100 * run.force.buzz, " %, jump at refreshes ",
                100 * run.force.refresh_jump, " %, at the patch's edge in ", off, " ticks");
   p.verdict = p.value > kJnd || run.force.buzz > kJnd || off > 0 ? MapVerdict::degrades : MapVerdict::works;

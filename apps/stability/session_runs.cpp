@@ -46,16 +46,16 @@ SessionRun run_session(const std::string& map, const Scene& scene, const Mesh& m
   // The drag's first part, while the body gets into motion, is not judged.
   const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0,
                settled = pressed > 0 ? pressed + std::min(0.04, 0.25 * (scene.duration - pressed)) : 0;
-  out.force = measure_forces(out.result.frames, settled, 1 / scene.local.rate_hz);
-  for (double depth : out.result.penetration) out.deepest = std::max(out.deepest, depth);
-  for (const LocalFrame& f : out.result.frames) out.flags |= f.flags;
+  out.force = measure_forces(out.result.tools[0].frames, settled, 1 / scene.local.rate_hz);
+  for (double depth : out.result.tools[0].penetration) out.deepest = std::max(out.deepest, depth);
+  for (const LocalFrame& f : out.result.tools[0].frames) out.flags |= f.flags;
   return out;
 }
 
 std::string failure_of(const SessionRun& run) {
   if (!run.error.empty()) return run.error;
   if (run.flags & kNotFinite) return "not finite: the local model was reset";
-  const bool touched = run.force.ticks_free < static_cast<int>(run.result.frames.size());
+  const bool touched = run.force.ticks_free < static_cast<int>(run.result.tools[0].frames.size());
   if (!touched) return "no contact";
   return "";
 }

@@ -67,7 +67,7 @@ bool is_below(const Mesh& sheet, const Snapshot& end) {
   bool is_underside = false;
   for (const Triangle& t : sheet.triangles) {
     const double distance_sq =
-        closest_point_on_triangle(end.tool, node(end.x, t[0]), node(end.x, t[1]), node(end.x, t[2])).distance_sq;
+        closest_point_on_triangle(end.tools[0], node(end.x, t[0]), node(end.x, t[1]), node(end.x, t[2])).distance_sq;
     if (distance_sq >= nearest) continue;
     nearest = distance_sq;
     const Vec3 a = node(sheet.x, t[0]);
@@ -86,7 +86,7 @@ MapPoint shoot_at_sheet(const std::string& method, double speed, double thicknes
     const SessionRun run = run_session("tunnelling", shot(method, speed, thickness, mesh, phase), mesh, options);
     MapPoint p = point_of(method, speed, thickness, run);
     if (run.result.stopped) return p;
-    const auto& frames = run.result.frames;
+    const auto& frames = run.result.tools[0].frames;
     const bool is_through = !run.result.snapshots.empty() && is_below(mesh, run.result.snapshots.back());
     p.why = failure_of(run);
     p.verdict = p.why.empty() && !is_through ? MapVerdict::works : MapVerdict::fails;

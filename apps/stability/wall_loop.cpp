@@ -58,20 +58,20 @@ WallRun press_wall(const HandLoop& loop, double most_damping) {
   options.hand_damping = loop.hand_damping;
   options.hand_delay = loop.delay;
   const auto device = make_device("hand", options);
-  PassivityControl passivity({most_damping, loop.h, loop.delay, device->limits().max_force});
+  PassivityControl passivity({most_damping, loop.h, loop.delay, device->info().max_force});
   const auto ticks = static_cast<int>(std::lround(duration(loop) / loop.h));
   std::vector<double> forces, places;
   WallRun out;
   StateHash hash;
   double before = 0;
   for (int i = 0; i < ticks; ++i) {
-    const Vec3 x = device->position((i + 1) * loop.h);
+    const Vec3 x = device->pose((i + 1) * loop.h).x;
     const double rate = i > 0 ? (x.z() - before) / loop.h : 0;
     before = x.z();
     // It pushes only: a wall does not stick.
     const double force = x.z() < 0 ? std::max(0.0, -loop.wall_stiffness * x.z() - loop.wall_damping * rate) : 0;
     const Vec3 shown = passivity.tick(x, Vec3(0, 0, force));
-    device->write(shown, loop.h);
+    device->write({.force = shown}, loop.h);
     forces.push_back(shown.z());
     places.push_back(x.z());
     hash.add(shown.z());

@@ -12,8 +12,8 @@ int main() {
 
   kt::Session session(scene);
   const kt::SessionResult result = session.run();
-  for (std::size_t i = 99; i < result.frames.size(); i += 100) {
-    const kt::LocalFrame& f = result.frames[i];
+  for (std::size_t i = 99; i < result.tools[0].frames.size(); i += 100) {
+    const kt::LocalFrame& f = result.tools[0].frames[i];
     std::printf("%.1f s: normal %.4f N, friction %.4f N, %s\n", f.t, f.f_n, f.f_t, kt::name_of(f.mode));
   }
 }

@@ -52,6 +52,8 @@ class ContactSolver {
  public:
   virtual ~ContactSolver() = default;
   virtual Deformation deformation() const noexcept = 0;
+  /// From now on the coefficients at `friction`, which stays there until the next call; none: those of construction.
+  virtual void use(const SurfaceFriction* /*friction*/) noexcept {}
   /// @param solution  in: impulses to start from (or zero); out: the result
   virtual void solve(const ContactProblem& problem, ContactSolution& solution) noexcept = 0;
 };

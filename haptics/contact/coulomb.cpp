@@ -10,13 +10,14 @@ class Coulomb final : public ContactSolver {
   explicit Coulomb(SurfaceFriction friction) : friction_(std::move(friction)), sweeps_(kMaxContacts) {}
   Deformation deformation() const noexcept override { return Deformation::none; }
 
+  void use(const SurfaceFriction* friction) noexcept override { used_ = friction ? friction : &friction_; }
   void solve(const ContactProblem& problem, ContactSolution& out) noexcept override {
     const int c = problem.count;
     const auto count = static_cast<std::size_t>(c);
     if (out.impulse.size() != 3 * c) out.impulse.setZero(3 * c);
     out.inertial_impulse.setZero();
     for (int i = 0; i < c; ++i) {
-      own_[i] = friction_.at(problem.triangle[i]);
+      own_[i] = used_->at(problem.triangle[i]);
       out.grip[i] = problem.sliding[i] ? own_[i].mu_kinetic : own_[i].mu_static;
     }
     const ContactSystem system{{problem.normal.data(), count},
@@ -34,6 +35,7 @@ class Coulomb final : public ContactSolver {
 
  private:
   SurfaceFriction friction_;
+  const SurfaceFriction* used_ = &friction_;
   std::array<Friction, kMaxContacts> own_{};
   ContactSweeps sweeps_;
 };

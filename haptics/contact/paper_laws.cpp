@@ -56,9 +56,10 @@ class PaperStickSlip final : public ContactSolver {
  public:
   explicit PaperStickSlip(SurfaceFriction friction) : friction_(std::move(friction)) {}
   Deformation deformation() const noexcept override { return Deformation::full; }
+  void use(const SurfaceFriction* friction) noexcept override { used_ = friction ? friction : &friction_; }
   void solve(const ContactProblem& problem, ContactSolution& out) noexcept override {
     if (pulls(problem)) return release(out);
-    const double mu = friction_.at(problem.triangle[kFirst]).mu_static;
+    const double mu = used_->at(problem.triangle[kFirst]).mu_static;
     const Vec3& n = problem.normal[kFirst];
     const Vec3 sticking = paper::P_tilde(problem.force);  // eqs. (23), (27)
     const auto [f_n, f_t] = split(sticking, n);
@@ -72,6 +73,7 @@ class PaperStickSlip final : public ContactSolver {
 
  private:
   SurfaceFriction friction_;
+  const SurfaceFriction* used_ = &friction_;
 };
 
 }  // namespace

@@ -19,17 +19,18 @@ class Hand final : public HapticDevice {
     set_step(o.h);
   }
 
-  Vec3 position(double) noexcept override {
-    if (o_.encoder_step <= 0) return x_;
-    return (x_ / o_.encoder_step).array().round().matrix() * o_.encoder_step;
+  Pose pose(double t) noexcept override {
+    const Quaternion turn = o_.turn.at(t);
+    if (o_.encoder_step <= 0) return {x_, turn};
+    return {(x_ / o_.encoder_step).array().round().matrix() * o_.encoder_step, turn};
   }
 
-  void write(const Vec3& force, double h) noexcept override {
+  void write(const Wrench& wrench, double h) noexcept override {
     if (h != h_) set_step(h);
     const Vec3 target_t0 = interpolate_path(o_.path, t_), target_t1 = interpolate_path(o_.path, t_ + h);
     const Vec3 target_velocity = (target_t1 - target_t0) / h;
     std::move_backward(forces_.begin(), forces_.end() - 1, forces_.end());
-    forces_.front() = force;
+    forces_.front() = wrench.force;
     // Relative to the target, which moves evenly, the hand is an oscillator.
     Vec3 y = x_ - target_t0, v = v_ - target_velocity;
     if (late_ > 0) before_.step(y, v, forces_.back());
@@ -38,7 +39,7 @@ class Hand final : public HapticDevice {
     v_ = v + target_velocity;
     t_ += h;
   }
-  DeviceLimits limits() const override { return {o_.max_force, o_.hand_delay, true}; }
+  DeviceInfo info() const override { return {o_.max_force, o_.hand_delay, true}; }
   // The hand can overshoot its target's speed when it slips off something: twice is generous.
   double max_speed() const override { return 2 * speed_ + 0.05; }
 

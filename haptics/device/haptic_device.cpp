@@ -27,18 +27,18 @@ std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceO
   return nullptr;
 }
 
-Vec3 safe_force(const Vec3& force, const DeviceLimits& limits, bool& limited) noexcept {
+Vec3 safe_force(const Vec3& force, const DeviceInfo& device, bool& limited) noexcept {
   limited = true;
   if (!force.allFinite()) return Vec3::Zero();
   // Of the order of one: squares of large and small forces are no numbers.
   const double largest = force.lpNorm<Eigen::Infinity>();
   const Vec3 way = largest > 0 ? Vec3(force / largest) : force;
   const double size = std::hypot(way.x(), way.y(), way.z());
-  limited = size > limits.max_force / largest || force.norm() > limits.max_force;
+  limited = size > device.max_force / largest || force.norm() > device.max_force;
   if (!limited) return force;
   constexpr double kRounding = 1e-15;  // of the few operations here: the result is never above the limit
-  if (limits.max_force < std::numeric_limits<double>::min() / kRounding) return Vec3::Zero();
-  return (1 - kRounding) * limits.max_force / size * way;
+  if (device.max_force < std::numeric_limits<double>::min() / kRounding) return Vec3::Zero();
+  return (1 - kRounding) * device.max_force / size * way;
 }
 
 Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept {
@@ -48,6 +48,16 @@ Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept {
   if (after == path.end()) return path.back().x;
   const TimedPoint &a = *(after - 1), &b = *after;
   return a.x + (t - a.t) / (b.t - a.t) * (b.x - a.x);
+}
+
+Pose interpolate_poses(const std::vector<TimedPose>& path, double t) noexcept {
+  const auto after =
+      std::upper_bound(path.begin(), path.end(), t, [](double a, const TimedPose& p) { return a < p.t; });
+  if (after == path.begin()) return path.front().pose;
+  if (after == path.end()) return path.back().pose;
+  const TimedPose &a = *(after - 1), &b = *after;
+  const double share = (t - a.t) / (b.t - a.t);
+  return {a.pose.x + share * (b.pose.x - a.pose.x), a.pose.r.slerp(share, b.pose.r)};
 }
 
 double least_distance(const std::vector<TimedPoint>& a, const std::vector<TimedPoint>& b) noexcept {

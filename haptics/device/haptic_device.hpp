@@ -6,25 +6,31 @@
 #include <vector>
 
 #include "core/backend.hpp"
-#include "core/types.hpp"
+#include "haptics/device/tool_turn.hpp"
 
 namespace kt {
 
-struct DeviceLimits {
+/// What a device is, as far as it is known.
+struct DeviceInfo {
   double max_force = std::numeric_limits<double>::infinity();  ///< [N]
   double delay = 0;                                            ///< from write() until the force acts [s]
-  bool yields = false;                                         ///< it moves with the force: energy goes back and forth
+  bool yields = false;        ///< it moves with the force: energy goes back and forth
+  bool gives_torque = false;  ///< else the torque that is written goes nowhere
 };
 
-/// A device in the world frame. position() and write() run in the haptic tick: no allocation, no exception.
+/// Whether a device's poses can be relied upon now.
+enum class DeviceHealth { ok, stale, gone, fault, uncalibrated };
+
+/// A device in the world frame. pose(), write() and health() run in the haptic tick: no allocation, no exception.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
-  /// Position at time t [s]; called with ascending t, once a tick.
-  virtual Vec3 position(double t) noexcept = 0;
-  /// Takes the tool's force [N] for the next h [s]. Callers pass it through safe_force first.
-  virtual void write(const Vec3& force, double h) noexcept = 0;
-  virtual DeviceLimits limits() const = 0;
+  /// Where the tool is at time t [s]; called with ascending t, once a tick.
+  virtual Pose pose(double t) noexcept = 0;
+  /// Takes what acts on the tool for the next h [s]. Callers pass the force through safe_force first.
+  virtual void write(const Wrench& wrench, double h) noexcept = 0;
+  virtual DeviceInfo info() const = 0;
+  virtual DeviceHealth health() const noexcept { return DeviceHealth::ok; }
   /// Upper bound of the speed [m/s]: how far the tool gets until the next refresh.
   virtual double max_speed() const = 0;
 };
@@ -36,16 +42,25 @@ struct TimedPoint {
   bool operator==(const TimedPoint&) const = default;
 };
 
+/// A pose at a time, as recordings have them.
+struct TimedPose {
+  double t = 0;  ///< [s]
+  Pose pose{};
+  bool operator==(const TimedPose&) const = default;
+};
+
 struct DeviceOptions {
-  std::vector<TimedPoint> path;  ///< scripted, recorded: the path; hand: its target; ascending t, linear in between
-  std::string recording;         ///< recorded: file with "t,x,y,z" rows, read when there is no path
+  std::vector<TimedPoint> path{};  ///< scripted, recorded: the path; hand: its target; ascending t, linear in between
+  ToolTurn turn{};               ///< of all three, beside the path; of recorded poses their own
+  std::vector<TimedPose> poses{};  ///< recorded: instead of path and turn
+  std::string recording{};       ///< recorded: file, read when there is neither path nor poses
   double h = 1e-3;               ///< haptic step [s]
   // hand: a mass held to the target by a spring and a damper
   double hand_stiffness = 300, hand_damping = 3, hand_mass = 0.1;  ///< [N/m], [N s/m], [kg]
   double hand_delay = 0;       ///< [s] from write() to the motors: bus, driver, amplifier
   double encoder_step = 1e-5;  ///< [m] positions are read in multiples of this; 0: exact
   double max_force = 7.9;      ///< [N] what the simulated device can give
-  DeviceLimits limits = {};    ///< recorded: of the device that was played on
+  DeviceInfo info = {};        ///< recorded: of the device that was played on
 };
 
 std::vector<BackendInfo> device_backends();
@@ -53,10 +68,13 @@ std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceO
 
 /// What may be written to a device: the force, or of one that is too large the limit in its direction (limited = true),
 /// never above it by rounding; zero when a component is not finite (then limited = true as well).
-Vec3 safe_force(const Vec3& force, const DeviceLimits& limits, bool& limited) noexcept;
+Vec3 safe_force(const Vec3& force, const DeviceInfo& device, bool& limited) noexcept;
 
 /// Position on a path at time t; its ends hold.
 Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept;
+
+/// Pose on a path at time t; its ends hold, in between the tool turns evenly the short way.
+Pose interpolate_poses(const std::vector<TimedPose>& path, double t) noexcept;
 
 /// Smallest distance of two tools on their paths at the same time [m].
 double least_distance(const std::vector<TimedPoint>& a, const std::vector<TimedPoint>& b) noexcept;

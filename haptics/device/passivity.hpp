@@ -34,7 +34,7 @@ class PassivityControl {
   /// The force to write at a tick that found the device at x [m], when the body asks for `wanted` [N]. What the device
   /// cannot give the hand has never felt: a spring that is cut to the limit is counted as it was cut.
   Vec3 tick(const Vec3& x, const Vec3& wanted) noexcept {
-    const DeviceLimits limits{.max_force = o_.max_force};
+    const DeviceInfo limits{.max_force = o_.max_force};
     bool cut = false, damper_cut = false;
     const Vec3 force = safe_force(wanted, limits, cut);
     const Vec3 way = started_ ? Vec3(x - x_) : Vec3(Vec3::Zero());

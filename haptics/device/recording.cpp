@@ -64,7 +64,8 @@ std::string plain_name(std::string name, const std::string& unit) {
 
 /// Where a row has its time and place, and what else it has.
 struct Columns {
-  std::array<std::size_t, 4> at{0, 1, 2, 3};
+  std::array<std::size_t, 8> at{0, 1, 2, 3, 4, 5, 6, 7};
+  bool has_turn = false;  ///< the last four are there
   std::string unread;  ///< of the others, for a person; empty: none
 };
 
@@ -75,21 +76,30 @@ std::string shown(const Cells& names) {
 }
 
 Columns named_columns(const TextReader& in, const Cells& names) {
-  constexpr const char* kNames[4][3] = {
-      {"t", "time", "timestamp"}, {"x", "tool_x", "x"}, {"y", "tool_y", "y"}, {"z", "tool_z", "z"}};
+  constexpr const char* kNames[8][3] = {
+      {"t", "time", "timestamp"}, {"x", "tool_x", "x"},    {"y", "tool_y", "y"},    {"z", "tool_z", "z"},
+      {"qw", "tool_qw", "q_w"},   {"qx", "tool_qx", "q_x"}, {"qy", "tool_qy", "q_y"}, {"qz", "tool_qz", "q_z"}};
+  constexpr const char* kUnits[8] = {"s", "m", "m", "m", "", "", "", ""};
   Columns out;
   Cells others = names;
-  for (std::size_t c = 0; c < 4; ++c) {
+  std::size_t turns = 0;
+  for (std::size_t c = 0; c < 8; ++c) {
     const auto is_it = [&](const std::string& name) {
-      return std::ranges::find(kNames[c], plain_name(name, c == 0 ? "s" : "m")) != std::end(kNames[c]);
+      return std::ranges::find(kNames[c], plain_name(name, kUnits[c])) != std::end(kNames[c]);
     };
     const auto found = std::ranges::find_if(names, is_it);
+    if (found == names.end() && c >= 4) continue;
+    turns += c >= 4;
     if (found == names.end())
       in.fail("no column is named ", kNames[c][0], " among ", shown(names),
               "; must be t, x, y, z, in s and m (or no names at all)");
     out.at[c] = static_cast<std::size_t>(found - names.begin());
     std::erase(others, *found);
   }
+  if (turns != 0 && turns != 4)
+    in.fail("of qw, qx, qy, qz only ", turns, turns == 1 ? " is" : " are", " among ", shown(names),
+            "; an orientation needs all four");
+  out.has_turn = turns == 4;
   std::erase(others, "");
   if (!others.empty()) out.unread = shown(others);
   return out;
@@ -117,6 +127,20 @@ std::string_view cell_at(const TextReader& in, const Cells& cells, std::size_t c
   if (cells[column].find(',') != std::string::npos)
     in.fail(in_quotes(cells[column]), " is not a number; write a decimal point");
   return cells[column];
+}
+
+/// Of unit length to what a text keeps of it; one that is none is an error, as an Euler angle would be.
+Quaternion to_turn(const TextReader& in, const std::array<std::string, 4>& cells) {
+  constexpr double kUnit = 1e-2, kExact = 1e-12;
+  constexpr const char* kNames[] = {"qw", "qx", "qy", "qz"};
+  std::array<double, 4> q{};
+  for (std::size_t c = 0; c < 4; ++c) q[c] = in.to_number(cells[c], kNames[c]);
+  const Quaternion out(q[0], q[1], q[2], q[3]);
+  const double square = out.squaredNorm();
+  if (!(std::abs(square - 1) < kUnit))
+    in.fail("(qw, qx, qy, qz) is (", cells[0], ", ", cells[1], ", ", cells[2], ", ", cells[3], "), of length ",
+            std::sqrt(square), "; must be a unit quaternion");
+  return std::abs(square - 1) < kExact ? out : out.normalized();
 }
 
 /// Rows that are farther apart than a tick, in one line.
@@ -171,12 +195,16 @@ Recording read_recording(const std::string& file, double h) {
       in.fail("time ", in_quotes(cell(0)), " s does not follow that of the row before, ", in_quotes(before), " s");
     before = cell(0);
     out.path.push_back({since, {to_place(in, cell(1), "x"), to_place(in, cell(2), "y"), to_place(in, cell(3), "z")}});
+    if (columns.has_turn)
+      out.poses.push_back({since, {out.path.back().x, to_turn(in, {cell(4), cell(5), cell(6), cell(7)})}});
     lines.push_back(in.line_number());
   }
   if (out.path.empty()) throw InputError(text(file, ": the recording is empty"));
   if (!columns.unread.empty())
     out.notes.push_back(text("not read: ", columns.unread,
-                             " (only t, x, y, z are; the tool's orientation is that of tool.turn and tool.spin)"));
+                             columns.has_turn ? " (only t, x, y, z and qw, qx, qy, qz are)"
+                                              : " (only t, x, y, z are; the tool's orientation is that of tool.turn "
+                                                "and tool.spin, or of columns named qw, qx, qy, qz)"));
   note_gaps(out.path, lines, h, out.notes);
   return out;
 }

@@ -8,14 +8,16 @@ namespace {
 
 class Scripted final : public HapticDevice {
  public:
-  explicit Scripted(const DeviceOptions& options) : path_(options.path), speed_(path_speed(path_)) {}
-  Vec3 position(double t) noexcept override { return interpolate_path(path_, t); }
-  void write(const Vec3&, double) noexcept override {}
-  DeviceLimits limits() const override { return {}; }
+  explicit Scripted(const DeviceOptions& options)
+      : path_(options.path), turn_(options.turn), speed_(path_speed(path_)) {}
+  Pose pose(double t) noexcept override { return {interpolate_path(path_, t), turn_.at(t)}; }
+  void write(const Wrench&, double) noexcept override {}
+  DeviceInfo info() const override { return {}; }
   double max_speed() const override { return speed_; }
 
  private:
   std::vector<TimedPoint> path_;
+  ToolTurn turn_;
   double speed_;
 };
 

@@ -1,18 +1,27 @@
 #pragma once
-// The local model's coordinates after each tick, on their way from the haptic thread to the check of contacts: entries
-// of changing length in a queue of fixed size, without a lock. Writing one is a copy of some hundred numbers.
+// The local model's coordinates after each tick, with what the tools did in it, on their way from the haptic thread to
+// the check of contacts: entries of changing length in a queue of fixed size, without a lock. Writing one is a copy of
+// some hundred numbers.
 #include <algorithm>
 #include <atomic>
 #include <vector>
 
-#include "core/types.hpp"
+#include "collision/contact.hpp"
 
 namespace kt {
 
 class MotionRecord {
  public:
+  /// What a tool did in a tick.
+  struct Way {
+    Pose from, to;
+    bool is_free = true;  ///< it touched nothing
+    double gap = 0;       ///< smallest of its contacts [m]
+    ToolSweep sweep() const { return {from, to}; }
+  };
   struct Tick {
     int tick = 0, frame = 0;  ///< of the model, LocalModel::frame
+    std::array<Way, kMaxTools> tools{};
   };
 
   /// @param capacity  numbers
@@ -27,10 +36,18 @@ class MotionRecord {
     if (skipped > 0) numbers_[end % all] = kSkip;
     end += skipped;
     double* entry = numbers_.data() + end % all;
-    entry[0] = static_cast<double>(q.size());
-    entry[1] = tick.tick;
-    entry[2] = tick.frame;
-    std::copy_n(q.data(), q.size(), entry + kHead);
+    *entry++ = static_cast<double>(q.size());
+    *entry++ = tick.tick;
+    *entry++ = tick.frame;
+    for (const Way& way : tick.tools) {
+      for (const Pose* pose : {&way.from, &way.to}) {
+        entry = std::copy_n(pose->x.data(), 3, entry);
+        entry = std::copy_n(pose->r.coeffs().data(), 4, entry);
+      }
+      *entry++ = way.is_free;
+      *entry++ = way.gap;
+    }
+    std::copy_n(q.data(), q.size(), entry);
     end_.store(end + size, std::memory_order_release);
     return true;
   }
@@ -42,8 +59,19 @@ class MotionRecord {
     if (begin == end_.load(std::memory_order_acquire)) return false;
     if (numbers_[begin % all] == kSkip) begin_.store(begin += all - begin % all, std::memory_order_release);
     const double* entry = numbers_.data() + begin % all;
-    tick = {static_cast<int>(entry[1]), static_cast<int>(entry[2])};
-    q = Eigen::Map<const VectorX>(entry + kHead, static_cast<Eigen::Index>(entry[0]));
+    const auto size = static_cast<Eigen::Index>(*entry++);
+    tick.tick = static_cast<int>(*entry++);
+    tick.frame = static_cast<int>(*entry++);
+    for (Way& way : tick.tools) {
+      for (Pose* pose : {&way.from, &way.to}) {
+        std::copy_n(entry, 3, pose->x.data());
+        std::copy_n(entry + 3, 4, pose->r.coeffs().data());
+        entry += 7;
+      }
+      way.is_free = *entry++ != 0;
+      way.gap = *entry++;
+    }
+    q = Eigen::Map<const VectorX>(entry, size);
     return true;
   }
   void pop() noexcept {  // of the entry that front() gave
@@ -53,7 +81,7 @@ class MotionRecord {
   }
 
  private:
-  static constexpr std::size_t kHead = 3;
+  static constexpr std::size_t kHead = 3 + 16 * kMaxTools;
   static constexpr double kSkip = -1;  // in place of a size: the rest up to the end of the room is empty
   std::vector<double> numbers_;
   std::atomic<std::size_t> begin_{0}, end_{0};

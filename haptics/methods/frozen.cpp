@@ -47,7 +47,7 @@ class Statics {
 class Frozen final : public HapticMethod {
  public:
   explicit Frozen(const HapticMethodOptions& options)
-      : tool_(options.tool), h_(options.h), solver_(make_cone_solver("frozen", options)) {
+      : tool_(options.tools[0]), h_(options.h), solver_(make_cone_solver("frozen", options)) {
     solution_.impulse.setZero(0);
     u_.setZero(0);
   }
@@ -86,7 +86,7 @@ class Frozen final : public HapticMethod {
     LocalFrame frame;
     t_ += h_;
     frame.t = t_;
-    frame.tool = sweep.x_t1;
+    frame.pose = {sweep.x_t1, sweep.r_t1};
     frame.model_frame = m.model.frame;
     samples_.count = 0;
     if (const FrozenContacts* frozen = data()) {

@@ -12,7 +12,7 @@ namespace {
 class Hold final : public HapticMethod {
  public:
   explicit Hold(const HapticMethodOptions& options)
-      : body_(options.tool, options.h,
+      : body_(options.tools[0], options.h,
               make_contact_solver(options.law, options.friction, options.friction_of_triangle)),
         past_(kRemembered) {}
 

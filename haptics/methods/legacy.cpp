@@ -16,7 +16,7 @@ constexpr double kTouching = 1e-4;  // [m] tool and surface this near at a refre
 class Legacy final : public HapticMethod {
  public:
   explicit Legacy(const HapticMethodOptions& options)
-      : tool_(options.tool), h_(options.h), solver_(make_cone_solver("legacy", options)) {
+      : tool_(options.tools[0]), h_(options.h), solver_(make_cone_solver("legacy", options)) {
     solution_.impulse.setZero(0);
   }
 
@@ -47,7 +47,7 @@ class Legacy final : public HapticMethod {
     LocalFrame frame;
     t_ += h_;
     frame.t = t_;
-    frame.tool = sweep.x_t1;
+    frame.pose = {sweep.x_t1, sweep.r_t1};
     frame.model_frame = m.model.frame;
     samples_.count = 0;
     if (arrived_) reference_ = sweep.x_t0;

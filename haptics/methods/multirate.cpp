@@ -4,10 +4,8 @@
 namespace kt {
 
 std::unique_ptr<HapticMethod> make_multirate_method(const HapticMethodOptions& options) {
-  std::vector<ToolShape> tools{options.tool};
-  if (options.second_tool) tools.push_back(*options.second_tool);
   return std::make_unique<LocalSimulation>(
-      tools, options.h, make_contact_solver(options.law, options.friction, options.friction_of_triangle),
+      options.tools, options.h, make_contact_solver(options.law, options.friction, options.friction_of_triangle),
       options.blend);
 }
 

@@ -12,7 +12,7 @@ namespace {
 class Penalty final : public HapticMethod {
  public:
   explicit Penalty(const HapticMethodOptions& options)
-      : tool_(options.tool), h_(options.h), coupling_(options.coupling), solver_(make_cone_solver("penalty", options)) {
+      : tool_(options.tools[0]), h_(options.h), coupling_(options.coupling), solver_(make_cone_solver("penalty", options)) {
     if (!(coupling_.stiffness > 0 && coupling_.damping >= 0))
       throw InputError(text("contact.penalty: stiffness = ", coupling_.stiffness,
                             " N/m must be above 0, damping = ", coupling_.damping, " N.s/m at least 0"));
@@ -44,7 +44,7 @@ class Penalty final : public HapticMethod {
     LocalFrame frame;
     t_ += h_;
     frame.t = t_;
-    frame.tool = sweep.x_t1;
+    frame.pose = {sweep.x_t1, sweep.r_t1};
     frame.model_frame = m.model.frame;
     samples_.count = 0;
 

@@ -62,7 +62,7 @@ void report_contacts(const SurfacePatch& patch, const ContactSet& contacts, cons
     const double f_n = force.dot(contact.normal);
     const Vec3 f_t = force - f_n * contact.normal;
     frame.force += force;
-    frame.torque += (point[i] - frame.tool).cross(force);
+    frame.torque += (point[i] - frame.pose.x).cross(force);
     normal_sum += f_n * contact.normal;
     tangential_sum += f_t;
     frame.gap = frame.contacts == 0 ? contact.gap : std::min(frame.gap, contact.gap);
@@ -96,7 +96,7 @@ bool keep_finite(PreparedLocalModel& m, LocalFrame& frame, SampleList& samples) 
   if (frame.force.allFinite() && m.state.q.allFinite() && m.state.q_rate.allFinite()) return true;
   LocalFrame empty;
   empty.t = frame.t;
-  empty.tool = frame.tool;
+  empty.pose = frame.pose;
   empty.model_frame = frame.model_frame;
   empty.flags = frame.flags | kNotFinite;
   frame = empty;

@@ -38,11 +38,11 @@ TEST_P(CheckPress, KeepsTheBodyTogetherAndTheToolOutside) {
   if (!KT_WITH_CGAL || !KT_WITH_TETGEN) GTEST_SKIP() << "needs cgal and tetgen";
   const SessionResult run = pressed(mesh, place);
   double force = 0;
-  for (const LocalFrame& f : run.frames) force = std::max(force, f.force.norm());
+  for (const LocalFrame& f : run.tools[0].frames) force = std::max(force, f.force.norm());
   EXPECT_GT(force, 1e-3);
   EXPECT_LT(force, 10);
-  EXPECT_EQ(run.missed_impacts, 0);
-  EXPECT_LT(*std::ranges::max_element(run.penetration), 1e-7);
+  EXPECT_EQ(run.tools[0].missed_impacts, 0);
+  EXPECT_LT(*std::ranges::max_element(run.tools[0].penetration), 1e-7);
 }
 
 INSTANTIATE_TEST_SUITE_P(Meshes, CheckPress,

@@ -270,7 +270,7 @@ TEST(CheckLoss, BeforeTheTimeThatIsAskedForIsNone) {
     LocalFrame f;
     f.t = 1e-3 * i;
     f.mode = i == 60 || i > 250 ? ContactMode::free : ContactMode::stick;
-    run.frames.push_back(f);
+    run.tools[0].frames.push_back(f);
   }
   EXPECT_EQ(longest_loss({}, run, 0.1, 0.25, nullptr).ticks, 0);
 }

@@ -31,7 +31,7 @@ class Look {
   const Vec3& high() const { return high_; }
 
  private:
-  Body body_{{.reach = 0.006}};
+  TestBody body_{{.reach = 0.006}};
   BodyCheck check_;
   std::unique_ptr<PreparedLocalModel> model_;
   double top_ = 0;
@@ -88,19 +88,31 @@ TEST(BodyCheck, SeesAToolThatGoesThroughEdgesAndCornersExactly) {
 }
 
 TEST(MotionRecord, GivesBackWhatWasPutInOverManyRounds) {
-  MotionRecord record(20);
+  MotionRecord record(20 + 16 * kMaxTools);
   MotionRecord::Tick tick;
   VectorX q;
   EXPECT_FALSE(record.front(tick, q));
   int put = 0, got = 0;
   const auto made = [](int i) { return VectorX(VectorX::Constant(1 + i % 6, i)); };
   while (got < 200) {
-    while (record.push({put, put / 7}, made(put))) ++put;
+    MotionRecord::Tick next{put, put / 7, {}};
+    for (next.tools[1] = {{{1, 2, put * 1.0}}, {{3, 4, 5}, {0, 1, 0, 0}}, put % 2 == 0, 0.1 * put};
+         record.push(next, made(put)); next.tools[1].is_free = put % 2 == 0) {
+      next.tick = ++put;
+      next.frame = put / 7;
+      next.tools[1].from.x.z() = put;
+      next.tools[1].gap = 0.1 * put;
+    }
     ASSERT_GT(put, got);
     while (record.front(tick, q)) {
       ASSERT_EQ(tick.tick, got);
       ASSERT_EQ(tick.frame, got / 7);
       ASSERT_EQ(q, made(got));
+      const MotionRecord::Way& way = tick.tools[1];
+      ASSERT_EQ(way.from, (Pose{{1, 2, got * 1.0}}));
+      ASSERT_EQ(way.to, (Pose{{3, 4, 5}, {0, 1, 0, 0}}));
+      ASSERT_EQ(way.is_free, got % 2 == 0);
+      ASSERT_EQ(way.gap, 0.1 * got);
       record.pop();
       ++got;
     }

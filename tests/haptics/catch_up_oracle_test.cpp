@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kTop = 0.02;  // meshes/block.msh: 0.08 x 0.05 x 0.02 m, 5 mm cells
 
-const Body& body() {
-  static const Body made{BodyOptions{.young = 5e3, .reducer = "full", .reach = 0.02}};
+const TestBody& body() {
+  static const TestBody made{TestBodyOptions{.young = 5e3, .reducer = "full", .reach = 0.02}};
   return made;
 }
 
@@ -74,18 +74,18 @@ TEST(Overlap, GoesOnAcrossARefresh) {
   scene.duration = 0.15;
   const SessionResult run = Session(scene).run();
   ASSERT_GT(run.refreshes.size(), 3u);
-  EXPECT_EQ(run.missed_impacts, 0);
-  for (const LocalFrame& f : run.frames) ASSERT_NE(f.mode, ContactMode::free) << "at " << f.t;
+  EXPECT_EQ(run.tools[0].missed_impacts, 0);
+  for (const LocalFrame& f : run.tools[0].frames) ASSERT_NE(f.mode, ContactMode::free) << "at " << f.t;
   double jump = 0, most = 0;
-  for (std::size_t i = 2; i < run.frames.size(); ++i) {
-    jump = std::max(jump, (run.frames[i].force - run.frames[i - 1].force).norm());
-    most = std::max(most, run.frames[i].force.norm());
+  for (std::size_t i = 2; i < run.tools[0].frames.size(); ++i) {
+    jump = std::max(jump, (run.tools[0].frames[i].force - run.tools[0].frames[i - 1].force).norm());
+    most = std::max(most, run.tools[0].frames[i].force.norm());
   }
   EXPECT_LT(jump, 0.05 * most);
 }
 
 TEST(LeftPatch, FadesTheForceAndFindsTheContactAgainInANewPatch) {
-  const Body small{BodyOptions{.young = 5e3, .reducer = "condensed", .reach = 0.006, .blend = 0.012}};
+  const TestBody small{TestBodyOptions{.young = 5e3, .reducer = "condensed", .reach = 0.006, .blend = 0.012}};
   const ToolShape tool = kSphereTool;
   Press press(small, tool, "coulomb", {0.1, 0.1}, above(tool));
   press.move(place(tool, 60), 60);

@@ -94,7 +94,7 @@ TEST_P(Law, SolvesWithoutMemoryOfItsOwn) {
 
 TEST_P(Law, PressesAndDragsOnABody) {
   const bool geometric = make_contact_solver(GetParam(), {0.5, 0.5})->deformation() != Deformation::none;
-  const Body body{BodyOptions{.young = geometric ? 1000.0 : 1e4,
+  const TestBody body{TestBodyOptions{.young = geometric ? 1000.0 : 1e4,
                               .scheme = geometric ? LocalScheme::symplectic_euler : LocalScheme::implicit_euler,
                               .metric = geometric ? Metric::identity : Metric::implicit,
                               .reach = 0.02}};
@@ -143,12 +143,12 @@ INSTANTIATE_TEST_SUITE_P(All, Device, testing::ValuesIn(available(device_backend
 
 TEST_P(Device, StartsOnItsPathAndKeepsBelowItsSpeed) {
   const auto device = make();
-  EXPECT_LT((device->position(0) - Vec3(1, 2, 3)).norm(), 1e-5);
+  EXPECT_LT((device->pose(0).x - Vec3(1, 2, 3)).norm(), 1e-5);
   EXPECT_GT(device->limits().max_force, 0);
-  Vec3 before = device->position(0);
+  Vec3 before = device->pose(0).x;
   for (int i = 1; i <= 1000; ++i) {
-    device->write(Vec3::Zero(), 1e-3);
-    const Vec3 now = device->position(i * 1e-3);
+    device->write({.force = Vec3::Zero()}, 1e-3);
+    const Vec3 now = device->pose(i * 1e-3).x;
     ASSERT_TRUE(now.allFinite());
     ASSERT_LE((now - before).norm(), device->max_speed() * 1e-3 + 1e-5) << "tick " << i;
     before = now;
@@ -161,12 +161,12 @@ TEST_P(Device, TicksWithoutAllocatingAndRepeatsItself) {
   for (int i = 0; i <= 500; ++i) {
     const Vec3 force(0.1, -0.2, 0.001 * i);
     const auto allocations = allocations_during([&] {
-      one->position(i * 1e-3);
-      one->write(force, 1e-3);
+      one->pose(i * 1e-3).x;
+      one->write({.force = force}, 1e-3);
     });
     ASSERT_EQ(allocations, 0);
-    two->write(force, 1e-3);
-    ASSERT_EQ(one->position(i * 1e-3), two->position(i * 1e-3));
+    two->write({.force = force}, 1e-3);
+    ASSERT_EQ(one->pose(i * 1e-3).x, two->pose(i * 1e-3).x);
   }
 }
 

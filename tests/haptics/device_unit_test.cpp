@@ -38,8 +38,8 @@ TEST(LeastDistance, IsThatOfTheSameTime) {
 
 TEST(Scripted, FollowsItsPathWhateverTheForce) {
   const auto device = make_device("scripted", {.path = kPath, .recording = {}});
-  device->write({5, 5, 5}, 1e-3);
-  EXPECT_EQ(device->position(0.5), Vec3(1, 0, 0));
+  device->write({.force = {5, 5, 5}}, 1e-3);
+  EXPECT_EQ(device->pose(0.5).x, Vec3(1, 0, 0));
   EXPECT_EQ(device->max_speed(), 8);
 }
 
@@ -77,29 +77,29 @@ class RecordedFile : public testing::Test {
 
 TEST_F(RecordedFile, GivesTheRowOfATickBitForBit) {
   const auto device = play("t,x,y,z\n0,0.10000000000000001,0,0\n0.1,0.2,-3e-2,1\n0.2,5,6,7\n");
-  EXPECT_EQ(device->position(0), Vec3(0.1, 0, 0));
-  EXPECT_EQ(device->position(0.1), Vec3(0.2, -0.03, 1));
-  EXPECT_EQ(device->position(0.1 + 1e-9), Vec3(0.2, -0.03, 1)) << "its time differs by rounding";
-  EXPECT_EQ(device->position(0.2), Vec3(5, 6, 7));
-  EXPECT_EQ(device->position(7), Vec3(5, 6, 7)) << "its end holds";
+  EXPECT_EQ(device->pose(0).x, Vec3(0.1, 0, 0));
+  EXPECT_EQ(device->pose(0.1).x, Vec3(0.2, -0.03, 1));
+  EXPECT_EQ(device->pose(0.1 + 1e-9).x, Vec3(0.2, -0.03, 1)) << "its time differs by rounding";
+  EXPECT_EQ(device->pose(0.2).x, Vec3(5, 6, 7));
+  EXPECT_EQ(device->pose(7).x, Vec3(5, 6, 7)) << "its end holds";
 }
 
 TEST_F(RecordedFile, TakesRowsByTheirTime) {
   const auto slow = play("0,0,0,0\n0.4,4,0,8\n0.8,4,0,0\n");  // a fourth of the ticks
-  EXPECT_TRUE(slow->position(0.1).isApprox(Vec3(1, 0, 2)));
-  EXPECT_TRUE(slow->position(0.6).isApprox(Vec3(4, 0, 4)));
+  EXPECT_TRUE(slow->pose(0.1).x.isApprox(Vec3(1, 0, 2)));
+  EXPECT_TRUE(slow->pose(0.6).x.isApprox(Vec3(4, 0, 4)));
   const auto fast = play("0,0,0,0\n0.025,9,0,0\n0.05,0,0,0\n0.075,9,0,0\n0.1,1,0,0\n0.15,9,9,9\n0.2,2,0,0\n");
-  EXPECT_EQ(fast->position(0.1), Vec3(1, 0, 0));
-  EXPECT_EQ(fast->position(0.2), Vec3(2, 0, 0));
+  EXPECT_EQ(fast->pose(0.1).x, Vec3(1, 0, 0));
+  EXPECT_EQ(fast->pose(0.2).x, Vec3(2, 0, 0));
   const auto jittered = play("0,0,0,0\n0.09,0.9,0,0\n0.213,2.13,0,0\n0.3,3,0,0\n");
-  for (int i = 0; i <= 3; ++i) EXPECT_NEAR(jittered->position(0.1 * i).x(), i, 1e-12);
+  for (int i = 0; i <= 3; ++i) EXPECT_NEAR(jittered->pose(0.1 * i).x.x(), i, 1e-12);
 }
 
 TEST_F(RecordedFile, CountsTimesFromTheFirstRowAndKeepsTheirDigits) {
   // As doubles, times of 1.7e9 s come in steps of 2.4e-7 s.
   const auto device = play("1700000000.0000001,0,0,0\n1700000000.1000001,1,0,0\n1700000000.2000001,4,0,0\n");
-  EXPECT_EQ(device->position(0.1), Vec3(1, 0, 0));
-  EXPECT_EQ(device->position(0.2), Vec3(4, 0, 0));
+  EXPECT_EQ(device->pose(0.1).x, Vec3(1, 0, 0));
+  EXPECT_EQ(device->pose(0.2).x, Vec3(4, 0, 0));
   EXPECT_NEAR(read_recording(write("1.7e9,0,0,0\n1700000000.001,1,0,0\n"), 1e-3).path[1].t, 1e-3, 1e-9);
 }
 
@@ -121,9 +121,31 @@ TEST_F(RecordedFile, ReadsWhatLoggersAndSpreadsheetsWrite) {
 
 TEST_F(RecordedFile, TellsOfColumnsThatAreNotRead) {
   const auto note = [&](const std::string& text) { return read_recording(write(text), 1).notes.at(0); };
-  EXPECT_NE(note("t,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,1\n").find("not read: \"qx\", \"qy\", \"qz\", \"qw\""),
+  EXPECT_NE(note("t,x,y,z,roll,pitch,yaw\n0,1,2,3,0,0,0\n").find("not read: \"roll\", \"pitch\", \"yaw\""),
             std::string::npos);
-  EXPECT_NE(note("0,1,2,3,0,0,0,1\n").find("columns 5 to 8"), std::string::npos);
+  EXPECT_NE(note("0,1,2,3,0,0,0,1\n").find("columns 5 to 8"), std::string::npos) << "w may be first or last";
+}
+
+TEST_F(RecordedFile, TakesTheOrientationByItsNames) {
+  const std::string rows = "0,1,2,3,0,0,0,1\n1,1,2,3,0,0,0.70710678118654752,0.70710678118654752\n";
+  const Recording read = read_recording(write("t,x,y,z,qx,qy,qz,qw\n" + rows), 1);
+  ASSERT_EQ(read.poses.size(), 2u);
+  EXPECT_TRUE(read.notes.empty());
+  EXPECT_EQ(read.poses[0].pose, (Pose{{1, 2, 3}}));
+  EXPECT_LT((read.poses[1].pose.r * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-15) << "a quarter about z";
+  const auto device = make_device("recorded", {.path = read.path, .poses = read.poses, .h = 1});
+  const Vec3 half = device->pose(0.5).r * Vec3::UnitX();
+  EXPECT_LT((half - Vec3(std::sqrt(0.5), std::sqrt(0.5), 0)).norm(), 1e-15) << "half-way it has half turned";
+  const auto fails = [&](const std::string& text, const char* words) {
+    try {
+      read_recording(write(text), 1);
+      ADD_FAILURE() << text;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    }
+  };
+  fails("t,x,y,z,qw,qx,qy,qz\n0,1,2,3,90,0,0,0\n", ":2: (qw, qx, qy, qz) is (90, 0, 0, 0), of length 90");
+  fails("t,x,y,z,qw,qx,qy\n0,1,2,3,1,0,0\n", "an orientation needs all four");
 }
 
 TEST_F(RecordedFile, TellsOfRowsFartherApartThanATick) {
@@ -185,11 +207,11 @@ double step_response_error(double h) {
   const double omega = std::sqrt(o.hand_stiffness / o.hand_mass - decay * decay);
   double worst = 0;
   for (int i = 1; i * h <= 1; ++i) {
-    hand->write({force, 0, 0}, h);
+    hand->write({.force = {force, 0, 0}}, h);
     const double t = i * h;
     const double exact = force / o.hand_stiffness *
                          (1 - std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t)));
-    worst = std::max(worst, std::abs(hand->position(t).x() - exact));
+    worst = std::max(worst, std::abs(hand->pose(t).x.x() - exact));
   }
   return worst;
 }
@@ -206,12 +228,12 @@ TEST(Hand, FeelsAForceAfterItsDelay) {
     // Half ticks: the delayed hand is where the other one was, so much earlier.
     std::vector<Vec3> at;
     for (int i = 0; i < 200; ++i) {
-      hand->write({1, 0, 0}, 0.5e-3);
-      at.push_back(hand->position(0));
+      hand->write({.force = {1, 0, 0}}, 0.5e-3);
+      at.push_back(hand->pose(0).x);
     }
-    for (int i = 0; i < 60; ++i) delayed->write({1, 0, 0}, 1e-3);
+    for (int i = 0; i < 60; ++i) delayed->write({.force = {1, 0, 0}}, 1e-3);
     const auto then = static_cast<std::size_t>(2 * 60 - 2 * ticks) - 1;
-    EXPECT_LT((delayed->position(0) - at[then]).norm(), 1e-15);
+    EXPECT_LT((delayed->pose(0).x - at[then]).norm(), 1e-15);
   }
 }
 
@@ -221,25 +243,25 @@ TEST(Hand, NoDampingIsTooStrongForIt) {
     o.hand_damping = damping;
     const auto hand = make_device("hand", o);
     for (int i = 0; i < 100; ++i) {
-      hand->write({1, 0, 0}, 1e-3);
-      EXPECT_TRUE(hand->position(0).allFinite());
-      EXPECT_LE(hand->position(0).x(), 2 * 1 / o.hand_stiffness * (1 + 1e-12)) << damping;
+      hand->write({.force = {1, 0, 0}}, 1e-3);
+      EXPECT_TRUE(hand->pose(0).x.allFinite());
+      EXPECT_LE(hand->pose(0).x.x(), 2 * 1 / o.hand_stiffness * (1 + 1e-12)) << damping;
     }
   }
 }
 
 TEST(Hand, ComesToRestWhereSpringAndForceBalance) {
   const auto hand = make_device("hand", hand_options());
-  for (int i = 0; i < 3000; ++i) hand->write({0, 0, 2}, 1e-3);
-  EXPECT_LT((hand->position(3) - Vec3(0, 0, 2.0 / 200)).norm(), 1e-12);
+  for (int i = 0; i < 3000; ++i) hand->write({.force = {0, 0, 2}}, 1e-3);
+  EXPECT_LT((hand->pose(3).x - Vec3(0, 0, 2.0 / 200)).norm(), 1e-12);
 }
 
 TEST(Hand, FollowsAMovingTargetWithoutLagWhenNothingPushes) {
   DeviceOptions o = hand_options();
   o.path = {{0, {0, 0, 0}}, {2, {0.2, 0, 0}}};
   const auto hand = make_device("hand", o);
-  for (int i = 0; i < 1500; ++i) hand->write(Vec3::Zero(), 1e-3);
-  EXPECT_LT((hand->position(1.5) - Vec3(0.15, 0, 0)).norm(), 1e-9) << "the damper acts against the target's velocity";
+  for (int i = 0; i < 1500; ++i) hand->write({.force = Vec3::Zero()}, 1e-3);
+  EXPECT_LT((hand->pose(1.5).x - Vec3(0.15, 0, 0)).norm(), 1e-9) << "the damper acts against the target's velocity";
 }
 
 TEST(Hand, IsReadInMultiplesOfTheEncoderStep) {
@@ -247,11 +269,11 @@ TEST(Hand, IsReadInMultiplesOfTheEncoderStep) {
   o.encoder_step = 1e-5;
   const auto exact = make_device("hand", hand_options()), read = make_device("hand", o);
   for (int i = 0; i < 200; ++i) {
-    exact->write({1, -0.7, 0.3}, 1e-3);
-    read->write({1, -0.7, 0.3}, 1e-3);
-    const Vec3 p = read->position(0);
+    exact->write({.force = {1, -0.7, 0.3}}, 1e-3);
+    read->write({.force = {1, -0.7, 0.3}}, 1e-3);
+    const Vec3 p = read->pose(0).x;
     for (double x : p) EXPECT_NEAR(x / 1e-5, std::round(x / 1e-5), 1e-9);
-    EXPECT_LE((p - exact->position(0)).lpNorm<Eigen::Infinity>(), 0.5e-5 * (1 + 1e-9));
+    EXPECT_LE((p - exact->pose(0).x).lpNorm<Eigen::Infinity>(), 0.5e-5 * (1 + 1e-9));
   }
 }
 

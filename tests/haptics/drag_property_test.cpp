@@ -64,7 +64,7 @@ TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
       SCOPED_TRACE(testing::Message() << shape << ", mu " << mu << ", direction " << angle);
       const SessionResult r = Session(scene).run();
       double pressed = 0, residual = 0;
-      for (const LocalFrame& f : r.frames) {
+      for (const LocalFrame& f : r.tools[0].frames) {
         residual = std::max(residual, f.residual);
         ASSERT_TRUE(f.force.allFinite());
         ASSERT_LE(f.cone_ratio, mu * (1 + 1e-9) + 1e-12);
@@ -75,8 +75,8 @@ TEST_P(RandomDrags, StayFiniteInTheConeAndOutside) {
       if (mu > 0) {
         EXPECT_GT(residual, 0) << "rounding at least: nobody reports it";
       }
-      EXPECT_EQ(r.missed_impacts, 0);
-      EXPECT_LT(*std::ranges::max_element(r.penetration), 1e-7);
+      EXPECT_EQ(r.tools[0].missed_impacts, 0);
+      EXPECT_LT(*std::ranges::max_element(r.tools[0].penetration), 1e-7);
     }
 }
 
@@ -117,14 +117,14 @@ TEST_P(SmoothDrags, StayOutsideAndGiveNoEnergy) {
       scene.local.reducer = "condensed";
       SCOPED_TRACE(testing::Message() << shape << ", mu " << mu);
       const SessionResult r = Session(scene).run();
-      const ForceMetrics m = measure_forces(r.frames, 0.15, 1e-3);
+      const ForceMetrics m = measure_forces(r.tools[0].frames, 0.15, 1e-3);
       EXPECT_GT(m.max_n, 1e-3);
       EXPECT_GT(m.energy_min, -1e-9);  // [J]
       EXPECT_LE(m.max_t_over_n, mu * (1 + 1e-9) + 1e-12);
       // From the end of the press on: a body may bounce off at the first touch.
-      EXPECT_EQ(measure_forces(std::span<const LocalFrame>(r.frames).subspan(100), 0.15, 1e-3).lost_contacts, 0);
-      EXPECT_EQ(r.missed_impacts, 0);
-      EXPECT_LT(*std::ranges::max_element(r.penetration), 1e-6);  // [m]
+      EXPECT_EQ(measure_forces(std::span<const LocalFrame>(r.tools[0].frames).subspan(100), 0.15, 1e-3).lost_contacts, 0);
+      EXPECT_EQ(r.tools[0].missed_impacts, 0);
+      EXPECT_LT(*std::ranges::max_element(r.tools[0].penetration), 1e-6);  // [m]
 
       if (is_slow) continue;
       // There and back nothing is left in the body's springs: the work is what was lost.
@@ -133,9 +133,9 @@ TEST_P(SmoothDrags, StayOutsideAndGiveNoEnergy) {
       scene.duration *= 2;
       const SessionResult loop = Session(scene).run();
       double work = 0, largest = 0;
-      for (std::size_t i = 1; i < loop.frames.size(); ++i) {
-        const Vec3 force = 0.5 * (loop.frames[i].force + loop.frames[i - 1].force);
-        work -= force.dot(loop.frames[i].tool - loop.frames[i - 1].tool);
+      for (std::size_t i = 1; i < loop.tools[0].frames.size(); ++i) {
+        const Vec3 force = 0.5 * (loop.tools[0].frames[i].force + loop.tools[0].frames[i - 1].force);
+        work -= force.dot(loop.tools[0].frames[i].pose.x - loop.tools[0].frames[i - 1].pose.x);
         largest = std::max(largest, work);
       }
       EXPECT_GT(work, 0.01 * largest) << "of " << largest << " J";

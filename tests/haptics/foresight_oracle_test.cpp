@@ -15,7 +15,7 @@ namespace {
 
 std::vector<LocalReport> reports_along(const Vec3& per_tick, int ticks) {
   std::vector<LocalReport> out(static_cast<std::size_t>(ticks));
-  for (int i = 0; i < ticks; ++i) out[static_cast<std::size_t>(i)].tools[0].place = i * per_tick;
+  for (int i = 0; i < ticks; ++i) out[static_cast<std::size_t>(i)].tools[0].pose.x = i * per_tick;
   return out;
 }
 
@@ -137,9 +137,9 @@ TEST(Foresight, BringsTheForceNearerToTheReference) {
     scene.global.look_ahead = look_ahead;
     Session session(scene);
     const SessionResult run = session.run();
-    if (!reference) reference = run_reference(session, tool_path(run), {.rate_hz = scene.local.rate_hz});
+    if (!reference) reference = run_reference(session, tool_paths(run), {.rate_hz = scene.local.rate_hz});
     EXPECT_EQ(run.looked_ahead > 5, look_ahead) << run.looked_ahead;
-    error[look_ahead] = compare_forces(tick_forces(run.frames), *reference).force_error;
+    error[look_ahead] = compare_forces(tick_forces(run.tools[0].frames), *reference).force_error;
   }
   EXPECT_LT(error[1], 0.85 * error[0]) << error[0];
 }

@@ -18,7 +18,7 @@ class Bench {
  public:
   Bench(const std::string& method, double mu, const VirtualCoupling& coupling = {}) {
     HapticMethodOptions options;
-    options.tool = kPointTool;
+    options.tools[0] = kPointTool;
     options.friction = {mu, mu};
     options.coupling = coupling;
     method_ = make_haptic_method(method, options);
@@ -41,8 +41,8 @@ class Bench {
   const ContactSample& sample() const { return method_->samples()[0]; }
 
  private:
-  static const Body& body() {
-    static const Body body;
+  static const TestBody& body() {
+    static const TestBody body;
     return body;
   }
   std::unique_ptr<HapticMethod> method_;
@@ -71,17 +71,17 @@ TEST(Hold, ShowsTheForceOfTheRefreshUntilTheNext) {
     const SessionResult right = Session(scene).run();
     scene.local.method = "hold";
     const SessionResult held = Session(scene).run();
-    ASSERT_EQ(held.frames.size(), right.frames.size());
+    ASSERT_EQ(held.tools[0].frames.size(), right.tools[0].frames.size());
     ASSERT_EQ(held.refreshes, right.refreshes);
     int different = 0;
     for (std::size_t k = 0; k < held.refreshes.size(); ++k) {
       const int then = held.refreshes[k].linearized_tick;
       const int end =
-          k + 1 < held.refreshes.size() ? held.refreshes[k + 1].adopted_tick : static_cast<int>(held.frames.size());
-      const Vec3 expected = then == 0 ? Vec3(Vec3::Zero()) : right.frames[then - 1].force;
-      for (int i = held.refreshes[k].adopted_tick; i < std::min(end, static_cast<int>(held.frames.size())); ++i) {
-        ASSERT_EQ(held.frames[i].force, expected) << "tick " << i;
-        different += (right.frames[i].force - expected).norm() > 0.01 * expected.norm();
+          k + 1 < held.refreshes.size() ? held.refreshes[k + 1].adopted_tick : static_cast<int>(held.tools[0].frames.size());
+      const Vec3 expected = then == 0 ? Vec3(Vec3::Zero()) : right.tools[0].frames[then - 1].force;
+      for (int i = held.refreshes[k].adopted_tick; i < std::min(end, static_cast<int>(held.tools[0].frames.size())); ++i) {
+        ASSERT_EQ(held.tools[0].frames[i].force, expected) << "tick " << i;
+        different += (right.tools[0].frames[i].force - expected).norm() > 0.01 * expected.norm();
       }
     }
     EXPECT_GT(different, 50) << "ticks at which holding is wrong";
@@ -118,12 +118,12 @@ TEST(Frozen, NormalAndPlaceStayWhereTheRefreshFoundThem) {
 }
 
 TEST(Frozen, ABodyThatFloatsIsHeldByItsInertia) {
-  BodyOptions options;
+  TestBodyOptions options;
   options.clamped = -1;
   options.reducer = "full";
-  const Body body(options);
+  const TestBody body(options);
   HapticMethodOptions o;
-  o.tool = kPointTool;
+  o.tools[0] = kPointTool;
   o.friction = {0, 0};
   const auto method = make_haptic_method("frozen", o);
   auto model = body.local_model(kPlace);

@@ -48,7 +48,7 @@ TEST_P(Method, TouchesStaysInTheConeAndLetsGo) {
   options.count_allocations = [] { return thread_allocations(); };
   const SessionResult r = Session(scene).run(options);
   double pressed = 0, dragged = 0;
-  for (const LocalFrame& f : r.frames) {
+  for (const LocalFrame& f : r.tools[0].frames) {
     ASSERT_TRUE(f.force.allFinite()) << f.t;
     ASSERT_EQ(f.flags & kNotFinite, 0u) << f.t;
     ASSERT_LE(f.cone_ratio, scene.contact.mu_static * (1 + 1e-9)) << f.t;
@@ -58,8 +58,8 @@ TEST_P(Method, TouchesStaysInTheConeAndLetsGo) {
   }
   EXPECT_GT(pressed, 1e-3);
   EXPECT_LT(dragged, -1e-4) << "friction against the drag";
-  EXPECT_EQ(r.frames.back().mode, ContactMode::free);
-  EXPECT_TRUE(r.frames.back().force.isZero(0));
+  EXPECT_EQ(r.tools[0].frames.back().mode, ContactMode::free);
+  EXPECT_TRUE(r.tools[0].frames.back().force.isZero(0));
   EXPECT_EQ(r.allocations, 0);
 }
 
@@ -74,11 +74,11 @@ TEST_P(Method, RepeatsItselfBitForBit) {
 
 TEST_P(Method, TakesUpABrokenPositionWithoutForceAndGoesOn) {
   const auto& [method, shape] = GetParam();
-  static const Body body;
+  static const TestBody body;
   HapticMethodOptions options;
-  options.tool = shape == "point" ? kPointTool : kSphereTool;
+  options.tools[0] = shape == "point" ? kPointTool : kSphereTool;
   options.friction = {0.5, 0.5};
-  const Vec3 over(0.0412, 0.0263, 0.021 + options.tool.radius), in = over - Vec3(0, 0, 0.002);
+  const Vec3 over(0.0412, 0.0263, 0.021 + options.tools[0].radius), in = over - Vec3(0, 0, 0.002);
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
     const auto tick = make_haptic_method(method, options);
     const auto refresh = [&](const Vec3& tool) {

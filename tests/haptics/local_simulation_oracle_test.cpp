@@ -17,12 +17,12 @@ const Vec3 kAbove(0.0412, 0.0263, kTop + 0.001);  // inside a triangle
 Vec3 above(const ToolShape& tool) { return kAbove + tool.radius * Vec3::UnitZ(); }
 Vec3 pressed(const ToolShape& tool, double depth) { return above(tool) - (0.001 + depth) * Vec3::UnitZ(); }
 
-const Body& block() {
-  static const Body body;
+const TestBody& block() {
+  static const TestBody body;
   return body;
 }
-const Body& small_block() {  // a patch with a rim, as in a session
-  static const Body body{BodyOptions{.reach = 0.012}};
+const TestBody& small_block() {  // a patch with a rim, as in a session
+  static const TestBody body{TestBodyOptions{.reach = 0.012}};
   return body;
 }
 
@@ -178,8 +178,8 @@ TEST_P(BothTools, GivesNoEnergyAway) {
   double work = 0, lowest = 0, highest = 0;
   Vec3 before = press.tool();
   const auto look = [&](const LocalFrame& f) {
-    work -= f.force.dot(f.tool - before);
-    before = f.tool;
+    work -= f.force.dot(f.pose.x - before);
+    before = f.pose.x;
     lowest = std::min(lowest, work);
     highest = std::max(highest, work);
   };
@@ -276,14 +276,14 @@ void expect_pushed_out(Press& press) {
 }
 
 TEST(StartInside, IsPushedOutOverSomeTicks) {
-  const Body body;
+  const TestBody body;
   const double top = bounds(body.model->mesh()).max.z();
   Press press(body, kSphereTool, "coulomb", {0.3, 0.3}, Vec3(0.03, 0.026, top + kSphereTool.radius - 1e-3));
   expect_pushed_out(press);
 }
 
 TEST(Refresh, ThatMovesTheSurfaceThroughTheToolIsTouched) {
-  const Body body;
+  const TestBody body;
   const double top = bounds(body.model->mesh()).max.z();
   Press press(body, kSphereTool, "coulomb", {0.3, 0.3}, Vec3(0.03, 0.026, top + kSphereTool.radius + 5e-4));
   EXPECT_EQ(press.move(press.tool(), 5).mode, ContactMode::free);

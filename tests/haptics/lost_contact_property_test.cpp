@@ -28,7 +28,7 @@ Scene runs_off(const std::string& shape) {
 
 int edge_ticks(const SessionResult& run) {
   return static_cast<int>(
-      std::ranges::count_if(run.frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; }));
+      std::ranges::count_if(run.tools[0].frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; }));
 }
 
 class BeyondThePatch : public testing::TestWithParam<const char*> {};
@@ -43,10 +43,10 @@ TEST_P(BeyondThePatch, ContactGoesOn) {
     scene.contact.surface = surface;
     const SessionResult run = Session(scene).run();
     EXPECT_GT(edge_ticks(run), 100) << "it never got there";
-    EXPECT_EQ(run.lost.free_ticks_inside, 0);
-    EXPECT_EQ(run.missed_impacts, 0);
+    EXPECT_EQ(run.tools[0].lost.free_ticks_inside, 0);
+    EXPECT_EQ(run.tools[0].missed_impacts, 0);
     EXPECT_FALSE(contact_was_lost(run, true));
-    const auto pressed = std::span<const LocalFrame>(run.frames).subspan(150);
+    const auto pressed = std::span<const LocalFrame>(run.tools[0].frames).subspan(150);
     double least = 1e9, most = 0;
     for (const LocalFrame& f : pressed) {
       least = std::min(least, f.f_n);
@@ -54,7 +54,7 @@ TEST_P(BeyondThePatch, ContactGoesOn) {
     }
     EXPECT_GT(least, 0);
     EXPECT_EQ(measure_forces(pressed, 0.15, 1e-3).lost_contacts, 0);
-    EXPECT_EQ(run.penetration.size(), run.frames.size());
+    EXPECT_EQ(run.tools[0].penetration.size(), run.tools[0].frames.size());
   }
 }
 
@@ -62,17 +62,15 @@ TEST(LostContact, OfAThreadedRunIsCheckedToo) {
   Scene scene = small_scene();
   scene.link.type = "thread";
   const SessionResult live = Session(scene).run();
-  ASSERT_EQ(live.penetration.size(), live.frames.size());
-  EXPECT_EQ(live.lost.unchecked_ticks, 0);
+  ASSERT_EQ(live.tools[0].penetration.size(), live.tools[0].frames.size());
+  EXPECT_EQ(live.tools[0].lost.unchecked_ticks, 0);
   EXPECT_EQ(live.slow_cpu_ms.size(), live.refreshes.size());
-  SessionOptions replay;
-  replay.refreshes = live.refreshes;
-  replay.max_speed = live.max_speed;
+  SessionOptions replay = replay_of(live);
   const SessionResult again = Session(scene).run(replay);
   ASSERT_EQ(again.hash, live.hash);
-  EXPECT_EQ(again.missed_impacts, live.missed_impacts);
-  EXPECT_EQ(again.lost.free_ticks_inside, live.lost.free_ticks_inside);
-  EXPECT_EQ(again.penetration, live.penetration) << "the same body, tick by tick";
+  EXPECT_EQ(again.tools[0].missed_impacts, live.tools[0].missed_impacts);
+  EXPECT_EQ(again.tools[0].lost.free_ticks_inside, live.tools[0].lost.free_ticks_inside);
+  EXPECT_EQ(again.tools[0].penetration, live.tools[0].penetration) << "the same body, tick by tick";
 }
 
 /// Above the body in one tick, below it in the next, over a corner of a triangle or anywhere.
@@ -87,7 +85,7 @@ TEST(LostContact, OfAToolThatLeapsThroughTheBodyIsReported) {
                                  {0.0505, {0.03, 0.026, below}},
                                  {0.1, {0.03, 0.026, below}}};
     const SessionResult run = Session(scene).run();
-    EXPECT_GT(run.missed_impacts, 0) << shape;
+    EXPECT_GT(run.tools[0].missed_impacts, 0) << shape;
     EXPECT_TRUE(contact_was_lost(run, true));
     EXPECT_FALSE(contact_was_lost(run, false));
     const auto warnings = run_warnings(run, true);
@@ -107,7 +105,7 @@ TEST(Reach, FollowsTheMeasuredSpeedAndIsBounded) {
     return Session(scene).run();
   };
   const SessionResult slow = with({}), lifts_later = with({{0.301, {0.033, 0.026, 5.0}}});
-  EXPECT_GT(lifts_later.max_speed, 1000);
+  EXPECT_GT(lifts_later.tools[0].max_speed, 1000);
   EXPECT_LE(lifts_later.last_patch_vertices, slow.last_patch_vertices + 30);
   Scene glitch = small_scene();
   glitch.tool.path.press_drag.reset();

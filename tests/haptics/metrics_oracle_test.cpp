@@ -141,16 +141,16 @@ TEST(FeltCone, IsThatOfTheWrittenForceAboutTheNormal) {
 TEST(LostContacts, AreThoseThatEndWhileTheToolPresses) {
   auto frames = contact({0, 0, 0});
   frames[2].mode = ContactMode::free;
-  frames[2].tool = {1, 0, 1e-4};
+  frames[2].pose.x = {1, 0, 1e-4};
   EXPECT_EQ(measure_forces(frames, 0, kStep).lost_contacts, 0) << "it moved away";
-  frames[2].tool = {1, 0, -1e-4};
+  frames[2].pose.x = {1, 0, -1e-4};
   EXPECT_EQ(measure_forces(frames, 0, kStep).lost_contacts, 1);
 }
 
 TEST(Energy, IsTheLowestWorkOfTheToolOnTheBody) {
   auto frames = contact(std::vector<double>(5, 0.0));  // 2 N up on the tool
   const double z[] = {0, -0.1, -0.2, 0.2, 0.1};        // down: the tool works; up: the body does
-  for (int i = 0; i < 5; ++i) frames[i].tool.z() = z[i];
+  for (int i = 0; i < 5; ++i) frames[i].pose.x.z() = z[i];
   EXPECT_NEAR(measure_forces(frames, 0, kStep).energy_min, 2 * 0.2 - 2 * 0.4, 1e-15);
   EXPECT_EQ(measure_forces(std::span(frames).first(3), 0, kStep).energy_min, 0);
 }

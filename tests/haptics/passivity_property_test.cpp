@@ -31,10 +31,10 @@ Wall press(const HandLoop& loop, double most_damping, double push, double& count
   PassivityControl passivity({most_damping, loop.h, loop.delay});
   Wall out;
   constexpr int kTicks = 4000;
-  double put_in = 0, low = 1e9, high = -1e9, before = hand->position(0).z();
+  double put_in = 0, low = 1e9, high = -1e9, before = hand->pose(0).x.z();
   std::vector<double> acting(static_cast<std::size_t>(std::lround(loop.delay / loop.h)) + 1, 0.0);
   for (int i = 0; i < kTicks; ++i) {
-    const Vec3 x = hand->position(0);
+    const Vec3 x = hand->pose(0).x;
     const double work = acting.back() * (x.z() - before);  // on the hand, in the tick that just ended
     before = x.z();
     put_in -= work;
@@ -43,7 +43,7 @@ Wall press(const HandLoop& loop, double most_damping, double push, double& count
     const Vec3 force = passivity.tick(x, Vec3(0, 0, -loop.wall_stiffness * x.z()));
     acting.insert(acting.begin(), force.z());
     acting.pop_back();
-    hand->write(force, loop.h);
+    hand->write({.force = force}, loop.h);
     if (i < 3 * kTicks / 4) continue;
     low = std::min(low, x.z());
     high = std::max(high, x.z());

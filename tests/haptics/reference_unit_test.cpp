@@ -99,9 +99,9 @@ Scene fem_scene() {
 TEST(Reference, IsNearAGoodMethodAlongItsPath) {
   Session session(fem_scene());
   const SessionResult run = session.run();
-  const Reference reference = run_reference(session, tool_path(run), {.rate_hz = 2000});
-  ASSERT_EQ(reference.force.size(), run.frames.size());
-  const ForceError error = compare_forces(tick_forces(run.frames), reference);
+  const Reference reference = run_reference(session, tool_paths(run), {.rate_hz = 2000});
+  ASSERT_EQ(reference.force.size(), run.tools[0].frames.size());
+  const ForceError error = compare_forces(tick_forces(run.tools[0].frames), reference);
   EXPECT_GT(error.force_error, 0);
   EXPECT_LT(error.force_error, 0.03);  // a tick off in time is 2 % in the press
   EXPECT_EQ(reference.rate_hz, 2000);
@@ -115,9 +115,9 @@ TEST(Reference, GoesWhereTheHandWent) {
   scene.tool.path.hand = SceneHand{.target = {{0, {0.03, 0.026, 0.0255}}, {0.1, {0.03, 0.026, 0.02}}}};
   Session session(scene);
   const SessionResult run = session.run();
-  ASSERT_GT(run.frames.back().f_n, 0);
-  const Reference reference = run_reference(session, tool_path(run), {.rate_hz = 2000});
-  EXPECT_LT(compare_forces(tick_forces(run.frames), reference).force_error, 0.05);
+  ASSERT_GT(run.tools[0].frames.back().f_n, 0);
+  const Reference reference = run_reference(session, tool_paths(run), {.rate_hz = 2000});
+  EXPECT_LT(compare_forces(tick_forces(run.tools[0].frames), reference).force_error, 0.05);
 }
 
 TEST(Reference, WorksWithEveryLawAndTool) {
@@ -129,8 +129,8 @@ TEST(Reference, WorksWithEveryLawAndTool) {
       if (law != std::string("coulomb")) scene.contact.metric = "identity";
       Session session(scene);
       const SessionResult run = session.run();
-      const Reference reference = run_reference(session, tool_path(run), {.rate_hz = 2000});
-      ASSERT_EQ(reference.force.size(), run.frames.size());
+      const Reference reference = run_reference(session, tool_paths(run), {.rate_hz = 2000});
+      ASSERT_EQ(reference.force.size(), run.tools[0].frames.size());
       EXPECT_GT(reference.force.back().z(), 0) << shape << ' ' << law;
     }
 }

@@ -62,7 +62,7 @@ TEST(RunDoubts, TakeWarningsApartAndLeaveNotesOut) {
 
 TEST(RunDoubts, SeeMissedImpactsAndTheLinearRangeAndTheSecondTool) {
   SessionResult result;
-  result.missed_impacts = 4;
+  result.tools[0].missed_impacts = 4;
   result.linearization_error = {0.3, 0.3, 0.3};
   ForceMetrics second = calm();
   second.crossing_jump = 0.5;

@@ -13,7 +13,7 @@ namespace {
 TEST(SceneFriction, TheLastRegionThatHoldsATrianglesMiddleWins) {
   const Mesh mesh = kuhn_block(4, 4, 4, 0.01);
   const Surface surface = make_surface(mesh);
-  SceneContact contact;
+  ContactSettings contact;
   contact.stribeck = 0.1;
   contact.regions = {{{Vec3(-1, -1, -1), Vec3(0.02, 1, 1)}, 0.8, 0.7},
                      {{Vec3(-1, -1, 0.035), Vec3(1, 1, 1)}, 0.3, 0.2},
@@ -50,7 +50,7 @@ TEST(SceneFriction, ADragFromSmoothToRoughFeelsBoth) {
     Session session(scene);
     const SessionResult r = session.run();
     int smooth = 0, rough = 0;
-    for (const LocalFrame& f : r.frames) {
+    for (const LocalFrame& f : r.tools[0].frames) {
       if (f.contacts != 1 || f.mode != ContactMode::frictional_slide) continue;
       const double mu = session.friction().at(f.triangle).mu_kinetic;
       ASSERT_NEAR(f.cone_ratio, mu, 1e-9) << method << ", t = " << f.t;

@@ -47,7 +47,7 @@ Scene touching_scene(double speed = 0) {
 /// Mean normal force while the tool is held [N].
 double held_force(const SessionResult& run) {
   double sum = 0;
-  for (std::size_t i = 150; i < 200; ++i) sum += run.frames.at(i).f_n / 50;
+  for (std::size_t i = 150; i < 200; ++i) sum += run.tools[0].frames.at(i).f_n / 50;
   return sum;
 }
 
@@ -59,7 +59,7 @@ struct Forces {
 Forces press_both(const Scene& scene, const Mesh& body) {
   Session session(scene, body);
   const SessionResult run = session.run();
-  const Vec3 end = run.frames.back().tool;
+  const Vec3 end = run.tools[0].frames.back().pose.x;
   const PressSite site{end + Vec3(0, 0, kDepth), end, kRadius};
   if (!scene.global.self_contact)
     return {held_force(run), press(session.model(), session.start(), site, {.young = 2e4}).force.z()};
@@ -85,8 +85,8 @@ TEST(SelfContactSession, ADragLeavesTheSurfaceFreeOfCrossings) {
   EXPECT_GT(run.self_contact->extremes.contacts, 20);
   EXPECT_GT(run.self_contact->extremes.nearest, 0);
   EXPECT_GT(run.self_contact->extremes.normal, held_force(run));  // the tool's force and the weight go through it
-  EXPECT_EQ(run.missed_impacts, 0);
-  for (const LocalFrame& f : run.frames) {
+  EXPECT_EQ(run.tools[0].missed_impacts, 0);
+  for (const LocalFrame& f : run.tools[0].frames) {
     ASSERT_TRUE(f.force.allFinite());
     EXPECT_LT(f.force.norm(), 5);
   }

@@ -15,10 +15,10 @@ TEST(Lockstep, TwoRunsAreEqualBitForBit) {
   for (const char* shape : {"point", "sphere"}) {
     const SessionResult a = run(small_scene(shape)), b = run(small_scene(shape));
     EXPECT_EQ(a.hash, b.hash);
-    ASSERT_EQ(a.frames.size(), 300u);
-    EXPECT_GT(a.frames.back().f_n, 0);
+    ASSERT_EQ(a.tools[0].frames.size(), 300u);
+    EXPECT_GT(a.tools[0].frames.back().f_n, 0);
     EXPECT_EQ(a.refreshes, b.refreshes);
-    EXPECT_EQ(a.missed_impacts, 0);
+    EXPECT_EQ(a.tools[0].missed_impacts, 0);
   }
 }
 
@@ -35,9 +35,7 @@ TEST(Lockstep, ReplayOfTheScheduleIsTheRun) {
   EXPECT_NE(first.hash, run(small_scene()).hash);
   Scene plain = small_scene();  // knows nothing of the link's faults
   plain.link.latency_ms = 7;    // except for the patch's size
-  SessionOptions replay;
-  replay.refreshes = first.refreshes;
-  replay.max_speed = first.max_speed;
+  SessionOptions replay = replay_of(first);
   EXPECT_EQ(run(plain, replay).hash, first.hash);
 }
 
@@ -52,11 +50,9 @@ TEST(Lockstep, LocalModelsAreRunInForFourTicks) {
       const int wanted = r.linearized_tick - std::max(0, 4 - latency);
       EXPECT_EQ(r.started_tick, std::max(first.refreshes[i - 1].linearized_tick + 1, wanted)) << "refresh " << i;
     }
-    SessionOptions replay;
-    replay.refreshes = first.refreshes;
-    replay.max_speed = first.max_speed;
+    SessionOptions replay = replay_of(first);
     EXPECT_EQ(run(scene, replay).hash, first.hash);
-    for (RefreshEvent& r : replay.refreshes) r.started_tick = r.linearized_tick;
+    for (RefreshEvent& r : replay.replay.refreshes) r.started_tick = r.linearized_tick;
     EXPECT_EQ(run(scene, replay).hash == first.hash, latency >= 4) << "it tells";
   }
 }
@@ -75,18 +71,18 @@ TEST(Lockstep, LookingDoesNotChangeTheRun) {
   SessionOptions options;
   options.check_contacts = false;
   const SessionResult plain = run(small_scene(), options);
-  EXPECT_TRUE(plain.penetration.empty());
+  EXPECT_TRUE(plain.tools[0].penetration.empty());
   options.check_contacts = true;
   options.snapshot_times = {0.05, 0.1, 0.3};
   double progress = 0;
   options.progress = [&](double share) { progress = share; };
   const SessionResult watched = run(small_scene(), options);
   EXPECT_EQ(plain.hash, watched.hash);
-  EXPECT_EQ(watched.penetration.size(), watched.frames.size());
+  EXPECT_EQ(watched.tools[0].penetration.size(), watched.tools[0].frames.size());
   EXPECT_DOUBLE_EQ(progress, 1);
   ASSERT_EQ(watched.snapshots.size(), 3u);
   EXPECT_NEAR(watched.snapshots[1].t, 0.1, 1e-9);
-  EXPECT_EQ(watched.snapshots[2].tool, watched.frames.back().tool);
+  EXPECT_EQ(watched.snapshots[2].tools[0], watched.tools[0].frames.back().pose.x);
   EXPECT_TRUE(watched.snapshots[2].x.allFinite());
 }
 
@@ -97,9 +93,9 @@ TEST(Lockstep, StopFlagEndsTheRunAndKeepsWhatIsThere) {
   options.progress = [&](double share) { stop = share >= 0.5; };
   const SessionResult result = run(small_scene(), options);
   EXPECT_TRUE(result.stopped);
-  EXPECT_EQ(result.frames.size(), 150u);
+  EXPECT_EQ(result.tools[0].frames.size(), 150u);
   EXPECT_EQ(result.step_us.size(), 150u);
-  EXPECT_EQ(result.penetration.size(), 150u);
+  EXPECT_EQ(result.tools[0].penetration.size(), 150u);
 }
 
 /// 40 ms a refresh where one is wanted every 33: each is begun when the one before it is done, and arrives 40 ms later.
@@ -113,9 +109,7 @@ TEST(Lockstep, ChargesARefreshWithWhatItTakes) {
   EXPECT_EQ(first.refreshes, wanted);
   EXPECT_EQ(run(scene).hash, first.hash);
   EXPECT_NE(run(small_scene()).hash, first.hash);
-  SessionOptions replay;
-  replay.refreshes = first.refreshes;
-  replay.max_speed = first.max_speed;
+  SessionOptions replay = replay_of(first);
   EXPECT_EQ(run(scene, replay).hash, first.hash);
   scene.link.refresh_ms = 10;  // in time: the interval stays
   const SessionResult quick = run(scene);
@@ -132,10 +126,7 @@ TEST(Lockstep, ChargedByTheSizesIsTheSameEverywhereAndByTheClockReplays) {
   EXPECT_GT(predicted.refreshes[1].adopted_tick, predicted.refreshes[1].linearized_tick + 3);
   scene.link.charge_refreshes = "measured";
   const SessionResult measured = run(scene);
-  SessionOptions replay;
-  replay.refreshes = measured.refreshes;
-  replay.reducer_changes = measured.reducer_changes;
-  replay.max_speed = measured.max_speed;
+  SessionOptions replay = replay_of(measured);
   EXPECT_EQ(run(scene, replay).hash, measured.hash);
 }
 
@@ -153,10 +144,7 @@ TEST(Thread, ReplayStepsDownWhereTheRunDid) {
   const SessionResult live = run(scene);
   for (const ReducerChange& c : live.reducer_changes)
     std::printf("tick %d: %s -> %s: %s\n", c.tick, c.from.c_str(), c.to.c_str(), c.why.c_str());
-  SessionOptions replay;
-  replay.refreshes = live.refreshes;
-  replay.reducer_changes = live.reducer_changes;
-  replay.max_speed = live.max_speed;
+  SessionOptions replay = replay_of(live);
   const SessionResult again = run(scene, replay);
   EXPECT_EQ(again.hash, live.hash);
   EXPECT_EQ(again.reducer_changes.size(), live.reducer_changes.size());
@@ -166,13 +154,11 @@ TEST(Thread, LockstepReplayOfAThreadedRunIsTheRun) {
   Scene scene = small_scene();
   scene.link.type = "thread";
   const SessionResult live = run(scene);
-  ASSERT_EQ(live.frames.size(), 300u);
+  ASSERT_EQ(live.tools[0].frames.size(), 300u);
   EXPECT_EQ(live.lateness_us.size(), 300u);
   EXPECT_GT(live.refreshes.size(), 1u);
-  for (const LocalFrame& f : live.frames) ASSERT_TRUE(f.force.allFinite());
-  SessionOptions replay;
-  replay.refreshes = live.refreshes;
-  replay.max_speed = live.max_speed;
+  for (const LocalFrame& f : live.tools[0].frames) ASSERT_TRUE(f.force.allFinite());
+  SessionOptions replay = replay_of(live);
   EXPECT_EQ(run(scene, replay).hash, live.hash);
 }
 
@@ -186,9 +172,7 @@ TEST(Thread, LockstepReplayOfATurningToolIsTheRun) {
   scene.link.type = "thread";
   const SessionResult live = run(scene);
   EXPECT_GT(live.refreshes.size(), 1u);
-  SessionOptions replay;
-  replay.refreshes = live.refreshes;
-  replay.max_speed = live.max_speed;
+  SessionOptions replay = replay_of(live);
   EXPECT_EQ(run(scene, replay).hash, live.hash);
 }
 
@@ -204,24 +188,23 @@ TEST(Lockstep, ReplayWritesTheForcesOfTheDevice) {
       SceneHand{.stiffness = 3000, .damping = 5, .target = {{0, {0.025, 0.025, 0.025}}, {0.05, {0.025, 0.025, 0.005}}}};
   scene.local.passivity_damping = 20;
   const SessionResult first = run(scene);
-  ASSERT_GT(first.limited_forces, 0);
-  ASSERT_GT(first.passivity->damped_ticks, 0);
+  ASSERT_GT(first.tools[0].limited_forces, 0);
+  ASSERT_GT(first.tools[0].passivity->damped_ticks, 0);
   double most = 0, most_wanted = 0;
-  for (std::size_t i = 0; i < first.frames.size(); ++i) {
-    most = std::max(most, first.frames[i].force.norm());
-    most_wanted = std::max(most_wanted, first.model_force[i].norm());
+  for (std::size_t i = 0; i < first.tools[0].frames.size(); ++i) {
+    most = std::max(most, first.tools[0].frames[i].force.norm());
+    most_wanted = std::max(most_wanted, first.tools[0].model_force[i].norm());
   }
   EXPECT_LE(most, 7.9);
   EXPECT_GT(most_wanted, 8);
-  SessionOptions replay;
-  replay.refreshes = first.refreshes;
-  replay.max_speed = first.max_speed;
-  auto& path = replay.tool_paths.emplace_back(std::vector<TimedPoint>{{0, first.start}});
-  for (const LocalFrame& f : first.frames) path.push_back({f.t, f.tool});
+  SessionOptions replay = replay_of(first);
+  auto& path = replay.tool_paths.emplace_back().points;
+  path.push_back({0, first.tools[0].start.x});
+  for (const LocalFrame& f : first.tools[0].frames) path.push_back({f.t, f.pose.x});
   const SessionResult again = run(scene, replay);
   EXPECT_EQ(again.hash, first.hash);
-  EXPECT_EQ(again.limited_forces, first.limited_forces);
-  EXPECT_EQ(again.passivity->damped_ticks, first.passivity->damped_ticks);
+  EXPECT_EQ(again.tools[0].limited_forces, first.tools[0].limited_forces);
+  EXPECT_EQ(again.tools[0].passivity->damped_ticks, first.tools[0].passivity->damped_ticks);
 }
 
 /// A second tool on the other side of the block.
@@ -235,13 +218,10 @@ TEST(Lockstep, TwoToolsRunAndReplayBitForBit) {
   Scene scene = with_second_tool(small_scene());
   scene.link.latency_ms = 7;
   const SessionResult first = run(scene);
-  ASSERT_EQ(first.second_tool->frames.size(), 300u);
-  EXPECT_GT(first.second_tool->frames.back().f_n, 0);
+  ASSERT_EQ(first.tools[1].frames.size(), 300u);
+  EXPECT_GT(first.tools[1].frames.back().f_n, 0);
   EXPECT_EQ(run(scene).hash, first.hash);
-  SessionOptions replay;
-  replay.refreshes = first.refreshes;
-  replay.max_speed = first.max_speed;
-  replay.second_max_speed = first.second_tool->max_speed;
+  SessionOptions replay = replay_of(first);
   EXPECT_EQ(run(scene, replay).hash, first.hash);
 }
 
@@ -250,10 +230,7 @@ TEST(Thread, LockstepReplayOfTwoToolsIsTheRun) {
   scene.link.type = "thread";
   const SessionResult live = run(scene);
   EXPECT_GT(live.refreshes.size(), 1u);
-  SessionOptions replay;
-  replay.refreshes = live.refreshes;
-  replay.max_speed = live.max_speed;
-  replay.second_max_speed = live.second_tool->max_speed;
+  SessionOptions replay = replay_of(live);
   EXPECT_EQ(run(scene, replay).hash, live.hash);
 }
 
@@ -274,7 +251,7 @@ Scene golden_scene(const std::string& shape, const std::string& law) {
 
 std::uint64_t golden_hash(const std::string& shape, const std::string& law) {
   const SessionResult r = run(golden_scene(shape, law));
-  EXPECT_GT(r.frames.back().f_n, 0) << "nothing was touched";
+  EXPECT_GT(r.tools[0].frames.back().f_n, 0) << "nothing was touched";
   return r.hash;
 }
 

@@ -12,9 +12,9 @@ TEST(ThreadLink, RunsForASecondWithFiniteForcesAndFreshModels) {
   scene.duration = 1;
   scene.link.type = "thread";
   const SessionResult r = Session(scene).run();
-  ASSERT_EQ(r.frames.size(), 1000u);
+  ASSERT_EQ(r.tools[0].frames.size(), 1000u);
   double pressed = 0;
-  for (const LocalFrame& f : r.frames) {
+  for (const LocalFrame& f : r.tools[0].frames) {
     ASSERT_TRUE(f.force.allFinite());
     pressed = std::max(pressed, f.f_n);
   }
@@ -40,8 +40,8 @@ TEST(ThreadLink, StopFlagEndsBothThreads) {
   options.progress = [&](double) { stop = true; };
   const SessionResult r = Session(scene).run(options);
   EXPECT_TRUE(r.stopped);
-  EXPECT_LT(r.frames.size(), 60000u);
-  EXPECT_GT(r.frames.size(), 0u);
+  EXPECT_LT(r.tools[0].frames.size(), 60000u);
+  EXPECT_GT(r.tools[0].frames.size(), 0u);
 }
 
 }  // namespace

@@ -56,10 +56,10 @@ TEST(SecondTool, WithoutAPlaceOfItsOwnGoesBesideTheFirst) {
   scene.tool.path.press_drag->at.reset();
   scene.second_tool = scene.tool;
   const SessionResult result = Session(scene).run();
-  for (std::size_t i = 0; i < result.frames.size(); ++i)
-    ASSERT_GE((result.frames[i].tool - result.second_tool->frames[i].tool).norm(), 4 * scene.tool.radius - 1e-6);
-  EXPECT_GT(result.frames.back().f_n, 0);
-  EXPECT_GT(result.second_tool->frames.back().f_n, 0);
+  for (std::size_t i = 0; i < result.tools[0].frames.size(); ++i)
+    ASSERT_GE((result.tools[0].frames[i].pose.x - result.tools[1].frames[i].pose.x).norm(), 4 * scene.tool.radius - 1e-6);
+  EXPECT_GT(result.tools[0].frames.back().f_n, 0);
+  EXPECT_GT(result.tools[1].frames.back().f_n, 0);
 }
 
 TEST(SecondTool, InTheFirstOnesPlaceIsRefused) {

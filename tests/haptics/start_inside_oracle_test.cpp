@@ -78,13 +78,13 @@ TEST_P(StartsInside, ComesBySmallStepsToTheForceOfOneThatCameFromOutside) {
   const PrivateFolder folder;
   const SessionResult in = Session(scene_of(GetParam(), false, folder)).run();
   const Vec3 expected = mean_of_the_last(Session(scene_of(GetParam(), true, folder)).run().frames);
-  const Vec3 found = mean_of_the_last(in.frames);
+  const Vec3 found = mean_of_the_last(in.tools[0].frames);
   ASSERT_GT(expected.z(), 0.02);
   EXPECT_LT((found - expected).norm(), 0.1 * expected.norm()) << found.transpose() << " for " << expected.transpose();
   Vec3 last = Vec3::Zero();
   double most = 0;
   int pushed = 0;
-  for (const LocalFrame& f : in.frames) {
+  for (const LocalFrame& f : in.tools[0].frames) {
     if (f.flags & kPushedOut) {
       EXPECT_LE((f.force - last).norm(), 0.1 + 0.05 * last.norm() + 1e-12) << "at " << f.t;
       ++pushed;
@@ -95,7 +95,7 @@ TEST_P(StartsInside, ComesBySmallStepsToTheForceOfOneThatCameFromOutside) {
   }
   EXPECT_GE(pushed, 55);
   EXPECT_LT(most, 2 * expected.norm());
-  EXPECT_LT(in.penetration.back(), 1e-5);
+  EXPECT_LT(in.tools[0].penetration.back(), 1e-5);
 }
 
 // Tools with corners in springs are left out, an open fault: a tetrahedron ends with 0.283 N up and 0.10 N aside, not
@@ -125,7 +125,7 @@ TEST(StartsInsideWarning, SaysWhatTheMethodDoes) {
       return p.message.find(words) != std::string::npos;
     })) << method;
     const SessionResult run = session.run();
-    EXPECT_EQ(std::ranges::any_of(run.frames, is_touching), touches) << method;
+    EXPECT_EQ(std::ranges::any_of(run.tools[0].frames, is_touching), touches) << method;
   }
 }
 

@@ -83,16 +83,15 @@ TEST(TwoTools, FeelEachOtherAsOnTheWholeBody) {
       reduced.global.rate_hz = rate;
       const Session session(reduced, bar());
       const SessionResult run = Session(reduced, bar()).run();
-      const auto path = tool_path(run), second_path = second_tool_path(run);
-      if (!reference) reference = run_reference(session, path, {.rate_hz = 4000}, second_path);
-      const double first = compare_forces(tick_forces(run.frames), *reference).force_error;
+      if (!reference) reference = run_reference(session, tool_paths(run), {.rate_hz = 4000});
+      const double first = compare_forces(tick_forces(run.tools[0].frames), *reference).force_error;
       const double second =
-          compare_forces(tick_forces(run.second_tool->frames), second_tool_of(*reference)).force_error;
+          compare_forces(tick_forces(run.tools[1].frames), second_tool_of(*reference)).force_error;
       std::printf("%s, %s (%s), %d Hz: force error %.2f %% and %.2f %%, largest forces %.2f N and %.2f N\n", name,
-                  reducer, run.reducer_name.c_str(), rate, 100 * first, 100 * second, largest(run.frames),
-                  largest(run.second_tool->frames));
-      EXPECT_GT(largest(run.frames), 0.02) << name;
-      EXPECT_GT(largest(run.second_tool->frames), 0.02) << name;
+                  reducer, run.reducer_name.c_str(), rate, 100 * first, 100 * second, largest(run.tools[0].frames),
+                  largest(run.tools[1].frames));
+      EXPECT_GT(largest(run.tools[0].frames), 0.02) << name;
+      EXPECT_GT(largest(run.tools[1].frames), 0.02) << name;
       EXPECT_LT(first, allowed) << name << ", " << reducer;
       EXPECT_LT(second, allowed) << name << ", " << reducer;
     }
@@ -107,11 +106,11 @@ TEST(TwoTools, OneThatTouchesNothingChangesNoBit) {
     Scene one = two;
     one.second_tool.reset();
     const SessionResult a = Session(one, bar()).run(), b = Session(two, bar()).run();
-    ASSERT_EQ(a.frames.size(), b.frames.size());
-    EXPECT_GT(largest(a.frames), 0.02);
-    EXPECT_EQ(largest(b.second_tool->frames), 0);
-    EXPECT_EQ(*std::ranges::max_element(b.second_tool->penetration), 0);
-    for (std::size_t i = 0; i < a.frames.size(); ++i) ASSERT_EQ(a.frames[i].force, b.frames[i].force) << "tick " << i;
+    ASSERT_EQ(a.tools[0].frames.size(), b.frames.size());
+    EXPECT_GT(largest(a.tools[0].frames), 0.02);
+    EXPECT_EQ(largest(b.tools[1].frames), 0);
+    EXPECT_EQ(*std::ranges::max_element(b.tools[1].penetration), 0);
+    for (std::size_t i = 0; i < a.tools[0].frames.size(); ++i) ASSERT_EQ(a.tools[0].frames[i].force, b.frames[i].force) << "tick " << i;
     EXPECT_EQ(a.refreshes, b.refreshes);
     EXPECT_NE(a.hash, b.hash);
   }
@@ -125,19 +124,19 @@ TEST(TwoTools, OneBelowIsNotSeenThroughTheBody) {
   scene.second_tool->shape = "point";
   scene.global.rate_hz = 200;
   const SessionResult r = Session(scene, bar()).run();
-  EXPECT_GT(largest(r.second_tool->frames), 0.02);
-  EXPECT_EQ(r.second_tool->missed_impacts, 0);
-  EXPECT_LT(*std::ranges::max_element(r.second_tool->penetration), 1e-6);  // [m]
+  EXPECT_GT(largest(r.tools[1].frames), 0.02);
+  EXPECT_EQ(r.tools[1].missed_impacts, 0);
+  EXPECT_LT(*std::ranges::max_element(r.tools[1].penetration), 1e-6);  // [m]
 }
 
 /// Contacts are solved in another order: to what the solver leaves, 1e-6, and what many ticks make of that.
 TEST(TwoTools, SwappedGiveTheSameForces) {
   for (const Scene& scene : {pinch(), side_by_side()}) {
     const SessionResult a = Session(scene, bar()).run(), b = Session(swapped(scene), bar()).run();
-    const double first = difference(a.frames, b.second_tool->frames),
-                 second = difference(a.second_tool->frames, b.frames);
-    std::printf("swapped: forces differ by %.2g N and %.2g N of %.2g N\n", first, second, largest(a.frames));
-    EXPECT_LT(std::max(first, second), 1e-3 * largest(a.frames));
+    const double first = difference(a.tools[0].frames, b.tools[1].frames),
+                 second = difference(a.tools[1].frames, b.frames);
+    std::printf("swapped: forces differ by %.2g N and %.2g N of %.2g N\n", first, second, largest(a.tools[0].frames));
+    EXPECT_LT(std::max(first, second), 1e-3 * largest(a.tools[0].frames));
   }
 }
 
@@ -162,13 +161,13 @@ TEST(TwoTools, StayInTheConeAndOutside) {
       scene.second_tool->turn = {0, 1.57, 0};
       SCOPED_TRACE(testing::Message() << "mu " << mu << (above ? ", capsule beside" : ", point below"));
       const SessionResult both = Session(scene, bar()).run();
-      const ForceMetrics first = measure_forces(both.frames, 0.1, 1e-3),
-                         second = measure_forces(both.second_tool->frames, 0.1, 1e-3);
+      const ForceMetrics first = measure_forces(both.tools[0].frames, 0.1, 1e-3),
+                         second = measure_forces(both.tools[1].frames, 0.1, 1e-3);
       EXPECT_GT(std::min(first.max_n, second.max_n), 1e-3);
       for (const ForceMetrics& m : {first, second}) EXPECT_LE(m.max_t_over_n, mu * (1 + 1e-9) + 1e-12);
-      EXPECT_EQ(both.missed_impacts + both.second_tool->missed_impacts, 0);
-      EXPECT_LT(*std::ranges::max_element(both.penetration), 1e-6);               // [m]
-      EXPECT_LT(*std::ranges::max_element(both.second_tool->penetration), 1e-6);  // [m]
+      EXPECT_EQ(both.tools[0].missed_impacts + both.tools[1].missed_impacts, 0);
+      EXPECT_LT(*std::ranges::max_element(both.tools[0].penetration), 1e-6);               // [m]
+      EXPECT_LT(*std::ranges::max_element(both.tools[1].penetration), 1e-6);  // [m]
     }
 }
 
@@ -179,8 +178,8 @@ TEST(TwoTools, GiveNoEnergyTogether) {
       scene.contact.mu_static = scene.contact.mu_kinetic = mu;
       const SessionResult r = Session(scene, bar()).run();
       double work = 0, least = 0, most = 0;
-      for (std::size_t i = 1; i < r.frames.size(); ++i) {
-        for (const auto* frames : {&r.frames, &r.second_tool->frames})
+      for (std::size_t i = 1; i < r.tools[0].frames.size(); ++i) {
+        for (const auto* frames : {&r.tools[0].frames, &r.tools[1].frames})
           work -= (*frames)[i].force.dot((*frames)[i].tool - (*frames)[i - 1].tool);
         least = std::min(least, work);
         most = std::max(most, work);

@@ -113,7 +113,7 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.second_tool->path.press_drag.has_value());
   EXPECT_EQ(s.second_tool->path.waypoints, (std::vector<Waypoint>{{0.0, Vec3(1, 2, 3)}}));
   EXPECT_EQ(s.contact,
-            (SceneContact{"paper_slide",
+            (ContactSettings{"paper_slide",
                           0.9,
                           0.4,
                           "mass",
@@ -123,9 +123,9 @@ TEST(Scene, EveryKeyIsRead) {
                           "h",
                           3,
                           50}));
-  EXPECT_EQ(s.global, (SceneGlobal{10, "a", "f", 1e-4, false, false, false, SceneSelfContact{0.1, 1e-4, 50, 2e-3}}));
-  EXPECT_EQ(s.local, (SceneLocal{500, "b", 2, 0.1, 90, 25.0, false, 3, 0.5, "c", "frozen"}));
-  EXPECT_EQ(s.link, (SceneLink{"d", 5, 0.25, "given", 40.0}));
+  EXPECT_EQ(s.global, (GlobalSettings{10, "a", "f", 1e-4, false, false, false, SelfContactSettings{0.1, 1e-4, 50, 2e-3}}));
+  EXPECT_EQ(s.local, (LocalSettings{500, "b", 2, 0.1, 90, 25.0, false, 3, 0.5, "c", "frozen"}));
+  EXPECT_EQ(s.link, (LinkSettings{"d", 5, 0.25, "given", 40.0}));
   EXPECT_EQ(s.collision.backend, "e");
 }
 
@@ -178,7 +178,7 @@ TEST(Scene, SelfContactTakesStepsThatAreSolvedToTheEnd) {
   EXPECT_FALSE(parse_scene(kSmallest).global.self_contact.has_value());
   EXPECT_EQ(parse_scene(kSmallest).global.integrator, "implicit_euler");
   const Scene s = parse_scene(kSmallest, {"global.self_contact={}"});
-  EXPECT_EQ(s.global.self_contact, SceneSelfContact{});
+  EXPECT_EQ(s.global.self_contact, SelfContactSettings{});
   EXPECT_EQ(s.global.integrator, "newton_euler");
   // Another one by name stays, for the session to refuse.
   EXPECT_EQ(parse_scene(kSmallest, {"global.self_contact={}", "global.integrator=sdirk2"}).global.integrator, "sdirk2");

@@ -4,7 +4,7 @@
 
 namespace kt {
 
-struct BodyOptions {
+struct TestBodyOptions {
   std::string mesh = "block.msh";  ///< in meshes/; a surface without tetrahedra gets one inner layer
   double layer = 0.008;            ///< thickness of that layer [m]
   double young = 1e4;              ///< [Pa]
@@ -19,15 +19,15 @@ struct BodyOptions {
 };
 
 /// A mass-spring body and the local models of it. Refers to itself: stays where it is made.
-class Body {
+class TestBody {
  public:
-  explicit Body(const BodyOptions& options = {});
-  Body(const Body&) = delete;
+  explicit TestBody(const TestBodyOptions& options = {});
+  TestBody(const TestBody&) = delete;
   /// A local model of the body at `state` around the surface point nearest to p.
   std::unique_ptr<PreparedLocalModel> local_model(const State& state, const Vec3& p, int frame = 0) const;
   std::unique_ptr<PreparedLocalModel> local_model(const Vec3& p) const;  ///< of the body at rest
 
-  BodyOptions options;
+  TestBodyOptions options;
   std::unique_ptr<DeformableModel> model;
   Surface surface;
 };
@@ -35,7 +35,7 @@ class Body {
 /// The haptic tick over a body at rest, a tool, and its path so far.
 class Press {
  public:
-  Press(const Body& body, const ToolShape& tool, const std::string& law, const Friction& friction, const Vec3& start);
+  Press(const TestBody& body, const ToolShape& tool, const std::string& law, const Friction& friction, const Vec3& start);
   /// One tick to the given place, and turned by a rotation vector [rad].
   LocalFrame go_to(const Vec3& place, const Vec3& turn = Vec3::Zero());
   /// `ticks` ticks along a straight line; `visit(frame)` after each.

@@ -1,9 +1,9 @@
-// From a scene's words to a mesh and its clamped nodes.
+// From words to a mesh and its clamped nodes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "haptics/session.hpp"
+#include "haptics/touch/body.hpp"
 #include "io/mesh_io.hpp"
 #include "io/mesh_repair.hpp"
 #include "io/refine_surface.hpp"
@@ -53,8 +53,7 @@ void note_unused(const SceneObject& object, bool has_tetrahedra, std::vector<std
 
 }  // namespace
 
-Mesh load_scene_mesh(const Scene& scene, std::vector<std::string>& notes, double* unit) {
-  const SceneObject& object = scene.object;
+Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, double* unit) {
   if (object.mesh.empty()) throw InputError("object.mesh: no mesh is named");
   Mesh mesh = load_mesh(object.mesh, {}, &notes);
   if (mesh.triangles.empty()) throw InputError(text(object.mesh, ": the mesh has no triangles"));

@@ -1,7 +1,6 @@
 #pragma once
-// How the tool is turned over time: a fixed orientation, and an even spin about its reference point.
-#include "collision/contact.hpp"
-#include "io/scene.hpp"
+// How a tool that follows a script is turned over time: a fixed orientation, and an even spin about its reference point.
+#include "collision/pose.hpp"
 
 namespace kt {
 
@@ -16,11 +15,6 @@ struct ToolTurn {
   Vec3 spin = Vec3::Zero();  ///< angular velocity [rad/s]
 
   Quaternion at(double t) const { return rotation(t * spin) * rotation(turn); }
-  ToolSweep sweep(const Vec3& x_t0, const Vec3& x_t1, double t0, double t1) const {
-    return {x_t0, x_t1, at(t0), at(t1)};
-  }
 };
-
-inline ToolTurn scene_turn(const SceneTool& tool) { return {tool.turn, tool.spin}; }
 
 }  // namespace kt

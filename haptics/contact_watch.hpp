@@ -1,0 +1,54 @@
+#pragma once
+// Watches a touch for contact that should be and is not: the whole body is looked at after every tick, at once where the
+// body's half waits for the ticks, else later in its thread.
+#include <optional>
+
+#include "haptics/body_check.hpp"
+#include "haptics/link/motion_record.hpp"
+#include "haptics/touch/tick_observer.hpp"
+
+namespace kt {
+
+/// Where contact should have been in a run and was not, by the check of the whole body; see body_check.hpp.
+struct LostContact {
+  /// A tick in which the tool went through the body, or a part of it, and touched nothing; or so far in one tick that
+  /// what it touched did not keep it outside.
+  struct PassThrough {
+    int tick = 0;         ///< its index
+    double distance = 0;  ///< way of the tool in it [m]
+  };
+  int free_ticks_inside = 0;                ///< ticks without contact that end with the tool inside the body
+  int pass_throughs = 0;                    ///< ticks in which it went through
+  std::vector<PassThrough> went_through{};  ///< the first of these, at most kMostNamed
+  int unchecked_ticks = 0;                  ///< looked at later: that the record had no room for
+  static constexpr std::size_t kMostNamed = 100;
+};
+
+class ContactWatch final : public TickObserver {
+ public:
+  /// @param surface  of the whole body; borrowed
+  /// @param later    the ticking thread only notes what there is to look at
+  ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later);
+
+  void adopted(const PreparedLocalModel& model) noexcept override;
+  void ticked(const HapticSide& side, std::span<const LocalFrame> frames) noexcept override;
+  bool look_back(const PreparedLocalModel& model, int most) override;
+  /// The ticks that are left, all of which had this model. While nobody ticks.
+  void finish(const PreparedLocalModel& model);
+
+  const LostContact& lost(std::size_t tool) const { return lost_[tool]; }
+  /// After each tick, into the whole body [m].
+  std::vector<double> take_penetration(std::size_t tool) { return std::move(penetration_[tool]); }
+
+ private:
+  void look(const MotionRecord::Tick& tick, const VectorX& q);
+  std::size_t tools_;
+  BodyCheck check_;
+  std::unique_ptr<MotionRecord> record_;  // of ticks that are looked at later
+  std::array<LostContact, kMaxTools> lost_;
+  std::array<std::vector<double>, kMaxTools> penetration_;
+  VectorX past_q_;
+  int past_frame_ = -1;
+};
+
+}  // namespace kt

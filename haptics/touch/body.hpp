@@ -1,0 +1,68 @@
+#pragma once
+// The body that is touched: a deformable model with its surface, hanging in its weight. Borrowed by every Touch of it.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/deformable_model.hpp"
+#include "core/reducer.hpp"
+#include "io/scene.hpp"
+#include "self_contact/touching_model.hpp"
+
+namespace kt {
+
+/// What a body is made with, besides its mesh.
+struct BodyOptions {
+  SceneObject object{};      ///< material, clamped part, weight; its mesh file is read where no mesh is given
+  GlobalSettings global{};   ///< self_contact, and the solver of the equilibrium that the body starts in
+  double ridge_deg = 60;     ///< [deg] of a smooth surface: convex edges that turn by more stay sharp
+  std::string backend = "embree";  ///< collision.backend, for contact with itself
+};
+
+class Body {
+ public:
+  /// Of object.mesh. Throws InputError for what is wrong with the file or a value.
+  explicit Body(const BodyOptions& options);
+  /// Of a mesh in metres; a surface is filled with tetrahedra where the model needs them before: load_scene_mesh().
+  Body(Mesh mesh, const BodyOptions& options);
+  /// Of one's own model. Its surface is that of model->mesh(); of `options` only weight-free parts count: self-contact
+  /// and ridge_deg. It starts undeformed.
+  explicit Body(std::unique_ptr<DeformableModel> model, const BodyOptions& options = {});
+
+  const DeformableModel& model() const { return *model_; }
+  const Surface& surface() const { return surface_; }
+  SelfContact* self_contact() const { return self_contact_.get(); }  ///< none: it passes through itself
+  const State& start() const { return start_; }                      ///< at rest, hanging in its weight
+  double mesh_unit() const { return mesh_unit_; }  ///< of the mesh file [m]; 1 for a mesh that is given in metres
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  /// Those of the warnings that say nothing against the forces.
+  const std::vector<std::string>& notes() const { return notes_; }
+  const BodyOptions& options() const { return options_; }
+
+  bool is_own() const { return is_own_; }  ///< the model is the caller's
+
+  /// The same mesh with another material. Throws InputError where the model is the caller's own.
+  std::unique_ptr<DeformableModel> model_like(const SceneModel& material) const;
+
+ private:
+  void build(Mesh mesh);
+  void make_surface_and_contact();
+  BodyOptions options_;
+  std::unique_ptr<DeformableModel> model_;
+  bool is_own_ = false;  // the caller's
+  std::unique_ptr<SelfContact> self_contact_;
+  Surface surface_;
+  State start_;
+  std::vector<std::string> warnings_, notes_;
+  double mesh_unit_ = 1;
+};
+
+/// Loads, scales and, where the model needs it, repairs and tetrahedralizes the mesh. What was not taken over as it
+/// stands is appended to `notes`.
+/// @param unit  of the file [m]
+Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, double* unit = nullptr);
+
+/// Nodes that the scene clamps, ascending. Throws InputError when a choice holds no node or all of them.
+std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed);
+
+}  // namespace kt

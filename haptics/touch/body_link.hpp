@@ -1,0 +1,35 @@
+#pragma once
+// How the two halves of a Touch are joined: one file an implementation.
+#include <exception>
+#include <memory>
+
+#include "haptics/touch/body_side.hpp"
+#include "haptics/touch/tick_observer.hpp"
+
+namespace kt {
+
+class BodyLink {
+ public:
+  virtual ~BodyLink() = default;
+  /// Adopts what has arrived. In the thread that ticks.
+  virtual void before_tick(HapticSide& side) noexcept = 0;
+  /// Takes what the tick reports.
+  virtual void after_tick(HapticSide& side, const LocalReport& report) noexcept = 0;
+  /// No tick comes any more: what the other half has begun is ended.
+  virtual void stop() {}
+  /// Why the body's simulation ended; null: it goes on.
+  virtual std::exception_ptr error() const noexcept = 0;
+  virtual bool has_failed() const noexcept = 0;
+  virtual int lost_reports() const noexcept { return 0; }
+};
+
+/// Both rates in one thread: deterministic. Latency and loss are simulated in ticks, from the seed; a replay brings its
+/// own schedule.
+std::unique_ptr<BodyLink> make_lockstep_link(BodySide& body, TickObserver* observer);
+
+/// The body in a thread of its own, against the wall clock, as fast as it can up to the global rate. The first local
+/// model is made at once, for the tools where `side` has them: throws what that throws.
+std::unique_ptr<BodyLink> make_thread_link(BodySide& body, HapticSide& side, const SurfaceFriction& friction,
+                                           TickObserver* observer);
+
+}  // namespace kt

@@ -1,0 +1,175 @@
+#include "haptics/touch/body_side.hpp"
+
+#include <algorithm>
+
+#include "haptics/refresh_cost.hpp"
+#include "haptics/scene_friction.hpp"
+#include "haptics/touch/live_settings.hpp"
+#include "haptics/touch/process_time.hpp"
+
+namespace kt {
+
+BodySide::BodySide(const Body& body, const TouchOptions& options)
+    : body_(body), options_(options), material_(body.options().object.model), wanted_(options), wanted_material_(material_) {
+  radius_.fill(-1);
+  refresher_ =
+      std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact());
+  if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
+  x_ = body.start().x;
+  status_.reducer = options.local.reducer;
+}
+
+void BodySide::set(const std::string& key, double value) {
+  const std::scoped_lock lock(guard_);
+  const SettingChange change{0, key, value, ""};
+  const Renews renews = live_setting(key).renews;
+  const std::string method = haptic_method_name(options_.local.method, options_.contact.law);
+  if ((renews == Renews::friction || renews == Renews::radius) && method != "multirate" && method != "hold")
+    throw InputError(text(key, ": local.method \"", method, "\" keeps it as it was at the start"));
+  if (renews == Renews::model) {
+    if (body_.self_contact()) throw InputError(text(key, ": not while global.self_contact is on"));
+    if (body_.is_own()) throw InputError(text(key, ": the body's model is the caller's own; its material is not a setting"));
+  }
+  change_setting(change, {wanted_, wanted_material_});
+  waiting_.push_back(change);
+}
+
+void BodySide::set(const std::string& key, const std::string& word) {
+  const std::scoped_lock lock(guard_);
+  if (!live_setting(key).word) throw InputError(text(key, " is \"", word, "\", must be a number"));
+  const SettingChange change{0, key, 0, word};
+  change_setting(change, {wanted_, wanted_material_});
+  waiting_.push_back(change);
+}
+
+double BodySide::number(const std::string& key) const {
+  const std::scoped_lock lock(guard_);
+  const LiveSetting& s = live_setting(key);
+  if (!s.number) throw InputError(text(key, ": is a name"));
+  auto& self = const_cast<BodySide&>(*this);
+  return *s.number({self.wanted_, self.wanted_material_});
+}
+
+std::string BodySide::word(const std::string& key) const {
+  const std::scoped_lock lock(guard_);
+  const LiveSetting& s = live_setting(key);
+  if (!s.word) throw InputError(text(key, ": is a number"));
+  auto& self = const_cast<BodySide&>(*this);
+  return *s.word({self.wanted_, self.wanted_material_});
+}
+
+/// With the body as it is: where it moves to and how fast goes on.
+void BodySide::renew_refresher() {
+  const DeformableModel& model = model_ ? *model_ : body_.model();
+  auto next =
+      std::make_unique<Refresher>(model, body_.surface(), options_, refresher_->state(), body_.self_contact());
+  if (options_.replay.reducer_changes) next->follow(*options_.replay.reducer_changes);
+  next->go_on_from(*refresher_);
+  refresher_ = std::move(next);
+}
+
+void BodySide::apply(const SettingChange& change) {
+  change_setting(change, {options_, material_});
+  switch (live_setting(change.key).renews) {
+    case Renews::friction: {
+      std::vector<std::string> none;
+      friction_ = std::make_shared<const SurfaceFriction>(
+          scene_friction(options_.contact, body_.surface(), body_.model().mesh().x, none));
+      break;
+    }
+    case Renews::radius:
+      radius_[0] = options_.tools[0].shape.radius;
+      renew_refresher();
+      break;
+    case Renews::model: {
+      auto before = std::move(model_);
+      model_ = body_.model_like(material_);
+      renew_refresher();  // the old one still reads the model before
+      break;
+    }
+    case Renews::refresher:
+      renew_refresher();
+      break;
+  }
+  changes_.push_back(change);
+}
+
+/// Those that a user has made, or those of the run that is repeated.
+void BodySide::apply_changes(int tick) {
+  const std::vector<SettingChange>& replayed = options_.replay.changes;
+  for (; next_replayed_ < replayed.size() && replayed[next_replayed_].tick <= tick; ++next_replayed_)
+    apply(SettingChange(replayed[next_replayed_]));
+  std::vector<SettingChange> now;
+  {
+    const std::scoped_lock lock(guard_);
+    now.swap(waiting_);
+  }
+  for (SettingChange& change : now) {
+    change.tick = tick;
+    apply(change);
+  }
+}
+
+/// Until a local model that is begun at this tick is in use [s]: where ticks do not wait for it, about as long as from
+/// the refresh before to this one. More than half as much again as the usual interval is not followed: a larger patch
+/// would make the next refresh slower still. From the schedule alone, so that a replay has the same.
+double BodySide::delay(int tick) const {
+  const double simulated = 1e-3 * options_.link.latency_ms;
+  if (!models_come_late(options_)) return simulated;
+  const int last = events.empty() ? 0 : events.back().linearized_tick;
+  const double usual = 1 / options_.global.rate_hz, since = (tick - last) / options_.local.rate_hz;
+  return simulated + std::clamp(since, usual, 1.5 * usual);
+}
+
+std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::span<const Pose> at,
+                                                      std::span<const LocalReport> reports, const LocalMotion* motion,
+                                                      const std::function<double()>& other_ms) {
+  const double start = process_time_ms() - other_ms();
+  apply_changes(event.linearized_tick);
+  refresher_->expect_delay(delay(event.linearized_tick));
+  auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion);
+  model->linearized_tick = event.linearized_tick;
+  model->friction = friction_;
+  model->tool_radius = radius_;
+  const double took = process_time_ms() - other_ms() - start;
+  slow_cpu_ms.push_back(took);
+  events.push_back(event);
+  const std::scoped_lock lock(guard_);
+  x_ = refresher_->state().x;
+  status_.refreshes = static_cast<int>(events.size());
+  status_.linearized_tick = event.linearized_tick;
+  status_.dof = model->model.dof();
+  status_.patch_vertices = model->model.patch.num_vertices();
+  status_.refresh_ms = took;
+  status_.expected_force_error = refresher_->choice().force_error();
+  status_.certified_error = refresher_->choice().certified_error();
+  status_.reducer = refresher_->choice().chosen().name;
+  return model;
+}
+
+void BodySide::adopted(int linearized_tick, int tick) {
+  for (auto event = events.rbegin(); event != events.rend(); ++event)
+    if (event->linearized_tick == linearized_tick) {
+      event->adopted_tick = tick;
+      break;
+    }
+  const std::scoped_lock lock(guard_);
+  status_.late_ticks = tick - linearized_tick;
+}
+
+void BodySide::failed(const std::string& why) {
+  const std::scoped_lock lock(guard_);
+  status_.error = why;
+}
+
+TouchStatus BodySide::status() const {
+  const std::scoped_lock lock(guard_);
+  return status_;
+}
+
+void BodySide::copy_positions(VectorX& x) const {
+  const std::scoped_lock lock(guard_);
+  x = x_;
+}
+
+}  // namespace kt

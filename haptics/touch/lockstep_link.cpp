@@ -1,0 +1,157 @@
+#include <cmath>
+#include <deque>
+#include <random>
+
+#include "haptics/refresh_cost.hpp"
+#include "haptics/touch/body_link.hpp"
+#include "haptics/touch/process_time.hpp"
+
+namespace kt {
+namespace {
+
+/// Ticks that a new local model is stepped beside the old one before it takes over: the parts of the body that it
+/// follows and the old one did not start from rest. Without them its first forces can be a quarter off.
+constexpr int kRunIn = 4;
+
+/// A local model on its way.
+struct Parcel {
+  int linearized_tick = 0, due_tick = 0, at_tick = 0;  ///< when it arrives; where its state stands
+  std::unique_ptr<PreparedLocalModel> model;
+};
+
+/// When the body is refreshed, and which local models arrive: from the settings, or as it was in the run that is
+/// replayed.
+class Schedule {
+ public:
+  explicit Schedule(const TouchOptions& options)
+      : options_(options),
+        latency_(static_cast<int>(std::llround(options.link.latency_ms * 1e-3 * options.local.rate_hz))),
+        random_(options.seed) {}
+
+  bool is_replayed() const { return !options_.replay.refreshes.empty(); }
+
+  bool is_due(int tick, bool wanted_now) const {
+    const std::vector<RefreshEvent>& replayed = options_.replay.refreshes;
+    if (is_replayed()) return next_ < replayed.size() && replayed[next_].linearized_tick == tick;
+    const int least =
+        std::max(1, ticks_per_refresh(options_) / 8);  // a slow side that is asked every tick does nothing else
+    return tick >= busy_until_ && (tick >= due_ || (wanted_now && tick >= last_ + least));
+  }
+
+  RefreshEvent take(int tick) {
+    last_ = tick;
+    if (is_replayed()) return options_.replay.refreshes[next_++];
+    // 53 random bits: the same on every standard library, which uniform_real_distribution is not.
+    const bool lost = static_cast<double>(random_() >> 11) * 0x1p-53 < options_.link.loss;
+    const bool first = tick == 0;  // the set-up model is there before the first tick
+    return {tick, first ? 0 : lost ? -1 : tick + latency_};
+  }
+
+  void set_next(int tick) { due_ = std::max(tick, busy_until_); }
+
+  /// The slow side takes that many ticks for the refresh that begins at this one: it does nothing else meanwhile, and
+  /// its local model is as late.
+  void charge(int tick, int ticks, RefreshEvent& event) {
+    busy_until_ = tick + ticks;
+    if (event.adopted_tick >= 0) event.adopted_tick += ticks;
+  }
+
+  /// The next local model, when it comes as planned, starts from the motion at this tick.
+  bool is_start(int tick) const {
+    const std::vector<RefreshEvent>& replayed = options_.replay.refreshes;
+    if (is_replayed()) return next_ < replayed.size() && replayed[next_].started_tick == tick;
+    if (models_come_late(options_)) return false;  // later than it takes to run in
+    return tick == std::max(last_ + 1, due_ - std::max(0, kRunIn - latency_));
+  }
+
+ private:
+  const TouchOptions& options_;
+  int latency_, due_ = 0, last_ = 0, busy_until_ = 0;
+  std::size_t next_ = 0;
+  std::mt19937_64 random_;
+};
+
+class LockstepLink final : public BodyLink {
+ public:
+  LockstepLink(BodySide& body, TickObserver* observer)
+      : body_(body),
+        observer_(observer),
+        schedule_(body.options()),
+        motion_(make_local_motion(static_cast<int>(body.state().x.size()) / 3)),
+        catches_up_(catches_up(body.options())) {}
+
+  void before_tick(HapticSide& side) noexcept override {
+    const int tick = side.next_tick();
+    if (error_ || tick == prepared_) return;
+    prepared_ = tick;
+    try {
+      refresh_if_due(side, tick);
+    } catch (const std::exception& e) {
+      error_ = std::current_exception();
+      body_.failed(e.what());
+      return;
+    }
+    while (!on_the_way_.empty() && on_the_way_.front().due_tick <= tick) {
+      Parcel& parcel = on_the_way_.front();
+      if (catches_up_) side.catch_up(parcel.model, parcel.at_tick, tick);
+      side.adopt(std::move(parcel.model));
+      body_.adopted(parcel.linearized_tick, parcel.due_tick);
+      if (observer_) observer_->adopted(side.model());
+      on_the_way_.pop_front();
+    }
+    if (tick > 0 && catches_up_ && schedule_.is_start(tick)) {
+      side.record_motion(motion_);
+      has_start_ = true;
+    }
+  }
+
+  void after_tick(HapticSide&, const LocalReport& report) noexcept override {
+    if (!error_) reports_.push_back(report);
+  }
+  std::exception_ptr error() const noexcept override { return error_; }
+  bool has_failed() const noexcept override { return error_ != nullptr; }
+
+ private:
+  void refresh_if_due(HapticSide& side, int tick) {
+    const TouchOptions& options = body_.options();
+    // At the edge of the patch, a new one is asked for once; the answer takes its time.
+    const bool wanted =
+        !reports_.empty() && reports_.back().left_patch && on_the_way_.empty() && options.global.early_refresh;
+    if (!schedule_.is_due(tick, wanted)) return;
+    RefreshEvent event = schedule_.take(tick);
+    const bool goes_on = tick > 0 && catches_up_;
+    if (goes_on && !has_start_) side.record_motion(motion_);
+    if (goes_on) event.started_tick = motion_.tick;
+    has_start_ = false;
+    const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
+    auto model = body_.refresh(event, side.poses(), reports_, goes_on ? &motion_ : nullptr, [] { return 0.0; });
+    const double took_ms = body_.slow_cpu_ms.back();
+    if (!schedule_.is_replayed() && tick > 0) {
+      schedule_.charge(tick, charged_ticks(options, took_ms, predicted_ms), event);
+      body_.events.back() = event;
+      if (models_come_late(options)) body_.refresher().charge(charged_ms(options, took_ms, predicted_ms));
+    }
+    reports_.clear();
+    schedule_.set_next(tick + body_.refresher().next_interval(ticks_per_refresh(options)));
+    if (event.adopted_tick >= 0)
+      on_the_way_.push_back({tick, event.adopted_tick, event.started_tick, std::move(model)});
+  }
+
+  BodySide& body_;
+  TickObserver* observer_;
+  Schedule schedule_;
+  std::deque<Parcel> on_the_way_;
+  std::vector<LocalReport> reports_;
+  LocalMotion motion_;
+  bool catches_up_, has_start_ = false;
+  int prepared_ = -1;
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+std::unique_ptr<BodyLink> make_lockstep_link(BodySide& body, TickObserver* observer) {
+  return std::make_unique<LockstepLink>(body, observer);
+}
+
+}  // namespace kt

@@ -1,0 +1,218 @@
+// The body in a thread of its own: models and reports are exchanged without locks, and each exchange is booked by tick,
+// so that a lockstep replay repeats the run bit for bit.
+#include <pthread.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <limits>
+#include <thread>
+
+#include "haptics/link/mailbox.hpp"
+#include "haptics/link/ring.hpp"
+#include "haptics/touch/body_link.hpp"
+#include "haptics/touch/process_time.hpp"
+
+namespace kt {
+namespace {
+
+/// A local model on its way, with the tick it was made for and the tick where its state stands. It comes back with the
+/// model that it took the place of, and when it did.
+struct Parcel {
+  int linearized_tick = 0, at_tick = 0, adopted_tick = -1;
+  std::unique_ptr<PreparedLocalModel> model;
+};
+
+constexpr std::size_t kReports = 4096;     // seconds that a refresh may take
+constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are looked at: before a refresh; while none is due
+constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
+constexpr int kMost = 4;  // ticks that are caught up with in one: a tick is some 20 us, there is room for them
+
+class ThreadLink final : public BodyLink {
+ public:
+  ThreadLink(BodySide& body, HapticSide& side, const SurfaceFriction& friction, TickObserver* observer)
+      : body_(body),
+        observer_(observer),
+        up_(kReports),
+        catches_up_(catches_up(body.options())),
+        catch_up_(shapes_of(body.options()), tick_length(body.options()), catch_up_solver(body.options(), friction)),
+        motion_every_(std::max(1, ticks_per_refresh(body.options()) / 4)),
+        interval_(ticks_per_refresh(body.options())) {
+    side.adopt(body_.refresh({0, 0}, side.poses(), {}, nullptr, [] { return 0.0; }));
+    if (observer_) observer_->adopted(side.model());
+    const int nodes = static_cast<int>(body_.state().x.size()) / 3;
+    for (int i = 0; i < 3; ++i) spare_motions_.push_back(std::make_unique<LocalMotion>(make_local_motion(nodes)));
+    thread_ = std::thread([this] { run(); });
+  }
+  ~ThreadLink() override { stop(); }
+
+  void before_tick(HapticSide& side) noexcept override {
+    if (side.next_tick() == 0) {
+      clockid_t clock{};
+      if (pthread_getcpuclockid(pthread_self(), &clock) == 0) ticking_clock_ = clock;
+    }
+    // A model is taken only when the used one can be handed back: freeing is not for this thread.
+    if (!arrived_ && used_.is_empty()) arrived_ = down_.take();
+    if (!arrived_ || (catches_up_ && !side.catch_up(arrived_->model, arrived_->at_tick, kMost))) return;
+    arrived_->adopted_tick = side.next_tick();
+    arrived_->model = side.adopt(std::move(arrived_->model));
+    if (observer_) observer_->adopted(side.model());
+    used_.put(std::move(arrived_));
+  }
+
+  void after_tick(HapticSide& side, const LocalReport& report) noexcept override {
+    if (!up_.push(report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
+    if (side.next_tick() % motion_every_ == 0) send_motion(side);
+  }
+
+  void stop() override {
+    if (!thread_.joinable()) return;
+    stop_ = true;
+    thread_.join();
+    while (look_back(std::numeric_limits<int>::max())) {
+    }
+  }
+  std::exception_ptr error() const noexcept override { return has_failed_ ? error_ : nullptr; }
+  bool has_failed() const noexcept override { return has_failed_.load(std::memory_order_acquire); }
+  int lost_reports() const noexcept override { return lost_reports_.load(std::memory_order_relaxed); }
+
+ private:
+  /// The refresher goes on from here; what it has not read is written over.
+  void send_motion(HapticSide& side) noexcept {
+    if (!next_motion_) next_motion_ = free_motion_.take();
+    if (!next_motion_) return;
+    side.record_motion(*next_motion_);
+    next_motion_ = motion_.put(std::move(next_motion_));
+  }
+
+  void run() {
+    try {
+      while (!stop_) refresh_when_due();
+    } catch (const std::exception& e) {
+      error_ = std::current_exception();
+      body_.failed(e.what());
+      has_failed_.store(true, std::memory_order_release);
+    }
+  }
+
+  /// The refresher always works for the latest moment that the haptic side has sent its motion of.
+  void refresh_when_due() {
+    if (!spare_motions_.empty() && free_motion_.is_empty()) {
+      free_motion_.put(std::move(spare_motions_.back()));
+      spare_motions_.pop_back();
+    }
+    if (auto newer = motion_.take()) {
+      if (newest_) spare_motions_.push_back(std::move(newest_));
+      newest_ = std::move(newer);
+    }
+    receive();
+    look_back(kAtOnce);
+    const int tick = newest_ ? newest_->tick : last_;
+    const bool cannot_wait =
+        body_.options().global.early_refresh &&
+        std::ranges::any_of(pending_, [&](const LocalReport& r) { return r.tick < tick && r.left_patch; });
+    if (tick <= last_ || (tick < last_ + interval_ && !cannot_wait)) {
+      if (!look_back(kBetween)) std::this_thread::sleep_for(std::chrono::microseconds(300));
+      return;
+    }
+    std::size_t count = 0;
+    while (count < pending_.size() && pending_[count].tick < tick) ++count;
+    if (count == 0) {  // they were lost
+      last_ = tick;
+      return;
+    }
+    const std::span<const LocalReport> reports(pending_.data(), count);
+    auto parcel = std::make_unique<Parcel>();
+    parcel->linearized_tick = parcel->at_tick = tick;
+    std::vector<Pose> at = poses_in(reports.back());
+    parcel->model = body_.refresh({tick, -1}, at, reports, catches_up_ ? newest_.get() : nullptr,
+                                  [this] { return ticking_ms(); });
+    body_.refresher().charge(body_.slow_cpu_ms.back());
+    interval_ = body_.refresher().next_interval(ticks_per_refresh(body_.options()));
+    pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (catches_up_) bring_near(*parcel, std::move(at));
+    down_.put(std::move(parcel));
+    last_ = tick;
+  }
+
+  /// CPU time of the thread that ticks.
+  double ticking_ms() const noexcept {
+    const clockid_t clock = ticking_clock_;
+    return clock == 0 ? 0 : clock_ms(clock);
+  }
+
+  /// Looks at some ticks of a local model that is not in use any more; without haste, but no more of them wait than
+  /// there is memory for. True: there was something to do.
+  bool look_back(int ticks) {
+    if (auto parcel = used_.take(); parcel && parcel->model) {
+      body_.adopted(parcel->linearized_tick, parcel->adopted_tick);
+      if (observer_) past_.push_back(std::move(parcel->model));
+    }
+    if (past_.size() > kMostWaiting) ticks = std::numeric_limits<int>::max();
+    if (past_.empty() || ticks == 0) return false;
+    if (!observer_->look_back(*past_.front(), ticks)) past_.pop_front();
+    return true;
+  }
+
+  void receive() {
+    LocalReport item;
+    while (up_.pop(item)) pending_.push_back(item);
+  }
+
+  std::vector<Pose> poses_in(const LocalReport& report) const {
+    std::vector<Pose> out;
+    for (std::size_t k = 0; k < body_.options().tools.size(); ++k) out.push_back(report.tools[k].pose);
+    return out;
+  }
+
+  /// Replays what the haptic side has reported meanwhile, along the same sweeps as HapticSide::catch_up; its own thread
+  /// does the last few ticks.
+  /// @param at  where the tools are, as the model stands
+  void bring_near(Parcel& parcel, std::vector<Pose> at) {
+    std::vector<ToolSweep> sweeps(at.size());
+    std::size_t next = 0;
+    for (int round = 0; round < 8; ++round) {
+      receive();
+      if (next == pending_.size()) return;
+      for (; next < pending_.size(); ++next) {
+        const LocalReport& report = pending_[next];
+        if (report.tick != parcel.at_tick) return;  // one was lost: the haptic side has its own record
+        for (std::size_t k = 0; k < at.size(); ++k) sweeps[k] = {at[k], report.tools[k].pose};
+        catch_up_.step(parcel.model, sweeps);
+        at = poses_in(report);
+        parcel.at_tick = report.tick + 1;
+      }
+    }
+  }
+
+  BodySide& body_;
+  TickObserver* observer_;
+  Mailbox<Parcel> down_, used_;
+  Ring<LocalReport> up_;
+  bool catches_up_;
+  CatchUp catch_up_;                                         // of the body's thread
+  int motion_every_;                                         // ticks
+  int interval_, last_ = 0;                                  // ticks to the next refresh; of the last one
+  std::vector<LocalReport> pending_;                         // not taken into a refresh yet
+  std::unique_ptr<Parcel> arrived_;                          // of the ticking thread: not adopted yet
+  Mailbox<LocalMotion> motion_, free_motion_;                // written; to be written over
+  std::unique_ptr<LocalMotion> next_motion_;                 // of the ticking thread
+  std::unique_ptr<LocalMotion> newest_;                      // of the body's thread
+  std::vector<std::unique_ptr<LocalMotion>> spare_motions_;  // of the body's thread
+  std::deque<std::unique_ptr<PreparedLocalModel>> past_;     // whose ticks are not looked at yet
+  std::atomic<clockid_t> ticking_clock_{0};
+  std::atomic<bool> stop_{false}, has_failed_{false};
+  std::atomic<int> lost_reports_{0};
+  std::exception_ptr error_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<BodyLink> make_thread_link(BodySide& body, HapticSide& side, const SurfaceFriction& friction,
+                                           TickObserver* observer) {
+  return std::make_unique<ThreadLink>(body, side, friction, observer);
+}
+
+}  // namespace kt

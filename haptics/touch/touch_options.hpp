@@ -1,0 +1,82 @@
+#pragma once
+// What a Touch is told besides the body: tools and settings. No file format, no device, no clock.
+#include <optional>
+
+#include "core/settings.hpp"
+#include "haptics/contact/friction.hpp"
+#include "haptics/excitation.hpp"
+#include "haptics/haptic_method.hpp"
+#include "haptics/reducer_choice.hpp"
+
+namespace kt {
+
+/// A patch is made for a tool that goes on as fast as it was measured, and a margin for one that gets faster, but for
+/// no more than this [m/s]: a faster one touches the apron until the next patch is there.
+constexpr double kFollowedSpeed = 0.25;
+
+/// A tool, and how far it may get.
+struct TouchTool {
+  ToolShape shape{ToolShape::Kind::sphere, 0.004};
+  double max_speed = kFollowedSpeed;  ///< bound [m/s], where one is known
+};
+
+/// One refresh: which tick the body was linearized at, and which tick started with the new local model (-1: lost),
+/// and the start of which tick the new local model was replayed from.
+struct RefreshEvent {
+  int linearized_tick = 0, adopted_tick = 0, started_tick = linearized_tick;
+  bool operator==(const RefreshEvent&) const = default;
+};
+
+/// A setting that was changed while the body was touched: from the refresh at that tick on.
+struct SettingChange {
+  int tick = 0;
+  std::string key{};   ///< as in a scene file, "contact.mu"
+  double value = 0;  ///< where `word` is empty
+  std::string word{};  ///< of settings that are names
+  bool operator==(const SettingChange&) const = default;
+};
+
+/// A run that is repeated: what its clock and its user decided.
+struct TouchReplay {
+  std::vector<RefreshEvent> refreshes{};  ///< empty: no replay
+  std::optional<std::vector<ReducerChange>> reducer_changes{};
+  std::vector<SettingChange> changes{};
+};
+
+struct TouchOptions {
+  std::vector<TouchTool> tools{TouchTool{}};  ///< 1 to kMaxTools
+  ContactSettings contact{};
+  GlobalSettings global{};
+  LocalSettings local{};
+  LinkSettings link{};  ///< type "thread" is Touch::start()
+  CollisionSettings collision{};
+  std::uint64_t seed = 1;            ///< of what the link loses
+  std::optional<BandPowers> motion{};  ///< that the surface is to follow, as far as it is known before
+  double stale_s = 0.25;  ///< age of a local model from which on frames carry kStaleModel, beyond usual intervals [s]
+  TouchReplay replay{};
+};
+
+/// Throws InputError for names and combinations that no library knows, and for tools that are too many.
+void check_options(const TouchOptions& options);
+
+std::vector<ToolShape> shapes_of(const TouchOptions& options);
+double tick_length(const TouchOptions& options);  ///< [s]
+int ticks_per_refresh(const TouchOptions& options);
+
+/// The method that local.method and contact.law ask for. Throws InputError.
+std::unique_ptr<HapticMethod> make_method(const TouchOptions& options, const SurfaceFriction& friction);
+
+/// New local models are brought to the present before they are adopted; baselines know nothing of that.
+bool catches_up(const TouchOptions& options);
+/// For CatchUp; none when nothing catches up.
+std::unique_ptr<ContactSolver> catch_up_solver(const TouchOptions& options, const SurfaceFriction& friction);
+
+/// Of the surface that the tool touches. Throws InputError.
+Smoothing contact_smoothing(const ContactSettings& contact, const LocalSettings& local);
+
+/// None: "auto".
+std::optional<LocalScheme> local_scheme(const std::string& integrator);
+Metric contact_metric(const std::string& name);
+bool is_geometric(const std::string& contact_law);  ///< the paper's laws, which work in positions
+
+}  // namespace kt
