@@ -1,5 +1,4 @@
 // kilotouch: the command. One file a subcommand; see commands.hpp.
-#include <malloc.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "apps/stop_signals.hpp"
 #include "apps/words.hpp"
 #include "core/error.hpp"
+#include "haptics/touch/keep_memory.hpp"
 #include "core/visible_text.hpp"
 #include "io/child_process.hpp"
 
@@ -64,10 +64,7 @@ void add_quiet_option(CLI::App& command) {
 
 /// Runs what the words ask for.    @returns the exit code
 int run(int argc, char** argv) {
-  // Freed memory is used again: else every refresh fetches its matrices from the system page by page, and gives them
-  // back, which takes as long as the reduction itself.
-  mallopt(M_MMAP_THRESHOLD, 1 << 30);
-  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  kt::keep_freed_memory();
   CLI::App app{"kilotouch: haptic-rate contact with deformable objects", "kilotouch"};
   app.set_version_flag("-V,--version", KT_VERSION);
   app.require_subcommand(1);

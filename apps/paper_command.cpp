@@ -80,17 +80,17 @@ Json claim(const std::string& what, double value, const std::string& bound, bool
 Json check_claims(const std::vector<RunOutcome>& runs, double pressed) {
   const auto& slide = runs[0].summary["force"];
   const double sliding = slide["max_t"].get<double>() / slide["max_n"].get<double>();
-  const double sticking = share_above_normal(runs[1].result.frames, pressed);
-  const double cone = measure_forces(runs[2].result.frames, pressed, 1e-3).max_t_over_n;
-  const double drop = largest_slip_drop(runs[2].result.frames, pressed);
+  const double sticking = share_above_normal(runs[1].result.tools[0].frames, pressed);
+  const double cone = measure_forces(runs[2].result.tools[0].frames, pressed, 1e-3).max_t_over_n;
+  const double drop = largest_slip_drop(runs[2].result.tools[0].frames, pressed);
   return {claim("Pure sliding: largest F_T / largest F_N (the paper's figure 3: no tangential force)", sliding,
                 "< 1e-12", sliding < kRoundoff && slide["max_n"].get<double>() > 0),
           claim("Pure sticking: share of the drag in which F_T exceeds F_N (figure 4: often)", sticking, "> 0.5",
                 sticking > 0.5),
           claim("Stick-slip, mu = 1: largest F_T / (mu F_N) over all ticks (figure 5)", cone, "<= 1 + 1e-9",
                 cone > 0 && cone <= 1 + kCone),
-          claim("Stick-slip: transitions from sticking to sliding", stick_to_slip(runs[2].result.frames), ">= 1",
-                stick_to_slip(runs[2].result.frames) >= 1),
+          claim("Stick-slip: transitions from sticking to sliding", stick_to_slip(runs[2].result.tools[0].frames), ">= 1",
+                stick_to_slip(runs[2].result.tools[0].frames) >= 1),
           claim("Stick-slip: largest drop of F_T within 10 ms of a transition, share of F_T", drop, "> 0", drop > 0)};
 }
 

@@ -2,15 +2,34 @@
 include(CMakePackageConfigHelpers)
 add_library(kilotouch INTERFACE)
 add_library(kilotouch::kilotouch ALIAS kilotouch)
-target_link_libraries(kilotouch INTERFACE kt_haptics kt_self_contact kt_io kt_models kt_collision kt_core)
+target_link_libraries(kilotouch INTERFACE kt_api)
 
-install(TARGETS kilotouch kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics kt_arithmetic EXPORT kilotouch-targets
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS kilotouch kt_api kt_shared kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics kt_arithmetic
+        EXPORT kilotouch-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT kilotouch-targets NAMESPACE kilotouch:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kilotouch)
-foreach(folder core collision self_contact models io haptics)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kilotouch
-          FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def")
-endforeach()
+
+# Public is api/kilotouch.hpp and what it includes, below include/kilotouch/: nobody's include path gets a folder `core`.
+function(kt_install_header file)
+  get_property(done GLOBAL PROPERTY KT_PUBLIC_HEADERS)
+  if(file IN_LIST done)
+    return()
+  endif()
+  set_property(GLOBAL APPEND PROPERTY KT_PUBLIC_HEADERS ${file})
+  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${file})
+  file(READ ${PROJECT_SOURCE_DIR}/${file} content)
+  string(REGEX MATCHALL "#include \"[^\"]+\"" includes "${content}")
+  foreach(include ${includes})
+    string(REGEX REPLACE "#include \"([^\"]+)\"" "\\1" include ${include})
+    kt_install_header(${include})
+  endforeach()
+  string(REGEX REPLACE "#include \"" "#include \"kilotouch/" content "${content}")
+  string(REGEX REPLACE "^api/" "" public ${file})
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/kilotouch/${public} CONTENT "${content}" @ONLY)
+endfunction()
+file(REMOVE_RECURSE ${PROJECT_BINARY_DIR}/include)
+kt_install_header(api/kilotouch.hpp)
+kt_install_header(api/kilotouch.h)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/include/kilotouch DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 configure_package_config_file(cmake/kilotouch-config.cmake.in kilotouch-config.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kilotouch)
 write_basic_package_version_file(kilotouch-config-version.cmake COMPATIBILITY SameMinorVersion)

@@ -14,7 +14,7 @@ function(kt_library name)
   add_library(kilotouch::${name} ALIAS kt_${name})
   set_target_properties(kt_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(kt_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kilotouch>)
+                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_compile_features(kt_${name} PUBLIC cxx_std_20)
   target_link_libraries(kt_${name} PUBLIC ${ARG_DEPENDS} kt_arithmetic PRIVATE $<BUILD_INTERFACE:kt_flags>)
   kt_unity(kt_${name} EXCEPT ${ARG_ALONE})
@@ -50,6 +50,20 @@ kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link hapt
            ALONE haptics/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link haptics/advise_bodies haptics/press.cpp
                  haptics/run_doubts haptics/real_time
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
+
+kt_library(api DIRS api DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics)
+
+# The C interface as one shared library: everything inside, nothing but kt_* outside.
+add_library(kt_shared SHARED api/c_api.cpp)
+set_target_properties(kt_shared PROPERTIES OUTPUT_NAME kilotouch EXPORT_NAME shared VERSION ${PROJECT_VERSION} SOVERSION 0
+                      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+target_include_directories(kt_shared PRIVATE ${PROJECT_SOURCE_DIR} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+target_compile_features(kt_shared PRIVATE cxx_std_20)
+target_link_libraries(kt_shared PRIVATE $<BUILD_INTERFACE:kt_flags> $<BUILD_INTERFACE:kt_haptics>)
+target_link_options(kt_shared PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/api/kilotouch.map)
+foreach(target kt_api kt_shared)
+  target_compile_definitions(${target} PRIVATE KT_VERSION="${PROJECT_VERSION}" KT_BUILD_APPS=$<BOOL:${KT_BUILD_APPS}>)
+endforeach()
 
 # Which optional parts are in, as 0/1 macros for the .def tables.
 foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN)

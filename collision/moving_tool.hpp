@@ -5,7 +5,7 @@
 #include "collision/hull_impact.hpp"
 #include "collision/swept_box.hpp"
 #include "collision/tool_features.hpp"
-#include "core/mesh.hpp"
+#include "collision/tool_shape.hpp"
 
 namespace kt {
 
@@ -65,13 +65,5 @@ class MovingTool {
 
 /// The part of the sweep after the share `toi` of it.
 ToolSweep rest_of(const ToolSweep& sweep, double toi) noexcept;
-
-/// Radius of the ball about the reference point that holds the tool [m].
-double tool_reach(const ToolShape& tool) noexcept;
-
-/// A capsule along z, and a mesh tool, about their reference points. Throws InputError when the mesh is empty, not
-/// finite, or the radius is not positive.
-ToolShape make_capsule(double radius, double length);
-ToolShape make_mesh_tool(const Mesh& mesh, double radius);
 
 }  // namespace kt

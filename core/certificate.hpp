@@ -4,13 +4,11 @@
 // force. docs/method.md#4-the-local-model-section-iii
 #include <span>
 
+#include "core/certified_rates.hpp"
 #include "core/graded_body.hpp"
 #include "core/impedance.hpp"
 
 namespace kt {
-
-/// Where people feel: at rest, slow pressing, tremor, vibration. [Hz]
-inline constexpr std::array<double, 7> kCertifiedHz{0, 10, 30, 50, 100, 200, 500};
 
 struct Certificate {
   std::vector<double> hz;

@@ -5,17 +5,10 @@
 #include <array>
 #include <span>
 
-#include "core/certificate.hpp"
+#include "core/types.hpp"
+#include "haptics/band_powers.hpp"
 
 namespace kt {
-
-constexpr std::size_t kBands = kCertifiedHz.size();
-
-/// Mean squares about each of kCertifiedHz, of a force [N^2] or a motion [m^2].
-struct BandPowers {
-  double total = 0;                     ///< of the whole, with what lasts
-  std::array<double, kBands> changing;  ///< of what changes within the use of a local model
-};
 
 /// Share of the force's mean square that changes while a local model is in use, about each of kCertifiedHz [-].
 using Excitation = std::array<double, kBands>;

@@ -9,11 +9,10 @@
 
 #include "core/global_simulation.hpp"
 #include "haptics/contact/contact_solver.hpp"
+#include "haptics/local_frame.hpp"
 #include "haptics/prepared_local_model.hpp"
 
 namespace kt {
-
-struct LocalFrame;  // haptics/local_simulation.hpp
 
 class HapticMethod {
  public:

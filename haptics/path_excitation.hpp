@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/surface.hpp"
+#include "core/reducer.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/excitation.hpp"
 

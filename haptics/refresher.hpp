@@ -11,7 +11,7 @@
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
 #include "haptics/way_out.hpp"
-#include "haptics/touch/touch_options.hpp"
+#include "haptics/touch/touch_parts.hpp"
 #include "self_contact/touching_euler.hpp"
 
 namespace kt {

@@ -4,7 +4,10 @@
 #include <functional>
 #include <vector>
 
-#include "haptics/contact_watch.hpp"
+#include "haptics/lost_contact.hpp"
+#include "haptics/reducer_candidates.hpp"
+#include "haptics/touch/touch_parts.hpp"
+#include "self_contact/touching_model.hpp"
 #include "haptics/inverted_tetrahedra.hpp"
 #include "haptics/local_simulation.hpp"
 #include "haptics/predict.hpp"

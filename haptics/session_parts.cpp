@@ -6,6 +6,7 @@
 #include "haptics/device/recording.hpp"
 #include "haptics/links.hpp"
 #include "haptics/session_parts.hpp"
+#include "haptics/touch/touch_parts.hpp"
 #include "io/mesh_io.hpp"
 #include "io/tetrahedralize.hpp"
 #include "models/fem/material.hpp"

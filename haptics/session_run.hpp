@@ -3,6 +3,7 @@
 #include "haptics/contact_watch.hpp"
 #include "haptics/device/passivity.hpp"
 #include "haptics/session.hpp"
+#include "haptics/touch/body_side.hpp"
 #include "haptics/touch/touch.hpp"
 
 namespace kt {

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 /// Folders with code; `examples` is a project of its own.
 const std::vector<std::string> kFolders{"core",    "collision", "self_contact", "models", "io",
-                                        "haptics", "apps",      "bench",        "python", "tests"};
+                                        "haptics", "api",       "apps",         "bench",  "tests"};
 const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "models", "io"};
 
 bool is_in(const std::string& file, const std::string& folder) { return file.rfind(folder + "/", 0) == 0; }
@@ -32,9 +32,10 @@ bool may_include(const std::string& from, const std::string& to) {
   for (const char* folder : {"core", "collision", "models", "io"})
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
   if (is_in(from, "haptics")) return is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
+  if (is_in(from, "api")) return is_in_any(to, {"api", "haptics"}) || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
   if (is_in_any(from, {"bench", "apps/check"}) && is_in(to, "tests/support")) return true;  // the same truths
-  for (const char* leaf : {"apps", "bench", "python"})
+  for (const char* leaf : {"apps", "bench"})
     if (is_in(from, leaf))
       return is_in(to, leaf) || is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
   return false;

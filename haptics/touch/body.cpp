@@ -2,9 +2,11 @@
 
 #include <numbers>
 
+#include "core/reducer.hpp"
 #include "haptics/touch/settle.hpp"
 #include "models/model.hpp"
 #include "self_contact/crossings.hpp"
+#include "self_contact/touching_model.hpp"
 
 namespace kt {
 namespace {
@@ -30,6 +32,9 @@ ModelOptions model_options(const SceneObject& object, const SceneModel& m, const
 }
 
 }  // namespace
+
+Body::Body(Body&&) noexcept = default;
+Body::~Body() = default;
 
 Body::Body(const BodyOptions& options) : options_(options) {
   Mesh mesh = load_body_mesh(options.object, notes_, &mesh_unit_);
@@ -63,7 +68,7 @@ std::unique_ptr<DeformableModel> Body::model_like(const SceneModel& material) co
 }
 
 void Body::make_surface_and_contact() {
-  surface_ = make_surface(model_->mesh(), options_.ridge_deg * std::numbers::pi / 180);
+  surface_ = std::make_unique<Surface>(make_surface(model_->mesh(), options_.ridge_deg * std::numbers::pi / 180));
   if (!options_.global.self_contact) return;
   const SelfContactSettings& s = *options_.global.self_contact;
   self_contact_ = std::make_unique<SelfContact>(*model_, SelfContactOptions{.reach = s.reach.value_or(0),
@@ -71,7 +76,7 @@ void Body::make_surface_and_contact() {
                                                                             .mu = s.mu,
                                                                             .creep = s.creep,
                                                                             .backend = options_.backend});
-  const auto found = find_crossings(*self_contact_, surface_.triangles, model_->mesh().x);
+  const auto found = find_crossings(*self_contact_, surface_->triangles, model_->mesh().x);
   if (found.empty()) return;
   const Crossing& first = found.front();
   throw InputError(text("global.self_contact: ", options_.object.mesh,

@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "core/deformable_model.hpp"
-#include "core/reducer.hpp"
 #include "io/scene.hpp"
-#include "self_contact/touching_model.hpp"
 
 namespace kt {
+
+class SelfContact;
+struct Surface;  // core/reducer.hpp
 
 /// What a body is made with, besides its mesh.
 struct BodyOptions {
@@ -23,14 +24,16 @@ class Body {
  public:
   /// Of object.mesh. Throws InputError for what is wrong with the file or a value.
   explicit Body(const BodyOptions& options);
-  /// Of a mesh in metres; a surface is filled with tetrahedra where the model needs them before: load_scene_mesh().
+  /// Of a mesh in metres; a surface is to be filled() before.
   Body(Mesh mesh, const BodyOptions& options);
   /// Of one's own model. Its surface is that of model->mesh(); of `options` only weight-free parts count: self-contact
   /// and ridge_deg. It starts undeformed.
   explicit Body(std::unique_ptr<DeformableModel> model, const BodyOptions& options = {});
+  Body(Body&&) noexcept;
+  ~Body();
 
   const DeformableModel& model() const { return *model_; }
-  const Surface& surface() const { return surface_; }
+  const Surface& surface() const { return *surface_; }
   SelfContact* self_contact() const { return self_contact_.get(); }  ///< none: it passes through itself
   const State& start() const { return start_; }                      ///< at rest, hanging in its weight
   double mesh_unit() const { return mesh_unit_; }  ///< of the mesh file [m]; 1 for a mesh that is given in metres
@@ -51,7 +54,7 @@ class Body {
   std::unique_ptr<DeformableModel> model_;
   bool is_own_ = false;  // the caller's
   std::unique_ptr<SelfContact> self_contact_;
-  Surface surface_;
+  std::unique_ptr<Surface> surface_;
   State start_;
   std::vector<std::string> warnings_, notes_;
   double mesh_unit_ = 1;
@@ -61,6 +64,9 @@ class Body {
 /// stands is appended to `notes`.
 /// @param unit  of the file [m]
 Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, double* unit = nullptr);
+
+/// A surface in metres with the tetrahedra or inner layers that `object` asks for; a solid as it is.
+Mesh filled(Mesh mesh, const SceneObject& object);
 
 /// Nodes that the scene clamps, ascending. Throws InputError when a choice holds no node or all of them.
 std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed);

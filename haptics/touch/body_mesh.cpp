@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/error.hpp"
 #include "haptics/touch/body.hpp"
 #include "io/mesh_io.hpp"
 #include "io/mesh_repair.hpp"
@@ -66,6 +67,10 @@ Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, 
     for (const std::string& what : repaired.done) notes.push_back("object.repair: " + what);
     mesh = std::move(repaired.mesh);
   }
+  return filled(std::move(mesh), object);
+}
+
+Mesh filled(Mesh mesh, const SceneObject& object) {
   if (object.layers)
     return add_inner_layers(mesh, object.layers->count, object.layers->count * object.layers->thickness);
   if (!mesh.tetrahedra.empty()) return mesh;

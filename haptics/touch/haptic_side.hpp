@@ -3,7 +3,7 @@
 #include "haptics/catch_up.hpp"
 #include "haptics/local_report.hpp"
 #include "haptics/touch/pose_history.hpp"
-#include "haptics/touch/touch_options.hpp"
+#include "haptics/touch/touch_parts.hpp"
 
 namespace kt {
 
@@ -33,6 +33,8 @@ class HapticSide {
   int model_tick() const noexcept { return model_tick_; }  ///< that the model in use was linearized at
   /// Nodes of the local model where they are now, over those of the whole body.
   void lay_patch_over(VectorX& x) const;
+
+  std::span<const ContactSample> samples() const noexcept { return {report_.samples.data(), static_cast<std::size_t>(report_.count)}; }
 
   int next_tick() const noexcept { return tick_; }
   double h() const noexcept { return local_->h(); }

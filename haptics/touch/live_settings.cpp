@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "core/error.hpp"
+#include "haptics/reducer_candidates.hpp"
+
 namespace kt {
 namespace {
 

@@ -1,5 +1,7 @@
 #pragma once
 // The settings that may change while a body is touched: one table.
+#include <span>
+
 #include "haptics/touch/touch_options.hpp"
 #include "io/scene.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 // CPU time, whatever else runs on the machine.
-#include <time.h>
+#include <ctime>
 
 namespace kt {
 

@@ -1,5 +1,8 @@
 #include "haptics/touch/settle.hpp"
 
+#include <algorithm>
+
+#include "core/integrator.hpp"
 #include "self_contact/touching_euler.hpp"
 
 namespace kt {

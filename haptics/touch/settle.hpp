@@ -1,6 +1,5 @@
 #pragma once
 // Where a body is when it is touched first: a body with weight has hung in it before.
-#include "core/integrator.hpp"
 #include "haptics/touch/body.hpp"
 
 namespace kt {

@@ -1,9 +1,14 @@
 #include "haptics/touch/touch.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <mutex>
 
+#include "haptics/link/mailbox.hpp"
 #include "haptics/scene_friction.hpp"
+#include "haptics/touch/body_link.hpp"
+#include "haptics/touch/keep_memory.hpp"
 
 namespace kt {
 namespace {
@@ -22,109 +27,164 @@ SurfaceFriction friction_of(const Body& body, const TouchOptions& options) {
 
 }  // namespace
 
-Touch::Touch(const Body& body, TouchOptions options)
-    : body_(body),
-      options_(checked(std::move(options))),
-      friction_(friction_of(body, options_)),
-      haptic_(options_, friction_) {
-  const double slow = std::max(options_.stale_s, 4 / options_.global.rate_hz) + 1e-3 * options_.link.latency_ms;
-  stale_ticks_ = static_cast<int>(std::llround(slow * options_.local.rate_hz));
-  side_ = std::make_unique<BodySide>(body_, options_);
+struct Touch::Parts {
+  Parts(const Body& touched, TouchOptions wanted)
+      : body(touched),
+        options(checked(std::move(wanted))),
+        friction(friction_of(body, options)),
+        haptic(options, friction),
+        side(std::make_unique<BodySide>(body, options)) {
+    const double slow = std::max(options.stale_s, 4 / options.global.rate_hz) + 1e-3 * options.link.latency_ms;
+    stale_ticks = static_cast<int>(std::llround(slow * options.local.rate_hz));
+  }
+  std::span<LocalFrame> all_frames() noexcept { return {frames.data(), haptic.num_tools()}; }
+  std::span<const LocalFrame> tick(std::span<const Pose> tools) noexcept;
+  void refresh_if_due() noexcept;
+  void show_shape() noexcept;
+
+  const Body& body;
+  TouchOptions options;
+  SurfaceFriction friction;
+  HapticSide haptic;
+  std::unique_ptr<BodySide> side;
+  TickObserver* observer = nullptr;
+  std::unique_ptr<BodyLink> link;  // from the first tick, or start(), on
+  std::array<LocalFrame, kMaxTools> frames;
+  bool is_placed = false;
+  double owed = 0;  // [s] that have passed and were not stepped
+  int stale_ticks = 0;
+  // The shape of the contact's surroundings, for copy_positions().
+  std::atomic<bool> is_watched{false};
+  Mailbox<LocalMotion> shape, free_shape;
+  std::unique_ptr<LocalMotion> next_shape;  // of the ticking thread
+  std::mutex watching;
+  std::unique_ptr<LocalMotion> shown;  // of whoever watches
+};
+
+Touch::Touch(const Body& body, TouchOptions options) {
+  keep_freed_memory();
+  parts_ = std::make_unique<Parts>(body, std::move(options));
 }
 
 Touch::~Touch() = default;
 
 void Touch::place(std::span<const Pose> tools) {
-  if (tools.size() != haptic_.num_tools())
-    throw InputError(text("place: ", tools.size(), " poses for ", haptic_.num_tools(), " tools"));
-  if (link_) throw InputError("place: after the first tick; tools are where the ticks have them");
+  Parts& p = *parts_;
+  if (tools.size() != p.haptic.num_tools())
+    throw InputError(text("place: ", tools.size(), " poses for ", p.haptic.num_tools(), " tools"));
+  if (p.link) throw InputError("place: after the first tick or start(); tools are where the ticks have them");
   for (const Pose& pose : tools)
-    if (!pose.is_finite()) throw InputError("place: a pose that is not finite");
-  haptic_.place(tools);
-  is_placed_ = true;
+    if (!pose.is_finite()) throw InputError("place: a pose is not finite");
+  p.haptic.place(tools);
+  p.is_placed = true;
 }
 
 void Touch::start() {
-  if (link_) throw InputError("start: after the first tick, or twice");
-  options_.link.type = "thread";
-  side_ = std::make_unique<BodySide>(body_, options_);
-  link_ = make_thread_link(*side_, haptic_, friction_, observer_);
+  Parts& p = *parts_;
+  if (p.link) throw InputError("start: after the first tick, or twice");
+  p.options.link.type = "thread";
+  p.side = std::make_unique<BodySide>(p.body, p.options);
+  p.link = make_thread_link(*p.side, p.haptic, p.friction, p.observer);
 }
 
 void Touch::stop() {
-  if (!link_) return;
-  link_->stop();
-  if (link_->error()) std::rethrow_exception(link_->error());
+  BodyLink* const link = parts_->link.get();
+  if (!link) return;
+  link->stop();
+  if (link->error()) std::rethrow_exception(link->error());
 }
 
-void Touch::refresh_if_due() noexcept {
-  if (!link_) link_ = make_lockstep_link(*side_, observer_);
-  link_->before_tick(haptic_);
+void Touch::refresh_if_due() noexcept { parts_->refresh_if_due(); }
+
+void Touch::Parts::refresh_if_due() noexcept {
+  if (!link) link = make_lockstep_link(*side, observer);
+  link->before_tick(haptic);
 }
 
-std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools) noexcept {
-  const std::span<LocalFrame> frames(frames_.data(), haptic_.num_tools());
-  if (tools.size() < frames.size()) return frames;  // wrong use: nothing happens
-  if (!is_placed_) haptic_.place(tools);
-  is_placed_ = true;
+std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools) noexcept { return parts_->tick(tools); }
+
+std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noexcept {
+  const std::span<LocalFrame> out = all_frames();
+  if (tools.size() < out.size()) return out;  // wrong use: nothing happens
+  if (!is_placed) haptic.place(tools);
+  is_placed = true;
   refresh_if_due();
-  const LocalReport& report = haptic_.tick(tools, frames);
-  link_->after_tick(haptic_, report);
-  unsigned flags = link_->has_failed() ? kBodyFailed : 0u;
-  if (haptic_.has_model() && haptic_.next_tick() - haptic_.model_tick() > stale_ticks_) flags |= kStaleModel;
+  link->after_tick(haptic, haptic.tick(tools, out));
+  unsigned flags = link->has_failed() ? kBodyFailed : 0u;
+  if (haptic.has_model() && haptic.next_tick() - haptic.model_tick() > stale_ticks) flags |= kStaleModel;
   if (flags != 0)
-    for (LocalFrame& frame : frames) frame.flags |= flags;
-  if (observer_) observer_->ticked(haptic_, frames);
-  if (is_watched_.load(std::memory_order_relaxed) && haptic_.next_tick() % kShapeEvery == 0) show_shape();
-  return frames;
+    for (LocalFrame& frame : out) frame.flags |= flags;
+  if (observer && haptic.has_model()) observer->ticked(haptic, out);
+  if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % kShapeEvery == 0) show_shape();
+  return out;
 }
 
 std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) noexcept {
-  const std::span<LocalFrame> frames(frames_.data(), haptic_.num_tools());
-  if (tools.size() < frames.size()) return frames;
-  if (!is_placed_) return tick(tools);
-  if (std::isfinite(dt) && dt > 0) owed_ += dt;
-  const double steps = std::floor(owed_ / h() + 0.5);
-  owed_ -= steps * h();
+  Parts& p = *parts_;
+  const std::span<LocalFrame> out = p.all_frames();
+  if (tools.size() < out.size()) return out;
+  if (!p.is_placed) return p.tick(tools);
+  if (std::isfinite(dt) && dt > 0) p.owed += dt;
+  const double steps = std::floor(p.owed / h() + 0.5);
+  p.owed -= steps * h();
   const int count = static_cast<int>(std::min<double>(steps, kMostSteps));
   std::array<Pose, kMaxTools> from, at;
-  for (std::size_t k = 0; k < frames.size(); ++k) from[k] = haptic_.poses()[k];
+  for (std::size_t k = 0; k < out.size(); ++k) from[k] = p.haptic.poses()[k];
   for (int i = 1; i <= count; ++i) {
     const double share = static_cast<double>(i) / count;
-    for (std::size_t k = 0; k < frames.size(); ++k) {
+    for (std::size_t k = 0; k < out.size(); ++k) {
       at[k] = tools[k];
       if (i < count) at[k] = {from[k].x + share * (tools[k].x - from[k].x), from[k].r.slerp(share, tools[k].r)};
     }
-    tick(std::span<const Pose>(at.data(), frames.size()));
+    p.tick(std::span<const Pose>(at.data(), out.size()));
   }
   if (steps > count)
-    for (LocalFrame& frame : frames) frame.flags |= kLateTick;
-  return frames;
+    for (LocalFrame& frame : out) frame.flags |= kLateTick;
+  return out;
 }
 
-void Touch::show_shape() noexcept {
-  if (!haptic_.has_model()) return;
-  if (!next_shape_) next_shape_ = free_shape_.take();
-  if (!next_shape_) return;
-  haptic_.record_motion(*next_shape_);
-  next_shape_ = shape_.put(std::move(next_shape_));
+void Touch::Parts::show_shape() noexcept {
+  if (!haptic.has_model()) return;
+  if (!next_shape) next_shape = free_shape.take();
+  if (!next_shape) return;
+  haptic.record_motion(*next_shape);
+  next_shape = shape.put(std::move(next_shape));
 }
 
 void Touch::copy_positions(VectorX& x) {
-  const std::scoped_lock lock(watching_);
-  side_->copy_positions(x);
+  Parts& p = *parts_;
+  const std::scoped_lock lock(p.watching);
+  p.side->copy_positions(x);
   const int nodes = static_cast<int>(x.size()) / 3;
-  if (!is_watched_.load(std::memory_order_relaxed)) {
-    free_shape_.put(std::make_unique<LocalMotion>(make_local_motion(nodes)));
-    shown_ = std::make_unique<LocalMotion>(make_local_motion(nodes));
-    is_watched_.store(true, std::memory_order_release);
+  if (!p.shown) {
+    p.free_shape.put(std::make_unique<LocalMotion>(make_local_motion(nodes)));
+    p.shown = std::make_unique<LocalMotion>(make_local_motion(nodes));
+    p.is_watched = true;
   }
-  if (auto newer = shape_.take()) {
-    free_shape_.put(std::move(shown_));
-    shown_ = std::move(newer);
+  if (auto newer = p.shape.take()) {
+    p.free_shape.put(std::move(p.shown));
+    p.shown = std::move(newer);
   }
   for (int i = 0; i < nodes; ++i)
-    if (const int row = shown_->row[i]; row >= 0) node(x, i) = node(shown_->x, row);
+    if (const int row = p.shown->row[i]; row >= 0) node(x, i) = node(p.shown->x, row);
 }
+
+void Touch::set(const std::string& key, double value) { parts_->side->set(key, value); }
+void Touch::set(const std::string& key, const std::string& word) { parts_->side->set(key, word); }
+double Touch::number(const std::string& key) const { return parts_->side->number(key); }
+std::string Touch::word(const std::string& key) const { return parts_->side->word(key); }
+TouchStatus Touch::status() const { return parts_->side->status(); }
+std::span<const ContactSample> Touch::last_samples() const noexcept { return parts_->haptic.samples(); }
+const Body& Touch::body() const { return parts_->body; }
+const TouchOptions& Touch::options() const { return parts_->options; }
+std::size_t Touch::num_tools() const { return parts_->haptic.num_tools(); }
+int Touch::next_tick() const noexcept { return parts_->haptic.next_tick(); }
+double Touch::h() const noexcept { return parts_->haptic.h(); }
+std::exception_ptr Touch::error() const noexcept { return parts_->link ? parts_->link->error() : nullptr; }
+void Touch::observe(TickObserver* observer) { parts_->observer = observer; }
+BodySide& Touch::slow() { return *parts_->side; }
+const BodySide& Touch::slow() const { return *parts_->side; }
+const HapticSide& Touch::fast() const { return parts_->haptic; }
+int Touch::lost_reports() const { return parts_->link ? parts_->link->lost_reports() : 0; }
 
 }  // namespace kt

@@ -1,13 +1,20 @@
 #pragma once
 // The engine: a body that tools touch, one call a haptic tick. Scene files, devices, records and commands are made on
 // top of it (session/), and so is a loop of one's own: docs/embedding.md.
-#include <atomic>
-#include <mutex>
+#include <exception>
+#include <span>
 
-#include "haptics/link/mailbox.hpp"
-#include "haptics/touch/body_link.hpp"
+#include "haptics/local_frame.hpp"
+#include "haptics/touch/body.hpp"
+#include "haptics/touch/touch_options.hpp"
+#include "haptics/touch/touch_status.hpp"
 
 namespace kt {
+
+struct ContactSample;  // core/global_simulation.hpp
+class BodySide;
+class HapticSide;
+class TickObserver;
 
 /// One thread at a time ticks. Without start() the body is refreshed inside some of the ticks, deterministic: the same
 /// poses give the same bits, and a refresh takes its tens of milliseconds. After start() the body has its own thread,
@@ -48,52 +55,40 @@ class Touch {
 
   /// A setting, while the body is touched: live_settings(). From the next refresh on, booked in changes(). From any
   /// thread. Throws InputError: what, value, allowed range; nothing is changed then.
-  void set(const std::string& key, double value) { side_->set(key, value); }
-  void set(const std::string& key, const std::string& word) { side_->set(key, word); }
-  double number(const std::string& key) const { return side_->number(key); }
-  std::string word(const std::string& key) const { return side_->word(key); }
+  void set(const std::string& key, double value);
+  void set(const std::string& key, const std::string& word);
+  double number(const std::string& key) const;  ///< as it was set last
+  std::string word(const std::string& key) const;
 
   /// Where the whole body is, for drawing: as the last refresh had it, with the part around the contact as it was some
   /// ticks ago. (3n) [m]. From any thread; never holds a tick up.
   void copy_positions(VectorX& x);
 
-  TouchStatus status() const { return side_->status(); }  ///< from any thread
-  const Body& body() const { return body_; }
-  const TouchOptions& options() const { return options_; }
-  int next_tick() const { return haptic_.next_tick(); }
-  double h() const { return haptic_.h(); }  ///< [s] of a tick
+  TouchStatus status() const;  ///< from any thread
+  /// What the last tick did to the body, at each contact of all tools.
+  std::span<const ContactSample> last_samples() const noexcept;
 
-  /// None after stop() or without a failure. Of the body's simulation: the ticks go on with the last local model.
-  std::exception_ptr error() const noexcept { return link_ ? link_->error() : nullptr; }
+  const Body& body() const;
+  const TouchOptions& options() const;
+  std::size_t num_tools() const;
+  int next_tick() const noexcept;
+  double h() const noexcept;  ///< [s] of a tick
+
+  /// Why the body's simulation ended; none as a rule. Ticks go on with the last local model.
+  std::exception_ptr error() const noexcept;
 
   /// Who looks at the ticks. Before the first one, and before start(). Borrowed.
-  void observe(TickObserver* observer) { observer_ = observer; }
+  void observe(TickObserver* observer);
 
-  // The records of a run, while nobody ticks.
-  const BodySide& slow() const { return *side_; }
-  BodySide& slow() { return *side_; }
-  const HapticSide& fast() const { return haptic_; }
-  int lost_reports() const { return link_ ? link_->lost_reports() : 0; }
+  // The halves and their records, while nobody ticks.
+  BodySide& slow();
+  const BodySide& slow() const;
+  const HapticSide& fast() const;
+  int lost_reports() const;
 
  private:
-  void show_shape() noexcept;
-  const Body& body_;
-  TouchOptions options_;
-  SurfaceFriction friction_;
-  HapticSide haptic_;
-  std::unique_ptr<BodySide> side_;
-  TickObserver* observer_ = nullptr;
-  std::unique_ptr<BodyLink> link_;  // from the first tick, or start(), on
-  std::array<LocalFrame, kMaxTools> frames_;
-  bool is_placed_ = false;
-  double owed_ = 0;  // [s] that have passed and were not stepped
-  int stale_ticks_ = 0;
-  // The shape of the contact's surroundings, for copy_positions().
-  std::atomic<bool> is_watched_{false};
-  Mailbox<LocalMotion> shape_, free_shape_;
-  std::unique_ptr<LocalMotion> next_shape_;  // of the ticking thread
-  std::mutex watching_;
-  std::unique_ptr<LocalMotion> shown_;  // of whoever watches
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace kt

@@ -1,12 +1,12 @@
 #pragma once
 // What a Touch is told besides the body: tools and settings. No file format, no device, no clock.
+#include <cstdint>
 #include <optional>
 
+#include "collision/contact.hpp"
 #include "core/settings.hpp"
-#include "haptics/contact/friction.hpp"
-#include "haptics/excitation.hpp"
-#include "haptics/haptic_method.hpp"
-#include "haptics/reducer_choice.hpp"
+#include "haptics/band_powers.hpp"
+#include "haptics/reducer_change.hpp"
 
 namespace kt {
 
@@ -55,28 +55,5 @@ struct TouchOptions {
   double stale_s = 0.25;  ///< age of a local model from which on frames carry kStaleModel, beyond usual intervals [s]
   TouchReplay replay{};
 };
-
-/// Throws InputError for names and combinations that no library knows, and for tools that are too many.
-void check_options(const TouchOptions& options);
-
-std::vector<ToolShape> shapes_of(const TouchOptions& options);
-double tick_length(const TouchOptions& options);  ///< [s]
-int ticks_per_refresh(const TouchOptions& options);
-
-/// The method that local.method and contact.law ask for. Throws InputError.
-std::unique_ptr<HapticMethod> make_method(const TouchOptions& options, const SurfaceFriction& friction);
-
-/// New local models are brought to the present before they are adopted; baselines know nothing of that.
-bool catches_up(const TouchOptions& options);
-/// For CatchUp; none when nothing catches up.
-std::unique_ptr<ContactSolver> catch_up_solver(const TouchOptions& options, const SurfaceFriction& friction);
-
-/// Of the surface that the tool touches. Throws InputError.
-Smoothing contact_smoothing(const ContactSettings& contact, const LocalSettings& local);
-
-/// None: "auto".
-std::optional<LocalScheme> local_scheme(const std::string& integrator);
-Metric contact_metric(const std::string& name);
-bool is_geometric(const std::string& contact_law);  ///< the paper's laws, which work in positions
 
 }  // namespace kt

@@ -31,7 +31,7 @@ class Look {
   const Vec3& high() const { return high_; }
 
  private:
-  TestBody body_{{.reach = 0.006}};
+  SoftBlock body_{{.reach = 0.006}};
   BodyCheck check_;
   std::unique_ptr<PreparedLocalModel> model_;
   double top_ = 0;

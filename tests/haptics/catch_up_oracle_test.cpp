@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kTop = 0.02;  // meshes/block.msh: 0.08 x 0.05 x 0.02 m, 5 mm cells
 
-const TestBody& body() {
-  static const TestBody made{TestBodyOptions{.young = 5e3, .reducer = "full", .reach = 0.02}};
+const SoftBlock& body() {
+  static const SoftBlock made{SoftBlockOptions{.young = 5e3, .reducer = "full", .reach = 0.02}};
   return made;
 }
 
@@ -85,7 +85,7 @@ TEST(Overlap, GoesOnAcrossARefresh) {
 }
 
 TEST(LeftPatch, FadesTheForceAndFindsTheContactAgainInANewPatch) {
-  const TestBody small{TestBodyOptions{.young = 5e3, .reducer = "condensed", .reach = 0.006, .blend = 0.012}};
+  const SoftBlock small{SoftBlockOptions{.young = 5e3, .reducer = "condensed", .reach = 0.006, .blend = 0.012}};
   const ToolShape tool = kSphereTool;
   Press press(small, tool, "coulomb", {0.1, 0.1}, above(tool));
   press.move(place(tool, 60), 60);

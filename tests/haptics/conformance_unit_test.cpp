@@ -94,7 +94,7 @@ TEST_P(Law, SolvesWithoutMemoryOfItsOwn) {
 
 TEST_P(Law, PressesAndDragsOnABody) {
   const bool geometric = make_contact_solver(GetParam(), {0.5, 0.5})->deformation() != Deformation::none;
-  const TestBody body{TestBodyOptions{.young = geometric ? 1000.0 : 1e4,
+  const SoftBlock body{SoftBlockOptions{.young = geometric ? 1000.0 : 1e4,
                               .scheme = geometric ? LocalScheme::symplectic_euler : LocalScheme::implicit_euler,
                               .metric = geometric ? Metric::identity : Metric::implicit,
                               .reach = 0.02}};
@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(All, Device, testing::ValuesIn(available(device_backend
 TEST_P(Device, StartsOnItsPathAndKeepsBelowItsSpeed) {
   const auto device = make();
   EXPECT_LT((device->pose(0).x - Vec3(1, 2, 3)).norm(), 1e-5);
-  EXPECT_GT(device->limits().max_force, 0);
+  EXPECT_GT(device->info().max_force, 0);
   Vec3 before = device->pose(0).x;
   for (int i = 1; i <= 1000; ++i) {
     device->write({.force = Vec3::Zero()}, 1e-3);

@@ -158,7 +158,7 @@ TEST(SmoothDrag, FeelsNoFoldsOfTheMesh) {
     scene.contact.mu_static = scene.contact.mu_kinetic = 0;
     scene.contact.surface = smooth ? "loop" : "flat";
     scene.local.reducer = "krylov";
-    metrics[smooth] = measure_forces(Session(scene).run().frames, 0.2, 1e-3);
+    metrics[smooth] = measure_forces(Session(scene).run().tools[0].frames, 0.2, 1e-3);
   }
   EXPECT_LT(metrics[1].buzz, 0.005);
   EXPECT_LT(metrics[1].crossing_jump, 0.05);

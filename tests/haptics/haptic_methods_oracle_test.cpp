@@ -41,8 +41,8 @@ class Bench {
   const ContactSample& sample() const { return method_->samples()[0]; }
 
  private:
-  static const TestBody& body() {
-    static const TestBody body;
+  static const SoftBlock& body() {
+    static const SoftBlock body;
     return body;
   }
   std::unique_ptr<HapticMethod> method_;
@@ -118,10 +118,10 @@ TEST(Frozen, NormalAndPlaceStayWhereTheRefreshFoundThem) {
 }
 
 TEST(Frozen, ABodyThatFloatsIsHeldByItsInertia) {
-  TestBodyOptions options;
+  SoftBlockOptions options;
   options.clamped = -1;
   options.reducer = "full";
-  const TestBody body(options);
+  const SoftBlock body(options);
   HapticMethodOptions o;
   o.tools[0] = kPointTool;
   o.friction = {0, 0};

@@ -74,7 +74,7 @@ TEST_P(Method, RepeatsItselfBitForBit) {
 
 TEST_P(Method, TakesUpABrokenPositionWithoutForceAndGoesOn) {
   const auto& [method, shape] = GetParam();
-  static const TestBody body;
+  static const SoftBlock body;
   HapticMethodOptions options;
   options.tools[0] = shape == "point" ? kPointTool : kSphereTool;
   options.friction = {0.5, 0.5};

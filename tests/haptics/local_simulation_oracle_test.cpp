@@ -17,12 +17,12 @@ const Vec3 kAbove(0.0412, 0.0263, kTop + 0.001);  // inside a triangle
 Vec3 above(const ToolShape& tool) { return kAbove + tool.radius * Vec3::UnitZ(); }
 Vec3 pressed(const ToolShape& tool, double depth) { return above(tool) - (0.001 + depth) * Vec3::UnitZ(); }
 
-const TestBody& block() {
-  static const TestBody body;
+const SoftBlock& block() {
+  static const SoftBlock body;
   return body;
 }
-const TestBody& small_block() {  // a patch with a rim, as in a session
-  static const TestBody body{TestBodyOptions{.reach = 0.012}};
+const SoftBlock& small_block() {  // a patch with a rim, as in a session
+  static const SoftBlock body{SoftBlockOptions{.reach = 0.012}};
   return body;
 }
 
@@ -276,14 +276,14 @@ void expect_pushed_out(Press& press) {
 }
 
 TEST(StartInside, IsPushedOutOverSomeTicks) {
-  const TestBody body;
+  const SoftBlock body;
   const double top = bounds(body.model->mesh()).max.z();
   Press press(body, kSphereTool, "coulomb", {0.3, 0.3}, Vec3(0.03, 0.026, top + kSphereTool.radius - 1e-3));
   expect_pushed_out(press);
 }
 
 TEST(Refresh, ThatMovesTheSurfaceThroughTheToolIsTouched) {
-  const TestBody body;
+  const SoftBlock body;
   const double top = bounds(body.model->mesh()).max.z();
   Press press(body, kSphereTool, "coulomb", {0.3, 0.3}, Vec3(0.03, 0.026, top + kSphereTool.radius + 5e-4));
   EXPECT_EQ(press.move(press.tool(), 5).mode, ContactMode::free);

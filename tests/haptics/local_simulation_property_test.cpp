@@ -11,8 +11,8 @@
 namespace kt {
 namespace {
 
-const TestBody& block() {
-  static const TestBody body;
+const SoftBlock& block() {
+  static const SoftBlock body;
   return body;
 }
 
@@ -32,7 +32,7 @@ TEST(Tick, AllocatesNothing) {
 }
 
 TEST(Tick, AllocatesNothingWithThePapersLaws) {
-  const TestBody body{TestBodyOptions{.young = 1000, .scheme = LocalScheme::symplectic_euler, .metric = Metric::identity}};
+  const SoftBlock body{SoftBlockOptions{.young = 1000, .scheme = LocalScheme::symplectic_euler, .metric = Metric::identity}};
   for (const char* law : {"paper_slide", "paper_stick", "paper_stick_slip"}) {
     const Vec3 start(0.04, 0.025, 0.021);
     Press press(body, kPointTool, law, {0.5, 0.5}, start);
@@ -77,7 +77,7 @@ struct Around {
 /// Slides a tool `depth` deep over the upper part of a body of revolution, along a slanted circle: over faces, edges
 /// and vertices alike. Counts the ticks without contact.
 int ticks_without_contact(const Around& shape, const ToolShape& tool, double mu, double depth) {
-  const TestBody body{TestBodyOptions{.mesh = shape.mesh, .layer = shape.layer, .clamped = 0.3}};
+  const SoftBlock body{SoftBlockOptions{.mesh = shape.mesh, .layer = shape.layer, .clamped = 0.3}};
   const auto place = [&](double s, double gap) {
     // s in 0..1: from one side over the top to the other, and a little round the axis at the same time.
     const double tilt = 1.6 * (s - 0.5), turn = 0.7 * s;

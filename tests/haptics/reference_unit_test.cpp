@@ -137,7 +137,7 @@ TEST(Reference, WorksWithEveryLawAndTool) {
 
 TEST(Reference, KeyIsOfBodyLawAndPathAndNotOfTheMethod) {
   const Session session(fem_scene());
-  std::vector<Vec3> path(10, Vec3(0.03, 0.026, 0.02));
+  std::vector<PosePath> path{PosePath(10, Pose{{0.03, 0.026, 0.02}})};
   const std::uint64_t key = reference_key(session, path);
   const auto other = [&](auto change) {
     Scene scene = fem_scene();
@@ -153,7 +153,7 @@ TEST(Reference, KeyIsOfBodyLawAndPathAndNotOfTheMethod) {
   EXPECT_NE(other([](Scene& s) { s.object.size = 0.1; }), key);
   EXPECT_NE(other([](Scene& s) { s.contact.mu_static = 0.6; }), key);
   EXPECT_NE(other([](Scene& s) { s.tool.radius = 0.005; }), key);
-  path.back().x() += 1e-9;
+  path[0].back().x.x() += 1e-9;
   EXPECT_NE(reference_key(session, path), key);
 }
 
@@ -182,7 +182,7 @@ TEST(Reference, FilesReadBackAndBelongToOneRun) {
 
 TEST(Reference, RefusesRatesBelowTheTick) {
   const Session session(small_scene());
-  const std::vector<Vec3> path(2, Vec3(0.03, 0.026, 0.05));
+  const std::vector<PosePath> path{PosePath(2, Pose{{0.03, 0.026, 0.05}})};
   for (double rate : {-1.0, 0.0, 999.0, std::nan("")})
     EXPECT_EQ(message([&] { run_reference(session, path, {.rate_hz = rate}); }),
               text("reference rate: ", rate, " Hz, must be at least local.rate_hz, 1000"));

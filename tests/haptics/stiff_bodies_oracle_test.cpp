@@ -27,7 +27,7 @@ SessionResult pressed(double young) {
 /// Contact stiffness of 10 N/m to 1e10 N/m; where 1 kg in a tick (1e6 N/m) was as soft as it gets, that was felt from
 /// 1e8 Pa on.
 TEST(StiffBody, PushesBackByItsYoungsModulusAndKeepsTheToolOutside) {
-  const double soft = pressed(1e5).frames.back().f_n / 1e5;
+  const double soft = pressed(1e5).tools[0].frames.back().f_n / 1e5;
   for (const double young : {1e8, 1e10, 1e13}) {
     const SessionResult run = pressed(young);
     EXPECT_NEAR(run.tools[0].frames.back().f_n / young / soft, 1, 0.02) << young;

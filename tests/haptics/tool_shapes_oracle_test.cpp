@@ -9,10 +9,10 @@ namespace {
 
 const Vec3 kOver(0.03, 0.026, 0.0301 + 0.004);
 
-double top(const TestBody& body) { return bounds(body.model->mesh()).max.z(); }
+double top(const SoftBlock& body) { return bounds(body.model->mesh()).max.z(); }
 
 /// Force after a press by `depth` over kOver.
-LocalFrame pressed(const TestBody& body, const ToolShape& tool, double above, double depth) {
+LocalFrame pressed(const SoftBlock& body, const ToolShape& tool, double above, double depth) {
   const Vec3 start(kOver.x(), kOver.y(), top(body) + above + 1e-4);
   Press press(body, tool, "coulomb", {0.3, 0.3}, start);
   press.move(start - Vec3(0, 0, depth + 1e-4), 100);
@@ -22,21 +22,21 @@ LocalFrame pressed(const TestBody& body, const ToolShape& tool, double above, do
 }
 
 TEST(ToolShapes, AShortCapsuleIsASphere) {
-  const TestBody body({.reducer = "condensed", .reach = 0.02});
+  const SoftBlock body({.reducer = "condensed", .reach = 0.02});
   const LocalFrame sphere = pressed(body, kSphereTool, 0.004, 0.003);
   const LocalFrame capsule = pressed(body, make_capsule(0.004, 1e-9), 0.004, 0.003);
   EXPECT_NEAR(capsule.f_n, sphere.f_n, 1e-3 * sphere.f_n);
 }
 
 TEST(ToolShapes, AFineBallOfTrianglesIsNearlyASphere) {
-  const TestBody body({.reducer = "condensed", .reach = 0.02});
+  const SoftBlock body({.reducer = "condensed", .reach = 0.02});
   const LocalFrame sphere = pressed(body, kSphereTool, 0.004, 0.003);
   const LocalFrame ball = pressed(body, ball_tool(0.004, 8, 0.001), 0.004, 0.003);
   EXPECT_NEAR(ball.f_n, sphere.f_n, 0.1 * sphere.f_n);
 }
 
 TEST(ToolShapes, ALongCapsuleThatLiesMeetsMoreThanAnUprightOne) {
-  const TestBody body({.reducer = "condensed", .reach = 0.02});
+  const SoftBlock body({.reducer = "condensed", .reach = 0.02});
   const LocalFrame upright = pressed(body, make_capsule(0.003, 0.02), 0.013, 0.002);
   const LocalFrame frame = pressed(body, lying_capsule(0.003, 0.02), 0.003, 0.002);
   EXPECT_GT(frame.f_n, 1.5 * upright.f_n);
@@ -45,7 +45,7 @@ TEST(ToolShapes, ALongCapsuleThatLiesMeetsMoreThanAnUprightOne) {
 
 /// A sphere that turns on the spot drags the surface along: friction along w x (from centre to contact), at the cone.
 TEST(ToolShapes, ATurningSphereRubs) {
-  const TestBody body({.reducer = "condensed", .reach = 0.02});
+  const SoftBlock body({.reducer = "condensed", .reach = 0.02});
   const Vec3 start(kOver.x(), kOver.y(), top(body) + 0.0041);
   Press press(body, kSphereTool, "coulomb", {0.4, 0.4}, start);
   press.move(start - Vec3(0, 0, 0.0021), 100);
@@ -62,7 +62,7 @@ class DraggedTool : public testing::TestWithParam<const char*> {};
 TEST_P(DraggedTool, StaysOutOfTheBodyAndInTheCone) {
   const std::string name = GetParam();
   const ToolShape tool = name == "capsule" ? lying_capsule(0.003, 0.012) : box_tool({0.005, 0.004, 0.003}, 2, 0.001);
-  const TestBody body({.reducer = "condensed", .reach = 0.02});
+  const SoftBlock body({.reducer = "condensed", .reach = 0.02});
   const double above = name == "capsule" ? 0.003 : 0.004;
   const Vec3 start(0.02, 0.026, top(body) + above + 1e-4);
   Press press(body, tool, "coulomb", {0.5, 0.4}, start);

@@ -1,4 +1,4 @@
-# Installs the build into a folder of its own, builds examples/consumer against it and runs it: finds headers, libraries
+# Installs the build into a folder of its own, builds examples/ against it and runs them: finds headers, libraries
 # and package files that the installation forgets. Run by ctest with -DSOURCE=... -DBUILD=... -DFLAGS=...
 set(work ${BUILD}/consumer)
 file(REMOVE_RECURSE ${work})
@@ -10,7 +10,7 @@ function(run)
   set(out "${out}" PARENT_SCOPE)
 endfunction()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
-run(${CMAKE_COMMAND} -G Ninja -S examples/consumer -B ${work}/build -DCMAKE_PREFIX_PATH=${work}/prefix
+run(${CMAKE_COMMAND} -G Ninja -S examples -B ${work}/build -DCMAKE_PREFIX_PATH=${work}/prefix
     -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS=${FLAGS}")
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/press)
@@ -19,10 +19,39 @@ if(NOT out MATCHES "0\\.5 s: normal 0\\.[0-9]*[1-9][0-9]* N, friction 0\\.[0-9]*
   message(FATAL_ERROR "the consumer printed no force")
 endif()
 
+foreach(example own_loop own_model c_loop)
+  run(${work}/build/${example})
+  message("${out}")
+endforeach()
+if(NOT out MATCHES "refused: contact.mu is -1.*kilotouch ${VERSION}: 0\\.[0-9]*[1-9][0-9]* N")
+  message(FATAL_ERROR "the C example printed no force")
+endif()
+
+# The shared library gives away what its header declares, and nothing else.
+file(GLOB library ${work}/prefix/lib*/libkilotouch.so ${work}/prefix/lib/*/libkilotouch.so)
+run(nm -D --defined-only ${library})
+string(REGEX MATCHALL " [A-Z] [^\n]+" exported "${out}")
+list(TRANSFORM exported REPLACE " [A-Z] " "")
+list(SORT exported)
+file(READ ${SOURCE}/api/kilotouch.h header)
+string(REGEX MATCHALL "kt_[a-z_]+\\(" declared "${header}")
+list(TRANSFORM declared REPLACE "\\(" "")
+list(REMOVE_DUPLICATES declared)
+list(REMOVE_ITEM declared kt_last_error_)
+list(SORT declared)
+foreach(name ${exported} ${declared})
+  if(NOT name IN_LIST declared OR NOT name IN_LIST exported)
+    list(APPEND wrong ${name})
+  endif()
+endforeach()
+if(wrong)
+  message(FATAL_ERROR "declared in kilotouch.h or exported by ${library}, not both: ${wrong}")
+endif()
+
 # The README shows this program: the one that was just compiled.
-file(READ ${SOURCE}/examples/consumer/press.cpp program)
+file(READ ${SOURCE}/examples/press.cpp program)
 file(READ ${SOURCE}/README.md readme)
 string(FIND "${readme}" "${program}" found)
 if(found EQUAL -1)
-  message(FATAL_ERROR "README.md does not hold examples/consumer/press.cpp as it is")
+  message(FATAL_ERROR "README.md does not hold examples/press.cpp as it is")
 endif()

@@ -10,7 +10,7 @@
 namespace kt {
 namespace {
 
-std::unique_ptr<DeformableModel> make_body(const TestBodyOptions& o) {
+std::unique_ptr<DeformableModel> make_body(const SoftBlockOptions& o) {
   Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/" + o.mesh);
   const Bounds box = bounds(mesh);
   if (mesh.tetrahedra.empty()) mesh = add_inner_layers(mesh, 1, o.layer);
@@ -25,9 +25,9 @@ std::unique_ptr<DeformableModel> make_body(const TestBodyOptions& o) {
 
 }  // namespace
 
-TestBody::TestBody(const TestBodyOptions& o) : options(o), model(make_body(o)), surface(make_surface(model->mesh())) {}
+SoftBlock::SoftBlock(const SoftBlockOptions& o) : options(o), model(make_body(o)), surface(make_surface(model->mesh())) {}
 
-std::unique_ptr<PreparedLocalModel> TestBody::local_model(const State& state, const Vec3& p, int frame) const {
+std::unique_ptr<PreparedLocalModel> SoftBlock::local_model(const State& state, const Vec3& p, int frame) const {
   ContactSite site{p, 0, options.reach};
   double nearest = std::numeric_limits<double>::infinity();
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
@@ -45,11 +45,11 @@ std::unique_ptr<PreparedLocalModel> TestBody::local_model(const State& state, co
                  static_cast<int>(surface.triangles.size()));
 }
 
-std::unique_ptr<PreparedLocalModel> TestBody::local_model(const Vec3& p) const {
+std::unique_ptr<PreparedLocalModel> SoftBlock::local_model(const Vec3& p) const {
   return local_model(rest_state(*model), p);
 }
 
-Press::Press(const TestBody& body, const ToolShape& tool, const std::string& law, const Friction& friction,
+Press::Press(const SoftBlock& body, const ToolShape& tool, const std::string& law, const Friction& friction,
              const Vec3& start)
     : local_(tool, body.options.h, make_contact_solver(law, friction), body.options.blend), tool_(start) {
   local_.adopt(body.local_model(start));

@@ -4,7 +4,7 @@
 
 namespace kt {
 
-struct TestBodyOptions {
+struct SoftBlockOptions {
   std::string mesh = "block.msh";  ///< in meshes/; a surface without tetrahedra gets one inner layer
   double layer = 0.008;            ///< thickness of that layer [m]
   double young = 1e4;              ///< [Pa]
@@ -19,15 +19,15 @@ struct TestBodyOptions {
 };
 
 /// A mass-spring body and the local models of it. Refers to itself: stays where it is made.
-class TestBody {
+class SoftBlock {
  public:
-  explicit TestBody(const TestBodyOptions& options = {});
-  TestBody(const TestBody&) = delete;
+  explicit SoftBlock(const SoftBlockOptions& options = {});
+  SoftBlock(const SoftBlock&) = delete;
   /// A local model of the body at `state` around the surface point nearest to p.
   std::unique_ptr<PreparedLocalModel> local_model(const State& state, const Vec3& p, int frame = 0) const;
   std::unique_ptr<PreparedLocalModel> local_model(const Vec3& p) const;  ///< of the body at rest
 
-  TestBodyOptions options;
+  SoftBlockOptions options;
   std::unique_ptr<DeformableModel> model;
   Surface surface;
 };
@@ -35,7 +35,7 @@ class TestBody {
 /// The haptic tick over a body at rest, a tool, and its path so far.
 class Press {
  public:
-  Press(const TestBody& body, const ToolShape& tool, const std::string& law, const Friction& friction, const Vec3& start);
+  Press(const SoftBlock& body, const ToolShape& tool, const std::string& law, const Friction& friction, const Vec3& start);
   /// One tick to the given place, and turned by a rotation vector [rad].
   LocalFrame go_to(const Vec3& place, const Vec3& turn = Vec3::Zero());
   /// `ticks` ticks along a straight line; `visit(frame)` after each.

@@ -1,10 +1,11 @@
-#include "haptics/touch/touch_options.hpp"
+#include "haptics/touch/touch_parts.hpp"
 
 #include <cmath>
 
 #include "collision/triangle_index.hpp"
 #include "core/integrator.hpp"
 #include "core/step_solver.hpp"
+#include "haptics/reducer_candidates.hpp"
 
 namespace kt {
 

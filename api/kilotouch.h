@@ -1,0 +1,117 @@
+/* kilotouch for C, and for what calls C: Unity, Unreal, ROS, MATLAB, Julia, Python's ctypes.
+ *
+ * A body is opened from a scene file or a mesh, with settings as on the command line ("contact.mu=0.3"). Tools are
+ * ticked with poses and give forces. SI units, world frame. Nothing throws, exits or prints.
+ *
+ * Stability: symbols are never removed or changed within one KT_API_VERSION; structs only grow at their end. Each struct
+ * begins with `size`, which the caller sets to sizeof; the library reads and writes no more than that.
+ *
+ * Threads: one at a time ticks a kt_touch. kt_set_*, kt_get_*, kt_stats_of and kt_positions may be called from others
+ * meanwhile. kt_last_error is of the calling thread. */
+#ifndef KILOTOUCH_H
+#define KILOTOUCH_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define KT_API __attribute__((visibility("default")))
+#else
+#define KT_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define KT_API_VERSION 1
+
+typedef struct kt_touch kt_touch;
+
+/* KT_INPUT: a file, a setting or a value is wrong; KT_RUN: the simulation failed; KT_MISUSE: the call itself is wrong,
+ * as a null pointer. kt_last_error() says what, in one line. */
+typedef enum kt_status { KT_OK = 0, KT_INPUT = 1, KT_RUN = 2, KT_MISUSE = 3 } kt_status;
+
+/* Why a force is what it is; bits of kt_frame.flags. */
+enum {
+  KT_EVENTS_EXHAUSTED = 1,   /* more impacts in one tick than are resolved */
+  KT_LEFT_PATCH = 2,         /* the contact lies on the edge of the local model */
+  KT_LOST_ANCHOR = 4,        /* a refresh brought a local model that does not hold the contact */
+  KT_RIGID_CONTACT = 8,      /* contact with a part that cannot move */
+  KT_NOT_FINITE = 16,        /* the local model left the finite numbers and was reset; the force is zero */
+  KT_CONTACTS_EXHAUSTED = 32,/* as many places touch at once as are resolved */
+  KT_PUSHED_OUT = 64,        /* the tool was inside, and the body is being pushed off it */
+  KT_STALE_MODEL = 128,      /* the body has not followed for long */
+  KT_BODY_FAILED = 256,      /* the body's simulation has ended with an error; the last local model goes on */
+  KT_NO_MODEL = 512,         /* nothing is touched: there is no local model yet */
+  KT_BAD_POSE = 1024,        /* the pose was not finite: the tool stayed where it was */
+  KT_LATE_TICK = 2048        /* more time had passed than is caught up with in one call */
+};
+
+enum { KT_FREE = 0, KT_STICK = 1, KT_SLIDE = 2, KT_FRICTIONAL_SLIDE = 3 }; /* kt_frame.mode */
+
+typedef struct kt_pose {
+  uint32_t size;    /* sizeof(kt_pose) */
+  uint32_t buttons; /* not read */
+  double x[3];      /* reference point [m] */
+  double turn[4];   /* unit quaternion w x y z, from the tool's frame to the world's */
+} kt_pose;
+
+typedef struct kt_frame {
+  uint32_t size;  /* sizeof(kt_frame) */
+  uint32_t flags; /* KT_LEFT_PATCH and so on */
+  double t;       /* end of the tick [s] */
+  double force[3], torque[3]; /* on the tool [N], about its reference point [N m] */
+  double f_n, f_t;            /* normal and tangential parts [N] */
+  double normal[3], point[3]; /* of the contact that carries most: unit, from the body towards the tool; [m] */
+  double gap;                 /* smallest of a contact [m] */
+  int32_t mode, triangle;     /* KT_STICK and so on; of the body's surface, -1: none */
+  int32_t contacts, model_frame;
+} kt_frame;
+
+typedef struct kt_stats {
+  uint32_t size; /* sizeof(kt_stats) */
+  int32_t refreshes, linearized_tick, dof, patch_vertices;
+  double refresh_ms, late_ticks, expected_force_error, certified_error; /* NaN: not known */
+} kt_stats;
+
+KT_API const char* kt_version(void);
+KT_API uint32_t kt_api_version(void);
+KT_API const char* kt_last_error(void); /* of this thread's last call that failed; never null */
+
+/* Open; null: failed. `settings` are `count` texts KEY=VALUE, as --set on the command line (docs/scene.md). */
+KT_API kt_touch* kt_open_scene(const char* file, const char* const* settings, size_t count);
+KT_API kt_touch* kt_open_mesh(const char* file, const char* const* settings, size_t count);
+/* xyz: 3 a node [m]; triangles: 3 indices each, counter-clockwise from outside; tetrahedra: 4 each, may be none. */
+KT_API kt_touch* kt_open_arrays(const double* xyz, size_t nodes, const int32_t* triangles, size_t num_triangles,
+                                const int32_t* tetrahedra, size_t num_tetrahedra, const char* const* settings,
+                                size_t count);
+KT_API void kt_close(kt_touch* touch); /* null does nothing */
+
+KT_API int32_t kt_num_tools(const kt_touch* touch); /* 1 or 2; 0 of null */
+/* Where the tools are before the first tick. */
+KT_API kt_status kt_place(kt_touch* touch, const kt_pose* tools, size_t count);
+/* The body in a thread of its own from now on: before the first tick. Without it, ticks refresh the body themselves,
+ * deterministic, and some take tens of milliseconds. */
+KT_API kt_status kt_start(kt_touch* touch);
+KT_API kt_status kt_stop(kt_touch* touch);
+/* One tick of the haptic rate (local.rate_hz); a frame a tool. After kt_start: no allocation, lock or clock. */
+KT_API kt_status kt_tick(kt_touch* touch, const kt_pose* tools, size_t count, kt_frame* frames);
+/* The same after `seconds`, for a loop that does not keep the rate. */
+KT_API kt_status kt_tick_after(kt_touch* touch, const kt_pose* tools, size_t count, double seconds, kt_frame* frames);
+
+/* The surface, for drawing: indices once, positions as often as wanted. `room` numbers are there; `needed` is filled. */
+KT_API kt_status kt_triangles(kt_touch* touch, uint32_t* out, size_t room, size_t* needed);
+KT_API kt_status kt_positions(kt_touch* touch, float* xyz, size_t room, size_t* needed);
+
+/* Settings that may change meanwhile: contact.mu, object.model.young, local.reducer ... (docs/embedding.md). */
+KT_API kt_status kt_set_number(kt_touch* touch, const char* key, double value);
+KT_API kt_status kt_set_word(kt_touch* touch, const char* key, const char* word);
+KT_API kt_status kt_get_number(const kt_touch* touch, const char* key, double* value);
+KT_API kt_status kt_stats_of(const kt_touch* touch, kt_stats* out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,27 @@
+#pragma once
+// The front door: everything that a program around the engine needs. What is not included here is not installed.
+//
+//   kt::Body body(options) or kt::Body(std::make_unique<MyModel>(...));   // what is touched
+//   kt::Touch touch(body, options);                                      // by what, and how
+//   touch.place(pose); touch.start();                                    // the body in a thread of its own
+//   const kt::LocalFrame& f = touch.tick(pose);                          // your loop, your clock: force, torque, flags
+//
+// docs/embedding.md says the rest. The C interface is kilotouch.h.
+#include "collision/tool_shape.hpp"
+#include "core/check_model.hpp"
+#include "core/error.hpp"
+#include "haptics/device/haptic_device.hpp"
+#include "haptics/session_parts.hpp"
+#include "haptics/touch/touch.hpp"
+#include "io/mesh_io.hpp"
+#include "io/scene.hpp"
+
+#define KILOTOUCH_VERSION_MAJOR 0
+#define KILOTOUCH_VERSION_MINOR 1
+#define KILOTOUCH_VERSION_PATCH 0
+
+namespace kt {
+
+const char* version() noexcept;  ///< of the library: "0.1.0"
+
+}  // namespace kt

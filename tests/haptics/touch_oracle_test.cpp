@@ -1,0 +1,220 @@
+// The engine in a loop of one's own, against a session along the same path, and against sums by hand.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "haptics/contact_watch.hpp"
+#include "haptics/session.hpp"
+#include "haptics/touch/body_side.hpp"
+#include "haptics/touch/touch.hpp"
+#include "tests/support/allocations.hpp"
+#include "tests/support/haptics_scene.hpp"
+#include "tests/support/input_errors.hpp"
+
+namespace kt {
+namespace {
+
+std::uint64_t hash_of(std::span<const LocalFrame> frames) {
+  StateHash hash;
+  for (const LocalFrame& f : frames) {
+    hash.add(f.pose.x);
+    hash.add(f.force);
+    hash.add(f.toi);
+    hash.add(static_cast<int>(f.mode));
+    hash.add(f.triangle);
+  }
+  return hash.value();
+}
+
+TEST(Touch, OnesOwnLoopIsTheSession) {
+  const Session session(small_scene());
+  const SessionResult expected = Session(small_scene()).run();
+  TouchOptions options = session.options();
+  options.tools[0].max_speed = expected.tools[0].max_speed;
+  Touch touch(session.body(), options);
+  touch.place(expected.tools[0].start);
+  std::vector<LocalFrame> frames;
+  for (const LocalFrame& f : expected.tools[0].frames) frames.push_back(touch.tick(f.pose));
+  EXPECT_EQ(hash_of(frames), expected.hash);
+  EXPECT_GT(frames.back().f_n, 0.01);
+  EXPECT_EQ(touch.status().refreshes, static_cast<int>(expected.refreshes.size()));
+}
+
+/// With `dt` of the rate itself it is the same; a loop of half the rate does two steps a call.
+TEST(Touch, StepsAsMuchTimeAsHasPassed) {
+  const Session session(small_scene());
+  const SessionResult run = Session(small_scene()).run();
+  const auto forces = [&](int every) {
+    TouchOptions options = session.options();
+    options.tools[0].max_speed = run.tools[0].max_speed;
+    Touch touch(session.body(), options);
+    touch.place(run.tools[0].start);
+    std::vector<Vec3> out;
+    for (std::size_t i = every - 1; i < run.tools[0].frames.size(); i += every)
+      out.push_back(touch.tick(run.tools[0].frames[i].pose, every * 1e-3).force);
+    EXPECT_EQ(touch.next_tick(), static_cast<int>(run.tools[0].frames.size()));
+    return out;
+  };
+  const std::vector<Vec3> once = forces(1), twice = forces(2);
+  for (std::size_t i = 0; i < once.size(); ++i) ASSERT_EQ(once[i], run.tools[0].frames[i].force);
+  double most = 0;
+  for (std::size_t i = 0; i < twice.size(); ++i)
+    most = std::max(most, (twice[i] - run.tools[0].frames[2 * i + 1].force).norm());
+  EXPECT_LT(most, 0.02 * run.tools[0].frames.back().force.norm()) << "the tool goes straight between two calls";
+
+  Touch touch(session.body(), session.options());
+  touch.place(run.tools[0].start);
+  EXPECT_EQ(touch.tick(run.tools[0].start, 0.4e-3).flags & kLateTick, 0u);
+  EXPECT_EQ(touch.next_tick(), 0) << "less than half a tick";
+  touch.tick(run.tools[0].start, 0.2e-3);
+  EXPECT_EQ(touch.next_tick(), 1);
+  EXPECT_NE(touch.tick(run.tools[0].start, 1.0).flags & kLateTick, 0u);
+  EXPECT_EQ(touch.next_tick(), 1 + Touch::kMostSteps);
+}
+
+/// A capsule that turns while it is dragged: by a script, and by poses from outside.
+TEST(Touch, AStylusTurnsByItsPosesAsByTheScript) {
+  Scene scene = small_scene("capsule");
+  scene.tool.radius = 0.003;
+  scene.tool.length = 0.01;
+  scene.tool.turn = {0.3, 0.2, 0};
+  scene.tool.spin = {0, 2, 1};
+  const SessionResult scripted = Session(scene).run();
+  const Session session(scene);
+  TouchOptions options = session.options();
+  options.tools[0].max_speed = scripted.tools[0].max_speed;
+  Touch touch(session.body(), options);
+  touch.place(scripted.tools[0].start);
+  double turned = 0, off = 0, most = 0;
+  for (const LocalFrame& f : scripted.tools[0].frames) {
+    const double t = f.t;
+    const Quaternion by_hand = Quaternion(Eigen::AngleAxisd(t * std::sqrt(5.0), Vec3(0, 2, 1) / std::sqrt(5.0))) *
+                               Quaternion(Eigen::AngleAxisd(std::sqrt(0.13), Vec3(0.3, 0.2, 0) / std::sqrt(0.13)));
+    turned = std::max(turned, f.pose.r.angularDistance(by_hand));
+    const LocalFrame& mine = touch.tick(Pose{f.pose.x, by_hand});
+    off = std::max(off, (mine.force - f.force).norm() + (mine.torque - f.torque).norm() / 0.01);
+    most = std::max(most, f.force.norm());
+    // The contacts' own forces about the reference point.
+    Vec3 torque = Vec3::Zero(), force = Vec3::Zero();
+    for (const ContactSample& s : touch.last_samples()) {
+      force -= s.impulse / touch.h();
+      torque += (s.point - mine.pose.x).cross(Vec3(-s.impulse / touch.h()));
+    }
+    ASSERT_LT((torque - mine.torque).norm(), 1e-12 + 1e-9 * force.norm());
+  }
+  EXPECT_GT(most, 0.01);
+  EXPECT_LT(turned, 1e-7);
+  EXPECT_LT(off, 1e-6 * most) << "to rounding: the axis and angle above round otherwise";
+}
+
+TEST(Touch, APoseThatIsNoneLeavesTheToolWhereItWas) {
+  const Session session(small_scene());
+  Touch touch(session.body(), session.options());
+  const Vec3 over(0.03, 0.026, 0.0245);
+  for (int i = 0; i < 50; ++i) touch.tick(Pose{over});
+  for (const Pose& bad : {Pose{{NAN, 0, 0}}, Pose{{0, INFINITY, 0}}, Pose{over, Quaternion(0, 0, 0, 0)},
+                          Pose{over, Quaternion(NAN, 0, 0, 1)}, Pose{{1e300, 0, 0}}}) {
+    const LocalFrame& f = touch.tick(bad);
+    EXPECT_NE(f.flags & kBadPose, 0u);
+    EXPECT_TRUE(f.force.allFinite());
+    EXPECT_EQ(f.pose.x, over);
+  }
+  EXPECT_EQ(touch.tick(Pose{over}).flags & kBadPose, 0u);
+}
+
+TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
+  Scene scene = small_scene();
+  scene.duration = 0.6;
+  Session session(scene);
+  const std::vector<ToolPath> paths = session.paths();
+  const auto run = [&](const TouchReplay& replay, bool changes) {
+    TouchOptions options = session.options();
+    options.replay = replay;
+    Touch touch(session.body(), options);
+    touch.place(Pose{interpolate_path(paths[0].points, 0)});
+    std::vector<LocalFrame> frames;
+    for (int i = 0; i < 600; ++i) {
+      if (changes && i == 200) touch.set("contact.mu", 0.1);
+      if (changes && i == 300) touch.set("object.model.young", 2e4);
+      if (changes && i == 400) {
+        touch.set("local.reducer", "krylov");
+        touch.set("global.rate_hz", 60);
+        touch.set("tool.radius", 0.0045);
+      }
+      frames.push_back(touch.tick(Pose{interpolate_path(paths[0].points, (i + 1) * 1e-3)}));
+    }
+    return std::pair(frames, TouchReplay{touch.slow().events, touch.slow().refresher().choice().changes(),
+                                         touch.slow().changes()});
+  };
+  const auto [plain, none] = run({}, false);
+  const auto [live, record] = run({}, true);
+  EXPECT_TRUE(none.changes.empty());
+  ASSERT_EQ(record.changes.size(), 5u);
+  EXPECT_EQ(record.changes[0].key, "contact.mu");
+  EXPECT_GE(record.changes[0].tick, 200);
+  EXPECT_LT(record.changes[0].tick, 240);
+  EXPECT_EQ(hash_of(std::span(live).first(200)), hash_of(std::span(plain).first(200)));
+  EXPECT_NE(hash_of(live), hash_of(plain));
+  EXPECT_LT(live[290].f_t, 0.12 * live[290].f_n) << "mu = 0.1 holds";
+  EXPECT_GT(plain[290].f_t, 0.2 * plain[290].f_n);
+  EXPECT_GT(live[390].f_n, 1.5 * plain[390].f_n) << "twice as stiff";
+  const auto [again, unused] = run(record, false);
+  EXPECT_EQ(hash_of(again), hash_of(live));
+}
+
+TEST(Touch, RefusesSettingsThatCannotBeChangedThen) {
+  const Session session(small_scene());
+  Touch touch(session.body(), session.options());
+  EXPECT_EQ(message([&] { touch.set("contact.mu", -1); }), "contact.mu is -1, must be at least 0, at most 100");
+  EXPECT_NE(message([&] { touch.set("object.mesh", "a.off"); }).find("object.mesh: cannot be changed while"),
+            std::string::npos);
+  EXPECT_NE(message([&] { touch.set("contact.mew", 1); }).find("did you mean contact.mu?"), std::string::npos);
+  EXPECT_NE(message([&] { touch.set("local.reducer", "waal"); }).find("wall"), std::string::npos);
+  EXPECT_NE(message([&] { touch.set("contact.mu", NAN); }).find("must be at least 0"), std::string::npos);
+  EXPECT_EQ(touch.number("contact.mu"), 0.5);
+  EXPECT_EQ(message([&] { touch.place(std::span<const Pose>()); }), "place: 0 poses for 1 tools");
+}
+
+/// The smallest model of one's own: points on springs to where they were.
+class Jelly final : public DeformableModel {
+ public:
+  explicit Jelly(Mesh mesh) : mesh_(std::move(mesh)) {
+    const int n = mesh_.num_nodes();
+    mass_.resize(3 * n, 3 * n);
+    mass_.setIdentity();
+    mass_ *= 1e-4;
+    for (int i = 0; i < n; ++i)
+      if (mesh_.x[3 * i + 2] < 0.002) fixed_.push_back(i);
+  }
+  const Mesh& mesh() const override { return mesh_; }
+  const SparseMatrix& mass() const override { return mass_; }
+  const std::vector<int>& fixed_nodes() const override { return fixed_; }
+  void force(const State& s, VectorX& out) const override { out = -20 * (s.x - mesh_.x) - 0.02 * s.v; }
+
+ private:
+  Mesh mesh_;
+  SparseMatrix mass_;
+  std::vector<int> fixed_;
+};
+
+TEST(Touch, TakesAModelOfOnesOwn) {
+  const Body body(std::make_unique<Jelly>(Session(small_scene()).model().mesh()));
+  TouchOptions options;
+  options.collision.backend = "brute_force";
+  options.local.reducer = "wall";
+  Touch touch(body, options);
+  touch.place(Pose{{0.03, 0.026, 0.03}});
+  LocalFrame f;
+  for (int i = 0; i <= 500; ++i) f = touch.tick(Pose{{0.03, 0.026, 0.03 - 0.008 * std::min(1.0, i / 300.0)}});
+  EXPECT_GT(f.f_n, 0.01);
+  EXPECT_EQ(f.flags & kBodyFailed, 0u);
+  EXPECT_NE(message([&] { touch.set("object.model.young", 1e4); }).find("the caller's own"), std::string::npos);
+  VectorX x;
+  touch.copy_positions(x);
+  EXPECT_EQ(x.size(), body.model().mesh().x.size());
+}
+
+}  // namespace
+}  // namespace kt

@@ -1,0 +1,181 @@
+// A loop of one's own against the wall clock, the body in its thread: nothing waits, nothing is allocated, contact stays
+// when the body does not follow.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "haptics/contact_watch.hpp"
+#include "haptics/session.hpp"
+#include "haptics/touch/body_side.hpp"
+#include "haptics/touch/touch.hpp"
+#include "tests/support/allocations.hpp"
+#include "tests/support/haptics_scene.hpp"
+
+namespace kt {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A model that is held up in its tangent now and then.
+class Slow final : public DeformableModel {
+ public:
+  explicit Slow(const DeformableModel& model) : model_(model) {}
+  const Mesh& mesh() const override { return model_.mesh(); }
+  const SparseMatrix& mass() const override { return model_.mass(); }
+  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+  void force(const State& s, VectorX& out) const override { model_.force(s, out); }
+  void update_tangent(const State& s, TangentKind kind, Tangent& out) const override {
+    if (const int ms = hold_ms.exchange(0); ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    model_.update_tangent(s, kind, out);
+  }
+  ModelInfo info() const override { return model_.info(); }
+  mutable std::atomic<int> hold_ms{0};
+
+ private:
+  const DeformableModel& model_;
+};
+
+class TouchThreads : public testing::Test {
+ protected:
+  void SetUp() override {
+    scene_ = small_scene();
+    scene_.duration = 1;
+    scene_.object.model.damping.stiffness = 0.01;
+    session_.emplace(scene_);
+  }
+  Pose pose(double t) const { return {interpolate_path(session_->path(), t)}; }
+  Scene scene_;
+  std::optional<Session> session_;
+};
+
+TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
+  for (const int held_ms : {100, 500}) {
+    auto slow = std::make_unique<Slow>(session_->model());
+    Slow& model = *slow;
+    const Body body(std::move(slow));
+    Touch touch(body, session_->options());
+    ContactWatch watch(body.surface(), session_->tools(), true);
+    touch.observe(&watch);
+    touch.place(pose(0));
+    touch.start();
+    double before = 0, sum = 0, most_step = 0;
+    int touched = 0, stale = 0, off = 0;
+    auto due = std::chrono::steady_clock::now();
+    for (int i = 0; i < 1000; ++i) {
+      std::this_thread::sleep_until(due += 1ms);
+      if (i == 250) model.hold_ms = held_ms;
+      const LocalFrame& f = touch.tick(pose((i + 1) * 1e-3));
+      const double force = f.force.norm();
+      if (i > 150) most_step = std::max(most_step, std::abs(force - before));
+      if (i > 150) sum += force;
+      touched += force > 0;
+      off += i > 150 && force == 0;
+      stale += (f.flags & kStaleModel) != 0;
+      before = force;
+    }
+    touch.stop();
+    watch.finish(touch.fast().model());
+    EXPECT_EQ(off, 0) << held_ms;
+    EXPECT_EQ(watch.lost(0).free_ticks_inside, 0) << held_ms;
+    EXPECT_LT(most_step, 0.1 * sum / 849) << held_ms;
+    if (held_ms == 500) {
+      EXPECT_GT(stale, 200);
+    }
+  }
+}
+
+TEST_F(TouchThreads, ATickAllocatesNothing) {
+  Touch touch(session_->body(), session_->options());
+  touch.place(pose(0));
+  touch.start();
+  long long allocations = 0;
+  for (int i = 0; i < 400; ++i) {
+    std::this_thread::sleep_for(500us);
+    const Pose next = pose((i + 1) * 1e-3);
+    allocations += allocations_during([&] { touch.tick(next); });
+  }
+  touch.stop();
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(touch.status().refreshes, 3);
+}
+
+/// What the sanitizer of threads looks at: settings, positions and status from other threads while ticks go on.
+TEST_F(TouchThreads, OthersMayLookAndChangeWhileItTicks) {
+  Touch touch(session_->body(), session_->options());
+  touch.place(pose(0));
+  touch.start();
+  std::atomic<bool> stop{false};
+  std::thread looks([&] {
+    VectorX x;
+    while (!stop) {
+      touch.copy_positions(x);
+      ASSERT_TRUE(x.allFinite());
+      ASSERT_TRUE(touch.status().error.empty());
+      std::this_thread::sleep_for(5ms);
+    }
+  });
+  std::thread changes([&] {
+    for (int i = 0; !stop; ++i) {
+      touch.set("contact.mu", 0.2 + 0.1 * (i % 5));
+      touch.set("tool.radius", 0.004 + 1e-5 * (i % 10));
+      if (i % 5 == 4) touch.set("object.model.young", 1e4 + 1e3 * (i % 3));
+      if (i % 7 == 6) touch.set("global.rate_hz", 25 + i % 10);
+      std::this_thread::sleep_for(20ms);
+    }
+  });
+  bool finite = true;
+  for (int i = 0; i < 600; ++i) {
+    std::this_thread::sleep_for(800us);
+    finite = finite && touch.tick(pose((i + 1) * 1e-3)).force.allFinite();
+  }
+  stop = true;
+  looks.join();
+  changes.join();
+  touch.stop();
+  EXPECT_TRUE(finite);
+  EXPECT_GT(touch.slow().changes().size(), 10u);
+}
+
+/// A model that fails while it is touched.
+class Breaks final : public DeformableModel {
+ public:
+  explicit Breaks(const DeformableModel& model) : model_(model) {}
+  const Mesh& mesh() const override { return model_.mesh(); }
+  const SparseMatrix& mass() const override { return model_.mass(); }
+  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+  void force(const State& s, VectorX& out) const override {
+    if (s.t > 0.2) throw RunError("the model gave up");
+    model_.force(s, out);
+  }
+  void update_tangent(const State& s, TangentKind kind, Tangent& out) const override {
+    model_.update_tangent(s, kind, out);
+  }
+
+ private:
+  const DeformableModel& model_;
+};
+
+TEST_F(TouchThreads, ABodyThatFailsIsToldAndTheLastModelGoesOn) {
+  for (const bool in_thread : {false, true}) {
+    const Body body(std::make_unique<Breaks>(session_->model()));
+    Touch touch(body, session_->options());
+    touch.place(pose(0));
+    if (in_thread) touch.start();
+    LocalFrame last;
+    auto due = std::chrono::steady_clock::now();
+    for (int i = 0; i < 500; ++i) {
+      if (in_thread) std::this_thread::sleep_until(due += 1ms);
+      last = touch.tick(pose((i + 1) * 1e-3));
+    }
+    EXPECT_NE(last.flags & kBodyFailed, 0u);
+    EXPECT_TRUE(last.force.allFinite());
+    EXPECT_GT(last.force.norm(), 0);
+    EXPECT_EQ(touch.status().error, "the model gave up");
+    EXPECT_THROW(touch.stop(), RunError);
+  }
+}
+
+}  // namespace
+}  // namespace kt
