@@ -70,7 +70,8 @@ function(kt_unity target)
 endfunction()
 
 # kt_precompile(target [FROM other] [header...]): Eigen, the standard library and the headers named are compiled once for all
-# files of a target; FROM: they were, for another with the same flags. Each file saves 1.3 s of some 4.
+# files of a target; FROM: they were, for another with the same flags, which defines no macro that this one does not. Each
+# file saves 1 to 4 s (docs/architecture.md#build-and-tests).
 function(kt_precompile target)
   cmake_parse_arguments(ARG "" "FROM" "" ${ARGN})
   if(NOT KT_PCH)
