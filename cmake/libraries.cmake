@@ -72,6 +72,12 @@ endforeach()
 
 target_link_libraries(kt_io PRIVATE $<BUILD_INTERFACE:kt_hardened>)
 
+kt_precompile(kt_core)
+foreach(name collision self_contact models haptics)
+  kt_precompile(kt_${name} FROM kt_core)
+endforeach()
+kt_precompile(kt_io)  # its own: CGAL brings -frounding-math
+
 if(KT_WITH_CHOLMOD)
   target_include_directories(kt_core PRIVATE ${KT_CHOLMOD_INCLUDE})
   target_link_libraries(kt_core PRIVATE ${KT_CHOLMOD_LIBRARY} gomp)
@@ -99,7 +105,10 @@ endif()
 set_source_files_properties(io/vtu_array.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_ZLIB=$<BOOL:${KT_WITH_ZLIB}>)
 if(KT_WITH_NETGEN)
   target_include_directories(kt_io PRIVATE ${KT_NETGEN_INCLUDE})
-  target_link_libraries(kt_io PRIVATE ${KT_NETGEN_LIBRARY})
+  # Loaded where it is used, by its full path: with the name that stays when the development package goes.
+  file(REAL_PATH ${KT_NETGEN_LIBRARY} netgen)
+  set_source_files_properties(io/tetrahedralize_netgen.cpp PROPERTIES COMPILE_DEFINITIONS KT_NETGEN_LIBRARY="${netgen}")
+  target_link_libraries(kt_io PRIVATE ${CMAKE_DL_LIBS})
 endif()
 if(KT_BUILD_APPS)
   # The scene schema travels inside the library, so an installed command works from any folder.

@@ -20,3 +20,6 @@ list(APPEND kt_long_tests Meshes/RandomDrags.*/slab_coarse Meshes/RandomDrags.*/
      Meshes/RandomDrags.*/organ SmoothDrag.FeelsNoFoldsOfTheMesh)
 # Scripts, by the name of the file:
 set(kt_long_scripts)
+# Scripts that run by default with fewer cases, and in full (KT_LONG=1) in the long run:
+set(kt_longer_scripts check_command_property_test  # each kind of broken file once, or twice
+                      stop_signals_property_test)  # signals early, or late too

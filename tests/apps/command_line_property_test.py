@@ -5,6 +5,7 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
 import struct
 import subprocess
@@ -55,11 +56,13 @@ class CommandLine(unittest.TestCase):
         return os.path.join(self.folder, *name)
 
     def kilotouch(self, *arguments, status=0):
-        """Standard output; what is not a terminal gets no progress bar, and no error no line on stderr but warnings."""
+        """Standard output; what is not a terminal gets no progress bar, but a line where it takes long, and no error no line on
+        stderr but warnings."""
         result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
         self.assertEqual(result.returncode, status, result.stdout + result.stderr)
         if status == 0:
-            self.assertEqual([line for line in result.stderr.splitlines() if not line.startswith("kilotouch: warning: object.mesh: cells of")], [])
+            expected = r"kilotouch: warning: object\.mesh: cells of|.*: \d+ %, \d+ s so far$"
+            self.assertEqual([line for line in result.stderr.splitlines() if not re.match(expected, line)], [])
         return result.stdout
 
     def assert_complete(self, out):
@@ -331,14 +334,19 @@ class CommandLine(unittest.TestCase):
         self.assertAlmostEqual(load(self.path("run", "summary.json"))["energy_min_j"], least, places=12)
 
     def test_interrupt_keeps_what_was_recorded(self):
-        process = subprocess.Popen([PROGRAM, "run", SCENE, "--set", "duration=300", "--set", "local.reducer=condensed", "--no-report", "--out", "out"],
-                                   cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.addCleanup(process.kill)
-        while not os.path.isdir(self.path("out")) and process.poll() is None:
-            time.sleep(0.01)  # the folder is made when the run begins
-        process.send_signal(signal.SIGINT)
-        process.wait(timeout=60)
-        self.assertEqual(process.returncode, 130)
+        for wait in (0.2, 1, 5, 20):  # [s] on a busy machine it may still prepare the first model: that leaves nothing
+            process = subprocess.Popen([PROGRAM, "run", SCENE, "--set", "duration=300", "--set", "local.reducer=condensed", "--no-report", "--out", "out"],
+                                       cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.addCleanup(process.kill)
+            while not os.path.isdir(self.path("out")) and process.poll() is None:
+                time.sleep(0.01)  # the folder is made when the run begins
+            time.sleep(wait)
+            process.send_signal(signal.SIGINT)
+            process.wait(timeout=60)
+            self.assertEqual(process.returncode, 130)
+            if os.path.exists(self.path("out", "summary.json")):
+                break
+            shutil.rmtree(self.path("out"))
         summary = self.assert_complete(self.path("out"))
         self.assertTrue(any("stopped early" in warning for warning in summary["warnings"]), summary["warnings"])
 

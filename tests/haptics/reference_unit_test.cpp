@@ -124,7 +124,8 @@ TEST(Reference, WorksWithEveryLawAndTool) {
   for (const char* shape : {"point", "sphere"})
     for (const char* law : {"coulomb", "paper_slide", "paper_stick", "paper_stick_slip"}) {
       Scene scene = small_scene(shape);
-      scene.duration = 0.12;
+      scene.duration = 0.04;
+      scene.tool.path.press_drag->press_time = 0.03;
       scene.contact.law = law;
       if (law != std::string("coulomb")) scene.contact.metric = "identity";
       Session session(scene);
