@@ -42,6 +42,7 @@ bool ask_for_real_time() {
 
 constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are checked: before a refresh; while none is due
 constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not checked yet
+constexpr int kSoon = 2;  // ticks until the next refresh is due: the refresher asks for the motion
 constexpr int kMost = 4;  // ticks that are caught up with in one: a tick is some 20 us, there is room for them
 
 class ThreadedRun {
@@ -51,7 +52,6 @@ class ThreadedRun {
         up_(4096),
         catches_up_(catches_up(run.scene)),
         catch_up_(run.tools, 1 / run.scene.local.rate_hz, scene_solver(run.scene, run.friction)),
-        motion_every_(std::max(1, run.ticks_per_refresh / 4)),
         interval_(run.ticks_per_refresh) {
     turns_.push_back(scene_turn(run.scene.tool));
     if (run.scene.second_tool) turns_.push_back(scene_turn(*run.scene.second_tool));
@@ -103,12 +103,12 @@ class ThreadedRun {
         used_.put(std::move(arrived_));
       }
       if (!up_.push(run_.haptic.tick())) ++lost_reports_;
-      if (run_.haptic.next_tick() % motion_every_ == 0) send_motion();
+      send_motion();
     }
     finished_ = true;
   }
 
-  /// The refresher goes on from here; what it has not read is written over.
+  /// The refresher goes on from here, when it has asked for that; what it has not read is written over.
   void send_motion() {
     if (!next_motion_) next_motion_ = free_motion_.take();
     if (!next_motion_) return;
@@ -123,7 +123,9 @@ class ThreadedRun {
     for (int i = 0; i < 3; ++i) spare_motions_.push_back(std::make_unique<LocalMotion>(make_local_motion(num_nodes())));
     std::unique_ptr<LocalMotion> motion;
     while (!finished_) {
-      if (!spare_motions_.empty() && free_motion_.is_empty()) {
+      const bool is_due = !pending.empty() && (pending.back().tick + kSoon >= last + interval_ ||
+                                               (run_.scene.global.early_refresh && pending.back().left_patch));
+      if (is_due && !spare_motions_.empty() && free_motion_.is_empty()) {
         free_motion_.put(std::move(spare_motions_.back()));
         spare_motions_.pop_back();
       }
@@ -245,7 +247,6 @@ class ThreadedRun {
   bool catches_up_;
   CatchUp catch_up_;                                         // of the refresher's thread
   std::vector<ToolTurn> turns_;                              // of each tool
-  int motion_every_;                                         // ticks
   int interval_;                                             // ticks to the next refresh
   std::unique_ptr<Parcel> arrived_;                          // of the haptic thread: not adopted yet
   Mailbox<LocalMotion> motion_, free_motion_;                // written; to be written over
