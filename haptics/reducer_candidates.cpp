@@ -88,8 +88,14 @@ std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, cons
   auto best = std::min_element(candidates.begin(), candidates.end(), better);
   if (over(*best) > 1 && std::isfinite(over(*best))) {
     const double most = kHardlyLater * over(*best);
+    // The first that is right, as they are about as late as one another; else the least wrong.
+    const auto rather = [&](const ReducerCandidate& a, const ReducerCandidate& b) {
+      const bool a_holds = a.force_error <= needs.tolerance, b_holds = b.force_error <= needs.tolerance;
+      if (a_holds != b_holds) return a_holds;
+      return a_holds ? over(a) < over(b) : a.force_error < b.force_error;
+    };
     for (auto c = candidates.begin(); c != candidates.end(); ++c)
-      if (over(*c) <= most && c->force_error < best->force_error) best = c;
+      if (over(*c) <= most && rather(*c, *best)) best = c;
   }
   if (over(*best) > 1 || best->force_error > needs.tolerance)
     return static_cast<std::size_t>(best - candidates.begin());
@@ -115,8 +121,8 @@ double predict_tick_us(const LocalModel& model) {
 }
 
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
-  constexpr double kRest = 5000, kPerColumnSq = 0.6;     // factorizations; solutions, orthonormalization
-  constexpr double kPerMotionCubed = 3e-3;               // vibrations, scheme
+  constexpr double kPerColumnSq = 0.4;                   // solutions, orthonormalization
+  constexpr double kPerMotionCubed = 1.5e-3;             // vibrations, scheme
   constexpr double kCutOut = 1000, kPerDofCubed = 2e-4;  // of nodes that are there already; dense factors
   if (model.reducer != "krylov" && model.reducer != "condensed")
     return kCutOut + kPerDofCubed * std::pow(model.dof(), 3);
@@ -127,11 +133,11 @@ double predict_refresh_us(const LocalModel& model, const ReduceOptions& options)
   const double later = at_rest ? 0 : 3 * reach + 12 * (shifts - 2) + 12 * shifts + 3 * options.echoes;
   const double rim = reach < patch.num_vertices() ? 12 : 0;
   const double columns = 3 * reach + rim + later;
-  return kRest + kPerColumnSq * columns * columns + kPerMotionCubed * std::pow(model.dof(), 3);
+  return kPerColumnSq * columns * columns + kPerMotionCubed * std::pow(model.dof(), 3);
 }
 
 double predict_rest_ms(int num_nodes, int num_tetrahedra, bool is_fem) {
-  constexpr double kRest = 1, kPerNode = 15e-3, kPerElement = 1e-3;
+  constexpr double kRest = 1, kPerNode = 6e-3, kPerElement = 5e-4;
   return kRest + kPerNode * num_nodes + (is_fem ? kPerElement * num_tetrahedra : 0);
 }
 

@@ -170,10 +170,10 @@ static double large_ball_extent(const Surface& surface, const VectorX& x, const 
 
 /// How far the tool's surface gets while the model made at time t is in use [m].
 double Refresher::reach(double t, const ReachingTool& tool, const Vec3& place, const Vec3& velocity) const {
+  constexpr double kAround = 1.2;      // where it may be off the path; further off the apron catches it
   constexpr double kGetsFaster = 0.1;  // [m/s]
   constexpr double kLarge = 0.01;      // [m]
-  // A model that is there at once starts where the tool is; one that comes late may find it off its path.
-  double around = (delay(t) > 0 ? 1.5 : 1.2) * tool_reach(tool.shape);
+  double around = kAround * tool_reach(tool.shape);
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
   const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + kGetsFaster});
