@@ -19,22 +19,18 @@ struct Options {
   bool thread = false;
 };
 
-/// The organ's surface as it is, or its edges halved, and the largest tetrahedron [m, m^3].
+/// The organ's surface, and the largest tetrahedron below it [m^3].
 struct Body {
   int about;
-  std::optional<double> max_edge, max_volume;
+  std::optional<double> max_volume;
 };
-const Body kBodies[] = {{900, {}, 2e-7}, {1650, {}, {}}, {3000, 0.006, {}}, {10000, 0.0036, {}}};
+const Body kBodies[] = {{900, 2e-7}, {1650, {}}, {3000, 2.2e-8}, {10000, 5e-9}};
 
 void run(const Body& body, const std::string& model, const Options& options) {
   Scene scene = load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json");
   scene.duration = options.duration;
   scene.object.model.type = model;
-  if (body.max_edge || body.max_volume) {
-    SceneTetrahedralize& how = scene.object.tetrahedralize.emplace();
-    how.max_edge = body.max_edge;
-    how.max_volume = body.max_volume;
-  }
+  if (body.max_volume) scene.object.tetrahedralize.emplace().max_volume = body.max_volume;
   scene.local.reducer = options.reducer;
   if (options.thread) scene.link.type = "thread";
   Session session(scene);
@@ -48,7 +44,7 @@ void run(const Body& body, const std::string& model, const Options& options) {
   for (const ReducerCandidate& c : result.reducer_candidates)
     if (c.name == result.reducer_name) predicted = c.refresh_ms;
   const auto patch = result.last_patch_vertices;
-  std::printf("%-4s %6d %-22s %4d %4d | %6.1f", model.c_str(), static_cast<int>(result.snapshots.back().x.size()) / 3,
+  std::printf("%-4s %6d %-22s %4d %4d | %6.1f", model.c_str(), session.model().mesh().num_nodes(),
               result.reducer_name.c_str(), result.last_dof, patch, percentile(later(result.global_ms), 0.5));
   for (const auto& part : result.refresh_parts_ms) std::printf(" %6.1f", percentile(later(part.second), 0.5));
   std::printf(" | %6.1f %6.1f %6.1f %6.2f %9.1f | %4.1f\n", percentile(cpu, 0.5), percentile(cpu, 0.9),

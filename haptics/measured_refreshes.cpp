@@ -6,7 +6,7 @@ namespace kt {
 namespace {
 
 constexpr double kNew = 0.3;      // of a running mean
-constexpr double kForget = 0.02;  // a refresh, of how much more than now a candidate took that is not in use
+constexpr double kForget = 0.01;  // a refresh, of how much more than now a candidate took that is not in use
 
 void mean(double& old, double value) { old = old > 0 ? (1 - kNew) * old + kNew * value : value; }
 
