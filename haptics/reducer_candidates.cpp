@@ -121,7 +121,7 @@ double predict_tick_us(const LocalModel& model) {
 }
 
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
-  constexpr double kPerColumnSq = 0.25;                  // solutions, orthonormalization
+  constexpr double kRest = 5000, kPerColumnSq = 0.25;    // solutions, orthonormalization
   constexpr double kPerMotionCubed = 3e-3;               // vibrations, scheme
   constexpr double kCutOut = 1000, kPerDofCubed = 2e-4;  // of nodes that are there already; dense factors
   if (model.reducer != "krylov" && model.reducer != "condensed")
@@ -133,7 +133,7 @@ double predict_refresh_us(const LocalModel& model, const ReduceOptions& options)
   const double later = at_rest ? 0 : 3 * reach + 12 * (shifts - 2) + 12 * shifts + 3 * options.echoes;
   const double rim = reach < patch.num_vertices() ? 12 : 0;
   const double columns = 3 * reach + rim + later;
-  return kPerColumnSq * columns * columns + kPerMotionCubed * std::pow(model.dof(), 3);
+  return kRest + kPerColumnSq * columns * columns + kPerMotionCubed * std::pow(model.dof(), 3);
 }
 
 double predict_rest_ms(int num_nodes, int num_tetrahedra, bool is_fem) {

@@ -22,7 +22,7 @@ bool has_samples(const std::string& reducer) { return reducer != "modal" && redu
 /// CPU time of what a body's size adds to a local model [us]: the body in its kept nodes (core/graded_body.hpp), of the
 /// wall for samples only. Fitted to springs and elements of 919, 1,651 and 7,151 nodes, as the other costs are.
 double predict_grading_us(const std::string& reducer, int num_nodes) {
-  constexpr double kAllKept = 250, kPerNode = 9;  // all are kept; the others
+  constexpr double kAllKept = 250, kPerNode = 5.5;  // all are kept; the others
   if (reducer == "full" || reducer == "modal") return 0;
   return kPerNode * std::max(0.0, num_nodes - kAllKept) / (reducer == "wall" ? kSampleEvery : 1);
 }

@@ -247,7 +247,7 @@ TEST(AutoReducer, GoesOverWhenTheForceShakes) {
 TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
   const TouchedBlock block({});
   ReducerChoice choice =
-      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 20, .motion = press(5, 5e-4)});
+      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
   ASSERT_EQ(choice.chosen().reducer, "krylov");
   int tick = 0;
   const auto refreshes = [&](int count, double rest_ms, double slower) {
@@ -258,21 +258,21 @@ TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
   };
   refreshes(20, 5, 0.5);
   EXPECT_TRUE(choice.changes().empty());
-  refreshes(2, 5, 12);
+  refreshes(2, 5, 21);
   EXPECT_TRUE(choice.changes().empty()) << "two late ones are no overload";
-  refreshes(1, 5, 12);
+  refreshes(1, 5, 21);
   ASSERT_EQ(choice.changes().size(), 1u) << "from " << choice.predicted_refresh_ms() << " ms";
   const ReducerChange down = choice.changes()[0];
   EXPECT_EQ(down.tick, 22 * 33);
   EXPECT_NE(down.to, down.from);
   EXPECT_GT(down.force_error, kTolerance) << "it says what that costs";
-  EXPECT_NE(down.why.find("20 ms are there"), std::string::npos) << down.why;
+  EXPECT_NE(down.why.find("30 ms are there"), std::string::npos) << down.why;
   refreshes(300, 2, 0.3);
   ASSERT_GE(choice.changes().size(), 2u);
   EXPECT_EQ(choice.chosen().name, down.from) << "up again";
 
   ReducerChoice replayed =
-      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 20, .motion = press(5, 5e-4)});
+      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
   replayed.follow(choice.changes());
   for (int t = 0; t < tick; t += 33) {
     replayed.note_cost(1e3, 1e3, t);
