@@ -11,8 +11,8 @@
 #include "apps/stop_signals.hpp"
 #include "apps/words.hpp"
 #include "core/error.hpp"
-#include "haptics/touch/keep_memory.hpp"
 #include "core/visible_text.hpp"
+#include "haptics/touch/keep_memory.hpp"
 #include "io/child_process.hpp"
 
 namespace {

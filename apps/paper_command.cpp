@@ -89,8 +89,8 @@ Json check_claims(const std::vector<RunOutcome>& runs, double pressed) {
                 sticking > 0.5),
           claim("Stick-slip, mu = 1: largest F_T / (mu F_N) over all ticks (figure 5)", cone, "<= 1 + 1e-9",
                 cone > 0 && cone <= 1 + kCone),
-          claim("Stick-slip: transitions from sticking to sliding", stick_to_slip(runs[2].result.tools[0].frames), ">= 1",
-                stick_to_slip(runs[2].result.tools[0].frames) >= 1),
+          claim("Stick-slip: transitions from sticking to sliding", stick_to_slip(runs[2].result.tools[0].frames),
+                ">= 1", stick_to_slip(runs[2].result.tools[0].frames) >= 1),
           claim("Stick-slip: largest drop of F_T within 10 ms of a transition, share of F_T", drop, "> 0", drop > 0)};
 }
 

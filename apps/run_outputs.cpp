@@ -169,7 +169,8 @@ Json view_json(const Session& session, const SessionResult& result) {
     if (s.tools.size() > 1) frames.back()["second_tool"] = point(s.tools[1]);
   }
   const std::size_t stride = std::max<std::size_t>(1, result.tools[0].frames.size() / 500);
-  for (std::size_t i = 0; i < result.tools[0].frames.size(); i += stride) path.push_back(point(result.tools[0].frames[i].pose.x));
+  for (std::size_t i = 0; i < result.tools[0].frames.size(); i += stride)
+    path.push_back(point(result.tools[0].frames[i].pose.x));
   const auto tool_json = [&](const SceneTool& tool, const ToolShape& shape) {
     Json corners = Json::array();
     for (const Vec3& corner : shape.corners) corners.push_back(point(corner));
@@ -365,7 +366,8 @@ double steady_from(const Scene& scene, const SessionResult& result) {
 
 Json make_summary(const Session& session, const SessionResult& result) {
   const Scene& scene = session.scene();
-  const ForceMetrics force = measure_forces(result.tools[0].frames, steady_from(scene, result), 1 / scene.local.rate_hz);
+  const ForceMetrics force =
+      measure_forces(result.tools[0].frames, steady_from(scene, result), 1 / scene.local.rate_hz);
   Json out;
   out["scene"] = scene.title.empty() ? scene.object.mesh : scene.title;
   out["seed"] = scene.seed;
@@ -414,7 +416,8 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["crossings"] = force.crossings;
   out["lost_contacts"] = force.lost_contacts;
   out["pushed_out_ticks"] = pushed_out_ticks(result.tools[0].frames);
-  out.update(lost_json(result.tools[0].frames, result.tools[0].penetration, result.tools[0].missed_impacts, result.tools[0].lost));
+  out.update(lost_json(result.tools[0].frames, result.tools[0].penetration, result.tools[0].missed_impacts,
+                       result.tools[0].lost));
   out["contact_lost"] = contact_was_lost(result, keeps_outside(scene));
   out["contact_solver"] = contact_solver_json(result.tools[0].frames);
   out["energy_min_j"] = force.energy_min;

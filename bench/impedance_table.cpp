@@ -126,9 +126,9 @@ int run(const std::string& json) {
   const Session slab(load_scene(KT_SOURCE_DIR "/scenes/slab_drag.json"));
   const Session organ(load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json"));
   std::vector<std::pair<std::string, std::vector<Row>>> tables;
-  for (const ImpedanceBody& body :
-       {ImpedanceBody{"FEM block (method.md)", fem.get()}, ImpedanceBody{"MSD slab (scenes/slab_drag.json)", &slab.model()},
-        ImpedanceBody{"MSD organ (scenes/organ_drag.json)", &organ.model()}})
+  for (const ImpedanceBody& body : {ImpedanceBody{"FEM block (method.md)", fem.get()},
+                                    ImpedanceBody{"MSD slab (scenes/slab_drag.json)", &slab.model()},
+                                    ImpedanceBody{"MSD organ (scenes/organ_drag.json)", &organ.model()}})
     tables.emplace_back(body.name, measure(body));
   if (json.empty()) return 0;
   std::ofstream out(json);

@@ -167,8 +167,9 @@ class Table {
     const ForceError error = compare_forces(forces, reference);
     const double from = settings.tool.path.press_drag ? settings.tool.path.press_drag->press_time + 0.1 : 0.3;
     const ForceMetrics m = measure_forces(result.tools[0].frames, from, 1 / settings.local.rate_hz);
-    const double inside =
-        result.tools[0].penetration.empty() ? 0 : *std::max_element(result.tools[0].penetration.begin(), result.tools[0].penetration.end());
+    const double inside = result.tools[0].penetration.empty() ? 0
+                                                              : *std::max_element(result.tools[0].penetration.begin(),
+                                                                                  result.tools[0].penetration.end());
     const auto [normal, tangential] = gains(forces, reference, from);
     std::printf(
         "%-6s %-14s %4g %3g | %6.2f%% %5.1f%% %7.4f %7.4f | %6.2f%% %7.2f%% %5.1fum %4d %5d | %5d %7.1f %7.1f %8.1f\n",

@@ -15,6 +15,10 @@ namespace {
 constexpr int kSetUpTurns = 24, kTurnsAnew = 2;
 constexpr int kSetUpSteps = 3, kSteps = 1;  // of conjugate gradients in each
 
+// Around where a patch is going nodes are kept, too: it goes on as far as it came since they were chosen last, twice,
+// and no further than so many edges of it.
+constexpr double kAhead = 2, kFurthest = 2;
+
 double square(double x) { return x * x; }
 
 Vec3 middle(const VectorX& x, const std::vector<int>& nodes) {
@@ -39,16 +43,14 @@ bool GradedBody::covers(const TangentModel& tangent, const SurfacePatch& patch) 
 void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& patch) {
   const int n = static_cast<int>(tangent.f0.size() / 3);
   ++gradings_;
-  // A patch that has left where it was goes on: nodes chosen ahead of it serve twice as long.
+  // A patch that has left where it was goes on: what lies on its way is kept as well.
   const bool moved = graded_x_.size() == tangent.state.x.size() && !graded_patch_.empty();
   graded_x_ = tangent.state.x;
   edge_ = patch_spacing(graded_x_, patch.global_node);
-  const double inside = std::max(0.0, options_.margin - 1) * edge_;
-  Vec3 way = Vec3::Zero();
-  if (moved) way = middle(graded_x_, patch.global_node) - middle(graded_x_, graded_patch_);
-  graded_patch_ = patch_ahead(graded_x_, patch.global_node, way, inside);
-  // Finer there: the patch itself might not be kept.
-  if (!(options_.margin * patch_spacing(graded_x_, graded_patch_) > inside)) graded_patch_ = patch.global_node;
+  Vec3 ahead = Vec3::Zero();
+  if (moved) ahead = kAhead * (middle(graded_x_, patch.global_node) - middle(graded_x_, graded_patch_));
+  if (const double far = kFurthest * edge_; ahead.norm() > far) ahead *= far / ahead.norm();
+  graded_patch_ = with_nodes_ahead(graded_x_, patch.global_node, ahead);
   fixed_.assign(n, 0);
   for (int i : tangent.fixed_nodes) fixed_[i] = 1;
   dofs_ = make_free_dofs(n, tangent.fixed_nodes);
@@ -87,37 +89,46 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
   for (const auto& solver : {&coarse_, &solver_}) (*solver)->order_last(loaded);
 }
 
+/// Rows ascend in each column of the confinement: a column of the whole pattern is what earlier ones have to do with
+/// it, then its own.
 void GradedBody::make_matrix_pattern() {
   const int nodes = num_kept(), far = kFar / 3;
-  std::vector<std::vector<int>> rows(static_cast<std::size_t>(nodes + far));
+  std::vector<int> heights(static_cast<std::size_t>(nodes + far), far), above(static_cast<std::size_t>(nodes), 0);
   for (int b = 0; b < nodes; ++b)
-    for (int k = confinement_.first(b); k < confinement_.last(b); ++k) {
-      rows[b].push_back(confinement_.row(k));
-      if (confinement_.row(k) != b) rows[confinement_.row(k)].push_back(b);
+    for (int k = confinement_.first(b) + 1; k < confinement_.last(b); ++k) ++above[confinement_.row(k)];
+  for (int b = 0; b < nodes; ++b) heights[b] += above[b] + confinement_.last(b) - confinement_.first(b);
+  for (int f = 0; f < far; ++f) heights[nodes + f] += nodes;
+  std::vector<int> outer{0};
+  for (int height : heights)
+    for (int c = 0; c < 3; ++c) outer.push_back(outer.back() + 3 * height);
+
+  std::vector<int> inner(static_cast<std::size_t>(outer.back()));
+  const auto set = [&](int row, int column, int place) {  // the block that is the place-th of the column
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) inner[static_cast<std::size_t>(outer[3 * column + c] + 3 * place + r)] = 3 * row + r;
+    return outer[3 * column] + 3 * place;
+  };
+  begins_.clear();
+  std::vector<int> next(static_cast<std::size_t>(nodes), 0);
+  for (int b = 0; b < nodes; ++b) {
+    const int first = confinement_.first(b);
+    for (int k = first; k < confinement_.last(b); ++k) {
+      const int a = confinement_.row(k), begin = set(a, b, above[b] + k - first);
+      begins_.push_back({begin, a == b ? begin : set(b, a, next[a]++)});
     }
-  for (int b = 0; b < nodes + far; ++b) {
-    std::sort(rows[b].begin(), rows[b].end());
-    for (int a = b < nodes ? nodes : 0; a < nodes + far; ++a) rows[b].push_back(a);
   }
-  std::vector<int> outer{0}, inner;
-  for (const auto& column : rows)
-    for (int c = 0; c < 3; ++c) {
-      for (int row : column) inner.insert(inner.end(), {3 * row, 3 * row + 1, 3 * row + 2});
-      outer.push_back(static_cast<int>(inner.size()));
+  for (int b = 0; b < nodes; ++b)
+    for (int f = 0; f < far; ++f) {
+      set(nodes + f, b, heights[b] - far + f);
+      set(b, nodes + f, b);
     }
+  for (int f = 0; f < far; ++f)
+    for (int g = 0; g < far; ++g) set(nodes + f, nodes + g, nodes + f);
   const std::vector<double> zeros(inner.size(), 0.0);
   pattern_ =
       Eigen::Map<const SparseMatrix>(3 * (nodes + far), 3 * (nodes + far), static_cast<Eigen::Index>(inner.size()),
                                      outer.data(), inner.data(), zeros.data());
-  begins_.clear();
-  const auto begin_of = [&](int row, int column) {
-    const auto at = std::lower_bound(rows[column].begin(), rows[column].end(), row) - rows[column].begin();
-    return outer[3 * static_cast<std::size_t>(column)] + 3 * static_cast<int>(at);
-  };
   body_.mass = body_.damping = body_.stiffness = pattern_;
-  for (int b = 0; b < nodes; ++b)
-    for (int k = confinement_.first(b); k < confinement_.last(b); ++k)
-      begins_.push_back({begin_of(confinement_.row(k), b), begin_of(b, confinement_.row(k))});
 }
 
 /// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far

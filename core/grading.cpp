@@ -156,22 +156,19 @@ double distance_to(const VectorX& x, const std::vector<int>& patch, int i) {
   return std::sqrt(nearest);
 }
 
-std::vector<int> patch_ahead(const VectorX& x, const std::vector<int>& patch, const Vec3& way, double inside) {
-  for (double step = std::min(way.norm(), inside); step > 0.2 * inside; step -= 0.2 * inside) {
-    std::vector<int> ahead;
-    for (int i : patch) {
-      const Vec3 place = node(x, i) + step * way.normalized();
-      int nearest = i;
-      for (int k = 0; k < static_cast<int>(x.size() / 3); ++k)
-        if ((node(x, k) - place).squaredNorm() < (node(x, nearest) - place).squaredNorm()) nearest = k;
-      ahead.push_back(nearest);
-    }
-    std::ranges::sort(ahead);
-    ahead.erase(std::unique(ahead.begin(), ahead.end()), ahead.end());
-    if (ahead.size() > 1 && std::ranges::all_of(patch, [&](int i) { return distance_to(x, ahead, i) <= inside; }))
-      return ahead;
+std::vector<int> with_nodes_ahead(const VectorX& x, const std::vector<int>& patch, const Vec3& ahead) {
+  if (ahead.isZero(0)) return patch;
+  std::vector<int> out = patch;
+  for (int i : patch) {
+    const Vec3 place = node(x, i) + ahead;
+    int nearest = i;
+    for (int k = 0; k < static_cast<int>(x.size() / 3); ++k)
+      if ((node(x, k) - place).squaredNorm() < (node(x, nearest) - place).squaredNorm()) nearest = k;
+    out.push_back(nearest);
   }
-  return patch;
+  std::ranges::sort(out);
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
 }
 
 Interpolation interpolate_far_nodes(const VectorX& x, const std::vector<double>& ranks, const std::vector<char>& fixed,

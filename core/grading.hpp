@@ -31,9 +31,8 @@ struct Interpolation {
 Interpolation interpolate_far_nodes(const VectorX& x, const std::vector<double>& ranks, const std::vector<char>& fixed,
                                     const std::vector<int>& patch, const GradingOptions& options);
 
-/// The nodes nearest to those of `patch` when these go ahead along `way`: as far as every node of the patch still has
-/// one within `inside` [m] of it; the patch itself where there is no way to go.
-std::vector<int> patch_ahead(const VectorX& x, const std::vector<int>& patch, const Vec3& way, double inside);
+/// `patch`, and the nodes that are nearest to where its nodes would be `ahead` [m] of there.
+std::vector<int> with_nodes_ahead(const VectorX& x, const std::vector<int>& patch, const Vec3& ahead);
 
 /// Mean distance of a node of `patch` to its nearest other one [m].
 double patch_spacing(const VectorX& x, const std::vector<int>& patch);

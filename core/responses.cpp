@@ -38,6 +38,7 @@ MatrixX FreeBody::inputs(const SurfacePatch& patch, bool with_rim) const {
 
 SparseMatrix dynamic_stiffness(const FreeBody& body, double s) {
   const SparseMatrix &m = body.mass, &d = body.damping, &k = body.stiffness;
+  if (s == 0) return k;
   const auto same_pattern = [&](const SparseMatrix& o) {
     return o.nonZeros() == k.nonZeros() &&
            std::equal(o.innerIndexPtr(), o.innerIndexPtr() + o.nonZeros(), k.innerIndexPtr()) &&

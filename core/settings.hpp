@@ -84,7 +84,7 @@ struct LinkSettings {
   double loss = 0.0;                      ///< share of local models that never arrive [-], in [0, 1]
   std::string charge_refreshes = "none";  ///< lockstep: a local model is late by what its refresh takes: none,
                                           ///< measured, predicted, given
-  std::optional<double> refresh_ms;  ///< given: what each takes
+  std::optional<double> refresh_ms;       ///< given: what each takes
   bool operator==(const LinkSettings&) const = default;
 };
 

@@ -12,9 +12,7 @@ class MyDevice {
     out = {{0.02 + along, 0.026, 0.027 - 0.005 * down}, kt::Quaternion(Eigen::AngleAxisd(t, kt::Vec3::UnitX()))};
     return tick_ <= 1000;
   }
-  void write(const kt::Vec3& force, const kt::Vec3& torque) {
-    most_ = std::max(most_, force.norm() + torque.norm());
-  }
+  void write(const kt::Vec3& force, const kt::Vec3& torque) { most_ = std::max(most_, force.norm() + torque.norm()); }
   double most() const { return most_; }
 
  private:

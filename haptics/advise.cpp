@@ -66,7 +66,8 @@ AdviceScene prepare(const Scene& scene, const AdviceClock& clock) {
     if (run.stopped) throw RunError("the time ended before the tool touched the body; raise --budget-seconds");
     throw InputError("advise: the tool does not press into the body along its path, so there is no force to judge");
   }
-  const auto ticks = std::min<std::ptrdiff_t>(run.tools[0].frames.end() - first, std::lround(kPath * scene.local.rate_hz));
+  const auto ticks =
+      std::min<std::ptrdiff_t>(run.tools[0].frames.end() - first, std::lround(kPath * scene.local.rate_hz));
   const std::span<const LocalFrame> judged(first, static_cast<std::size_t>(ticks));
   for (const LocalFrame& f : judged) {
     const PressSite site = site_of(f.pose.x, out.mesh, session.tool().radius);

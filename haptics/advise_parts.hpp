@@ -43,10 +43,10 @@ constexpr double kRates[] = {10, 30, 60};  ///< that are tried [Hz], ascending
 /// The scene with its tool path written out, from the first touch on.
 struct AdviceScene {
   Scene scene;
-  Mesh mesh = {};               ///< its own, in metres
-  PosePath tool = {};           ///< at the ends of the ticks, before them the start
-  PressSite site = {};          ///< where the tool presses hardest
-  bool from_surface = false;    ///< other meshes can be made for it
+  Mesh mesh = {};             ///< its own, in metres
+  PosePath tool = {};         ///< at the ends of the ticks, before them the start
+  PressSite site = {};        ///< where the tool presses hardest
+  bool from_surface = false;  ///< other meshes can be made for it
 };
 
 /// The scene with another model (msd, tet4, tet10) and mesh.

@@ -7,7 +7,9 @@ namespace kt {
 constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers: thousands of ticks of a usual local model
 
 ContactWatch::ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later)
-    : tools_(tools.size()), check_(surface, tools), record_(later ? std::make_unique<MotionRecord>(kRecorded) : nullptr) {}
+    : tools_(tools.size()),
+      check_(surface, tools),
+      record_(later ? std::make_unique<MotionRecord>(kRecorded) : nullptr) {}
 
 void ContactWatch::adopted(const PreparedLocalModel& model) noexcept {
   if (!record_) check_.take(model);
@@ -17,10 +19,8 @@ void ContactWatch::ticked(const HapticSide& side, std::span<const LocalFrame> fr
   MotionRecord::Tick tick{side.next_tick() - 1, side.model().model.frame, {}};
   for (std::size_t k = 0; k < tools_; ++k) {
     const ToolSweep sweep = side.last_sweep(k);
-    tick.tools[k] = {{sweep.x_t0, sweep.r_t0},
-                     {sweep.x_t1, sweep.r_t1},
-                     frames[k].mode == ContactMode::free,
-                     frames[k].gap};
+    tick.tools[k] = {
+        {sweep.x_t0, sweep.r_t0}, {sweep.x_t1, sweep.r_t1}, frames[k].mode == ContactMode::free, frames[k].gap};
   }
   if (!record_)
     look(tick, side.model().state.q);

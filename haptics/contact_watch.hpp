@@ -1,6 +1,6 @@
 #pragma once
-// Watches a touch for contact that should be and is not: the whole body is looked at after every tick, at once where the
-// body's half waits for the ticks, else later in its thread.
+// Watches a touch for contact that should be and is not: the whole body is looked at after every tick, at once where
+// the body's half waits for the ticks, else later in its thread.
 #include "haptics/body_check.hpp"
 #include "haptics/link/motion_record.hpp"
 #include "haptics/lost_contact.hpp"

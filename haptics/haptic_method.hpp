@@ -47,7 +47,7 @@ struct VirtualCoupling {
 struct HapticMethodOptions {
   std::vector<ToolShape> tools{ToolShape{}};  ///< multirate: 1 to kMaxTools, on the same body; the others know one
   double h = 1e-3;                            ///< haptic step [s]
-  std::string law = "coulomb";             ///< contact.law
+  std::string law = "coulomb";                ///< contact.law
   Friction friction;
   VirtualCoupling coupling;
   std::vector<Friction> friction_of_triangle{};  ///< of the surface; empty: `friction` everywhere

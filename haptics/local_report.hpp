@@ -11,8 +11,8 @@ namespace kt {
 /// Of one tool.
 struct ToolReport {
   Pose pose;
-  int triangle = -1;          ///< in contact: which surface triangle
-  bool sliding = false;       ///< the contact that carries most slid
+  int triangle = -1;     ///< in contact: which surface triangle
+  bool sliding = false;  ///< the contact that carries most slid
 };
 
 struct LocalReport {

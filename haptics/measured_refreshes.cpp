@@ -6,7 +6,7 @@ namespace kt {
 namespace {
 
 constexpr double kNew = 0.3;      // of a running mean
-constexpr double kForget = 0.02;  // a refresh, of what a candidate took that is not in use
+constexpr double kForget = 0.01;  // a refresh, of how much more than now a candidate took that is not in use
 
 void mean(double& old, double value) { old = old > 0 ? (1 - kNew) * old + kNew * value : value; }
 
@@ -20,9 +20,11 @@ void MeasuredRefreshes::note(double all_ms, double own_ms, const std::vector<Red
   mean(own_ms_[chosen], own_ms);
   const double predicted = candidates[chosen].refresh_ms - needs.rest_ms;
   if (predicted > 0) mean(slower_, own_ms / predicted);
+  // Downwards only, so that it is tried again: that it has become dearer it would show itself, and where the prediction
+  // of what is in use was too low, that says nothing about the others.
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (i != chosen && own_ms_[i] > 0)
-      own_ms_[i] += kForget * (slower_ * (candidates[i].refresh_ms - needs.rest_ms) - own_ms_[i]);
+    if (const double now = slower_ * (candidates[i].refresh_ms - needs.rest_ms); i != chosen && own_ms_[i] > now)
+      own_ms_[i] += kForget * (now - own_ms_[i]);
   const bool is_over = all_ms > needs.refresh_budget_ms;
   over_ = is_over ? over_ + 1 : 0;
   within_ = is_over ? 0 : within_ + 1;

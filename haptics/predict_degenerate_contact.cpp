@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "haptics/contact_check.hpp"
+#include "haptics/device/tool_turn.hpp"
 #include "haptics/refresher.hpp"
 #include "haptics/session.hpp"
-#include "haptics/device/tool_turn.hpp"
 #include "haptics/way_out.hpp"
 
 namespace kt {

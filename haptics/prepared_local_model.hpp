@@ -81,13 +81,13 @@ struct PreparedLocalModel {
   std::array<double, kMaxTools> clear{};
   std::array<Vec3, kMaxTools> clear_from{};
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};  ///< global triangle that a tool inside goes out through
-  std::shared_ptr<const SurfaceFriction> friction;        ///< in use with this model; none: that of the method
-  std::array<double, kMaxTools> tool_radius{-1, -1};      ///< [m] in use with this model; below 0: as it was
+  std::shared_ptr<const SurfaceFriction> friction;             ///< in use with this model; none: that of the method
+  std::array<double, kMaxTools> tool_radius{-1, -1};           ///< [m] in use with this model; below 0: as it was
   double mobility = 0;  ///< of the patch vertex that gives way most: velocity per impulse in the metric [1/kg]
   std::unique_ptr<MethodData> data;  ///< by HapticMethod::complete
   LocalState state;
   int linearized_tick = 0;  ///< at whose start the body was linearized
-  bool caught_up = false;  ///< the state has been stepped to the present, from the linearization on
+  bool caught_up = false;   ///< the state has been stepped to the present, from the linearization on
   std::array<std::optional<Vec3>, kMaxTools> replayed_force{};  ///< of the last of these steps, on each tool in contact
   LocalWorkspace work;
 

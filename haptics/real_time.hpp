@@ -6,6 +6,7 @@
 
 namespace kt {
 
+/// just_about: all came in time, with less than a fifth of the time left.
 enum class Keeps { yes, just_about, no };
 
 struct RealTime {
@@ -15,6 +16,8 @@ struct RealTime {
   double budget_ms = 0;      ///< from one refresh to the next, 1 / global.rate_hz
   double refresh_ms = 0;     ///< global step and local model, median
   double refresh_hz = 0;     ///< refreshes a simulated second, early ones included
+  double wanted_hz = 0;      ///< of them, global.rate_hz
+  bool lags = false;         ///< ticks are against the clock, and less than nineteen of twenty refreshes came
   double refresh_share = 0;  ///< of a refresh, median, of the time from one to the next
   double tick_share = 0;     ///< CPU time of the haptic tick, 99th percentile, of its period
   std::string cure;          ///< "set local.reducer to condensed, or ..."; empty: none is needed

@@ -53,11 +53,13 @@ class ReducerChoice {
  private:
   struct Body;
   std::optional<Body> certify_body(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
+  bool is_sample_due() const { return wait_ <= 0; }
   bool sample(const LocalModel& model, const ContactSite& site);
   void go_to(std::size_t candidate, int tick, const std::string& why);
   std::vector<ReducerCandidate> candidates_now() const;
   std::optional<std::size_t> better_than_present() const;
   std::optional<std::size_t> cheaper_than_present() const;
+  std::optional<std::size_t> better_that_costs_no_more(const std::vector<ReducerCandidate>& now) const;
   void follow_changes(int tick);
   bool is_auto_, is_set_up_ = false;
   ReducerNeeds needs_;

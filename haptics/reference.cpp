@@ -22,8 +22,8 @@ int steps_per_tick(const Scene& scene, double rate_hz) {
   return static_cast<int>(std::ceil(rate_hz / scene.local.rate_hz - 1e-9));
 }
 
-FullOptions full_options(const Session& session, std::span<const PosePath> paths,
-                         const ReferenceOptions& options, int n) {
+FullOptions full_options(const Session& session, std::span<const PosePath> paths, const ReferenceOptions& options,
+                         int n) {
   const Scene& scene = session.scene();
   FullOptions out;
   out.h = 1 / (n * scene.local.rate_hz);

@@ -108,10 +108,10 @@ static double large_ball_extent(const Surface& surface, const VectorX& x, const 
 
 /// How far the tool's surface gets while the model made at time t is in use [m].
 double Refresher::reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const {
+  constexpr double kAround = 1.2;      // where it may be off the path; further off the apron catches it
   constexpr double kGetsFaster = 0.1;  // [m/s]
   constexpr double kLarge = 0.01;      // [m]
-  // A model that is there at once starts where the tool is; one that comes late may find it off its path.
-  double around = (delay_ > 0 ? 1.5 : 1.2) * tool_reach(tool.shape);
+  double around = kAround * tool_reach(tool.shape);
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
   const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + kGetsFaster});
@@ -291,9 +291,9 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
   std::vector<ContactHold> all;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     const Vec3 step = lead * tool_velocity(reports, options_.local.rate_hz, k);
-    std::ranges::move(
-        moved_holds(last_holds(reports, options_.local.rate_hz, k), surface_, smoothing_, global_.model().mesh().x, step),
-        std::back_inserter(all));
+    std::ranges::move(moved_holds(last_holds(reports, options_.local.rate_hz, k), surface_, smoothing_,
+                                  global_.model().mesh().x, step),
+                      std::back_inserter(all));
   }
   return global_.foresee(lead, all);
 }
@@ -325,8 +325,7 @@ void Refresher::go_on_from(Refresher& before) {
 }
 
 /// Where the whole body is, and its surface around the patch.
-void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& site,
-                                 std::span<const Pose> tools) const {
+void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, std::span<const Pose> tools) const {
   out.body_x = tangent_.state.x;
   if (!has_apron_) return;
   const SurfacePatch& patch = out.model.patch;

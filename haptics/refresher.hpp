@@ -10,8 +10,8 @@
 #include "haptics/local_report.hpp"
 #include "haptics/local_simulation.hpp"
 #include "haptics/reducer_choice.hpp"
-#include "haptics/way_out.hpp"
 #include "haptics/touch/touch_parts.hpp"
+#include "haptics/way_out.hpp"
 #include "self_contact/touching_euler.hpp"
 
 namespace kt {
@@ -26,8 +26,7 @@ class Refresher {
   /// `motion`, that of the local model in use at that tick or some ticks earlier; without one, from the body's own.
   /// @param at       where the tools are at t
   /// @param reports  since the last refresh; with `motion`, also that of the tick before it
-  std::unique_ptr<PreparedLocalModel> refresh(double t, std::span<const Pose> at,
-                                              std::span<const LocalReport> reports,
+  std::unique_ptr<PreparedLocalModel> refresh(double t, std::span<const Pose> at, std::span<const LocalReport> reports,
                                               const LocalMotion* motion = nullptr);
 
   /// How long the next local model will be on its way [s], as far as can be told.
@@ -89,10 +88,10 @@ class Refresher {
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
   bool refreshes_early_, has_apron_;  // the baselines do not
-  double delay_ = 0;  // of the next local model on its way [s]
+  double delay_ = 0;                  // of the next local model on its way [s]
   double last_ = 0;                   // time of the last refresh [s]
   int frame_ = 0;
-  bool is_new_ = true;  // no model was made yet
+  bool is_new_ = true;                                          // no model was made yet
   int haste_ = 1;                                               // the usual interval is divided by
   std::vector<SpectrumMeter> forces_;                           // of each tool, from its first contact on
   double most_force_ = 0;                                       // of the contacts at the end of an interval [N]

@@ -72,8 +72,8 @@ std::vector<Doubt> find_doubts(const Scene& scene, const SessionResult& result,
   for (const std::string& warning : warnings)
     if (std::ranges::find(result.notes, warning) == result.notes.end()) out.push_back(doubt_of(warning));
   if (result.tools[0].missed_impacts > 0)
-    out.push_back(
-        {text("in ", result.tools[0].missed_impacts, " ticks without contact the tool ended inside the body"), sooner(scene)});
+    out.push_back({text("in ", result.tools[0].missed_impacts, " ticks without contact the tool ended inside the body"),
+                   sooner(scene)});
   for (std::size_t k = 0; k < forces.size(); ++k)
     for (Doubt& d : find_doubts(forces[k], scene)) {
       if (k > 0) d.what = "second tool: " + d.what;

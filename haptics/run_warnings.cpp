@@ -38,10 +38,11 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
   for (const ToolRun& tool : result.tools)
     if (tool.limited_forces > 0)
       warnings.push_back(text(who(tool), "the force was cut to the device's limit in ", tool.limited_forces, " ticks"));
-  const auto unsolved =
-      std::ranges::count_if(result.tools[0].frames, [](const LocalFrame& f) { return f.residual > kNoticeableResidual; });
+  const auto unsolved = std::ranges::count_if(result.tools[0].frames,
+                                              [](const LocalFrame& f) { return f.residual > kNoticeableResidual; });
   if (unsolved > 0)
-    warnings.push_back(text("the contact forces were not found to within 1 %: ", unsolved, " of ", result.tools[0].frames.size(),
+    warnings.push_back(text("the contact forces were not found to within 1 %: ", unsolved, " of ",
+                            result.tools[0].frames.size(),
                             " ticks (contacts on the same few nodes, or a tool that drives into what is clamped)"));
   if (const StepStatistics& steps = result.global_steps; steps.projected + steps.not_converged > 0)
     warnings.push_back(

@@ -9,8 +9,8 @@
 #include "haptics/path_excitation.hpp"
 #include "haptics/real_time.hpp"
 #include "haptics/refresh_cost.hpp"
-#include "haptics/scene_friction.hpp"
 #include "haptics/refresher.hpp"
+#include "haptics/scene_friction.hpp"
 #include "haptics/session_run.hpp"
 #include "haptics/unused_settings.hpp"
 

@@ -4,14 +4,14 @@
 #include <functional>
 #include <vector>
 
-#include "haptics/lost_contact.hpp"
-#include "haptics/reducer_candidates.hpp"
-#include "haptics/touch/touch_parts.hpp"
-#include "self_contact/touching_model.hpp"
 #include "haptics/inverted_tetrahedra.hpp"
 #include "haptics/local_simulation.hpp"
+#include "haptics/lost_contact.hpp"
 #include "haptics/predict.hpp"
+#include "haptics/reducer_candidates.hpp"
 #include "haptics/session_parts.hpp"
+#include "haptics/touch/touch_parts.hpp"
+#include "self_contact/touching_model.hpp"
 
 namespace kt {
 
@@ -50,7 +50,7 @@ struct ToolRun {
   int limited_forces = 0;           ///< ticks whose force was cut to the device's limit
   int missed_impacts = 0;           ///< ticks without contact that should have had one: the sum of `lost`
   LostContact lost;
-  double max_speed = 0;                  ///< bound of its speed that the patches were made for [m/s]
+  double max_speed = 0;                   ///< bound of its speed that the patches were made for [m/s]
   std::optional<PassivityRun> passivity;  ///< of a device that moves with the force
 };
 
@@ -59,8 +59,8 @@ std::vector<Vec3> places_of(const ToolRun& run);
 
 struct SessionResult {
   std::vector<ToolRun> tools = std::vector<ToolRun>(1);  ///< as many as the scene has
-  std::vector<double> step_us;               ///< CPU time of each tick [us]
-  std::vector<double> lateness_us;           ///< thread link: wall clock after the tick was due [us]
+  std::vector<double> step_us;                           ///< CPU time of each tick [us]
+  std::vector<double> lateness_us;                       ///< thread link: wall clock after the tick was due [us]
   std::vector<double> global_ms, refresh_ms;
   std::vector<double> slow_cpu_ms;  ///< CPU time of all threads but the haptic one for each refresh, with global steps
   std::vector<std::pair<std::string, std::vector<double>>> refresh_parts_ms;
@@ -84,23 +84,23 @@ struct SessionResult {
   std::optional<SelfContactRun> self_contact;  ///< of a scene that asks for it
   int definite_tangents = 0;                   ///< refreshes whose exact tangent was indefinite
   int looked_ahead = 0;                        ///< refreshes that linearized the body where it was expected to be
-  int deadline_misses = 0;            ///< ticks whose compute time exceeded the haptic period
-  long long allocations = -1;         ///< in the haptic ticks; -1: not counted
-  bool stopped = false;               ///< by the stop flag
-  bool real_time_scheduling = false;  ///< thread link: SCHED_FIFO was granted
-  std::uint64_t hash = 0;             ///< of every frame's position, force, mode and place, of all tools
+  int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
+  long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
+  bool stopped = false;                        ///< by the stop flag
+  bool real_time_scheduling = false;           ///< thread link: SCHED_FIFO was granted
+  std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools
 };
 
 struct SessionOptions {
-  bool check_contacts = true;           ///< look for tools inside the body after each tick; in lockstep, also for
-                                        ///< triangles that cross after each global step, with self-contact
-  TouchReplay replay;                   ///< its schedule instead of the scene's; lockstep
-  std::vector<ToolPath> tool_paths;     ///< replay: of each tool, instead of the scene's; the devices' limits stay
-  std::vector<double> max_speeds;       ///< replay: the first run's bounds of the tools' speed [m/s]; 0: the device's
-  std::vector<double> snapshot_times;               ///< [s]
-  std::function<long long()> count_allocations;     ///< allocations of this thread so far
-  std::function<void(double)> progress;             ///< share done, 0..1
-  const std::atomic<bool>* stop = nullptr;          ///< Ctrl-C: end after this tick and keep what is there
+  bool check_contacts = true;          ///< look for tools inside the body after each tick; in lockstep, also for
+                                       ///< triangles that cross after each global step, with self-contact
+  TouchReplay replay;                  ///< its schedule instead of the scene's; lockstep
+  std::vector<ToolPath> tool_paths;    ///< replay: of each tool, instead of the scene's; the devices' limits stay
+  std::vector<double> max_speeds;      ///< replay: the first run's bounds of the tools' speed [m/s]; 0: the device's
+  std::vector<double> snapshot_times;  ///< [s]
+  std::function<long long()> count_allocations;  ///< allocations of this thread so far
+  std::function<void(double)> progress;          ///< share done, 0..1
+  const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there
 };
 
 /// What repeats a run in lockstep, whatever its clock and its user decided. Tools go the scene's way again: where a

@@ -76,8 +76,8 @@ ToolPath scene_path(const Scene& scene, const SceneTool& tool, const std::string
     for (const std::string& note : recording.notes)
       warnings.push_back(text(name, ".path.recording ", *p.recording, ": ", note));
     if (!recording.poses.empty() && !(tool.turn.isZero(0) && tool.spin.isZero(0)))
-      warnings.push_back(text(name, ".turn and ", name, ".spin do nothing: ", *p.recording,
-                              " has the tool's orientation"));
+      warnings.push_back(
+          text(name, ".turn and ", name, ".spin do nothing: ", *p.recording, " has the tool's orientation"));
     return {std::move(recording.path), std::move(recording.poses)};
   }
   if (p.press_drag) {
@@ -145,8 +145,8 @@ std::vector<ToolPath> scene_paths(const Scene& scene, std::span<const ToolShape>
   scene_device(scene, scene.tool, out[0]);  // a wrong path is found now and not by run()
   if (!scene.second_tool) return out;
   const double apart = least_apart(shapes);
-  out.push_back(scene_path(scene, *scene.second_tool, "second_tool", shapes[1], body, warnings, out[0].points,
-                           2 * apart));
+  out.push_back(
+      scene_path(scene, *scene.second_tool, "second_tool", shapes[1], body, warnings, out[0].points, 2 * apart));
   scene_device(scene, *scene.second_tool, out[1]);
   check_apart(out[0].points, out[1].points, apart, warnings);
   return out;

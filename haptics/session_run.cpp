@@ -183,7 +183,8 @@ void run_threads(const RunParts& run) {
   if (const int lost = run.touch.lost_reports(); lost > 0)
     run.result.warnings.push_back(text("link: ", lost, " reports were lost, the refresher fell too far behind"));
   if (unrecorded > 0)
-    run.result.warnings.push_back(text("records: ", unrecorded.load(), " ticks were not recorded, the machine is too busy"));
+    run.result.warnings.push_back(
+        text("records: ", unrecorded.load(), " ticks were not recorded, the machine is too busy"));
   // Snapshots would stall the haptic loop: the end is what remains.
   if (!run.result.step_us.empty()) run.result.snapshots.push_back(snapshot(run.touch, run.result));
 }

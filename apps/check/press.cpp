@@ -55,8 +55,9 @@ void judge_forces(const std::vector<double>& force, const std::function<std::vec
 }
 
 int free_between(const SessionResult& run, double from, double to) {
-  return static_cast<int>(std::ranges::count_if(
-      run.tools[0].frames, [&](const LocalFrame& f) { return f.t > from && f.t <= to && f.mode == ContactMode::free; }));
+  return static_cast<int>(std::ranges::count_if(run.tools[0].frames, [&](const LocalFrame& f) {
+    return f.t > from && f.t <= to && f.mode == ContactMode::free;
+  }));
 }
 
 /// A light body bounces off the tool that stops; by the second half of the hold it must lie against it, unless the

@@ -30,8 +30,7 @@ std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& ru
   PosePath tool = tool_paths(run)[0];
   tool.resize(std::min(ticks + 1, tool.size()));
   for (const double rate : {2000.0, 4000.0, 8000.0, 16000.0}) try {
-      return run_reference(*body.session, {&tool, 1},
-                           {.rate_hz = rate, .stop = stop});
+      return run_reference(*body.session, {&tool, 1}, {.rate_hz = rate, .stop = stop});
     } catch (const RunError&) {
     }
   return {};
@@ -113,7 +112,8 @@ void judge_run(const SessionResult& run, const std::string& name, const Vec3& wh
   if (not_finite > 0) out.lower(Verdict::fail, text(name, ": ", not_finite, " ticks left the finite numbers"), where);
   if (run.tools[0].missed_impacts > 0)
     out.lower(Verdict::fail,
-              text(name, ": the tool is inside the body in ", run.tools[0].missed_impacts, " ticks without contact"), where);
+              text(name, ": the tool is inside the body in ", run.tools[0].missed_impacts, " ticks without contact"),
+              where);
   if (deepest > kInside) out.lower(Verdict::fail, text(name, ": the tool gets ", deepest, " m into the body"), where);
   if (-least > kGained * most + 1e-9)
     out.lower(Verdict::fail, text(name, ": the tool was given ", -least, " J, having put in at most ", most), where);

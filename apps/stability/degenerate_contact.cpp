@@ -150,11 +150,11 @@ MapPoint run_case(const Case& c, double angle, double distance) {
     p.value = deepest;
     p.hash = result.hash;
     p.verdict = !finite || !found || result.tools[0].missed_impacts > 0 || deepest > kDeepestAllowed ? MapVerdict::fails
-                : forces.lost_contacts > 0                                                  ? MapVerdict::degrades
-                                                                                            : MapVerdict::works;
+                : forces.lost_contacts > 0 ? MapVerdict::degrades
+                                           : MapVerdict::works;
     p.why = text(touching, " ticks in contact, largest force ", largest, " N, deepest ", 1e6 * deepest, " um, ",
-                 result.tools[0].missed_impacts, " missed, ", forces.lost_contacts, " lost, ", finite ? "finite" : "not finite",
-                 "; ", loudness(result));
+                 result.tools[0].missed_impacts, " missed, ", forces.lost_contacts, " lost, ",
+                 finite ? "finite" : "not finite", "; ", loudness(result));
   } catch (const InputError& e) {  // refused before the run
     p.verdict = MapVerdict::fails;
     p.predicted_failure = true;

@@ -53,8 +53,8 @@ MapPoint judge(const Row& row, double latency_ms, double loss, const std::vector
     p.verdict = MapVerdict::fails;
     return p;
   }
-  const auto off =
-      std::ranges::count_if(run.result.tools[0].frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
+  const auto off = std::ranges::count_if(run.result.tools[0].frames,
+                                         [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
   p.why = text("force off by ", 100 * p.value, " %, buzz ", 100 * run.force.buzz, " %, jump at refreshes ",
                100 * run.force.refresh_jump, " %, at the patch's edge in ", off, " ticks");
   p.verdict = p.value > kJnd || run.force.buzz > kJnd || off > 0 ? MapVerdict::degrades : MapVerdict::works;

@@ -14,8 +14,8 @@ namespace kt {
 struct DeviceInfo {
   double max_force = std::numeric_limits<double>::infinity();  ///< [N]
   double delay = 0;                                            ///< from write() until the force acts [s]
-  bool yields = false;        ///< it moves with the force: energy goes back and forth
-  bool gives_torque = false;  ///< else the torque that is written goes nowhere
+  bool yields = false;                                         ///< it moves with the force: energy goes back and forth
+  bool gives_torque = false;                                   ///< else the torque that is written goes nowhere
 };
 
 /// Whether a device's poses can be relied upon now.
@@ -51,10 +51,10 @@ struct TimedPose {
 
 struct DeviceOptions {
   std::vector<TimedPoint> path{};  ///< scripted, recorded: the path; hand: its target; ascending t, linear in between
-  ToolTurn turn{};               ///< of all three, beside the path; of recorded poses their own
+  ToolTurn turn{};                 ///< of all three, beside the path; of recorded poses their own
   std::vector<TimedPose> poses{};  ///< recorded: instead of path and turn
-  std::string recording{};       ///< recorded: file, read when there is neither path nor poses
-  double h = 1e-3;               ///< haptic step [s]
+  std::string recording{};         ///< recorded: file, read when there is neither path nor poses
+  double h = 1e-3;                 ///< haptic step [s]
   // hand: a mass held to the target by a spring and a damper
   double hand_stiffness = 300, hand_damping = 3, hand_mass = 0.1;  ///< [N/m], [N s/m], [kg]
   double hand_delay = 0;       ///< [s] from write() to the motors: bus, driver, amplifier

@@ -66,7 +66,7 @@ std::string plain_name(std::string name, const std::string& unit) {
 struct Columns {
   std::array<std::size_t, 8> at{0, 1, 2, 3, 4, 5, 6, 7};
   bool has_turn = false;  ///< the last four are there
-  std::string unread;  ///< of the others, for a person; empty: none
+  std::string unread;     ///< of the others, for a person; empty: none
 };
 
 std::string shown(const Cells& names) {
@@ -76,9 +76,9 @@ std::string shown(const Cells& names) {
 }
 
 Columns named_columns(const TextReader& in, const Cells& names) {
-  constexpr const char* kNames[8][3] = {
-      {"t", "time", "timestamp"}, {"x", "tool_x", "x"},    {"y", "tool_y", "y"},    {"z", "tool_z", "z"},
-      {"qw", "tool_qw", "q_w"},   {"qx", "tool_qx", "q_x"}, {"qy", "tool_qy", "q_y"}, {"qz", "tool_qz", "q_z"}};
+  constexpr const char* kNames[8][3] = {{"t", "time", "timestamp"}, {"x", "tool_x", "x"},     {"y", "tool_y", "y"},
+                                        {"z", "tool_z", "z"},       {"qw", "tool_qw", "q_w"}, {"qx", "tool_qx", "q_x"},
+                                        {"qy", "tool_qy", "q_y"},   {"qz", "tool_qz", "q_z"}};
   constexpr const char* kUnits[8] = {"s", "m", "m", "m", "", "", "", ""};
   Columns out;
   Cells others = names;

@@ -1,5 +1,6 @@
 #pragma once
-// How a tool that follows a script is turned over time: a fixed orientation, and an even spin about its reference point.
+// How a tool that follows a script is turned over time: a fixed orientation, and an even spin about its reference
+// point.
 #include "collision/pose.hpp"
 
 namespace kt {

@@ -14,9 +14,9 @@ struct Surface;  // core/reducer.hpp
 
 /// What a body is made with, besides its mesh.
 struct BodyOptions {
-  SceneObject object{};      ///< material, clamped part, weight; its mesh file is read where no mesh is given
-  GlobalSettings global{};   ///< self_contact, and the solver of the equilibrium that the body starts in
-  double ridge_deg = 60;     ///< [deg] of a smooth surface: convex edges that turn by more stay sharp
+  SceneObject object{};            ///< material, clamped part, weight; its mesh file is read where no mesh is given
+  GlobalSettings global{};         ///< self_contact, and the solver of the equilibrium that the body starts in
+  double ridge_deg = 60;           ///< [deg] of a smooth surface: convex edges that turn by more stay sharp
   std::string backend = "embree";  ///< collision.backend, for contact with itself
 };
 

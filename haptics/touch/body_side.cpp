@@ -10,10 +10,13 @@
 namespace kt {
 
 BodySide::BodySide(const Body& body, const TouchOptions& options)
-    : body_(body), options_(options), material_(body.options().object.model), wanted_(options), wanted_material_(material_) {
+    : body_(body),
+      options_(options),
+      material_(body.options().object.model),
+      wanted_(options),
+      wanted_material_(material_) {
   radius_.fill(-1);
-  refresher_ =
-      std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact());
+  refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact());
   if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
   x_ = body.start().x;
   status_.reducer = options.local.reducer;
@@ -28,7 +31,8 @@ void BodySide::set(const std::string& key, double value) {
     throw InputError(text(key, ": local.method \"", method, "\" keeps it as it was at the start"));
   if (renews == Renews::model) {
     if (body_.self_contact()) throw InputError(text(key, ": not while global.self_contact is on"));
-    if (body_.is_own()) throw InputError(text(key, ": the body's model is the caller's own; its material is not a setting"));
+    if (body_.is_own())
+      throw InputError(text(key, ": the body's model is the caller's own; its material is not a setting"));
   }
   change_setting(change, {wanted_, wanted_material_});
   waiting_.push_back(change);
@@ -61,8 +65,7 @@ std::string BodySide::word(const std::string& key) const {
 /// With the body as it is: where it moves to and how fast goes on.
 void BodySide::renew_refresher() {
   const DeformableModel& model = model_ ? *model_ : body_.model();
-  auto next =
-      std::make_unique<Refresher>(model, body_.surface(), options_, refresher_->state(), body_.self_contact());
+  auto next = std::make_unique<Refresher>(model, body_.surface(), options_, refresher_->state(), body_.self_contact());
   if (options_.replay.reducer_changes) next->follow(*options_.replay.reducer_changes);
   next->go_on_from(*refresher_);
   refresher_ = std::move(next);

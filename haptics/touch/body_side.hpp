@@ -41,8 +41,8 @@ class BodySide {
   const TouchOptions& options() const { return options_; }
   const State& state() const { return refresher_->state(); }
   const std::vector<SettingChange>& changes() const { return changes_; }
-  std::vector<RefreshEvent> events;   ///< one a refresh
-  std::vector<double> slow_cpu_ms;    ///< of each refresh, with its global step
+  std::vector<RefreshEvent> events;  ///< one a refresh
+  std::vector<double> slow_cpu_ms;   ///< of each refresh, with its global step
 
  private:
   double delay(int tick) const;
@@ -58,9 +58,9 @@ class BodySide {
   std::unique_ptr<Refresher> refresher_;
   std::vector<SettingChange> changes_;  // that were made
   std::size_t next_replayed_ = 0;
-  mutable std::mutex guard_;               // of what follows
-  std::vector<SettingChange> waiting_;     // changes
-  TouchOptions wanted_;                    // with those that wait
+  mutable std::mutex guard_;            // of what follows
+  std::vector<SettingChange> waiting_;  // changes
+  TouchOptions wanted_;                 // with those that wait
   SceneModel wanted_material_;
   TouchStatus status_;
   VectorX x_;

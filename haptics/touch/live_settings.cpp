@@ -53,10 +53,11 @@ void change_setting(const SettingChange& change, LiveValues values) {
   const double value = change.value;
   if (!change.word.empty()) throw InputError(text(change.key, " is \"", change.word, "\", must be a number"));
   if (!(std::isfinite(value) && value <= s.most && (s.above ? value > s.least : value >= s.least)))
-    throw InputError(text(change.key, " is ", value, ", must be ", s.above ? "above " : "at least ", s.least,
-                          ", at most ", s.most));
+    throw InputError(
+        text(change.key, " is ", value, ", must be ", s.above ? "above " : "at least ", s.least, ", at most ", s.most));
   if (change.key == "global.rate_hz" && value > values.touch.local.rate_hz)
-    throw InputError(text("global.rate_hz is ", value, ", must be at most local.rate_hz, ", values.touch.local.rate_hz));
+    throw InputError(
+        text("global.rate_hz is ", value, ", must be at most local.rate_hz, ", values.touch.local.rate_hz));
   ContactSettings& contact = values.touch.contact;
   if (change.key == "contact.mu_kinetic" && value > contact.mu_static)
     throw InputError(text("contact.mu_kinetic is ", value, ", must be at most contact.mu_static, ", contact.mu_static));

@@ -27,6 +27,7 @@ struct Parcel {
 constexpr std::size_t kReports = 4096;     // seconds that a refresh may take
 constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are looked at: before a refresh; while none is due
 constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
+constexpr int kSoon = 2;                   // ticks until the next refresh is due: the body asks for the motion
 constexpr int kMost = 4;  // ticks that are caught up with in one: a tick is some 20 us, there is room for them
 
 class ThreadLink final : public BodyLink {
@@ -37,7 +38,6 @@ class ThreadLink final : public BodyLink {
         up_(kReports),
         catches_up_(catches_up(body.options())),
         catch_up_(shapes_of(body.options()), tick_length(body.options()), catch_up_solver(body.options(), friction)),
-        motion_every_(std::max(1, ticks_per_refresh(body.options()) / 4)),
         interval_(ticks_per_refresh(body.options())) {
     side.adopt(body_.refresh({0, 0}, side.poses(), {}, nullptr, [] { return 0.0; }));
     if (observer_) observer_->adopted(side.model());
@@ -63,7 +63,7 @@ class ThreadLink final : public BodyLink {
 
   void after_tick(HapticSide& side, const LocalReport& report) noexcept override {
     if (!up_.push(report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
-    if (side.next_tick() % motion_every_ == 0) send_motion(side);
+    send_motion(side);
   }
 
   void stop() override {
@@ -78,7 +78,7 @@ class ThreadLink final : public BodyLink {
   int lost_reports() const noexcept override { return lost_reports_.load(std::memory_order_relaxed); }
 
  private:
-  /// The refresher goes on from here; what it has not read is written over.
+  /// The refresher goes on from here, when it has asked for that; what it has not read is written over.
   void send_motion(HapticSide& side) noexcept {
     if (!next_motion_) next_motion_ = free_motion_.take();
     if (!next_motion_) return;
@@ -98,7 +98,9 @@ class ThreadLink final : public BodyLink {
 
   /// The refresher always works for the latest moment that the haptic side has sent its motion of.
   void refresh_when_due() {
-    if (!spare_motions_.empty() && free_motion_.is_empty()) {
+    const bool is_due = !pending_.empty() && (pending_.back().tick + kSoon >= last_ + interval_ ||
+                                              (body_.options().global.early_refresh && pending_.back().left_patch));
+    if (is_due && !spare_motions_.empty() && free_motion_.is_empty()) {
       free_motion_.put(std::move(spare_motions_.back()));
       spare_motions_.pop_back();
     }
@@ -126,8 +128,8 @@ class ThreadLink final : public BodyLink {
     auto parcel = std::make_unique<Parcel>();
     parcel->linearized_tick = parcel->at_tick = tick;
     std::vector<Pose> at = poses_in(reports.back());
-    parcel->model = body_.refresh({tick, -1}, at, reports, catches_up_ ? newest_.get() : nullptr,
-                                  [this] { return ticking_ms(); });
+    parcel->model =
+        body_.refresh({tick, -1}, at, reports, catches_up_ ? newest_.get() : nullptr, [this] { return ticking_ms(); });
     body_.refresher().charge(body_.slow_cpu_ms.back());
     interval_ = body_.refresher().next_interval(ticks_per_refresh(body_.options()));
     pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(count));
@@ -192,7 +194,6 @@ class ThreadLink final : public BodyLink {
   Ring<LocalReport> up_;
   bool catches_up_;
   CatchUp catch_up_;                                         // of the body's thread
-  int motion_every_;                                         // ticks
   int interval_, last_ = 0;                                  // ticks to the next refresh; of the last one
   std::vector<LocalReport> pending_;                         // not taken into a refresh yet
   std::unique_ptr<Parcel> arrived_;                          // of the ticking thread: not adopted yet

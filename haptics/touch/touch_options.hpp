@@ -31,7 +31,7 @@ struct RefreshEvent {
 struct SettingChange {
   int tick = 0;
   std::string key{};   ///< as in a scene file, "contact.mu"
-  double value = 0;  ///< where `word` is empty
+  double value = 0;    ///< where `word` is empty
   std::string word{};  ///< of settings that are names
   bool operator==(const SettingChange&) const = default;
 };
@@ -50,7 +50,7 @@ struct TouchOptions {
   LocalSettings local{};
   LinkSettings link{};  ///< type "thread" is Touch::start()
   CollisionSettings collision{};
-  std::uint64_t seed = 1;            ///< of what the link loses
+  std::uint64_t seed = 1;              ///< of what the link loses
   std::optional<BandPowers> motion{};  ///< that the surface is to follow, as far as it is known before
   double stale_s = 0.25;  ///< age of a local model from which on frames carry kStaleModel, beyond usual intervals [s]
   TouchReplay replay{};

@@ -93,8 +93,8 @@ void check_options(const TouchOptions& o) {
   const bool is_round = o.tools[0].shape.corners.empty();
   if (!is_round && (is_geometric(o.contact.law) || method == "frozen" || method == "penalty" || method == "legacy"))
     throw InputError(
-        text("tool.shape \"", o.tools[0].shape.kind == ToolShape::Kind::mesh ? "mesh" : "capsule",
-             "\": contact.law \"", o.contact.law, "\" with local.method \"", o.local.method,
+        text("tool.shape \"", o.tools[0].shape.kind == ToolShape::Kind::mesh ? "mesh" : "capsule", "\": contact.law \"",
+             o.contact.law, "\" with local.method \"", o.local.method,
              "\" knows a point and a sphere; take local.method multirate or hold with contact.law coulomb"));
   if (o.local.method == "legacy" && o.local.reducer != "wall")
     throw InputError(text("local.method \"legacy\" is a framework with a wall: it needs local.reducer \"wall\", not \"",

@@ -6,13 +6,13 @@ namespace kt {
 
 /// How a touch goes: of the refresh that was made last.
 struct TouchStatus {
-  int refreshes = 0;                  ///< made so far
-  int linearized_tick = 0;            ///< of the last one
-  int dof = 0, patch_vertices = 0;    ///< of its local model
-  double refresh_ms = 0;              ///< CPU time of the last one, with its global step
-  double late_ticks = 0;              ///< from the linearization until the local model was in use, of the last adopted
-  double expected_force_error = 0;    ///< relative; NaN: not certified
-  double certified_error = 0;         ///< of the impedance, worst of 0-500 Hz; NaN: not certified
+  int refreshes = 0;                ///< made so far
+  int linearized_tick = 0;          ///< of the last one
+  int dof = 0, patch_vertices = 0;  ///< of its local model
+  double refresh_ms = 0;            ///< CPU time of the last one, with its global step
+  double late_ticks = 0;            ///< from the linearization until the local model was in use, of the last adopted
+  double expected_force_error = 0;  ///< relative; NaN: not certified
+  double certified_error = 0;       ///< of the impedance, worst of 0-500 Hz; NaN: not certified
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
 };

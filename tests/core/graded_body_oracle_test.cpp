@@ -163,8 +163,8 @@ TEST(GradedBody, KeepsItsNodesWhileThePatchStaysNear) {
   for (int i : far.global_node) EXPECT_TRUE(graded.all_dofs().to_free[3 * i] < 0 || body.dofs.to_free[3 * i] >= 0);
 }
 
-/// A patch that goes on by one node each time: nodes that were chosen around it last for two of these steps, nodes that
-/// were chosen ahead of it for three.
+/// A patch that goes on by one node each time: nodes that were chosen around it last for two of these steps, those that
+/// were chosen ahead of it, too, for four.
 TEST(GradedBody, ChoosesItsNodesAheadOfAPatchThatGoesOn) {
   const LinearizedBlock b(10, "msd", 0);
   GradedBody graded({.margin = 2.1});
@@ -177,30 +177,25 @@ TEST(GradedBody, ChoosesItsNodesAheadOfAPatchThatGoesOn) {
     for (int i : patch.global_node) EXPECT_GE(body.dofs.to_free[3 * i], 0) << step;
     gradings.push_back(graded.gradings());
   }
-  EXPECT_EQ(gradings, (std::vector{1, 1, 2, 2, 2, 3, 3}));
+  EXPECT_EQ(gradings, (std::vector{1, 1, 2, 2, 2, 2, 3}));
 }
 
-TEST(PatchAhead, GoesAsFarAsThePatchStaysInside) {
+TEST(NodesAhead, AreAddedToThoseOfThePatch) {
   const Mesh mesh = kuhn_block(8, 8, 2, 1.0);
   const auto number = [](int i, int j) { return i + 9 * (j + 9 * 2); };  // on the top
-  const auto around = [&](int i, int j) {
+  const auto between = [&](int i0, int i1, int j0, int j1) {
     std::vector<int> out;
-    for (int dj = -1; dj <= 1; ++dj)
-      for (int di = -1; di <= 1; ++di) out.push_back(number(i + di, j + dj));
+    for (int j = j0; j <= j1; ++j)
+      for (int i = i0; i <= i1; ++i) out.push_back(number(i, j));
     return out;
   };
-  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(3, 0, 0), 1.1), around(5, 4));
-  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(0, -3, 0), 2.1), around(4, 2));
-  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(0, 1, 0), 2.1), around(4, 5));  // no further than it went
-  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3::Zero(), 1.1), around(4, 4));
-  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(3, 0, 0), 0), around(4, 4));
-  const double infinity = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(patch_ahead(mesh.x, around(4, 4), Vec3(3, 0, 0), infinity), around(4, 4));
+  const std::vector<int> patch = between(3, 5, 3, 5);
+  EXPECT_EQ(with_nodes_ahead(mesh.x, patch, Vec3(1.8, 0, 0)), between(3, 7, 3, 5));
+  EXPECT_EQ(with_nodes_ahead(mesh.x, patch, Vec3(0, -1.1, 0)), between(3, 5, 2, 5));
+  EXPECT_EQ(with_nodes_ahead(mesh.x, patch, Vec3::Zero()), patch);
+  EXPECT_EQ(with_nodes_ahead(mesh.x, patch, Vec3(0.3, 0.2, 0)), patch);
   // At the body's end there is nothing ahead of the foremost nodes but themselves.
-  for (int i : around(7, 4)) {
-    const std::vector<int> ahead = patch_ahead(mesh.x, around(7, 4), Vec3(3, 0, 0), 1.1);
-    EXPECT_LE(distance_to(mesh.x, ahead, i), 1.1);
-  }
+  EXPECT_EQ(with_nodes_ahead(mesh.x, between(7, 8, 3, 5), Vec3(3, 0, 0)), between(7, 8, 3, 5));
 }
 
 TEST(GradedBody, GivesTheSameBitsTwice) {

@@ -94,10 +94,11 @@ TEST_P(Law, SolvesWithoutMemoryOfItsOwn) {
 
 TEST_P(Law, PressesAndDragsOnABody) {
   const bool geometric = make_contact_solver(GetParam(), {0.5, 0.5})->deformation() != Deformation::none;
-  const SoftBlock body{SoftBlockOptions{.young = geometric ? 1000.0 : 1e4,
-                              .scheme = geometric ? LocalScheme::symplectic_euler : LocalScheme::implicit_euler,
-                              .metric = geometric ? Metric::identity : Metric::implicit,
-                              .reach = 0.02}};
+  const SoftBlock body{
+      SoftBlockOptions{.young = geometric ? 1000.0 : 1e4,
+                       .scheme = geometric ? LocalScheme::symplectic_euler : LocalScheme::implicit_euler,
+                       .metric = geometric ? Metric::identity : Metric::implicit,
+                       .reach = 0.02}};
   const Vec3 start(0.04, 0.025, 0.021);
   Press press(body, kPointTool, GetParam(), {0.5, 0.5}, start);
   double force = 0;

@@ -122,7 +122,8 @@ TEST_P(SmoothDrags, StayOutsideAndGiveNoEnergy) {
       EXPECT_GT(m.energy_min, -1e-9);  // [J]
       EXPECT_LE(m.max_t_over_n, mu * (1 + 1e-9) + 1e-12);
       // From the end of the press on: a body may bounce off at the first touch.
-      EXPECT_EQ(measure_forces(std::span<const LocalFrame>(r.tools[0].frames).subspan(100), 0.15, 1e-3).lost_contacts, 0);
+      EXPECT_EQ(measure_forces(std::span<const LocalFrame>(r.tools[0].frames).subspan(100), 0.15, 1e-3).lost_contacts,
+                0);
       EXPECT_EQ(r.tools[0].missed_impacts, 0);
       EXPECT_LT(*std::ranges::max_element(r.tools[0].penetration), 1e-6);  // [m]
 

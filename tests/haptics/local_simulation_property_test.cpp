@@ -32,7 +32,8 @@ TEST(Tick, AllocatesNothing) {
 }
 
 TEST(Tick, AllocatesNothingWithThePapersLaws) {
-  const SoftBlock body{SoftBlockOptions{.young = 1000, .scheme = LocalScheme::symplectic_euler, .metric = Metric::identity}};
+  const SoftBlock body{
+      SoftBlockOptions{.young = 1000, .scheme = LocalScheme::symplectic_euler, .metric = Metric::identity}};
   for (const char* law : {"paper_slide", "paper_stick", "paper_stick_slip"}) {
     const Vec3 start(0.04, 0.025, 0.021);
     Press press(body, kPointTool, law, {0.5, 0.5}, start);

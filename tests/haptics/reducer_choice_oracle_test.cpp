@@ -258,10 +258,10 @@ TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
   };
   refreshes(20, 5, 0.5);
   EXPECT_TRUE(choice.changes().empty());
-  refreshes(2, 5, 6);
+  refreshes(2, 5, 21);
   EXPECT_TRUE(choice.changes().empty()) << "two late ones are no overload";
-  refreshes(1, 5, 6);
-  ASSERT_EQ(choice.changes().size(), 1u);
+  refreshes(1, 5, 21);
+  ASSERT_EQ(choice.changes().size(), 1u) << "from " << choice.predicted_refresh_ms() << " ms";
   const ReducerChange down = choice.changes()[0];
   EXPECT_EQ(down.tick, 22 * 33);
   EXPECT_NE(down.to, down.from);
@@ -280,6 +280,34 @@ TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
       replayed.revise(replayed.reduce(block.tangent, block.patch, block.site), block.site, t);
   }
   EXPECT_EQ(replayed.changes()[0].to, down.to);
+}
+
+/// Where what was stepped down to takes as long as what was right, that is gone back to.
+TEST(AutoReducer, DoesNotStayWithALessAccurateOneThatIsNoCheaper) {
+  const TouchedBlock block({});
+  ReducerChoice choice =
+      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
+  const std::string first = choice.chosen().name;
+  const double error = choice.chosen().force_error;
+  double most = 0;
+  for (int i = 0; i < 100; ++i) {
+    choice.note_cost(105, 100, 33 * i);
+    most = std::max(most, choice.chosen().force_error);
+  }
+  EXPECT_GT(most, error) << "stepped down";
+  EXPECT_LE(choice.chosen().force_error, error);
+  EXPECT_LT(choice.changes().size(), 20u) << "and not to and fro";
+}
+
+/// A model that is right and a little late is better than one that is wrong.
+TEST(AutoReducer, TakesNoneThatIsWrongForBeingALittleLate) {
+  const TouchedBlock block({});
+  ReducerChoice choice =
+      block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
+  for (int i = 0; i < 100; ++i) {
+    choice.note_cost(37, 32, 33 * i);
+    EXPECT_LE(choice.chosen().force_error, kTolerance) << choice.reason();
+  }
 }
 
 }  // namespace

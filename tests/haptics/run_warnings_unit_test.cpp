@@ -46,9 +46,10 @@ TEST(RunWarnings, TellWhereContactWasLost) {
   result.tools[0].lost.free_ticks_inside = 1;
   result.tools[0].lost.pass_throughs = 2;
   result.tools[0].lost.went_through = {{50, 0.4}, {70, 0.1}};
-  expect_parts(run_warnings(result, true),
-               {"contact was lost: the tool was inside the body without contact in 1 of 100 ticks",
-                "went into the body or through it unstopped in 2 ticks, first in tick 50 (t = 0.051 s), 0.4 m in that one"});
+  expect_parts(
+      run_warnings(result, true),
+      {"contact was lost: the tool was inside the body without contact in 1 of 100 ticks",
+       "went into the body or through it unstopped in 2 ticks, first in tick 50 (t = 0.051 s), 0.4 m in that one"});
   EXPECT_TRUE(contact_was_lost(result, true));
   EXPECT_FALSE(contact_was_lost(result, false));
   expect_parts(run_warnings(result, false), {});

@@ -57,7 +57,8 @@ TEST(SecondTool, WithoutAPlaceOfItsOwnGoesBesideTheFirst) {
   scene.second_tool = scene.tool;
   const SessionResult result = Session(scene).run();
   for (std::size_t i = 0; i < result.tools[0].frames.size(); ++i)
-    ASSERT_GE((result.tools[0].frames[i].pose.x - result.tools[1].frames[i].pose.x).norm(), 4 * scene.tool.radius - 1e-6);
+    ASSERT_GE((result.tools[0].frames[i].pose.x - result.tools[1].frames[i].pose.x).norm(),
+              4 * scene.tool.radius - 1e-6);
   EXPECT_GT(result.tools[0].frames.back().f_n, 0);
   EXPECT_GT(result.tools[1].frames.back().f_n, 0);
 }

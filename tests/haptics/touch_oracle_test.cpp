@@ -145,8 +145,8 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
       }
       frames.push_back(touch.tick(Pose{interpolate_path(paths[0].points, (i + 1) * 1e-3)}));
     }
-    return std::pair(frames, TouchReplay{touch.slow().events, touch.slow().refresher().choice().changes(),
-                                         touch.slow().changes()});
+    return std::pair(
+        frames, TouchReplay{touch.slow().events, touch.slow().refresher().choice().changes(), touch.slow().changes()});
   };
   const auto [plain, none] = run({}, false);
   const auto [live, record] = run({}, true);

@@ -1,5 +1,5 @@
-// A loop of one's own against the wall clock, the body in its thread: nothing waits, nothing is allocated, contact stays
-// when the body does not follow.
+// A loop of one's own against the wall clock, the body in its thread: nothing waits, nothing is allocated, contact
+// stays when the body does not follow.
 #include <gtest/gtest.h>
 
 #include <atomic>

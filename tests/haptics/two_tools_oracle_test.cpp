@@ -85,8 +85,7 @@ TEST(TwoTools, FeelEachOtherAsOnTheWholeBody) {
       const SessionResult run = Session(reduced, bar()).run();
       if (!reference) reference = run_reference(session, tool_paths(run), {.rate_hz = 4000});
       const double first = compare_forces(tick_forces(run.tools[0].frames), *reference).force_error;
-      const double second =
-          compare_forces(tick_forces(run.tools[1].frames), second_tool_of(*reference)).force_error;
+      const double second = compare_forces(tick_forces(run.tools[1].frames), second_tool_of(*reference)).force_error;
       std::printf("%s, %s (%s), %d Hz: force error %.2f %% and %.2f %%, largest forces %.2f N and %.2f N\n", name,
                   reducer, run.reducer_name.c_str(), rate, 100 * first, 100 * second, largest(run.tools[0].frames),
                   largest(run.tools[1].frames));
@@ -110,7 +109,8 @@ TEST(TwoTools, OneThatTouchesNothingChangesNoBit) {
     EXPECT_GT(largest(a.tools[0].frames), 0.02);
     EXPECT_EQ(largest(b.tools[1].frames), 0);
     EXPECT_EQ(*std::ranges::max_element(b.tools[1].penetration), 0);
-    for (std::size_t i = 0; i < a.tools[0].frames.size(); ++i) ASSERT_EQ(a.tools[0].frames[i].force, b.tools[0].frames[i].force) << "tick " << i;
+    for (std::size_t i = 0; i < a.tools[0].frames.size(); ++i)
+      ASSERT_EQ(a.tools[0].frames[i].force, b.tools[0].frames[i].force) << "tick " << i;
     EXPECT_EQ(a.refreshes, b.refreshes);
     EXPECT_NE(a.hash, b.hash);
   }
@@ -166,7 +166,7 @@ TEST(TwoTools, StayInTheConeAndOutside) {
       EXPECT_GT(std::min(first.max_n, second.max_n), 1e-3);
       for (const ForceMetrics& m : {first, second}) EXPECT_LE(m.max_t_over_n, mu * (1 + 1e-9) + 1e-12);
       EXPECT_EQ(both.tools[0].missed_impacts + both.tools[1].missed_impacts, 0);
-      EXPECT_LT(*std::ranges::max_element(both.tools[0].penetration), 1e-6);               // [m]
+      EXPECT_LT(*std::ranges::max_element(both.tools[0].penetration), 1e-6);  // [m]
       EXPECT_LT(*std::ranges::max_element(both.tools[1].penetration), 1e-6);  // [m]
     }
 }

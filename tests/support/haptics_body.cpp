@@ -25,7 +25,8 @@ std::unique_ptr<DeformableModel> make_body(const SoftBlockOptions& o) {
 
 }  // namespace
 
-SoftBlock::SoftBlock(const SoftBlockOptions& o) : options(o), model(make_body(o)), surface(make_surface(model->mesh())) {}
+SoftBlock::SoftBlock(const SoftBlockOptions& o)
+    : options(o), model(make_body(o)), surface(make_surface(model->mesh())) {}
 
 std::unique_ptr<PreparedLocalModel> SoftBlock::local_model(const State& state, const Vec3& p, int frame) const {
   ContactSite site{p, 0, options.reach};

@@ -35,7 +35,8 @@ class SoftBlock {
 /// The haptic tick over a body at rest, a tool, and its path so far.
 class Press {
  public:
-  Press(const SoftBlock& body, const ToolShape& tool, const std::string& law, const Friction& friction, const Vec3& start);
+  Press(const SoftBlock& body, const ToolShape& tool, const std::string& law, const Friction& friction,
+        const Vec3& start);
   /// One tick to the given place, and turned by a rotation vector [rad].
   LocalFrame go_to(const Vec3& place, const Vec3& turn = Vec3::Zero());
   /// `ticks` ticks along a straight line; `visit(frame)` after each.

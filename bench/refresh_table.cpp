@@ -1,0 +1,78 @@
+// What a refresh takes by stage, over the press and drag of scenes/organ_drag.json on bodies of some sizes, springs and
+// neo-Hookean elements: medians [ms] of the clock by stage, and of the processor's time in all with its 90th
+// percentile, its largest and what was predicted of it. The first refresh, which sets the run up, is left out.
+//   build/release/bench/refresh_table [--reducer NAME] [--model msd|fem] [--nodes ABOUT] [--duration S] [--thread 1]
+#include <cstdio>
+#include <string>
+
+#include "haptics/metrics.hpp"
+#include "haptics/session.hpp"
+#include "io/scene.hpp"
+
+namespace kt {
+namespace {
+
+struct Options {
+  std::string reducer = "condensed", model;
+  int nodes = 0;
+  double duration = 0.9;
+  bool thread = false;
+};
+
+/// The organ's surface, and the largest tetrahedron below it [m^3].
+struct Body {
+  int about;
+  std::optional<double> max_volume;
+};
+const Body kBodies[] = {{900, 2e-7}, {1650, {}}, {3000, 2.2e-8}, {10000, 5e-9}};
+
+void run(const Body& body, const std::string& model, const Options& options) {
+  Scene scene = load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json");
+  scene.duration = options.duration;
+  scene.object.model.type = model;
+  if (body.max_volume) scene.object.tetrahedralize.emplace().max_volume = body.max_volume;
+  scene.local.reducer = options.reducer;
+  if (options.thread) scene.link.type = "thread";
+  Session session(scene);
+  const SessionResult result = session.run();
+  const auto later = [](std::vector<double> ms) {
+    ms.erase(ms.begin(), ms.begin() + std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(ms.size())));
+    return ms;
+  };
+  const std::vector<double> cpu = later(result.slow_cpu_ms);
+  double predicted = 0;
+  for (const ReducerCandidate& c : result.reducer_candidates)
+    if (c.name == result.reducer_name) predicted = c.refresh_ms;
+  const auto patch = result.last_patch_vertices;
+  std::printf("%-4s %6d %-22s %4d %4d | %6.1f", model.c_str(), session.model().mesh().num_nodes(),
+              result.reducer_name.c_str(), result.last_dof, patch, percentile(later(result.global_ms), 0.5));
+  for (const auto& part : result.refresh_parts_ms) std::printf(" %6.1f", percentile(later(part.second), 0.5));
+  std::printf(" | %6.1f %6.1f %6.1f %6.2f %9.1f | %4.1f\n", percentile(cpu, 0.5), percentile(cpu, 0.9),
+              percentile(cpu, 1), percentile(cpu, 0.9) / percentile(cpu, 0.5), predicted,
+              static_cast<double>(result.refreshes.size()) / options.duration);
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace kt
+
+int main(int argc, char** argv) {
+  kt::Options options;
+  for (int i = 1; i + 1 < argc; i += 2) {
+    const std::string word = argv[i], value = argv[i + 1];
+    if (word == "--reducer") options.reducer = value;
+    if (word == "--model") options.model = value;
+    if (word == "--nodes") options.nodes = std::stoi(value);
+    if (word == "--duration") options.duration = std::stod(value);
+    if (word == "--thread") options.thread = value == "1";
+  }
+  std::printf(
+      "body  nodes reducer                 dof vert | global linear reduce certif prepar |    cpu    p90    max  "
+      "p90/p50 "
+      "predicted |  Hz\n");
+  for (const char* model : {"msd", "fem"})
+    for (const kt::Body& body : kt::kBodies)
+      if ((options.model.empty() || options.model == model) && (options.nodes == 0 || options.nodes == body.about))
+        kt::run(body, model, options);
+  return 0;
+}
