@@ -20,13 +20,13 @@ struct Options {
 };
 
 /// The organ's surface, and the largest tetrahedron below it [m^3].
-struct Body {
+struct SizedBody {
   int about;
   std::optional<double> max_volume;
 };
-const Body kBodies[] = {{900, 2e-7}, {1650, {}}, {3000, 2.2e-8}, {10000, 5e-9}};
+const SizedBody kBodies[] = {{900, 2e-7}, {1650, {}}, {3000, 2.2e-8}, {10000, 5e-9}};
 
-void run(const Body& body, const std::string& model, const Options& options) {
+void run(const SizedBody& body, const std::string& model, const Options& options) {
   Scene scene = load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json");
   scene.duration = options.duration;
   scene.object.model.type = model;
@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
       "p90/p50 "
       "predicted |  Hz\n");
   for (const char* model : {"msd", "fem"})
-    for (const kt::Body& body : kt::kBodies)
+    for (const kt::SizedBody& body : kt::kBodies)
       if ((options.model.empty() || options.model == model) && (options.nodes == 0 || options.nodes == body.about))
         kt::run(body, model, options);
   return 0;

@@ -31,7 +31,7 @@ Vec3 ForceBlend::apply(const Vec3& force, bool touches, bool lost, const Vec3& m
   fading_out_ = lost;
   touched_ = touches || lost;
 
-  left_ = std::max(0.0, left_ - per_tick_);
+  left_ = std::max(0.0, left_ - per_tick_ / longer_);
   Vec3 out = force + left_ * difference_;
   // Only what hands have put in may come back; the model's own force answers for itself.
   if (const double given = left_ * difference_.dot(moved); given > 0 && work_ + others - out.dot(moved) < 0) {

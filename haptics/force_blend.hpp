@@ -14,9 +14,11 @@ class ForceBlend {
   /// The next force comes from another model: where both touch, it goes on from the last one.
   /// @param before  force of that model in the last tick [N], of one that was run in beside the old one; none: their
   ///                difference shows in the next few ticks
-  void begin(const std::optional<Vec3>& before = {}) noexcept {
+  /// @param longer  times the usual fade: after a model that was in use for long, from which the next is far off
+  void begin(const std::optional<Vec3>& before = {}, double longer = 1) noexcept {
     begins_ = true;
     before_ = before;
+    longer_ = longer;
   }
   /// The force of this tick as the hand shall feel it [N].
   /// @param force    of the local model [N]
@@ -29,6 +31,7 @@ class ForceBlend {
 
  private:
   double per_tick_;  // share of the difference that fades in a tick
+  double longer_ = 1;
   double left_ = 0;  // share of the difference that is still there
   double work_ = 0;  // done by the hand so far [J]
   Vec3 last_ = Vec3::Zero(), difference_ = Vec3::Zero();

@@ -9,8 +9,10 @@
 namespace kt {
 namespace {
 
-constexpr double kPushOut = 0.06;       // [s] a tool that was found inside is out after it,
-constexpr double kPushSpeed = 0.1;      // [m/s] or as much later as it takes at this mean speed
+constexpr double kPushOut = 0.06;   // [s] a tool that was found inside is out after it,
+constexpr double kPushSpeed = 0.1;  // [m/s] or as much later as it takes at this mean speed
+constexpr double kLong = 0.15;      // [s] that a local model is in use: the body is far from where it was linearized
+constexpr double kLongFade = 5;     // fades after that, of the usual one
 constexpr double kLeastLimited = 1e-4;  // [m] a smaller overlap is a new model's difference, which the blend fades
 
 /// Where the apron of a new model was in the old one: as its patch moved, or where the body was linearized.
@@ -66,7 +68,9 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   }
   PreparedLocalModel& now = *model_;
   PreparedLocalModel& old = *next;
-  for (int k = 0; k < num_tools(); ++k) tools_[k].blend.begin(now.caught_up ? now.replayed_force[k] : std::nullopt);
+  const double in_use = h_ * (now.linearized_tick - old.linearized_tick);  // [s]
+  for (int k = 0; k < num_tools(); ++k)
+    tools_[k].blend.begin(now.caught_up ? now.replayed_force[k] : std::nullopt, in_use > kLong ? kLongFade : 1);
   if (now.caught_up) {
     for (int k = 0; k < num_tools(); ++k)
       if (count_of(now.state.anchors, k) == 0 && count_of(old.state.anchors, k) > 0) tools_[k].flags |= kLostAnchor;

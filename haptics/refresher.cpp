@@ -108,13 +108,15 @@ static double large_ball_extent(const Surface& surface, const VectorX& x, const 
 
 /// How far the tool's surface gets while the model made at time t is in use [m].
 double Refresher::reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const {
-  constexpr double kAround = 1.2;      // where it may be off the path; further off the apron catches it
-  constexpr double kGetsFaster = 0.1;  // [m/s]
-  constexpr double kLarge = 0.01;      // [m]
+  constexpr double kAround = 1.2;  // where it may be off the path; further off the apron catches it
+  // [m/s] Of a tool with a bound the least of it and this counts; without one, as of a hand, the apron has to do:
+  // patches for whatever a hand could do are three times as costly, and come too late for what it does.
+  const double gets_faster = std::isfinite(tool.max_speed) ? 0.1 : 0.03;
+  constexpr double kLarge = 0.01;  // [m]
   double around = kAround * tool_reach(tool.shape);
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
-  const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + kGetsFaster});
+  const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + gets_faster});
   return around + speed * (delay_ + interval(t));
 }
 

@@ -167,8 +167,8 @@ TouchOptions touch_options(const Scene& scene) {
                           "\" steps through a body's contacts with itself; global.self_contact needs newton_euler (the "
                           "default beside it)"));
   TouchOptions out;
-  out.tools = {{scene_tool(scene.tool, "tool"), kFollowedSpeed}};
-  if (scene.second_tool) out.tools.push_back({scene_tool(*scene.second_tool, "second_tool"), kFollowedSpeed});
+  out.tools.front().shape = scene_tool(scene.tool, "tool");
+  if (scene.second_tool) out.tools.emplace_back().shape = scene_tool(*scene.second_tool, "second_tool");
   out.contact = scene.contact;
   out.global = scene.global;
   out.local = scene.local;

@@ -1,6 +1,7 @@
 #pragma once
 // What a Touch is told besides the body: tools and settings. No file format, no device, no clock.
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "collision/contact.hpp"
@@ -17,7 +18,7 @@ constexpr double kFollowedSpeed = 0.25;
 /// A tool, and how far it may get.
 struct TouchTool {
   ToolShape shape{ToolShape::Kind::sphere, 0.004};
-  double max_speed = kFollowedSpeed;  ///< bound [m/s], where one is known
+  double max_speed = std::numeric_limits<double>::infinity();  ///< bound [m/s], where one is known: of a path
 };
 
 /// One refresh: which tick the body was linearized at, and which tick started with the new local model (-1: lost),

@@ -42,7 +42,6 @@ class TouchThreads : public testing::Test {
   void SetUp() override {
     scene_ = small_scene();
     scene_.duration = 1;
-    scene_.object.model.damping.stiffness = 0.01;
     session_.emplace(scene_);
   }
   Pose pose(double t) const { return {interpolate_path(session_->path(), t)}; }

@@ -1,5 +1,5 @@
 # Installs the build into a folder of its own, builds examples/ against it and runs them: finds headers, libraries
-# and package files that the installation forgets. Run by ctest with -DSOURCE=... -DBUILD=... -DFLAGS=...
+# and package files that the installation forgets. Run by ctest with -DSOURCE=... -DBUILD=... -DFLAGS=... -DVERSION=...
 set(work ${BUILD}/consumer)
 file(REMOVE_RECURSE ${work})
 function(run)
@@ -46,6 +46,26 @@ foreach(name ${exported} ${declared})
 endforeach()
 if(wrong)
   message(FATAL_ERROR "declared in kilotouch.h or exported by ${library}, not both: ${wrong}")
+endif()
+
+# C# declares the same functions, and compiles.
+file(READ ${SOURCE}/examples/unity/Kilotouch.cs csharp)
+string(REGEX MATCHALL "kt_[a-z_]+\\(" in_csharp "${csharp}")
+list(TRANSFORM in_csharp REPLACE "\\(" "")
+list(REMOVE_DUPLICATES in_csharp)
+list(SORT in_csharp)
+if(NOT in_csharp STREQUAL declared)
+  message(FATAL_ERROR "examples/unity/Kilotouch.cs declares other functions than kilotouch.h:\n${in_csharp}\n${declared}")
+endif()
+find_program(csharp_compiler mcs)
+if(csharp_compiler)
+  run(${csharp_compiler} -target:library -out:${work}/Kilotouch.dll examples/unity/Kilotouch.cs)
+endif()
+
+file(READ ${work}/prefix/include/kilotouch/kilotouch.hpp umbrella)
+string(REGEX REPLACE ".*VERSION_MAJOR ([0-9]+).*VERSION_MINOR ([0-9]+).*VERSION_PATCH ([0-9]+).*" "\\1.\\2.\\3" macros "${umbrella}")
+if(NOT macros STREQUAL VERSION)
+  message(FATAL_ERROR "kilotouch.hpp says version ${macros}, the project is ${VERSION}")
 endif()
 
 # The README shows this program: the one that was just compiled.
