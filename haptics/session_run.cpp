@@ -172,7 +172,8 @@ void run_threads(const RunParts& run) {
   };
   while (!finished) {
     take_rows();
-    if (run.options.progress) run.options.progress(static_cast<double>(run.result.step_us.size()) / run.ticks);
+    const auto done = static_cast<double>(run.result.step_us.size());
+    if (run.options.progress && done > 0) run.options.progress(done / run.ticks);
     if (run.options.stop && run.options.stop->load()) stop = run.result.stopped = true;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }

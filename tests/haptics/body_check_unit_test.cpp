@@ -88,7 +88,8 @@ TEST(BodyCheck, SeesAToolThatGoesThroughEdgesAndCornersExactly) {
 }
 
 TEST(MotionRecord, GivesBackWhatWasPutInOverManyRounds) {
-  MotionRecord record(20 + 16 * kMaxTools);
+  constexpr int kRoom = 2 * (20 + 16 * kMaxTools);
+  MotionRecord record(kRoom);
   MotionRecord::Tick tick;
   VectorX q;
   EXPECT_FALSE(record.front(tick, q));
@@ -117,7 +118,7 @@ TEST(MotionRecord, GivesBackWhatWasPutInOverManyRounds) {
       ++got;
     }
   }
-  EXPECT_FALSE(record.push({}, VectorX::Zero(18))) << "larger than all of it";
+  EXPECT_FALSE(record.push({}, VectorX::Zero(kRoom))) << "larger than all of it";
 }
 
 }  // namespace

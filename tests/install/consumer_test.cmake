@@ -1,5 +1,6 @@
 # Installs the build into a folder of its own, builds examples/ against it and runs them: finds headers, libraries
 # and package files that the installation forgets. Run by ctest with -DSOURCE=... -DBUILD=... -DFLAGS=... -DVERSION=...
+cmake_minimum_required(VERSION 3.25)
 set(work ${BUILD}/consumer)
 file(REMOVE_RECURSE ${work})
 function(run)
