@@ -16,6 +16,7 @@ void ContactWatch::adopted(const PreparedLocalModel& model) noexcept {
 }
 
 void ContactWatch::ticked(const HapticSide& side, std::span<const LocalFrame> frames) noexcept {
+  if (!side.has_model()) return;
   MotionRecord::Tick tick{side.next_tick() - 1, side.model().model.frame, {}};
   for (std::size_t k = 0; k < tools_; ++k) {
     const ToolSweep sweep = side.last_sweep(k);

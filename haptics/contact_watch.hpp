@@ -4,18 +4,20 @@
 #include "haptics/body_check.hpp"
 #include "haptics/link/motion_record.hpp"
 #include "haptics/lost_contact.hpp"
-#include "haptics/touch/tick_observer.hpp"
+#include "haptics/touch/haptic_side.hpp"
+#include "haptics/touch/model_observer.hpp"
 
 namespace kt {
 
-class ContactWatch final : public TickObserver {
+class ContactWatch final : public ModelObserver {
  public:
   /// @param surface  of the whole body; borrowed
   /// @param later    the ticking thread only notes what there is to look at
   ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later);
 
   void adopted(const PreparedLocalModel& model) noexcept override;
-  void ticked(const HapticSide& side, std::span<const LocalFrame> frames) noexcept override;
+  /// A tick is done; for whoever ticks to call, outside the tick's time. No allocation when it is looked at later.
+  void ticked(const HapticSide& side, std::span<const LocalFrame> frames) noexcept;
   bool look_back(const PreparedLocalModel& model, int most) override;
   /// The ticks that are left, all of which had this model. While nobody ticks.
   void finish(const PreparedLocalModel& model);

@@ -211,7 +211,7 @@ SessionResult Session::run(const SessionOptions& options) {
   for (std::size_t k = 0; k < tools_.size(); ++k)
     hands.emplace_back(std::move(devices[k]), scene_.local.passivity_damping, h);
   const int ticks = static_cast<int>(std::llround(scene_.duration * scene_.local.rate_hz));
-  const RunParts parts{options, ticks, touch, hands, result};
+  const RunParts parts{options, ticks, touch, hands, watch ? &*watch : nullptr, result};
   threaded ? run_threads(parts) : run_lockstep(parts);
 
   if (watch) watch->finish(touch.fast().model());

@@ -39,6 +39,7 @@ class DeviceTick {
     const std::span<const LocalFrame> frames = run_.touch.tick(std::span(poses).first(count));
     row.step_us = thread_time_us() - start;
     if (counts) allocations_ += counts() - before;
+    if (run_.watch) run_.watch->ticked(run_.touch.fast(), frames);
     // What is recorded, counted as work and judged is what the hand is given.
     for (std::size_t k = 0; k < count; ++k) {
       row.frames[k] = frames[k];

@@ -32,7 +32,8 @@ struct RunParts {
   int ticks = 0;
   Touch& touch;
   std::vector<HandAtDevice>& hands;
-  SessionResult& result;  ///< tools with their start and room for nothing else
+  ContactWatch* watch = nullptr;  ///< none: nobody looks
+  SessionResult& result;          ///< tools with their start and room for nothing else
 };
 
 void run_lockstep(const RunParts& run);

@@ -4,7 +4,8 @@
 #include <memory>
 
 #include "haptics/touch/body_side.hpp"
-#include "haptics/touch/tick_observer.hpp"
+#include "haptics/touch/haptic_side.hpp"
+#include "haptics/touch/model_observer.hpp"
 
 namespace kt {
 
@@ -25,11 +26,11 @@ class BodyLink {
 
 /// Both rates in one thread: deterministic. Latency and loss are simulated in ticks, from the seed; a replay brings its
 /// own schedule.
-std::unique_ptr<BodyLink> make_lockstep_link(BodySide& body, TickObserver* observer);
+std::unique_ptr<BodyLink> make_lockstep_link(BodySide& body, ModelObserver* observer);
 
 /// The body in a thread of its own, against the wall clock, as fast as it can up to the global rate. The first local
 /// model is made at once, for the tools where `side` has them: throws what that throws.
 std::unique_ptr<BodyLink> make_thread_link(BodySide& body, HapticSide& side, const SurfaceFriction& friction,
-                                           TickObserver* observer);
+                                           ModelObserver* observer);
 
 }  // namespace kt

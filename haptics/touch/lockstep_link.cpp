@@ -73,7 +73,7 @@ class Schedule {
 
 class LockstepLink final : public BodyLink {
  public:
-  LockstepLink(BodySide& body, TickObserver* observer)
+  LockstepLink(BodySide& body, ModelObserver* observer)
       : body_(body),
         observer_(observer),
         schedule_(body.options()),
@@ -138,7 +138,7 @@ class LockstepLink final : public BodyLink {
   }
 
   BodySide& body_;
-  TickObserver* observer_;
+  ModelObserver* observer_;
   Schedule schedule_;
   std::deque<Parcel> on_the_way_;
   std::vector<LocalReport> reports_;
@@ -150,7 +150,7 @@ class LockstepLink final : public BodyLink {
 
 }  // namespace
 
-std::unique_ptr<BodyLink> make_lockstep_link(BodySide& body, TickObserver* observer) {
+std::unique_ptr<BodyLink> make_lockstep_link(BodySide& body, ModelObserver* observer) {
   return std::make_unique<LockstepLink>(body, observer);
 }
 

@@ -32,7 +32,7 @@ constexpr int kMost = 4;  // ticks that are caught up with in one: a tick is som
 
 class ThreadLink final : public BodyLink {
  public:
-  ThreadLink(BodySide& body, HapticSide& side, const SurfaceFriction& friction, TickObserver* observer)
+  ThreadLink(BodySide& body, HapticSide& side, const SurfaceFriction& friction, ModelObserver* observer)
       : body_(body),
         observer_(observer),
         up_(kReports),
@@ -189,7 +189,7 @@ class ThreadLink final : public BodyLink {
   }
 
   BodySide& body_;
-  TickObserver* observer_;
+  ModelObserver* observer_;
   Mailbox<Parcel> down_, used_;
   Ring<LocalReport> up_;
   bool catches_up_;
@@ -212,7 +212,7 @@ class ThreadLink final : public BodyLink {
 }  // namespace
 
 std::unique_ptr<BodyLink> make_thread_link(BodySide& body, HapticSide& side, const SurfaceFriction& friction,
-                                           TickObserver* observer) {
+                                           ModelObserver* observer) {
   return std::make_unique<ThreadLink>(body, side, friction, observer);
 }
 

@@ -47,7 +47,7 @@ struct Touch::Parts {
   SurfaceFriction friction;
   HapticSide haptic;
   std::unique_ptr<BodySide> side;
-  TickObserver* observer = nullptr;
+  ModelObserver* observer = nullptr;
   std::unique_ptr<BodyLink> link;  // from the first tick, or start(), on
   std::array<LocalFrame, kMaxTools> frames;
   bool is_placed = false;
@@ -114,7 +114,6 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   if (haptic.has_model() && haptic.next_tick() - haptic.model_tick() > stale_ticks) flags |= kStaleModel;
   if (flags != 0)
     for (LocalFrame& frame : out) frame.flags |= flags;
-  if (observer && haptic.has_model()) observer->ticked(haptic, out);
   if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % kShapeEvery == 0) show_shape();
   return out;
 }
@@ -181,7 +180,7 @@ std::size_t Touch::num_tools() const { return parts_->haptic.num_tools(); }
 int Touch::next_tick() const noexcept { return parts_->haptic.next_tick(); }
 double Touch::h() const noexcept { return parts_->haptic.h(); }
 std::exception_ptr Touch::error() const noexcept { return parts_->link ? parts_->link->error() : nullptr; }
-void Touch::observe(TickObserver* observer) { parts_->observer = observer; }
+void Touch::observe(ModelObserver* observer) { parts_->observer = observer; }
 BodySide& Touch::slow() { return *parts_->side; }
 const BodySide& Touch::slow() const { return *parts_->side; }
 const HapticSide& Touch::fast() const { return parts_->haptic; }

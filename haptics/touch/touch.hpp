@@ -14,7 +14,7 @@ namespace kt {
 struct ContactSample;  // core/global_simulation.hpp
 class BodySide;
 class HapticSide;
-class TickObserver;
+class ModelObserver;
 
 /// One thread at a time ticks. Without start() the body is refreshed inside some of the ticks, deterministic: the same
 /// poses give the same bits, and a refresh takes its tens of milliseconds. After start() the body has its own thread,
@@ -77,8 +77,8 @@ class Touch {
   /// Why the body's simulation ended; none as a rule. Ticks go on with the last local model.
   std::exception_ptr error() const noexcept;
 
-  /// Who looks at the ticks. Before the first one, and before start(). Borrowed.
-  void observe(TickObserver* observer);
+  /// Who follows the local models. Before the first tick, and before start(). Borrowed.
+  void observe(ModelObserver* observer);
 
   // The halves and their records, while nobody ticks.
   BodySide& slow();
