@@ -73,8 +73,11 @@ kt_touch* opened(F&& open) noexcept {
   return out;
 }
 
-kt_touch* touch_of(const kt::Scene& scene, kt::Body body) {
-  return new kt_touch(std::move(body), kt::touch_options(scene));
+/// What is wrong with a setting is told before the mesh is read.
+template <class MakeBody>
+kt_touch* touch_of(const kt::Scene& scene, MakeBody&& make_body) {
+  const kt::TouchOptions options = kt::touch_options(scene);
+  return new kt_touch(make_body(), options);
 }
 
 /// Element i of a caller's array, whose elements may be shorter or longer than ours.
@@ -150,7 +153,7 @@ kt_touch* kt_open_scene(const char* file, const char* const* settings, size_t co
   if (!file) return misuse("kt_open_scene: a null pointer"), nullptr;
   return opened([&] {
     const kt::Scene scene = scene_file(file, texts(settings, count));
-    return touch_of(scene, kt::Body(kt::body_options(scene)));
+    return touch_of(scene, [&] { return kt::Body(kt::body_options(scene)); });
   });
 }
 
@@ -159,7 +162,7 @@ kt_touch* kt_open_mesh(const char* file, const char* const* settings, size_t cou
   return opened([&] {
     kt::Scene scene = scene_of(texts(settings, count));
     scene.object.mesh = file;
-    return touch_of(scene, kt::Body(kt::body_options(scene)));
+    return touch_of(scene, [&] { return kt::Body(kt::body_options(scene)); });
   });
 }
 
@@ -182,7 +185,8 @@ kt_touch* kt_open_arrays(const double* xyz, size_t nodes, const int32_t* triangl
       mesh.tetrahedra.push_back({index(tetrahedra[4 * i]), index(tetrahedra[4 * i + 1]), index(tetrahedra[4 * i + 2]),
                                  index(tetrahedra[4 * i + 3])});
     const kt::Scene scene = scene_of(texts(settings, count));
-    return touch_of(scene, kt::Body(kt::filled(std::move(mesh), scene.object), kt::body_options(scene)));
+    return touch_of(scene,
+                    [&] { return kt::Body(kt::filled(std::move(mesh), scene.object), kt::body_options(scene)); });
   });
 }
 

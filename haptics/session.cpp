@@ -117,13 +117,14 @@ SessionOptions replay_of(const SessionResult& run) {
   return out;
 }
 
-Session::Session(const Scene& scene) : Session(scene, touch_options(scene), Body(body_options(scene))) {}
+// In braces, in order: what is wrong with a setting is told before the mesh is filled.
+Session::Session(const Scene& scene) : Session{scene, touch_options(scene), Body(body_options(scene))} {}
 
 Session::Session(const Scene& scene, Mesh body)
-    : Session(scene, touch_options(scene), Body(std::move(body), body_options(scene))) {}
+    : Session{scene, touch_options(scene), Body(std::move(body), body_options(scene))} {}
 
 Session::Session(const Scene& scene, std::unique_ptr<DeformableModel> model)
-    : Session(scene, touch_options(scene), Body(std::move(model), body_options(scene))) {}
+    : Session{scene, touch_options(scene), Body(std::move(model), body_options(scene))} {}
 
 Session::Session(const Scene& scene, TouchOptions options, Body body)
     : scene_(scene), options_(std::move(options)), body_(std::move(body)), tools_(shapes_of(options_)) {

@@ -78,7 +78,10 @@ class LockstepLink final : public BodyLink {
         observer_(observer),
         schedule_(body.options()),
         motion_(make_local_motion(static_cast<int>(body.state().x.size()) / 3)),
-        catches_up_(catches_up(body.options())) {}
+        catches_up_(catches_up(body.options())) {
+    constexpr std::size_t kMost = 1024;  // of slower rates the first interval makes room for the others
+    reports_.reserve(std::min(kMost, 2 * static_cast<std::size_t>(ticks_per_refresh(body.options()))));
+  }
 
   void before_tick(HapticSide& side) noexcept override {
     const int tick = side.next_tick();

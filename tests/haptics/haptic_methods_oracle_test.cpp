@@ -76,11 +76,12 @@ TEST(Hold, ShowsTheForceOfTheRefreshUntilTheNext) {
     int different = 0;
     for (std::size_t k = 0; k < held.refreshes.size(); ++k) {
       const int then = held.refreshes[k].linearized_tick;
-      const int end = k + 1 < held.refreshes.size() ? held.refreshes[k + 1].adopted_tick
-                                                    : static_cast<int>(held.tools[0].frames.size());
+      const auto start_of = [&](std::size_t refresh) {  // what came after the end was not taken over
+        const bool is_used = refresh < held.refreshes.size() && held.refreshes[refresh].adopted_tick >= 0;
+        return is_used ? held.refreshes[refresh].adopted_tick : static_cast<int>(held.tools[0].frames.size());
+      };
       const Vec3 expected = then == 0 ? Vec3(Vec3::Zero()) : right.tools[0].frames[then - 1].force;
-      for (int i = held.refreshes[k].adopted_tick; i < std::min(end, static_cast<int>(held.tools[0].frames.size()));
-           ++i) {
+      for (int i = start_of(k); i < start_of(k + 1); ++i) {
         ASSERT_EQ(held.tools[0].frames[i].force, expected) << "tick " << i;
         different += (right.tools[0].frames[i].force - expected).norm() > 0.01 * expected.norm();
       }

@@ -43,6 +43,7 @@ class TouchThreads : public testing::Test {
   void SetUp() override {
     scene_ = small_scene();
     scene_.duration = 1;
+    scene_.tool.path.press_drag->speed = 0.02;  // [m/s] held up for 0.5 s it stays over the surface around the patch
     session_.emplace(scene_);
   }
   Pose pose(double t) const { return {interpolate_path(session_->path(), t)}; }
@@ -92,7 +93,7 @@ TEST_F(TouchThreads, ATickAllocatesNothing) {
   touch.place(pose(0));
   touch.start();
   long long allocations = 0;
-  for (int i = 0; i < 400; ++i) {
+  for (int i = 0; i < 400 || (i < 5000 && touch.status().refreshes < 5); ++i) {
     std::this_thread::sleep_for(500us);
     const Pose next = pose((i + 1) * 1e-3);
     allocations += allocations_during([&] { touch.tick(next); });
