@@ -12,7 +12,10 @@ namespace {
 class Penalty final : public HapticMethod {
  public:
   explicit Penalty(const HapticMethodOptions& options)
-      : tool_(options.tools[0]), h_(options.h), coupling_(options.coupling), solver_(make_cone_solver("penalty", options)) {
+      : tool_(options.tools[0]),
+        h_(options.h),
+        coupling_(options.coupling),
+        solver_(make_cone_solver("penalty", options)) {
     if (!(coupling_.stiffness > 0 && coupling_.damping >= 0))
       throw InputError(text("contact.penalty: stiffness = ", coupling_.stiffness,
                             " N/m must be above 0, damping = ", coupling_.damping, " N.s/m at least 0"));

@@ -59,7 +59,8 @@ TEST(ExplicitStep, OfASceneTooStiffForItWarnsBeforeTheRunAndFlagsItsTicks) {
     EXPECT_NE(predicted[0].message.find(words), std::string::npos) << predicted[0].message;
   const SessionResult result = session.run();
   EXPECT_TRUE(holds(result.warnings, "local.integrator symplectic_euler"));
-  EXPECT_TRUE(std::ranges::any_of(result.tools[0].frames, [](const LocalFrame& f) { return (f.flags & kNotFinite) != 0; }));
+  EXPECT_TRUE(
+      std::ranges::any_of(result.tools[0].frames, [](const LocalFrame& f) { return (f.flags & kNotFinite) != 0; }));
   for (const LocalFrame& f : result.tools[0].frames) ASSERT_TRUE(f.force.allFinite());
 }
 

@@ -114,16 +114,17 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_EQ(s.second_tool->path.waypoints, (std::vector<Waypoint>{{0.0, Vec3(1, 2, 3)}}));
   EXPECT_EQ(s.contact,
             (ContactSettings{"paper_slide",
-                          0.9,
-                          0.4,
-                          "mass",
-                          {150, 0.1},
-                          0.02,
-                          {{{Vec3::Zero(), Vec3::Ones()}, 0.8, 0.8}, {{Vec3::Zero(), 2 * Vec3::Ones()}, 0.3, 0.2}},
-                          "h",
-                          3,
-                          50}));
-  EXPECT_EQ(s.global, (GlobalSettings{10, "a", "f", 1e-4, false, false, false, SelfContactSettings{0.1, 1e-4, 50, 2e-3}}));
+                             0.9,
+                             0.4,
+                             "mass",
+                             {150, 0.1},
+                             0.02,
+                             {{{Vec3::Zero(), Vec3::Ones()}, 0.8, 0.8}, {{Vec3::Zero(), 2 * Vec3::Ones()}, 0.3, 0.2}},
+                             "h",
+                             3,
+                             50}));
+  EXPECT_EQ(s.global,
+            (GlobalSettings{10, "a", "f", 1e-4, false, false, false, SelfContactSettings{0.1, 1e-4, 50, 2e-3}}));
   EXPECT_EQ(s.local, (LocalSettings{500, "b", 2, 0.1, 90, 25.0, false, 3, 0.5, "c", "frozen"}));
   EXPECT_EQ(s.link, (LinkSettings{"d", 5, 0.25, "given", 40.0}));
   EXPECT_EQ(s.collision.backend, "e");
