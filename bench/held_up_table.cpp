@@ -12,32 +12,14 @@
 #include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/process_time.hpp"
 #include "haptics/touch/touch.hpp"
+#include "tests/support/held_up_model.hpp"
 
 namespace kt {
 namespace {
 
-/// The session's model, held up in its tangent when asked for.
-class HeldUp final : public DeformableModel {
- public:
-  explicit HeldUp(const DeformableModel& model) : model_(model) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
-  void force(const State& s, VectorX& out) const override { model_.force(s, out); }
-  void update_tangent(const State& s, TangentKind kind, Tangent& out) const override {
-    if (const int ms = hold_ms.exchange(0); ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-    model_.update_tangent(s, kind, out);
-  }
-  ModelInfo info() const override { return model_.info(); }
-  mutable std::atomic<int> hold_ms{0};
-
- private:
-  const DeformableModel& model_;
-};
-
 void run(const Session& session, int held_ms) {
-  auto model = std::make_unique<HeldUp>(session.model());
-  HeldUp& held = *model;
+  auto model = std::make_unique<HeldUpModel>(session.model());
+  HeldUpModel& held = *model;
   const Body body(std::move(model));
   TouchOptions options = session.options();
   options.tools[0].max_speed = std::numeric_limits<double>::infinity();  // a hand's: not known

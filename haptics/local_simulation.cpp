@@ -9,11 +9,16 @@
 namespace kt {
 namespace {
 
-constexpr double kPushOut = 0.06;   // [s] a tool that was found inside is out after it,
-constexpr double kPushSpeed = 0.1;  // [m/s] or as much later as it takes at this mean speed
-constexpr double kLong = 0.15;      // [s] that a local model is in use: the body is far from where it was linearized
-constexpr double kLongFade = 5;     // fades after that, of the usual one
+constexpr double kPushOut = 0.06;       // [s] a tool that was found inside is out after it,
+constexpr double kPushSpeed = 0.1;      // [m/s] or as much later as it takes at this mean speed
 constexpr double kLeastLimited = 1e-4;  // [m] a smaller overlap is a new model's difference, which the blend fades
+
+/// How much longer than usual the force fades over from a model that was in use for that time [s]: the body is far from
+/// where it was linearized.
+double fade_after(double in_use) noexcept {
+  constexpr double kUsual = 0.05, kFaded = 0.03, kMost = 8;
+  return in_use <= kUsual ? 1 : std::min(kMost, in_use / kFaded);
+}
 
 /// Where the apron of a new model was in the old one: as its patch moved, or where the body was linearized.
 void place_apron_before(const PreparedLocalModel& old, const LocalMotion& motion, PreparedLocalModel& now) noexcept {
@@ -70,7 +75,7 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   PreparedLocalModel& old = *next;
   const double in_use = h_ * (now.linearized_tick - old.linearized_tick);  // [s]
   for (int k = 0; k < num_tools(); ++k)
-    tools_[k].blend.begin(now.caught_up ? now.replayed_force[k] : std::nullopt, in_use > kLong ? kLongFade : 1);
+    tools_[k].blend.begin(now.caught_up ? now.replayed_force[k] : std::nullopt, fade_after(in_use));
   if (now.caught_up) {
     for (int k = 0; k < num_tools(); ++k)
       if (count_of(now.state.anchors, k) == 0 && count_of(old.state.anchors, k) > 0) tools_[k].flags |= kLostAnchor;

@@ -15,7 +15,7 @@
 namespace kt {
 namespace {
 
-constexpr int kApron = 400;                  // triangles around the patch: some tens of millimetres of a usual body
+constexpr int kApron = 1500;                 // triangles around the patch: of a usual body all others
 constexpr double kUncoupled = 0.02;          // of the damping power: far below what a hand can tell
 constexpr double kGaveWay = 0.15;            // of the largest force: that a local model was off
 constexpr double kAlert = 0.25;              // [s] after that

@@ -114,7 +114,11 @@ HandAtDevice::HandAtDevice(std::unique_ptr<HapticDevice> device, double most_dam
 Vec3 HandAtDevice::give(LocalFrame& frame, double h) noexcept {
   const Vec3 wanted = frame.force;
   bool cut = false;
-  frame.force = passivity_ ? passivity_->tick(frame.pose.x, wanted) : safe_force(wanted, info_, cut);
+  if (device_->health() != DeviceHealth::ok) {  // it is not where its pose says: what is felt there is not its force
+    frame.force.setZero();
+    frame.torque.setZero();
+  }
+  frame.force = passivity_ ? passivity_->tick(frame.pose.x, frame.force) : safe_force(frame.force, info_, cut);
   limited_ += passivity_ ? passivity_->limited() : cut;
   device_->write({frame.force, frame.torque}, h);
   return wanted;

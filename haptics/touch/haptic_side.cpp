@@ -61,6 +61,13 @@ const LocalReport& HapticSide::tick(std::span<const Pose> tools, std::span<Local
     frame.t = (tick_ + 1) * h();
     frame.pose = poses_[k];
     frame.flags |= flags[k];
+    // Whatever the method: a torque or a part of the force that is no number leaves nobody.
+    if (!(frame.force.allFinite() && frame.torque.allFinite() && std::isfinite(frame.f_n + frame.f_t))) {
+      frame.force.setZero();
+      frame.torque.setZero();
+      frame.f_n = frame.f_t = 0;
+      frame.flags |= kNotFinite;
+    }
     const bool touches = std::any_of(report_.samples.begin(), report_.samples.begin() + report_.count,
                                      [&](const ContactSample& s) { return s.tool == static_cast<int>(k); });
     report_.tools[k] = {poses_[k], touches ? frame.triangle : -1,  // where it touches, whatever force is shown

@@ -21,7 +21,7 @@ const LiveSetting kSettings[] = {
     {"object.model.damping.mass", Renews::model, 0, 1e6, false, NUMBER(material.damping.mass)},
     {"object.model.damping.stiffness", Renews::model, 0, 1000, false, NUMBER(material.damping.stiffness)},
     {"global.rate_hz", Renews::refresher, 0, 100000, true, NUMBER(touch.global.rate_hz)},
-    {"local.tolerance", Renews::refresher, 0, 1, true, NUMBER(touch.local.tolerance)},
+    {"local.tolerance", Renews::refresher, 0, 10, true, NUMBER(touch.local.tolerance)},
     {"local.reducer", Renews::refresher, 0, 0, false, WORD(touch.local.reducer)},
 };
 

@@ -74,13 +74,18 @@ TEST(Touch, StepsAsMuchTimeAsHasPassed) {
   EXPECT_EQ(touch.next_tick(), 1 + Touch::kMostSteps);
 }
 
-/// A capsule that turns while it is dragged: by a script, and by poses from outside.
-TEST(Touch, AStylusTurnsByItsPosesAsByTheScript) {
+Scene turning_capsule() {
   Scene scene = small_scene("capsule");
   scene.tool.radius = 0.003;
   scene.tool.length = 0.01;
   scene.tool.turn = {0.3, 0.2, 0};
   scene.tool.spin = {0, 2, 1};
+  return scene;
+}
+
+/// A capsule that turns while it is dragged: by a script, and by poses from outside.
+TEST(Touch, AStylusTurnsByItsPosesAsByTheScript) {
+  Scene scene = turning_capsule();
   const SessionResult scripted = Session(scene).run();
   const Session session(scene);
   TouchOptions options = session.options();
@@ -110,11 +115,7 @@ TEST(Touch, AStylusTurnsByItsPosesAsByTheScript) {
 
 /// The same as a recorded path: written, read and played, 17 digits keep every bit.
 TEST(Touch, ARecordedTurnIsTheScriptedOne) {
-  Scene scene = small_scene("capsule");
-  scene.tool.radius = 0.003;
-  scene.tool.length = 0.01;
-  scene.tool.turn = {0.3, 0.2, 0};
-  scene.tool.spin = {0, 2, 1};
+  Scene scene = turning_capsule();
   const SessionResult scripted = Session(scene).run();
   SessionOptions played = replay_of(scripted);
   ToolPath& path = played.tool_paths.emplace_back();

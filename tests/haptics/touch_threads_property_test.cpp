@@ -13,37 +13,19 @@
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/haptics_scene.hpp"
+#include "tests/support/held_up_model.hpp"
 
 namespace kt {
 namespace {
 
 using namespace std::chrono_literals;
 
-/// A model that is held up in its tangent now and then.
-class Slow final : public DeformableModel {
- public:
-  explicit Slow(const DeformableModel& model) : model_(model) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
-  void force(const State& s, VectorX& out) const override { model_.force(s, out); }
-  void update_tangent(const State& s, TangentKind kind, Tangent& out) const override {
-    if (const int ms = hold_ms.exchange(0); ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-    model_.update_tangent(s, kind, out);
-  }
-  ModelInfo info() const override { return model_.info(); }
-  mutable std::atomic<int> hold_ms{0};
-
- private:
-  const DeformableModel& model_;
-};
-
 class TouchThreads : public testing::Test {
  protected:
   void SetUp() override {
     scene_ = small_scene();
     scene_.duration = 1;
-    scene_.tool.path.press_drag->speed = 0.02;  // [m/s] held up for 0.5 s it stays over the surface around the patch
+    scene_.contact.surface = "loop";  // no steps of the mesh's own, at its edges
     session_.emplace(scene_);
   }
   Pose pose(double t) const { return {interpolate_path(session_->path(), t)}; }
@@ -53,8 +35,8 @@ class TouchThreads : public testing::Test {
 
 TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
   for (const int held_ms : {100, 500}) {
-    auto slow = std::make_unique<Slow>(session_->model());
-    Slow& model = *slow;
+    auto slow = std::make_unique<HeldUpModel>(session_->model());
+    HeldUpModel& model = *slow;
     const Body body(std::move(slow));
     Touch touch(body, session_->options());
     ContactWatch watch(body.surface(), session_->tools(), true);

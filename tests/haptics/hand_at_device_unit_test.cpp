@@ -1,0 +1,50 @@
+// What a device is given: the force, limited; nothing while its poses cannot be relied upon.
+#include <gtest/gtest.h>
+
+#include "haptics/session_run.hpp"
+
+namespace kt {
+namespace {
+
+struct Seen {
+  DeviceHealth health = DeviceHealth::ok;
+  Wrench written;
+};
+
+class Fake final : public HapticDevice {
+ public:
+  explicit Fake(Seen& seen) : seen_(seen) {}
+  Pose pose(double) noexcept override { return {}; }
+  void write(const Wrench& wrench, double) noexcept override { seen_.written = wrench; }
+  DeviceInfo info() const override { return {.max_force = 2}; }
+  DeviceHealth health() const noexcept override { return seen_.health; }
+  double max_speed() const override { return 1; }
+
+ private:
+  Seen& seen_;
+};
+
+TEST(HandAtDevice, GivesNothingToADeviceWhosePosesCannotBeReliedUpon) {
+  Seen seen;
+  HandAtDevice hand(std::make_unique<Fake>(seen), 0, 1e-3);
+  const auto give = [&](DeviceHealth health) {
+    seen.health = health;
+    LocalFrame frame;
+    frame.force = {0, 0, 3};
+    frame.torque = {0.1, 0, 0};
+    EXPECT_EQ(hand.give(frame, 1e-3), Vec3(0, 0, 3)) << "the model's own stays on record";
+    EXPECT_EQ(frame.force, seen.written.force) << "what is recorded is what was written";
+    return seen.written;
+  };
+  EXPECT_NEAR(give(DeviceHealth::ok).force.z(), 2, 1e-12);
+  EXPECT_EQ(seen.written.torque, Vec3(0.1, 0, 0));
+  for (const DeviceHealth bad :
+       {DeviceHealth::stale, DeviceHealth::gone, DeviceHealth::fault, DeviceHealth::uncalibrated}) {
+    EXPECT_TRUE(give(bad).force.isZero(0));
+    EXPECT_TRUE(seen.written.torque.isZero(0));
+  }
+  EXPECT_NEAR(give(DeviceHealth::ok).force.z(), 2, 1e-12);
+}
+
+}  // namespace
+}  // namespace kt

@@ -1,0 +1,29 @@
+#pragma once
+// A body whose refresh is held up when asked for, as on a machine that is busy with something else.
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "core/deformable_model.hpp"
+
+namespace kt {
+
+class HeldUpModel final : public DeformableModel {
+ public:
+  explicit HeldUpModel(const DeformableModel& model) : model_(model) {}
+  const Mesh& mesh() const override { return model_.mesh(); }
+  const SparseMatrix& mass() const override { return model_.mass(); }
+  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+  void force(const State& s, VectorX& out) const override { model_.force(s, out); }
+  void update_tangent(const State& s, TangentKind kind, Tangent& out) const override {
+    if (const int ms = hold_ms.exchange(0); ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    model_.update_tangent(s, kind, out);
+  }
+  ModelInfo info() const override { return model_.info(); }
+  mutable std::atomic<int> hold_ms{0};  ///< that the next tangent takes longer
+
+ private:
+  const DeformableModel& model_;
+};
+
+}  // namespace kt
