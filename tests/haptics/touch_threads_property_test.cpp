@@ -149,10 +149,11 @@ TEST_F(TouchThreads, ABodyThatFailsIsToldAndTheLastModelGoesOn) {
     if (in_thread) touch.start();
     LocalFrame last;
     auto due = std::chrono::steady_clock::now();
-    for (int i = 0; i < 500; ++i) {
+    for (int i = 0; i < 500 || (i < 20000 && !touch.error()); ++i) {  // on a busy machine the body comes later
       if (in_thread) std::this_thread::sleep_until(due += 1ms);
-      last = touch.tick(pose((i + 1) * 1e-3));
+      touch.tick(pose((i + 1) * 1e-3));
     }
+    last = touch.tick(pose(1));
     EXPECT_NE(last.flags & kBodyFailed, 0u);
     EXPECT_TRUE(last.force.allFinite());
     EXPECT_GT(last.force.norm(), 0);
