@@ -80,6 +80,22 @@ SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher)
   return out;
 }
 
+/// Whoever watches is told of the end, however it comes.
+class Watched {
+ public:
+  Watched(SessionWatcher* watcher, Touch& touch) : watcher_(watcher) {
+    if (watcher_) watcher_->begun(touch);
+  }
+  ~Watched() {
+    if (watcher_) watcher_->ended();
+  }
+  Watched(const Watched&) = delete;
+  Watched& operator=(const Watched&) = delete;
+
+ private:
+  SessionWatcher* watcher_;
+};
+
 void finish_tools(std::vector<HandAtDevice>& hands, ContactWatch* watch, SessionResult& out) {
   StateHash hash;
   for (std::size_t k = 0; k < out.tools.size(); ++k) {
@@ -174,7 +190,7 @@ std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions
   std::vector<std::unique_ptr<HapticDevice>> out;
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const SceneTool& tool = k == 0 ? scene_.tool : *scene_.second_tool;
-    out.push_back(scene_device(scene_, tool, paths_[k]));
+    out.push_back(scene_device(scene_, tool, paths_[k], k == 0 ? options.target : nullptr));
     if (k < options.tool_paths.size())
       out[k] = played_again(options.tool_paths[k], tool, out[k]->info(), 1 / scene_.local.rate_hz);
   }
@@ -211,9 +227,18 @@ SessionResult Session::run(const SessionOptions& options) {
   std::vector<HandAtDevice> hands;
   for (std::size_t k = 0; k < tools_.size(); ++k)
     hands.emplace_back(std::move(devices[k]), scene_.local.passivity_damping, h);
-  const int ticks = static_cast<int>(std::llround(scene_.duration * scene_.local.rate_hz));
+  int ticks = static_cast<int>(std::llround(scene_.duration * scene_.local.rate_hz));
+  if (options.is_endless) ticks = std::numeric_limits<int>::max();
   const RunParts parts{options, ticks, touch, hands, watch ? &*watch : nullptr, result};
-  threaded ? run_threads(parts) : run_lockstep(parts);
+  {
+    const Watched watched(options.watcher, touch);
+    threaded ? run_threads(parts) : run_lockstep(parts);
+  }
+  if (options.is_endless) {
+    ticks = touch.next_tick();
+    scene_.duration = ticks * h;
+    result.stopped = false;  // that is how it ends
+  }
 
   if (watch) watch->finish(touch.fast().model());
   finish_tools(hands, watch ? &*watch : nullptr, result);

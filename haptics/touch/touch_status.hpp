@@ -1,6 +1,7 @@
 #pragma once
 // How a touch goes: for gauges and logs.
 #include <string>
+#include <vector>
 
 namespace kt {
 
@@ -15,6 +16,14 @@ struct TouchStatus {
   double certified_error = 0;       ///< of the impedance, worst of 0-500 Hz; NaN: not certified
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
+};
+
+/// What the last refresh found: for pictures.
+struct RefreshPicture {
+  int refreshes = 0;             ///< as TouchStatus::refreshes
+  std::vector<int> triangles;    ///< of the body's surface, in the patch of the new local model
+  std::vector<int> nodes;        ///< of the body, that the local model before it moved
+  std::vector<double> distance;  ///< of each, where that had it from where the body has it [m]: the local model's error
 };
 
 }  // namespace kt
