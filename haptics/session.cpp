@@ -167,6 +167,17 @@ void Session::follow(std::vector<TimedPoint> path) {
   scene_device(scene_, scene_.tool, paths_[0]);  // a wrong path is found now and not by run()
 }
 
+void Session::hold() {
+  const ToolPath& path = paths_[0];
+  const Vec3 start = path.poses.empty() ? path.points.front().x : path.poses.front().pose.x;
+  SceneHand hand = scene_.tool.path.hand.value_or(SceneHand{});
+  if (!scene_.tool.path.hand)
+    hand.damping = 2 * std::sqrt(hand.stiffness * hand.mass);  // critical: nobody is there to damp it
+  hand.target = {{0, start}, {1, start}};
+  scene_.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = std::move(hand)};
+  paths_[0] = {{{0, start}, {1, start}}, {}};
+}
+
 Session::~Session() = default;
 
 /// Of both tools' paths, of a hand that of its target. As a ball: a longer tool asks for no other rates.

@@ -136,6 +136,8 @@ class Session {
   SessionResult run(const SessionOptions& options = {});
   /// The same body from its start on, along another path: until the time of its last point.
   void follow(std::vector<TimedPoint> path);
+  /// The first tool is held by a hand from now on, at the place where its path began: for SessionOptions::target.
+  void hold();
 
   const Scene& scene() const { return scene_; }
   const Body& body() const { return body_; }

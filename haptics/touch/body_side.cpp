@@ -144,6 +144,15 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   status_.dof = model->model.dof();
   status_.patch_vertices = model->model.patch.num_vertices();
   status_.refresh_ms = took;
+  const auto last = [](const std::vector<double>& ms) { return ms.empty() ? 0 : ms.back(); };
+  const Refresher& r = *refresher_;
+  status_.times = {last(r.global_ms),
+                   last(r.refresh_ms),
+                   last(r.linearize_ms),
+                   last(r.reduce_ms),
+                   last(r.certify_ms),
+                   last(r.prepare_ms),
+                   took};
   status_.expected_force_error = refresher_->choice().force_error();
   status_.certified_error = refresher_->choice().certified_error();
   status_.reducer = refresher_->choice().chosen().name;
