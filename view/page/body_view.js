@@ -1,14 +1,14 @@
 // The body and the tools in three dimensions. Buffers are made once for a body; an update writes numbers into them.
 'use strict';
 
-// Colours that readers with any colour sight can tell apart (Okabe and Ito; viridis).
-const VIRIDIS = [[68, 1, 84], [72, 40, 120], [62, 74, 137], [49, 104, 142], [38, 130, 142], [31, 158, 137], [53, 183, 121], [110, 206, 88],
-                 [181, 222, 43], [253, 231, 37]].map(c => c.map(v => v / 255));
+// Colours that readers with any colour sight can tell apart (sticks and slips: Okabe and Ito). The scale grows darker
+// evenly, so that a body at rest is light and what moves stands out.
+const SCALE = [[241, 229, 220], [247, 203, 150], [244, 163, 93], [226, 112, 72], [188, 63, 84], [132, 32, 92], [66, 14, 76]].map(c => c.map(v => v / 255));
 const STICK = [0 / 255, 114 / 255, 178 / 255], SLIP = [213 / 255, 94 / 255, 0 / 255], PLAIN = [0.80, 0.62, 0.56];
 
 function colourOf(share, out) {
-  const at = Math.min(1, Math.max(0, share)) * (VIRIDIS.length - 1), i = Math.min(VIRIDIS.length - 2, Math.floor(at)), s = at - i;
-  for (let c = 0; c < 3; ++c) out[c] = (1 - s) * VIRIDIS[i][c] + s * VIRIDIS[i + 1][c];
+  const at = Math.min(1, Math.max(0, share)) * (SCALE.length - 1), i = Math.min(SCALE.length - 2, Math.floor(at)), s = at - i;
+  for (let c = 0; c < 3; ++c) out[c] = (1 - s) * SCALE[i][c] + s * SCALE[i + 1][c];
 }
 
 class BodyView {

@@ -95,7 +95,7 @@ function showStatus(s) {
   const sentence = element('sentence');
   sentence.className = s.error || isSlow ? 'bad' : '';
   sentence.textContent = s.error ? `The body stands still: ${s.error}. Reset begins anew.`
-    : s.paused ? 'Paused.' : s.refreshes < 3 ? 'Starting …' : `Real time: ${s.real_time_told}.`;
+    : s.paused ? 'Paused.' : s.refreshes < 3 ? 'Starting …' : `Real time: ${s.real_time_told.replace(": ", " – ")}.`;
   const percent = v => v === null ? 'unknown' : (100 * v).toFixed(1) + ' %';
   list(element('rates'), [
     ['refreshes a second', `${s.refresh_hz.toFixed(1)} of ${s.wanted_hz}`, isSlow], ['a refresh takes', s.refresh_ms.toFixed(1) + ' ms'],
@@ -164,7 +164,7 @@ function showLegend() {
   if (c === 'plain') { box.textContent = ''; return; }
   if (c === 'mode') { box.innerHTML = '<span class="key stick">sticks</span><span class="key slip">slips</span>'; return; }
   if (!box.querySelector('.bar')) {
-    const stops = VIRIDIS.map(v => `rgb(${v.map(x => Math.round(255 * x)).join(',')})`).join(',');
+    const stops = SCALE.map(v => `rgb(${v.map(x => Math.round(255 * x)).join(',')})`).join(',');
     box.innerHTML = `<div class="bar" style="background:linear-gradient(to right,${stops})"></div><div class="ends"><span>0</span><span></span></div><div></div>`;
   }
   const most = 1000 * view.scale;
