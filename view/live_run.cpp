@@ -100,7 +100,8 @@ void LiveRun::run_once() {
 void LiveRun::begun(Touch& touch) {
   const std::scoped_lock lock(guard_);
   touch_ = &touch;
-  began_ = 0;
+  newest_.tools.clear();  // the run before's
+  newest_.ticks.clear();
   for (const SettingChange& change : changed_)
     change.word.empty() ? touch.set(change.key, change.value) : touch.set(change.key, change.word);
 }

@@ -103,7 +103,6 @@ class LiveRun final : private SessionWatcher {
   };
   std::deque<Refreshed> refreshes_;  // of the last seconds
   int counted_refreshes_ = 0;
-  double began_ = 0;  // [s], when the last seconds are not full yet
   VectorX x_;
   std::thread thread_;
 };

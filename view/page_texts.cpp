@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/contact_surface.hpp"
 #include "haptics/reducer_candidates.hpp"
 #include "haptics/touch/live_settings.hpp"
 #include "io/json_file.hpp"
@@ -43,7 +44,7 @@ std::string hello_text(const Session& session, double duration, const std::vecto
               {"title", scene.title},
               {"duration", duration},
               {"h", 1 / scene.local.rate_hz},
-              {"smooth", scene.contact.surface == "smooth"},
+              {"smooth", scene.contact.surface != "flat"},
               {"mu", {scene.contact.mu_static, scene.contact.mu_kinetic}},
               {"scene", Json::parse(to_json(scene))},
               {"schema", Json::parse(scene_schema())},
@@ -51,7 +52,7 @@ std::string hello_text(const Session& session, double duration, const std::vecto
   out["words"] = {{"local.reducer", available(reducer_names())},
                   {"object.model.type", available(model_backends())},
                   {"object.model.material", available(material_backends())},
-                  {"contact.surface", {"flat", "smooth"}}};
+                  {"contact.surface", available(contact_surface_backends())}};
   for (const ToolShape& shape : session.tools()) out["tools"].push_back(tool_json(shape));
   for (const LiveSetting& setting : live_settings()) out["live"].push_back(setting.key);
   return json_text(out);

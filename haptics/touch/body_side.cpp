@@ -42,7 +42,10 @@ void BodySide::set(const std::string& key, const std::string& word) {
   const std::scoped_lock lock(guard_);
   if (!live_setting(key).word) throw InputError(text(key, " is \"", word, "\", must be a number"));
   const SettingChange change{0, key, 0, word};
-  change_setting(change, {wanted_, wanted_material_});
+  TouchOptions wanted = wanted_;
+  change_setting(change, {wanted, wanted_material_});
+  contact_smoothing(wanted.contact, wanted.local);  // they have to go together
+  wanted_ = std::move(wanted);
   waiting_.push_back(change);
 }
 

@@ -72,8 +72,7 @@ TEST(FrameBytes, AFrameReadsBack) {
   tool.mode = ContactMode::frictional_slide;
   tool.flags = kStaleModel;
   const std::vector<TickForce> ticks = {{1, 2, ContactMode::stick}, {3, 4, ContactMode::free}};
-  const std::string bytes =
-      frame_bytes({0.125, 42, 99.5, 7, {4, 5, 6}, std::span(&tool, 1), ticks, &packed});
+  const std::string bytes = frame_bytes({0.125, 42, 99.5, 7, {4, 5, 6}, std::span(&tool, 1), ticks, &packed});
   Reader r{bytes};
   EXPECT_EQ(r.take<std::uint32_t>(), 1u);
   EXPECT_EQ(r.take<std::uint32_t>(), 42u);

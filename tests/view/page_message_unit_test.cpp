@@ -22,8 +22,7 @@ std::string error_of(const std::string& message) {
 }
 
 TEST(PageMessage, ReadsWhatThePageSends) {
-  const PageMessage target =
-      parse_page_message(R"({"type":"target","x":[0.01,-0.02,0.03],"number":7,"stamp":1234.5})");
+  const PageMessage target = parse_page_message(R"({"type":"target","x":[0.01,-0.02,0.03],"number":7,"stamp":1234.5})");
   EXPECT_EQ(target.kind, Kind::target);
   EXPECT_EQ(target.x, Vec3(0.01, -0.02, 0.03));
   EXPECT_EQ(target.number, 7u);
@@ -65,9 +64,14 @@ TEST(PageMessage, SurvivesAnything) {
     for (unsigned k = 0; k < 1 + random() % 4; ++k) {
       const std::size_t at = random() % message.size();
       switch (random() % 3) {
-        case 0: message[at] = parts[random() % parts.size()]; break;
-        case 1: message.insert(at, 1, parts[random() % parts.size()]); break;
-        default: message.erase(at, 1 + random() % 3);
+        case 0:
+          message[at] = parts[random() % parts.size()];
+          break;
+        case 1:
+          message.insert(at, 1, parts[random() % parts.size()]);
+          break;
+        default:
+          message.erase(at, 1 + random() % 3);
       }
       if (message.empty()) message = "{}";
     }

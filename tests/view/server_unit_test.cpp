@@ -30,7 +30,8 @@ TEST(ViewServer, KnowsItsOwnName) {
   const ServerOptions own;
   for (const char* host : {"localhost:8080", "127.0.0.1:8080", "[::1]:8080"})
     EXPECT_TRUE(is_own_host(host, own, 8080)) << host;
-  for (const char* host : {"evil.example:8080", "localhost:8081", "localhost", "", ":8080", "127.0.0.1.evil.example:8080"})
+  for (const char* host :
+       {"evil.example:8080", "localhost:8081", "localhost", "", ":8080", "127.0.0.1.evil.example:8080"})
     EXPECT_FALSE(is_own_host(host, own, 8080)) << host;
   ServerOptions open = own;
   open.address = "0.0.0.0";

@@ -92,7 +92,7 @@ class ForcePlot {
     const stepX = nice(this.seconds / 5), from = this.cursor === null ? -this.seconds : 0;
     for (let t = Math.ceil(from / stepX) * stepX; t <= from + this.seconds + 1e-9; t += stepX) {
       const px = left + (t - from) / this.seconds * width;
-      g.fillText(`${+t.toPrecision(3)}`, Math.min(w - 12 * ratio, Math.max(left + 6 * ratio, px)), h - 4 * ratio);
+      g.fillText(`${+t.toPrecision(3)}${Math.abs(t) < 1e-9 && from < 0 ? ' s' : ''}`, Math.min(w - 12 * ratio, Math.max(left + 6 * ratio, px)), h - 4 * ratio);
     }
     g.textAlign = 'right';
     // Sticks or slips, below.

@@ -75,6 +75,10 @@ function showHello(hello) {
   element('scenes').textContent = '';
   element('scenes').appendChild(new Option('choose …', ''));
   for (const name of hello.scenes) element('scenes').appendChild(new Option(name.replace(/_/g, ' '), name));
+  if (hello.mode === 'session') {
+    element('sentence').className = '';
+    element('sentence').textContent = `A recorded session of ${hello.duration.toFixed(2)} s, run again. Space plays; the plot and the arrow keys go to a time.`;
+  }
   settings.show(hello);
   pointer.reset();
   tell('');
