@@ -7,11 +7,11 @@
 #include "apps/run_outputs.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "haptics/device/recording.hpp"
 #include "haptics/touch/live_settings.hpp"
-#include "io/json_file.hpp"
-#include "io/shell_words.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/shell_words.hpp"
 
 namespace kt {
 namespace {

@@ -6,17 +6,17 @@
 #include <filesystem>
 #include <numeric>
 
-#include "core/error.hpp"
-#include "core/kernels.hpp"
+#include "core/base/error.hpp"
+#include "core/linear/kernels.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
-#include "haptics/contact_events.hpp"
-#include "haptics/contact_width.hpp"
-#include "haptics/real_time.hpp"
-#include "haptics/run_doubts.hpp"
-#include "haptics/run_warnings.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
-#include "io/vtu.hpp"
+#include "haptics/predict/contact_width.hpp"
+#include "haptics/session/real_time.hpp"
+#include "haptics/session/run_warnings.hpp"
+#include "haptics/study/contact_events.hpp"
+#include "haptics/study/run_doubts.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/vtu.hpp"
 
 namespace kt {
 namespace {

@@ -9,9 +9,9 @@
 #include <iostream>
 #include <map>
 
-#include "haptics/metrics.hpp"
-#include "haptics/reference.hpp"
-#include "io/output_file.hpp"
+#include "haptics/study/metrics.hpp"
+#include "haptics/study/reference.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

@@ -9,9 +9,9 @@
 #include <ctime>
 
 #include "bench/steady_drag.hpp"
-#include "core/global_simulation.hpp"
-#include "core/tangent_model.hpp"
-#include "haptics/metrics.hpp"
+#include "core/body/tangent_model.hpp"
+#include "core/global/global_simulation.hpp"
+#include "haptics/study/metrics.hpp"
 
 namespace kt {
 namespace {

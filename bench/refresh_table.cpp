@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <string>
 
-#include "haptics/metrics.hpp"
-#include "haptics/session.hpp"
-#include "io/scene.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 namespace {

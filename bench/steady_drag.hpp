@@ -4,10 +4,10 @@
 #include <map>
 #include <vector>
 
-#include "haptics/refresher.hpp"
-#include "haptics/session.hpp"
-#include "io/mesh_formats.hpp"
-#include "io/output_file.hpp"
+#include "haptics/refresh/refresher.hpp"
+#include "haptics/session/session.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_formats.hpp"
 
 namespace kt {
 

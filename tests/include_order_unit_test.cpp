@@ -48,20 +48,20 @@ struct Home {
 
 /// Besides these only the standard library, POSIX and Eigen.
 const std::vector<Home> kHomes{
-    {"cholmod", "core/cholmod\\.cpp"},
-    {"embree", "collision/embree\\.cpp|bench/broad_phase_bench\\.cpp"},
-    {"OpenMesh/", "io/[a-z_]*openmesh\\.cpp"},
-    {"CGAL/", "(io|collision)/[a-z_]*cgal\\.cpp"},
-    {"nglib", "io/tetrahedralize_netgen\\.cpp"},
-    {"nlohmann/", "io/(json|scene)[a-z_]*\\.[ch]pp|apps/.*"},
-    {"valijson/", "io/json_schema\\.cpp"},
-    {"zlib.h", "io/inflate_zlib\\.cpp"},
+    {"cholmod", "core/linear/cholmod\\.cpp"},
+    {"embree", "collision/broad/embree\\.cpp|bench/broad_phase_bench\\.cpp"},
+    {"OpenMesh/", "io/surface/[a-z_]*openmesh\\.cpp"},
+    {"CGAL/", "(io|collision)/[a-z]+/[a-z_]*cgal\\.cpp"},
+    {"nglib", "io/solid/tetrahedralize_netgen\\.cpp"},
+    {"nlohmann/", "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*"},
+    {"valijson/", "io/scene/json_schema\\.cpp"},
+    {"zlib.h", "io/mesh/inflate_zlib\\.cpp"},
     {"CLI/", "apps/.*"},
     {"benchmark/", "bench/.*"},
     {"gtest/", "tests/.*"},
     {"gmock/", "tests/.*"},
     {"boost/", ""},
-    {"tbb/", "core/parallel\\.cpp"},
+    {"tbb/", "core/base/parallel\\.cpp"},
 };
 
 struct Include {
@@ -88,25 +88,26 @@ std::vector<Include> all_includes() {
 }
 
 TEST(IncludeOrder, TheRuleAllowsDownAndForbidsUpAndSideways) {
-  EXPECT_TRUE(may_include("core/reducers/wall.cpp", "core/reducer.hpp"));
+  EXPECT_TRUE(may_include("core/local/reducers/wall.cpp", "core/local/reducer.hpp"));
   EXPECT_TRUE(may_include("models/msd/msd_model.cpp", "models/model.hpp"));
-  EXPECT_TRUE(may_include("haptics/device/press_drag.hpp", "collision/contact.hpp"));
-  EXPECT_TRUE(may_include("haptics/session.cpp", "haptics/link/mailbox.hpp"));
-  EXPECT_TRUE(may_include("haptics/refresher.hpp", "self_contact/touching_euler.hpp"));
-  EXPECT_FALSE(may_include("self_contact/touching_euler.hpp", "haptics/refresher.hpp"));
+  EXPECT_TRUE(may_include("haptics/device/press_drag.hpp", "collision/shape/contact.hpp"));
+  EXPECT_TRUE(may_include("haptics/session/session.cpp", "haptics/link/mailbox.hpp"));
+  EXPECT_TRUE(may_include("haptics/refresh/refresher.hpp", "self_contact/touching_euler.hpp"));
+  EXPECT_FALSE(may_include("self_contact/touching_euler.hpp", "haptics/refresh/refresher.hpp"));
   EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "self_contact/barrier.hpp"));
   EXPECT_TRUE(may_include("tests/support/allocations.hpp", "apps/allocation_counter.hpp"));
-  for (const char* above : {"collision/ccd.hpp", "models/model.hpp", "io/scene.hpp", "haptics/session.hpp"})
-    EXPECT_FALSE(may_include("core/mesh.cpp", above)) << above;
-  EXPECT_FALSE(may_include("collision/ccd.cpp", "io/mesh_io.hpp"));
+  for (const char* above :
+       {"collision/impact/ccd.hpp", "models/model.hpp", "io/scene/scene.hpp", "haptics/session/session.hpp"})
+    EXPECT_FALSE(may_include("core/body/mesh.cpp", above)) << above;
+  EXPECT_FALSE(may_include("collision/impact/ccd.cpp", "io/mesh/mesh_io.hpp"));
   EXPECT_FALSE(may_include("models/fem/fem_model.cpp", "models/msd/springs.hpp"));
   EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "haptics/device/haptic_device.hpp"));
-  EXPECT_FALSE(may_include("haptics/link/ring.hpp", "haptics/session.hpp"));
-  EXPECT_FALSE(may_include("io/scene.cpp", "haptics/session.hpp"));
+  EXPECT_FALSE(may_include("haptics/link/ring.hpp", "haptics/session/session.hpp"));
+  EXPECT_FALSE(may_include("io/scene/scene.cpp", "haptics/session/session.hpp"));
   EXPECT_TRUE(may_include("apps/check/shots.cpp", "tests/support/shooting.hpp"));
   EXPECT_FALSE(may_include("apps/main.cpp", "tests/support/shooting.hpp"));
   EXPECT_FALSE(may_include("apps/main.cpp", "bench/table.hpp"));
-  EXPECT_FALSE(may_include("haptics/session.cpp", "tests/support/meshes.hpp"));
+  EXPECT_FALSE(may_include("haptics/session/session.cpp", "tests/support/meshes.hpp"));
 }
 
 TEST(IncludeOrder, EveryFileIncludesOnlyItsOwnFolderAndWhatIsBelow) {
@@ -132,7 +133,8 @@ TEST(IncludeOrder, ThirdPartyHeadersStayInTheirFiles) {
 TEST(IncludeOrder, OurHeadersShowOnlyEigenAndTheStandardLibrary) {
   for (const Include& i : all_includes()) {
     if (i.quoted || !std::regex_match(i.from, std::regex("(core|collision|models|io|haptics)/.*\\.hpp"))) continue;
-    const bool json = std::regex_match(i.from, std::regex("io/(json|scene)_[a-z_]*\\.hpp"));  // inside io only
+    const bool json =
+        std::regex_match(i.from, std::regex("io/(files|scene)/(json|scene)_[a-z_]*\\.hpp"));  // inside io only
     EXPECT_TRUE(i.to.rfind("Eigen/", 0) == 0 || i.to.find_first_of("./") == std::string::npos ||
                 (json && i.to.rfind("nlohmann/", 0) == 0))
         << i.from << " includes <" << i.to << ">";

@@ -2,12 +2,12 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {
 
-constexpr double kInside = 1e-7;  // [m] deeper than this, the tool is in the body (haptics/session_run.cpp)
+constexpr double kInside = 1e-7;  // [m] deeper than this, the tool is in the body (haptics/session/session_run.cpp)
 constexpr double kGained = 1e-2;  // of the work that the tool has done at most: energy that may come back as more
 
 nlohmann::ordered_json percentiles(const std::vector<double>& values) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
 namespace {

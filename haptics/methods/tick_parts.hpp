@@ -1,7 +1,7 @@
 #pragma once
 // What the ticks of the baselines have in common: motion of the local body, the contact problem's regularization, the
 // report to both sides. LocalSimulation has its own, with time of impact and rollback in them.
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
 

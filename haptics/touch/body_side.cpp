@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "haptics/refresh_cost.hpp"
-#include "haptics/scene_friction.hpp"
+#include "haptics/contact/scene_friction.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/live_settings.hpp"
 #include "haptics/touch/process_time.hpp"
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <mutex>
 
-#include "haptics/refresher.hpp"
+#include "haptics/refresh/refresher.hpp"
 #include "haptics/touch/body.hpp"
 #include "haptics/touch/touch_status.hpp"
 

@@ -1,9 +1,9 @@
 #pragma once
 // The 1 kHz half of a Touch: poses in, forces and a report for the body's half out. One thread at a time uses it.
-#include "haptics/catch_up.hpp"
-#include "haptics/local_report.hpp"
+#include "haptics/refresh/touch_parts.hpp"
+#include "haptics/tick/catch_up.hpp"
+#include "haptics/tick/local_report.hpp"
 #include "haptics/touch/pose_history.hpp"
-#include "haptics/touch/touch_parts.hpp"
 
 namespace kt {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
-#include "haptics/reducer_candidates.hpp"
+#include "core/base/error.hpp"
+#include "haptics/refresh/reducer_candidates.hpp"
 
 namespace kt {
 namespace {

@@ -2,7 +2,7 @@
 #include <deque>
 #include <random>
 
-#include "haptics/refresh_cost.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 // Follows the local models of a touch from outside the engine: for checks that need them.
-#include "haptics/prepared_local_model.hpp"
+#include "haptics/tick/prepared_local_model.hpp"
 
 namespace kt {
 

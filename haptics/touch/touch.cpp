@@ -5,8 +5,8 @@
 #include <cmath>
 #include <mutex>
 
+#include "haptics/contact/scene_friction.hpp"
 #include "haptics/link/mailbox.hpp"
-#include "haptics/scene_friction.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/keep_memory.hpp"
 

@@ -4,14 +4,14 @@
 #include <exception>
 #include <span>
 
-#include "haptics/local_frame.hpp"
+#include "haptics/options/touch_options.hpp"
+#include "haptics/tick/local_frame.hpp"
 #include "haptics/touch/body.hpp"
-#include "haptics/touch/touch_options.hpp"
 #include "haptics/touch/touch_status.hpp"
 
 namespace kt {
 
-struct ContactSample;  // core/global_simulation.hpp
+struct ContactSample;  // core/global/global_simulation.hpp
 class BodySide;
 class HapticSide;
 class ModelObserver;

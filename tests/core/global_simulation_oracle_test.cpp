@@ -1,9 +1,9 @@
 // The slow side: where impulses go, held contacts, and what happens when a body blows up.
-#include "core/global_simulation.hpp"
+#include "core/global/global_simulation.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "models/model.hpp"
 #include "tests/support/linear_model.hpp"
 #include "tests/support/meshes.hpp"

@@ -1,11 +1,11 @@
 // The body as it will be, against the body as it became.
-#include "haptics/foresight.hpp"
+#include "haptics/refresh/foresight.hpp"
 
 #include <gtest/gtest.h>
 
-#include "collision/closest_point.hpp"
-#include "core/global_simulation.hpp"
-#include "haptics/reference.hpp"
+#include "collision/shape/closest_point.hpp"
+#include "core/global/global_simulation.hpp"
+#include "haptics/study/reference.hpp"
 #include "models/model.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/meshes.hpp"

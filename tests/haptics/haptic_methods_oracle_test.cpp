@@ -3,7 +3,7 @@
 
 #include <Eigen/Dense>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_body.hpp"
 #include "tests/support/haptics_scene.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "core/error.hpp"
-#include "haptics/session.hpp"
+#include "core/base/error.hpp"
+#include "haptics/session/session.hpp"
 
 namespace kt {
 namespace {

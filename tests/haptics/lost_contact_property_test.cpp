@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "haptics/metrics.hpp"
-#include "haptics/run_warnings.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/run_warnings.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

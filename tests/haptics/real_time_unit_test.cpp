@@ -1,4 +1,4 @@
-#include "haptics/real_time.hpp"
+#include "haptics/session/real_time.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/run_doubts.hpp"
+#include "haptics/study/run_doubts.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // The same run, bit for bit: run twice, replayed, in Release and in Debug, in lockstep after threads.
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 
 #include <gtest/gtest.h>
 
-#include "haptics/links.hpp"
+#include "haptics/link/links.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

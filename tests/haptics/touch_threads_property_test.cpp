@@ -6,8 +6,8 @@
 #include <chrono>
 #include <thread>
 
-#include "haptics/contact_watch.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/contact_watch.hpp"
+#include "haptics/session/session.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"

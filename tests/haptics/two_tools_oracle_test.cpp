@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <random>
 
-#include "core/tangent_model.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/reference.hpp"
+#include "core/body/tangent_model.hpp"
+#include "haptics/study/metrics.hpp"
+#include "haptics/study/reference.hpp"
 #include "models/model.hpp"
 
 namespace kt {
