@@ -16,7 +16,4 @@ struct PairDistance {
 /// Degenerate triangles and edges count as the edges or points that they are.
 PairDistance pair_distance(const SurfacePair& pair, const VectorX& x) noexcept;
 
-/// Parameters in [0, 1] of the closest points of the segments a0 a1 and b0 b1.
-std::array<double, 2> closest_parameters(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1) noexcept;
-
 }  // namespace kt

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "collision/held/pair_distance.hpp"
 #include "collision/shape/closest_point.hpp"
 
 namespace kt {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collision/held/pair_distance.hpp"
 #include "collision/impact/advancement.hpp"
 #include "collision/impact/toi.hpp"
 #include "collision/shape/closest_point.hpp"

@@ -1,5 +1,7 @@
 #pragma once
-// Closest point of a triangle to a point.
+// Closest point of a triangle to a point, closest points of two segments.
+#include <array>
+
 #include "core/base/types.hpp"
 
 namespace kt {
@@ -15,5 +17,8 @@ struct ClosestPoint {
 
 /// Closest point on triangle abc to p. Degenerate triangles fall back to their edges and vertices.
 ClosestPoint closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) noexcept;
+
+/// Parameters in [0, 1] of the closest points of the segments a0 a1 and b0 b1.
+std::array<double, 2> closest_parameters(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1) noexcept;
 
 }  // namespace kt

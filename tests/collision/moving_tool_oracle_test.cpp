@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "collision/held/first_contact.hpp"
-#include "collision/held/pair_distance.hpp"
 #include "collision/shape/closest_point.hpp"
 #include "tests/support/random_sample.hpp"
 #include "tests/support/tool_shapes.hpp"

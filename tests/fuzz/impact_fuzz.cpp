@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "collision/held/pair_distance.hpp"
 #include "collision/impact/ccd.hpp"
 #include "collision/impact/hull_impact.hpp"
 #include "collision/shape/closest_point.hpp"

@@ -1,6 +1,5 @@
 #include "tests/support/dense_tool_contacts.hpp"
 
-#include "collision/held/pair_distance.hpp"
 #include "collision/shape/closest_point.hpp"
 
 namespace kt {
