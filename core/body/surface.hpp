@@ -1,10 +1,10 @@
 #pragma once
-// Who neighbours whom on a triangle surface. Built once per mesh or patch from raw index buffers, so non-manifold and
-// duplicate triangles are allowed.
+// The body's surface: its triangles, who neighbours whom, where it is creased. Built once per mesh or patch from raw
+// index buffers, so non-manifold and duplicate triangles are allowed.
 #include <span>
 #include <vector>
 
-#include "core/base/types.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 
@@ -38,5 +38,17 @@ std::vector<std::array<int, 3>> find_walls(std::span<const Triangle> triangles, 
 std::vector<std::array<int, 3>> number_walls(std::span<const Triangle> triangles,
                                              std::span<const std::array<bool, 3>> groove,
                                              const SurfaceTopology& topology);
+
+constexpr double kRidgeAngle = 1.0471975511965976;  ///< [rad] 60 degrees
+
+/// The body's surface: triangles (global node indices), who neighbours whom, and its grooves at rest.
+struct Surface {
+  std::vector<Triangle> triangles;
+  SurfaceTopology topology;
+  std::vector<std::array<int, 3>> wall;       ///< see find_walls()
+  std::vector<std::array<Crease, 3>> crease;  ///< see find_creases()
+};
+/// @param ridge_angle  convex edges with a larger one stay sharp on a smooth contact surface [rad]
+Surface make_surface(const Mesh& mesh, double ridge_angle = kRidgeAngle);
 
 }  // namespace kt

@@ -29,13 +29,6 @@ ReduceFn find_reducer(const std::string& name) {
   return {};
 }
 
-Surface make_surface(const Mesh& mesh, double ridge_angle) {
-  Surface out{mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes()), {}, {}};
-  out.wall = find_walls(out.triangles, mesh.x, out.topology);
-  out.crease = find_creases(out.triangles, mesh.x, out.topology, ridge_angle);
-  return out;
-}
-
 namespace {
 
 /// By the distance from p to the triangle's bounding box: never leaves out a triangle within reach.

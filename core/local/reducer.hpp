@@ -35,18 +35,6 @@ struct ReduceOptions {
   GradedBody* graded = nullptr;
 };
 
-constexpr double kRidgeAngle = 1.0471975511965976;  ///< [rad] 60 degrees
-
-/// The body's surface: triangles (global node indices), who neighbours whom, and its grooves at rest.
-struct Surface {
-  std::vector<Triangle> triangles;
-  SurfaceTopology topology;
-  std::vector<std::array<int, 3>> wall;       ///< see find_walls()
-  std::vector<std::array<Crease, 3>> crease;  ///< see find_creases()
-};
-/// @param ridge_angle  convex edges with a larger one stay sharp on a smooth contact surface [rad]
-Surface make_surface(const Mesh& mesh, double ridge_angle = kRidgeAngle);
-
 /// The connected triangles around the site with a point within its reach, plus one ring (so that the normals of every
 /// reachable vertex are complete); of several tools' sites all of them, each once. x: current node positions (3n).
 /// @param smooth  contact on a triangle also moves its neighbours' vertices: they are in reach, too

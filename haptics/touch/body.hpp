@@ -10,7 +10,7 @@
 namespace kt {
 
 class SelfContact;
-struct Surface;  // core/local/reducer.hpp
+struct Surface;  // core/body/surface.hpp
 
 /// What a body is made with, besides its mesh.
 struct BodyOptions {
