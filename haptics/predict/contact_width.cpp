@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "collision/shape/closest_point.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/setup/built_scene.hpp"
 
 namespace kt {
 namespace {
@@ -28,15 +28,15 @@ std::optional<Law> law_of(const std::string& element) {
 /// The smooth surface is stiffer on the same nodes: tet4 2.59 instead of 2.04, springs 1.59 instead of 1.27, at 1.43.
 constexpr double kSmooth = 0.18;
 
-std::string element_of(const Session& session) {
-  const ModelInfo info = session.model().info();
-  if (info.type == "fem") return session.scene().object.model.element;
+std::string element_of(const BuiltScene& built) {
+  const ModelInfo info = built.model().info();
+  if (info.type == "fem") return built.scene().object.model.element;
   return info.parameters.contains("calibration_residual") ? info.type : "";  // its springs mean no material
 }
 
-double force_factor(const Session& session, double ratio) {
-  const double factor = coarse_force_factor(element_of(session), ratio);
-  return session.scene().contact.surface == "flat" ? factor : factor * (1 + kSmooth * ratio);
+double force_factor(const BuiltScene& built, double ratio) {
+  const double factor = coarse_force_factor(element_of(built), ratio);
+  return built.scene().contact.surface == "flat" ? factor : factor * (1 + kSmooth * ratio);
 }
 
 /// Three digits.
@@ -106,11 +106,11 @@ double ratio_of_factor(const std::string& element, double factor) {
 
 bool is_off(const ContactWidth& w) { return w.factor > kCoarseForce || w.factor < 1 / kCoarseForce; }
 
-std::optional<ContactWidth> find_contact_width(const Session& session, std::span<const Vec3> places) {
+std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Vec3> places) {
   constexpr double kWork = 1e6;  // closest points: below a tenth of a second
-  const std::vector<Triangle>& triangles = session.surface().triangles;
-  const VectorX& x = session.start().x;
-  const ToolShape& tool = session.tool();
+  const std::vector<Triangle>& triangles = built.surface().triangles;
+  const VectorX& x = built.start().x;
+  const ToolShape& tool = built.tool();
   if (tool.kind != ToolShape::Kind::sphere || places.empty() || triangles.empty()) return {};
   const auto most = static_cast<std::size_t>(std::clamp(kWork / static_cast<double>(triangles.size()), 8.0, 200.0));
   const std::size_t stride = std::max<std::size_t>(1, places.size() / most);
@@ -133,16 +133,16 @@ std::optional<ContactWidth> find_contact_width(const Session& session, std::span
     out.mean += ratio;
     out.least = std::min(out.least, ratio);
     out.most = std::max(out.most, ratio);
-    out.factor += force_factor(session, ratio);
+    out.factor += force_factor(built, ratio);
   }
   for (double* sum : {&out.cell, &out.contact_radius, &out.mean, &out.factor}) *sum /= count;
-  const bool are_springs = element_of(session) == "msd";  // right at one size only
-  out.fine_edge = ratio_of_factor(element_of(session), are_springs ? 1 : kCoarseForce) * out.contact_radius;
+  const bool are_springs = element_of(built) == "msd";  // right at one size only
+  out.fine_edge = ratio_of_factor(element_of(built), are_springs ? 1 : kCoarseForce) * out.contact_radius;
   return out;
 }
 
-std::string coarse_mesh_warning(const Session& session, const ContactWidth& width) {
-  const std::string element = element_of(session);
+std::string coarse_mesh_warning(const BuiltScene& built, const ContactWidth& width) {
+  const std::string element = element_of(built);
   std::string out = text("object.mesh: cells of ", short_number(1e3 * width.cell), " mm under a contact of ",
                          short_number(2e3 * width.contact_radius), " mm across: expect about ",
                          short_number(width.factor), " times the force of the continuum (", element, "); ");
@@ -150,7 +150,7 @@ std::string coarse_mesh_warning(const Session& session, const ContactWidth& widt
   if (element == "tet4")
     out += text("set object.model.element to tet10 (about ", short_number(coarse_force_factor("tet10", width.mean)),
                 " times), or ");
-  if (is_surface(session.scene()))
+  if (is_surface(built.scene()))
     return out + text("set object.tetrahedralize.max_edge to ", short_number(width.fine_edge), " m");
   return out + text("take a mesh with cells below ", short_number(1e3 * width.fine_edge), " mm under the tool");
 }

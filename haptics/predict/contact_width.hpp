@@ -10,7 +10,7 @@
 
 namespace kt {
 
-class Session;
+class BuiltScene;
 
 /// Of the places where a tool is at least half as deep as it gets, below the body at rest.
 struct ContactWidth {
@@ -36,11 +36,11 @@ double ratio_of_factor(const std::string& element, double factor);
 /// Whether the factor is worth a warning.
 bool is_off(const ContactWidth& width);
 
-/// Along the places of the session's first tool; none when the tool has no radius or nowhere enters the body at rest.
+/// Along the places of the scene's first tool; none when the tool has no radius or nowhere enters the body at rest.
 /// At most some hundred places are looked at.
-std::optional<ContactWidth> find_contact_width(const Session& session, std::span<const Vec3> places);
+std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Vec3> places);
 
 /// One line for a factor that is off: cell, contact radius, factor, and the setting that cures it.
-std::string coarse_mesh_warning(const Session& session, const ContactWidth& width);
+std::string coarse_mesh_warning(const BuiltScene& built, const ContactWidth& width);
 
 }  // namespace kt

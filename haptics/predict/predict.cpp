@@ -2,9 +2,9 @@
 
 namespace kt {
 
-std::vector<Prediction> predict_failures(const Session& session) {
+std::vector<Prediction> predict_failures(const BuiltScene& built) {
   std::vector<Prediction> out;
-#define PREDICTION(name) predict_##name(session, out);
+#define PREDICTION(name) predict_##name(built, out);
 #include "haptics/predict/predictions.def"
 #undef PREDICTION
   return out;

@@ -7,7 +7,7 @@
 
 namespace kt {
 
-class Session;
+class BuiltScene;
 
 struct Prediction {
   std::string failure;  ///< the map that shows it: time_step, poisson, ...
@@ -16,9 +16,9 @@ struct Prediction {
 
 /// Everything that is known to fail in the scene as it is set up; empty for a good one. Far below a second: at most a
 /// few products with the body's tangent.
-std::vector<Prediction> predict_failures(const Session& session);
+std::vector<Prediction> predict_failures(const BuiltScene& built);
 
-#define PREDICTION(name) void predict_##name(const Session& session, std::vector<Prediction>& out);
+#define PREDICTION(name) void predict_##name(const BuiltScene& built, std::vector<Prediction>& out);
 #include "haptics/predict/predictions.def"
 #undef PREDICTION
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "collision/shape/closest_point.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/haptic_method.hpp"
 
 namespace kt {
@@ -25,11 +25,11 @@ std::optional<double> crossing(const Vec3& a, const Vec3& b, const VectorX& x, c
 
 }  // namespace
 
-std::optional<ToolMeeting> find_meeting(const Session& session) {
-  const std::vector<TimedPoint>& path = session.path();
-  const std::vector<Triangle>& triangles = session.surface().triangles;
-  const VectorX& x = session.start().x;
-  const double radius = session.tool().radius;
+std::optional<ToolMeeting> find_meeting(const BuiltScene& built) {
+  const std::vector<TimedPoint>& path = built.path();
+  const std::vector<Triangle>& triangles = built.surface().triangles;
+  const VectorX& x = built.start().x;
+  const double radius = built.tool().radius;
   ToolMeeting out;
   out.thickness = out.mass = std::numeric_limits<double>::infinity();
   bool has_touched = false;
@@ -44,7 +44,7 @@ std::optional<ToolMeeting> find_meeting(const Session& session) {
     for (const Triangle& t : triangles)
       if (const auto share = crossing(a, b, x, t, true)) {
         in = std::min(in, *share);
-        for (const int v : t) out.mass = std::min(out.mass, session.model().mass().coeff(3 * v, 3 * v));
+        for (const int v : t) out.mass = std::min(out.mass, built.model().mass().coeff(3 * v, 3 * v));
       }
     constexpr double kFarther = 1e3;  // ways: the body's end may lie beyond that of the path
     for (const Triangle& t : triangles)
@@ -102,13 +102,13 @@ std::optional<Prediction> predict_chatter(const Scene& scene, const ToolMeeting&
   return {};
 }
 
-void predict_contact_method(const Session& session, std::vector<Prediction>& out) {
-  const std::string method = haptic_method_name(session.scene().local.method, session.scene().contact.law);
+void predict_contact_method(const BuiltScene& built, std::vector<Prediction>& out) {
+  const std::string method = haptic_method_name(built.scene().local.method, built.scene().contact.law);
   if (method != "penalty" && method != "frozen" && method != "legacy") return;
-  const auto meeting = find_meeting(session);
+  const auto meeting = find_meeting(built);
   if (!meeting) return;
-  if (auto p = predict_tunnelling(session.scene(), *meeting)) out.push_back(std::move(*p));
-  if (auto p = predict_chatter(session.scene(), *meeting)) out.push_back(std::move(*p));
+  if (auto p = predict_tunnelling(built.scene(), *meeting)) out.push_back(std::move(*p));
+  if (auto p = predict_chatter(built.scene(), *meeting)) out.push_back(std::move(*p));
 }
 
 }  // namespace kt

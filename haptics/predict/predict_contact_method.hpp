@@ -16,7 +16,7 @@ struct ToolMeeting {
 };
 
 /// Nothing for a path that does not reach the surface, or that is no list of points.
-std::optional<ToolMeeting> find_meeting(const Session& session);
+std::optional<ToolMeeting> find_meeting(const BuiltScene& built);
 
 /// None for the engine's own method, which follows the tool along its way.
 std::optional<Prediction> predict_tunnelling(const Scene& scene, const ToolMeeting& meeting);

@@ -4,7 +4,7 @@
 
 #include "haptics/device/tool_turn.hpp"
 #include "haptics/refresh/refresher.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/contact_check.hpp"
 #include "haptics/tick/way_out.hpp"
 
@@ -49,33 +49,33 @@ std::optional<Prediction> predict_start_inside(double depth, const std::optional
 namespace {
 
 /// None when its path is a recording, which is read tick by tick.
-std::optional<Prediction> predict_start(const Session& session) {
-  if (session.path().empty()) return {};
-  const ToolShape& tool = session.tool();
-  const WayOutSearch search(session.surface(), session.model().mesh().num_nodes(), session.model().fixed_nodes());
-  const Vec3 start = session.path().front().x;
-  const Quaternion turn = rotation(session.scene().tool.turn);
-  const VectorX& x = session.start().x;
+std::optional<Prediction> predict_start(const BuiltScene& built) {
+  if (built.path().empty()) return {};
+  const ToolShape& tool = built.tool();
+  const WayOutSearch search(built.surface(), built.model().mesh().num_nodes(), built.model().fixed_nodes());
+  const Vec3 start = built.path().front().x;
+  const Quaternion turn = rotation(built.scene().tool.turn);
+  const VectorX& x = built.start().x;
   const double depth = penetration_depth(search.whole(), x, tool, start, turn);
   // Of the other methods penalty and frozen find no contact there, and legacy does at once.
-  const Scene& scene = session.scene();
+  const Scene& scene = built.scene();
   const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
   const bool is_pushed = (method == "multirate" || method == "hold") && !is_geometric(scene.contact.law);
   if (!is_pushed) return predict_start_inside(depth, {}, method == "legacy");
   const auto way = search.find(x, tool, start, turn, 0, static_cast<int>(tool.corners.size()));
   if (!way) return predict_start_inside(depth, {});
-  const Triangle& t = session.surface().triangles[way->triangle];
+  const Triangle& t = built.surface().triangles[way->triangle];
   return predict_start_inside(depth, (node(x, t[0]) + node(x, t[1]) + node(x, t[2])) / 3);
 }
 
 }  // namespace
 
-void predict_degenerate_contact(const Session& session, std::vector<Prediction>& out) {
+void predict_degenerate_contact(const BuiltScene& built, std::vector<Prediction>& out) {
   // A ball touches the triangles beside them too: none of the map's was lost.
-  const bool is_point = session.tool().kind == ToolShape::Kind::point;
-  if (auto p = predict_flat_triangles(session.start().x, session.surface().triangles); p && is_point)
+  const bool is_point = built.tool().kind == ToolShape::Kind::point;
+  if (auto p = predict_flat_triangles(built.start().x, built.surface().triangles); p && is_point)
     out.push_back(std::move(*p));
-  if (auto p = predict_start(session)) out.push_back(std::move(*p));
+  if (auto p = predict_start(built)) out.push_back(std::move(*p));
 }
 
 }  // namespace kt

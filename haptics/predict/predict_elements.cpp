@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "haptics/session/session.hpp"
+#include "haptics/setup/built_scene.hpp"
 
 namespace kt {
 
@@ -62,9 +62,9 @@ std::optional<Prediction> predict_collapse(const std::string& model, double stre
 }
 
 /// A solid that is loaded by a tool bends and bulges: what locks in bending locks there.
-void predict_poisson(const Session& session, std::vector<Prediction>& out) {
-  const SceneModel& m = session.scene().object.model;
-  if (auto p = predict_locking(session.model(), m.element, m.poisson)) out.push_back(std::move(*p));
+void predict_poisson(const BuiltScene& built, std::vector<Prediction>& out) {
+  const SceneModel& m = built.scene().object.model;
+  if (auto p = predict_locking(built.model(), m.element, m.poisson)) out.push_back(std::move(*p));
 }
 
 }  // namespace kt

@@ -1,13 +1,13 @@
 #include "haptics/predict/predict_hand.hpp"
 
 #include "haptics/predict/contact_stiffness.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/setup/built_scene.hpp"
 
 namespace kt {
-void predict_hand(const Session& session, std::vector<Prediction>& out) {
-  const Scene& scene = session.scene();
+void predict_hand(const BuiltScene& built, std::vector<Prediction>& out) {
+  const Scene& scene = built.scene();
   if (!scene.tool.path.hand) return;
-  const auto contact = contact_stiffness(session);
+  const auto contact = contact_stiffness(built);
   if (!contact) return;
   const SceneHand& hand = *scene.tool.path.hand;
   HandLoop loop;

@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include "core/body/pieces.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/predict/predict.hpp"
+#include "haptics/setup/built_scene.hpp"
 
 namespace kt {
 namespace {
@@ -22,25 +23,25 @@ Bounds bounds_of(const Mesh& body, const std::vector<int>& nodes) {
 }  // namespace
 
 /// With self-contact, pieces may lie on one another, apart or at rest: that is what it is for.
-void predict_pieces(const Session& session, std::vector<Prediction>& out) {
+void predict_pieces(const BuiltScene& built, std::vector<Prediction>& out) {
   constexpr double kSamePlace = 1e-6;  // of the body's size
   constexpr int kFace = 3;             // fewer are points or edges where repair has parted a body that only met there
-  const Mesh& body = session.model().mesh();
+  const Mesh& body = built.model().mesh();
   const double size = bounds(body).size().maxCoeff();
   const auto seam = coincident_nodes(body, kSamePlace * size);
-  const std::string weld = text("kilotouch mesh repair ", session.scene().object.mesh, " --weld TOL -o OUT joins them");
+  const std::string weld = text("kilotouch mesh repair ", built.scene().object.mesh, " --weld TOL -o OUT joins them");
   if (static_cast<int>(seam.size()) >= kFace)
     out.push_back(
         {"pieces", text("object.mesh: at ", seam.size(), " places nodes coincide and are not shared, the ", "first at ",
                         place(node(body.x, seam[0][0])), " m: the body opens there; where it should not, ", weld)});
-  if (session.model().fixed_nodes().empty() || session.scene().global.self_contact) return;
+  if (built.model().fixed_nodes().empty() || built.scene().global.self_contact) return;
 
   int count = 0;
   const std::vector<int> piece = pieces_of(body, count);
   std::vector<std::vector<int>> of_piece(static_cast<std::size_t>(count)), held(of_piece.size());
   for (int i = 0; i < body.num_nodes(); ++i)
     if (piece[i] >= 0) of_piece[piece[i]].push_back(i);
-  for (const int i : session.model().fixed_nodes())
+  for (const int i : built.model().fixed_nodes())
     if (piece[i] >= 0) held[piece[i]].push_back(i);
   for (int p = 0; p < count; ++p) {
     const bool is_sheet = body.tetrahedra.empty();  // may hang from an edge

@@ -8,7 +8,8 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "core/global/newton.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/predict/predict.hpp"
+#include "haptics/setup/built_scene.hpp"
 
 namespace kt {
 namespace {
@@ -30,25 +31,25 @@ Vec3 area_of(const VectorX& x, const Triangle& t) {
   return 0.5 * (node(x, t[1]) - node(x, t[0])).cross(node(x, t[2]) - node(x, t[0]));
 }
 
-Deepest find_deepest(const Session& session) {
-  const std::vector<TimedPoint>& path = session.path();
-  const VectorX& x = session.start().x;
+Deepest find_deepest(const BuiltScene& built) {
+  const std::vector<TimedPoint>& path = built.path();
+  const VectorX& x = built.start().x;
   Deepest out;
-  if (session.surface().triangles.empty()) return out;
-  const std::size_t places = std::clamp<std::size_t>(kWork / session.surface().triangles.size(), 4, kPlaces);
+  if (built.surface().triangles.empty()) return out;
+  const std::size_t places = std::clamp<std::size_t>(kWork / built.surface().triangles.size(), 4, kPlaces);
   for (std::size_t k = 0; k <= places; ++k) {
     const std::size_t i = k * (path.size() - 1) / places;
-    if (path[i].t > session.scene().duration) break;
+    if (path[i].t > built.scene().duration) break;
     double nearest = std::numeric_limits<double>::infinity(), depth = 0;
     int triangle = -1;
-    for (std::size_t m = 0; m < session.surface().triangles.size(); ++m) {
-      const Triangle& t = session.surface().triangles[m];
+    for (std::size_t m = 0; m < built.surface().triangles.size(); ++m) {
+      const Triangle& t = built.surface().triangles[m];
       const ClosestPoint at = closest_point_on_triangle(path[i].x, node(x, t[0]), node(x, t[1]), node(x, t[2]));
       if (at.distance_sq >= nearest) continue;
       nearest = at.distance_sq;
       triangle = static_cast<int>(m);
       const bool is_inside = area_of(x, t).dot(path[i].x - at.point) < 0;
-      depth = session.tool().radius + (is_inside ? 1 : -1) * std::sqrt(at.distance_sq);
+      depth = built.tool().radius + (is_inside ? 1 : -1) * std::sqrt(at.distance_sq);
     }
     if (depth > out.depth) out = {depth, path[i].t, triangle};
   }
@@ -114,21 +115,21 @@ double backward_euler_damping(double omega, double dt) {
 }
 
 /// A hand is left out: how fast it presses is not known before.
-void predict_swing(const Session& session, std::vector<Prediction>& out) {
-  const Scene& scene = session.scene();
+void predict_swing(const BuiltScene& built, std::vector<Prediction>& out) {
+  const Scene& scene = built.scene();
   const bool is_backward = scene.global.integrator == "implicit_euler" || scene.global.integrator == "newton_euler";
-  if (!is_backward || session.path().size() < 2 || scene.tool.path.hand) return;
-  const Deepest deepest = find_deepest(session);
+  if (!is_backward || built.path().size() < 2 || scene.tool.path.hand) return;
+  const Deepest deepest = find_deepest(built);
   if (deepest.triangle < 0) return;
-  const Triangle& t = session.surface().triangles[static_cast<std::size_t>(deepest.triangle)];
-  const Vec3 inwards = -area_of(session.start().x, t).normalized();
-  VectorX push = VectorX::Zero(session.start().x.size());
+  const Triangle& t = built.surface().triangles[static_cast<std::size_t>(deepest.triangle)];
+  const Vec3 inwards = -area_of(built.start().x, t).normalized();
+  VectorX push = VectorX::Zero(built.start().x.size());
   for (const int i : t) node(push, i) += inwards / 3;
-  const auto swing = find_swing(session.model(), session.start(), push);
+  const auto swing = find_swing(built.model(), built.start(), push);
   if (!swing || swing->share < kMostly || swing->zeta > kSwings) return;
   const double quarter = 0.5 * std::numbers::pi / swing->omega;
   if (deepest.t > 1e4 * quarter) return;  // a long way: not looked at in such steps
-  const double kick = largest_kick(session.path(), inwards, deepest.t, quarter);
+  const double kick = largest_kick(built.path(), inwards, deepest.t, quarter);
   const double height = swing->share * std::min(1.0, kick / (swing->omega * deepest.depth));
   const double numerical = backward_euler_damping(swing->omega, 1 / scene.global.rate_hz);
   if (height < kFelt || numerical < swing->zeta) return;

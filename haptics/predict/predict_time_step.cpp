@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "haptics/session/session.hpp"
+#include "haptics/setup/built_scene.hpp"
 
 namespace kt {
 
@@ -24,11 +24,11 @@ std::optional<Prediction> predict_unstable_step(const DeformableModel& model, co
 
 /// The global side keeps within the limit by itself (GlobalSimulation); the haptic tick's step is what the scene says.
 /// Its local models are pieces or projections of the body: none is faster than the body itself.
-void predict_time_step(const Session& session, std::vector<Prediction>& out) {
-  const LocalSettings& local = session.scene().local;
+void predict_time_step(const BuiltScene& built, std::vector<Prediction>& out) {
+  const LocalSettings& local = built.scene().local;
   if (local.integrator != "symplectic_euler") return;
-  if (auto p = predict_unstable_step(session.model(), session.start(), local.integrator, 1 / local.rate_hz,
-                                     "local.integrator"))
+  if (auto p =
+          predict_unstable_step(built.model(), built.start(), local.integrator, 1 / local.rate_hz, "local.integrator"))
     out.push_back(std::move(*p));
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "haptics/session/session.hpp"
+#include "haptics/setup/built_scene.hpp"
 #include "io/surface/mesh_doctor.hpp"
 
 namespace kt {
@@ -52,14 +52,13 @@ double extent_of(const ToolShape& tool) {
   return (high - low).maxCoeff() + 2 * tool.radius;
 }
 
-SceneSizes sizes_of(const Session& session) {
-  const Scene& scene = session.scene();
-  SceneSizes out{
-      .body = bounds(session.model().mesh()), .mesh_unit = session.mesh_unit(), .tool = extent_of(session.tool())};
-  if (scene.tool.path.press_drag && session.path().size() > 1) {
+SceneSizes sizes_of(const BuiltScene& built) {
+  const Scene& scene = built.scene();
+  SceneSizes out{.body = bounds(built.model().mesh()), .mesh_unit = built.mesh_unit(), .tool = extent_of(built.tool())};
+  if (scene.tool.path.press_drag && built.path().size() > 1) {
     const auto& below = scene.object.fixed.below;
     out.depth = scene.tool.path.press_drag->depth;
-    out.thickness = thickness_under(session.start().x, session.surface().triangles, session.path()[1].x,
+    out.thickness = thickness_under(built.start().x, built.surface().triangles, built.path()[1].x,
                                     below ? below->axis[0] - 'x' : 2);
   }
   return out;
@@ -85,8 +84,8 @@ std::vector<Prediction> predict_units(const Scene& scene, const SceneSizes& s) {
   return out;
 }
 
-void predict_units(const Session& session, std::vector<Prediction>& out) {
-  for (Prediction& p : predict_units(session.scene(), sizes_of(session))) out.push_back(std::move(p));
+void predict_units(const BuiltScene& built, std::vector<Prediction>& out) {
+  for (Prediction& p : predict_units(built.scene(), sizes_of(built))) out.push_back(std::move(p));
 }
 
 }  // namespace kt

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/study/metrics.hpp"
+#include "core/base/percentile.hpp"
 
 namespace kt {
 namespace {

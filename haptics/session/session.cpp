@@ -5,14 +5,11 @@
 #include <iterator>
 #include <ranges>
 
-#include "haptics/contact/scene_friction.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/refresh/refresher.hpp"
 #include "haptics/session/real_time.hpp"
 #include "haptics/session/session_run.hpp"
 #include "haptics/setup/path_excitation.hpp"
-#include "haptics/setup/unused_settings.hpp"
-#include "haptics/study/metrics.hpp"
 
 namespace kt {
 namespace {
@@ -117,51 +114,23 @@ SessionOptions replay_of(const SessionResult& run) {
   return out;
 }
 
-// In braces, in order: what is wrong with a setting is told before the mesh is filled.
-Session::Session(const Scene& scene) : Session{scene, touch_options(scene), Body(body_options(scene))} {}
+Session::Session(const Scene& scene) : BuiltScene(scene), predictions_(predict_failures(*this)) {}
 
 Session::Session(const Scene& scene, Mesh body)
-    : Session{scene, touch_options(scene), Body(std::move(body), body_options(scene))} {}
+    : BuiltScene(scene, std::move(body)), predictions_(predict_failures(*this)) {}
 
 Session::Session(const Scene& scene, std::unique_ptr<DeformableModel> model)
-    : Session{scene, touch_options(scene), Body(std::move(model), body_options(scene))} {}
-
-Session::Session(const Scene& scene, TouchOptions options, Body body)
-    : scene_(scene), options_(std::move(options)), body_(std::move(body)), tools_(shapes_of(options_)) {
-  scene_.local = options_.local;
-  warnings_ = unused_settings(scene_);
-  std::ranges::copy(body_.notes(), std::back_inserter(warnings_));
-  friction_ = scene_friction(scene_.contact, body_.surface(), body_.model().mesh().x, warnings_);
-  notes_ = warnings_;
-  std::ranges::copy(body_.warnings() | std::views::drop(body_.notes().size()), std::back_inserter(warnings_));
-  Mesh hanging = body_.model().mesh();
-  hanging.x = body_.start().x;
-  paths_ = scene_paths(scene_, tools_, hanging, warnings_);
-  predictions_ = predict_failures(*this);
-  for (const Prediction& known : predictions_) warnings_.push_back(known.message);
-}
-
-void Session::follow(std::vector<TimedPoint> path) {
-  if (path.empty() || !(path.back().t > 0)) throw InputError("tool.path: takes no time");
-  std::vector<Waypoint> waypoints;
-  for (const TimedPoint& p : path) waypoints.push_back({p.t, p.x});
-  scene_.tool.path = {.press_drag = {}, .waypoints = std::move(waypoints), .recording = {}, .hand = {}};
-  scene_.duration = path.back().t;
-  paths_[0] = {std::move(path), {}};
-  scene_device(scene_, scene_.tool, paths_[0]);  // a wrong path is found now and not by run()
-}
-
-Session::~Session() = default;
+    : BuiltScene(scene, std::move(model)), predictions_(predict_failures(*this)) {}
 
 /// Of both tools' paths, of a hand that of its target. As a ball: a longer tool asks for no other rates.
 std::optional<BandPowers> Session::followed_motion() const {
-  if (options_.local.reducer != "auto") return {};
+  if (options().local.reducer != "auto") return {};
   const double use =
-      (1 + (models_come_late(options_) ? 1 : 0)) / options_.global.rate_hz + 1e-3 * options_.link.latency_ms;
+      (1 + (models_come_late(options()) ? 1 : 0)) / options().global.rate_hz + 1e-3 * options().link.latency_ms;
   BandPowers out{};
-  for (std::size_t k = 0; k < tools_.size(); ++k) {
-    const FollowedMotion followed(surface(), start().x, tools_[k].radius, options_.contact.mu_static);
-    const BandPowers its = path_powers(paths_[k].points, followed, options_.local.rate_hz, use);
+  for (std::size_t k = 0; k < tools().size(); ++k) {
+    const FollowedMotion followed(surface(), start().x, tools()[k].radius, options().contact.mu_static);
+    const BandPowers its = path_powers(paths()[k].points, followed, options().local.rate_hz, use);
     out.total += its.total;
     for (std::size_t b = 0; b < kBands; ++b) out.changing[b] += its.changing[b];
   }
@@ -172,29 +141,30 @@ std::optional<BandPowers> Session::followed_motion() const {
 /// The devices of the scene's tools, or what they did in the run that is replayed.
 std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions& options) const {
   std::vector<std::unique_ptr<HapticDevice>> out;
-  for (std::size_t k = 0; k < tools_.size(); ++k) {
-    const SceneTool& tool = k == 0 ? scene_.tool : *scene_.second_tool;
-    out.push_back(scene_device(scene_, tool, paths_[k]));
+  for (std::size_t k = 0; k < tools().size(); ++k) {
+    const SceneTool& tool = k == 0 ? scene().tool : *scene().second_tool;
+    out.push_back(scene_device(scene(), tool, paths()[k]));
     if (k < options.tool_paths.size())
-      out[k] = played_again(options.tool_paths[k], tool, out[k]->info(), 1 / scene_.local.rate_hz);
+      out[k] = played_again(options.tool_paths[k], tool, out[k]->info(), 1 / scene().local.rate_hz);
   }
   return out;
 }
 
 SessionResult Session::run(const SessionOptions& options) {
   SessionResult result;
-  result.warnings = warnings_;
-  result.notes = notes_;
-  const bool threaded = scene_.link.type == "thread" && options.replay.refreshes.empty();
-  const double h = 1 / scene_.local.rate_hz;
+  result.warnings = warnings();
+  for (const Prediction& known : predictions_) result.warnings.push_back(known.message);
+  result.notes = notes();
+  const bool threaded = scene().link.type == "thread" && options.replay.refreshes.empty();
+  const double h = 1 / scene().local.rate_hz;
 
   std::vector<std::unique_ptr<HapticDevice>> devices = this->devices(options);
   std::vector<Pose> start;
-  TouchOptions touched = options_;
+  TouchOptions touched = this->options();
   touched.motion = followed_motion();
   touched.replay = options.replay;
-  result.tools.resize(tools_.size());
-  for (std::size_t k = 0; k < tools_.size(); ++k) {
+  result.tools.resize(tools().size());
+  for (std::size_t k = 0; k < tools().size(); ++k) {
     ToolRun& tool = result.tools[k];
     tool.start = devices[k]->pose(0);
     start.push_back(tool.start);
@@ -202,16 +172,16 @@ SessionResult Session::run(const SessionOptions& options) {
     tool.max_speed = is_given ? options.max_speeds[k] : devices[k]->max_speed();
     touched.tools[k].max_speed = tool.max_speed;
   }
-  Touch touch(body_, touched);
+  Touch touch(body(), touched);
   std::optional<ContactWatch> watch;
-  if (options.check_contacts) watch.emplace(body_.surface(), tools_, threaded);
+  if (options.check_contacts) watch.emplace(body().surface(), tools(), threaded);
   if (watch) touch.observe(&*watch);
   touch.slow().refresher().look_for_crossings = options.check_contacts && !threaded;
   touch.place(start);
   std::vector<HandAtDevice> hands;
-  for (std::size_t k = 0; k < tools_.size(); ++k)
-    hands.emplace_back(std::move(devices[k]), scene_.local.passivity_damping, h);
-  const int ticks = static_cast<int>(std::llround(scene_.duration * scene_.local.rate_hz));
+  for (std::size_t k = 0; k < tools().size(); ++k)
+    hands.emplace_back(std::move(devices[k]), scene().local.passivity_damping, h);
+  const int ticks = static_cast<int>(std::llround(scene().duration * scene().local.rate_hz));
   const RunParts parts{options, ticks, touch, hands, watch ? &*watch : nullptr, result};
   threaded ? run_threads(parts) : run_lockstep(parts);
 
@@ -239,17 +209,17 @@ SessionResult Session::run(const SessionOptions& options) {
   result.reducer_candidates = refresher.choice().candidates();
   result.reducer_changes = refresher.choice().changes();
   result.expected_force_error = refresher.choice().force_error();
-  result.refresh_budget_ms = refresh_budget_ms(options_);
+  result.refresh_budget_ms = refresh_budget_ms(this->options());
   result.certified_error = refresher.choice().certified_error();
   result.damping_coupling = refresher.coupling;
   result.exact_steps = refresher.exact_steps;
   result.linearization_error = std::move(refresher.linearization_error);
-  if (threaded) warn_of_lag(scene_, result);
+  if (threaded) warn_of_lag(scene(), result);
   for (std::size_t k = 0; k < result.tools.size(); ++k) {
     warn_of_speed(result.tools[k], h, k == 0 ? "tool.path: " : "second_tool.path: ", result.warnings);
     warn_of_activity(result.tools[k].passivity, result);
   }
-  if (body_.self_contact()) result.self_contact = summarize(*body_.self_contact(), refresher);
+  if (body().self_contact()) result.self_contact = summarize(*body().self_contact(), refresher);
   result.definite_tangents = refresher.definite_tangents;
   result.looked_ahead = refresher.looked_ahead;
   result.global_steps = refresher.statistics();

@@ -9,7 +9,7 @@
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/session/lost_contact.hpp"
-#include "haptics/setup/session_parts.hpp"
+#include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/local_simulation.hpp"
 #include "self_contact/touching_model.hpp"
 
@@ -107,43 +107,19 @@ struct SessionOptions {
 /// device decided, tool_paths are to be added.
 SessionOptions replay_of(const SessionResult& run);
 
-/// Everything of a scene that takes time to build: mesh, model, surface, device. Throws InputError.
-class Session {
+/// A scene that can be run, as often as one likes: each time from its start on. Throws InputError.
+class Session : public BuiltScene {
  public:
   explicit Session(const Scene& scene);
   Session(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
   Session(const Scene& scene, std::unique_ptr<DeformableModel> model);  ///< with one's own model for its own
-  ~Session();
   SessionResult run(const SessionOptions& options = {});
-  /// The same body from its start on, along another path: until the time of its last point.
-  void follow(std::vector<TimedPoint> path);
-
-  const Scene& scene() const { return scene_; }
-  const Body& body() const { return body_; }
-  const TouchOptions& options() const { return options_; }  ///< of the engine
-  const DeformableModel& model() const { return body_.model(); }
-  const Surface& surface() const { return body_.surface(); }
-  double mesh_unit() const { return body_.mesh_unit(); }  ///< of the mesh file [m]; 1 for one that is given in metres
-  const ToolShape& tool() const { return tools_[0]; }
-  std::span<const ToolShape> tools() const { return tools_; }  ///< 1 or 2
-  const SurfaceFriction& friction() const { return friction_; }
-  const State& start() const { return body_.start(); }
-  const std::vector<TimedPoint>& path() const { return paths_[0].points; }  ///< of the first tool; of a hand its target
-  const std::vector<ToolPath>& paths() const { return paths_; }             ///< of each tool
   /// What is known to go wrong in a run, found at set-up; each is a warning of the run's result too.
   const std::vector<Prediction>& predictions() const { return predictions_; }
 
  private:
-  Session(const Scene& scene, TouchOptions options, Body body);
   std::vector<std::unique_ptr<HapticDevice>> devices(const SessionOptions& options) const;
   std::optional<BandPowers> followed_motion() const;
-  Scene scene_;
-  TouchOptions options_;
-  Body body_;
-  std::vector<ToolShape> tools_;
-  SurfaceFriction friction_;
-  std::vector<ToolPath> paths_;
-  std::vector<std::string> warnings_, notes_;
   std::vector<Prediction> predictions_;
 };
 

@@ -72,14 +72,6 @@ std::vector<double> high_pass(std::span<const double> values, double cutoff_hz, 
   return v;
 }
 
-double percentile(std::vector<double> values, double p) {
-  if (values.empty()) return 0;
-  const auto rank = static_cast<std::size_t>(std::ceil(p * static_cast<double>(values.size())));
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::min(values.size() - 1, rank > 0 ? rank - 1 : 0));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
-
 ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_from, double h) {
   ForceMetrics out;
   out.felt_t_over_n = largest_felt_ratio(frames);

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/percentile.hpp"
 #include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
@@ -28,8 +29,5 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
 
 /// Values above `cutoff_hz`, zero phase: a second-order Butterworth high-pass run forward and backward.
 std::vector<double> high_pass(std::span<const double> values, double cutoff_hz, double rate_hz);
-
-/// Value below which a share `p` of the sorted values lies (nearest rank); 0 for an empty list.
-double percentile(std::vector<double> values, double p);
 
 }  // namespace kt
