@@ -8,14 +8,14 @@
 namespace kt {
 namespace {
 
-struct Edge {
+struct LongEdge {
   int a = 0, b = 0;
   double length = 0;
 };
 
 /// Edges that are too long, the longest first; ties by node, so that the result is one.
-std::vector<Edge> long_edges(const Mesh& mesh, const SurfaceSize& size) {
-  std::vector<Edge> out;
+std::vector<LongEdge> long_edges(const Mesh& mesh, const SurfaceSize& size) {
+  std::vector<LongEdge> out;
   for (const Triangle& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) {
       const int a = t[k], b = t[(k + 1) % 3];
@@ -25,7 +25,7 @@ std::vector<Edge> long_edges(const Mesh& mesh, const SurfaceSize& size) {
       const double away = std::max(0.0, (middle - size.centre).norm() - 0.5 * length - size.radius);
       if (length > size.edge + size.growth * away) out.push_back({a, b, length});
     }
-  std::ranges::sort(out, [](const Edge& l, const Edge& r) {
+  std::ranges::sort(out, [](const LongEdge& l, const LongEdge& r) {
     return l.length != r.length ? l.length > r.length : std::pair(l.a, l.b) < std::pair(r.a, r.b);
   });
   return out;
@@ -43,12 +43,12 @@ std::map<std::pair<int, int>, std::vector<int>> triangles_of_edges(const Mesh& m
 
 Mesh refine_surface(Mesh surface, const SurfaceSize& size, int max_nodes) {
   for (;;) {
-    const std::vector<Edge> edges = long_edges(surface, size);
+    const std::vector<LongEdge> edges = long_edges(surface, size);
     const auto sides = triangles_of_edges(surface);
     std::vector<char> split(surface.triangles.size(), 0);
     std::vector<Vec3> added;
     const int before = surface.num_nodes();
-    for (const Edge& e : edges) {
+    for (const LongEdge& e : edges) {
       const std::vector<int>& beside = sides.at({e.a, e.b});
       if (std::ranges::any_of(beside, [&](int t) { return split[t] != 0; })) continue;  // in the next pass
       if (before + static_cast<int>(added.size()) >= max_nodes)
