@@ -110,7 +110,8 @@ class SteadyDrag {
     report.tick = tick_++;
     report.tools[0].pose.x = place(tick_);
     report.tools[0].triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
-    for (const ContactSample& sample : local.samples()) report.samples[report.count++] = sample;
+    report.model_frame = local.model().model.frame;
+    for (const TickContact& sample : local.samples()) report.samples[report.count++] = sample;
     reports_.push_back(report);
     return frame;
   }

@@ -12,14 +12,9 @@ namespace kt {
 /// What the local side did to the body during one haptic tick at one contact.
 struct ContactSample {
   double t = 0;                 ///< start of the tick [s]
-  int triangle = -1;            ///< of the body's surface
-  Vec3 bary = Vec3::Zero();     ///< where on it
   NodeWeights moves{};          ///< global nodes that move the contact point
   Vec3 impulse = Vec3::Zero();  ///< given to the body during the tick [N s]
   Vec3 normal = Vec3::Zero();   ///< unit, from the body towards the tool
-  Vec3 point = Vec3::Zero();    ///< contact point at the end of the tick [m]
-  bool sticks = false;          ///< the contact point went with the tool
-  int tool = 0;                 ///< which one of those that touch the body
 };
 
 /// Model + integrator + state. advance() catches up to t_end: in equal steps no longer than `max_step`, or in one step

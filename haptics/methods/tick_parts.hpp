@@ -7,9 +7,9 @@ namespace kt {
 
 /// What one tick did at its contacts.
 struct SampleList {
-  std::array<ContactSample, kMaxContacts> samples{};
+  std::array<TickContact, kMaxContacts> samples{};
   int count = 0;
-  std::span<const ContactSample> view() const noexcept { return {samples.data(), static_cast<std::size_t>(count)}; }
+  std::span<const TickContact> view() const noexcept { return {samples.data(), static_cast<std::size_t>(count)}; }
 };
 
 /// The solver of a method that needs Coulomb's cone. Throws InputError for another law.

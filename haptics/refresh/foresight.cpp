@@ -6,15 +6,16 @@
 
 namespace kt {
 
-std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double rate_hz, int tool) {
+std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
+                                    int tool) {
   std::vector<ContactHold> out;
   if (reports.empty()) return out;
   const LocalReport& last = reports.back();
-  for (const ContactSample& s : std::span(last.samples).first(static_cast<std::size_t>(last.count))) {
+  for (const TickContact& s : last.contacts()) {
     if (s.tool != tool) continue;
     const Vec3 force = rate_hz * s.impulse;
     const double along = s.normal.dot(force);
-    out.push_back({.moves = s.moves,
+    out.push_back({.moves = nodes.moved_by(last.model_frame, s),
                    .normal = s.normal,
                    .point = s.point,
                    .sticks = s.sticks,

@@ -7,13 +7,16 @@
 #include "core/global/held_model.hpp"
 #include "core/local/contact_surface.hpp"
 #include "core/local/reducer.hpp"
+#include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/tick/local_report.hpp"
 
 namespace kt {
 
 /// The contacts of a tool at the end of the reports, none without any.
+/// @param nodes    that moved with contacts
 /// @param rate_hz  of the ticks
-std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, double rate_hz, int tool = 0);
+std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
+                                    int tool = 0);
 
 /// The tool's mean velocity [m/s] over the last reports, up to kVelocityTicks of them; zero for fewer than two.
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool = 0);

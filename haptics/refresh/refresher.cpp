@@ -54,6 +54,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       options_(options),
       tools_(options.tools),
       smoothing_(contact_smoothing(options.contact, options.local)),
+      nodes_(surface, smoothing_.levels),
       way_out_(surface, model.mesh().num_nodes(), model.fixed_nodes()),
       method_(make_method(options, {})),
       self_contact_(self_contact),
@@ -164,7 +165,7 @@ void Refresher::measure_forces(std::span<const LocalReport> reports) {
   }
   for (const LocalReport& report : reports) {
     std::array<Vec3, kMaxTools> force{Vec3::Zero(), Vec3::Zero()};
-    for (const ContactSample& s : std::span(report.samples).first(static_cast<std::size_t>(report.count)))
+    for (const TickContact& s : report.contacts())
       force[static_cast<std::size_t>(s.tool)] += options_.local.rate_hz * s.impulse;
     for (std::size_t k = 0; k < forces_.size(); ++k)
       if (forces_[k].seconds() > 0 || !force[k].isZero(0)) forces_[k].add(force[k]);
@@ -293,7 +294,7 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
   std::vector<ContactHold> all;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     const Vec3 step = lead * tool_velocity(reports, options_.local.rate_hz, k);
-    std::ranges::move(moved_holds(last_holds(reports, options_.local.rate_hz, k), surface_, smoothing_,
+    std::ranges::move(moved_holds(last_holds(reports, nodes_, options_.local.rate_hz, k), surface_, smoothing_,
                                   global_.model().mesh().x, step),
                       std::back_inserter(all));
   }
@@ -318,6 +319,7 @@ void Refresher::go_on_from(Refresher& before) {
   before_ = before.before_;
   forces_ = std::move(before.forces_);
   choice_.go_on_from(before.choice_);
+  nodes_.go_on_from(before.nodes_);
   delay_ = before.delay_;
   last_ = before.last_;
   frame_ = before.frame_;
@@ -359,10 +361,11 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
-    history.insert(history.end(), report.samples.begin(), report.samples.begin() + report.count);
+    for (const TickContact& c : report.contacts())
+      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, c.normal});
   std::vector<ContactHold> holds;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
-    std::ranges::move(last_holds(reports, options_.local.rate_hz, k), std::back_inserter(holds));
+    std::ranges::move(last_holds(reports, nodes_, options_.local.rate_hz, k), std::back_inserter(holds));
   std::optional<State> ahead;
   measure_forces(reports);
   if (t > global_.state().t) {
@@ -408,9 +411,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
     if (const LocalReport* last = last_before(reports, motion->tick)) {
       std::array<bool, kMaxTools> sliding{};
       for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = last->tools[k].sliding;
-      place_contacts(*out, std::span(last->samples).first(static_cast<std::size_t>(last->count)), sliding);
+      std::vector<TickContact> placed;
+      for (const TickContact& c : last->contacts()) placed.push_back(nodes_.on_triangle(c));
+      place_contacts(*out, placed, sliding);
     }
   }
+  nodes_.keep(*out);
+  if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
   prepare_ms.push_back(milliseconds_since(prepare_start));
   refresh_ms.push_back(milliseconds_since(start));
   return out;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/refresh/excitation.hpp"
 #include "haptics/refresh/inverted_tetrahedra.hpp"
 #include "haptics/refresh/reducer_choice.hpp"
@@ -78,6 +79,7 @@ class Refresher {
   TouchOptions options_;
   std::vector<TouchTool> tools_;
   Smoothing smoothing_;
+  ContactNodes nodes_;  // of the contacts that ticks report
   WayOutSearch way_out_;
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   SelfContact* self_contact_;             // none: the body passes through itself

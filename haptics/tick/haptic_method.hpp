@@ -1,16 +1,16 @@
 #pragma once
 // What runs in the haptic tick: the engine's own method (LocalSimulation) and the baselines that it is charted against,
-// each the best honest form of its idea. docs/methods.md. Table: methods/haptic_method.def.
+// each the best honest form of its idea. docs/methods.md. Table: haptic_method.def.
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "core/global/global_simulation.hpp"
 #include "haptics/contact/contact_solver.hpp"
 #include "haptics/tick/local_frame.hpp"
 #include "haptics/tick/prepared_local_model.hpp"
+#include "haptics/tick/tick_contact.hpp"
 
 namespace kt {
 
@@ -31,7 +31,7 @@ class HapticMethod {
   /// The same with several tools: one frame for each. A method that knows one tool steps that one.
   virtual void step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept;
   /// What the last tick did to the body, for the global side.
-  virtual std::span<const ContactSample> samples() const noexcept = 0;
+  virtual std::span<const TickContact> samples() const noexcept = 0;
   /// The local model with the body's state as this method sees it.
   virtual const PreparedLocalModel& model() const noexcept = 0;
   virtual double h() const noexcept = 0;

@@ -42,11 +42,11 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept
   }
 }
 
-void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> contacts,
+void place_contacts(PreparedLocalModel& model, std::span<const TickContact> contacts,
                     const std::array<bool, kMaxTools>& sliding) noexcept {
   LocalState& s = model.state;
   s.anchors.count = 0;
-  for (const ContactSample& sample : contacts) {
+  for (const TickContact& sample : contacts) {
     auto [piece, bary] = piece_at(model.surface.levels, sample.bary);
     const int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
     if (facet < 0) continue;

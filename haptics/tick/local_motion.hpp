@@ -28,8 +28,9 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept
 
 /// Puts contacts of the body's surface into the state of a model that is not in use yet; those outside its patch are
 /// left out.
+/// @param contacts  on triangles, not on another model's facets
 /// @param sliding  of each tool
-void place_contacts(PreparedLocalModel& model, std::span<const ContactSample> contacts,
+void place_contacts(PreparedLocalModel& model, std::span<const TickContact> contacts,
                     const std::array<bool, kMaxTools>& sliding) noexcept;
 
 }  // namespace kt

@@ -359,11 +359,11 @@ void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
       frame.point = point;
       if (facets.on_rim[contact.triangle]) tools_[tool].flags |= kLeftPatch;
     }
-    ContactSample& sample = samples_[num_samples_++];
+    TickContact& sample = samples_[num_samples_++];
     sample.triangle = facets.global_triangle[contact.triangle];
     sample.t = t_ - h_;
-    sample.bary = surface.weights_in_triangle(contact.triangle, contact.bary);
-    sample.moves = surface.moved_by(model_->model.patch, contact.triangle, contact.bary);
+    sample.facet = surface.is_apron(contact.triangle) ? -1 : contact.triangle;
+    sample.bary = contact.bary;
     sample.impulse = impulse;
     sample.normal = contact.normal;
     sample.sticks = solution_.mode[i] == ContactMode::stick;

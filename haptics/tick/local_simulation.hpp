@@ -58,7 +58,7 @@ class LocalSimulation final : public HapticMethod {
   void step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept override;
 
   /// What the last tick did to the body, for the global side.
-  std::span<const ContactSample> samples() const noexcept override {
+  std::span<const TickContact> samples() const noexcept override {
     return {samples_.data(), static_cast<std::size_t>(num_samples_)};
   }
 
@@ -125,7 +125,7 @@ class LocalSimulation final : public HapticMethod {
   ContactSet found_;     // room, of one tool
   ContactProblem problem_;
   ContactSolution solution_;
-  std::array<ContactSample, kMaxContacts> samples_{};
+  std::array<TickContact, kMaxContacts> samples_{};
   int num_samples_ = 0;
   LocalMotion motion_;          // room, for the refresh
   bool has_new_patch_ = false;  // since the last tick

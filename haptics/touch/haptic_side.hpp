@@ -34,9 +34,7 @@ class HapticSide {
   /// Nodes of the local model where they are now, over those of the whole body.
   void lay_patch_over(VectorX& x) const;
 
-  std::span<const ContactSample> samples() const noexcept {
-    return {report_.samples.data(), static_cast<std::size_t>(report_.count)};
-  }
+  std::span<const TickContact> samples() const noexcept { return report_.contacts(); }
 
   int next_tick() const noexcept { return tick_; }
   double h() const noexcept { return local_->h(); }

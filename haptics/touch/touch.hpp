@@ -11,7 +11,7 @@
 
 namespace kt {
 
-struct ContactSample;  // core/global/global_simulation.hpp
+struct TickContact;  // haptics/tick/tick_contact.hpp
 class BodySide;
 class HapticSide;
 class ModelObserver;
@@ -66,7 +66,7 @@ class Touch {
 
   TouchStatus status() const;  ///< from any thread
   /// What the last tick did to the body, at each contact of all tools.
-  std::span<const ContactSample> last_samples() const noexcept;
+  std::span<const TickContact> last_samples() const noexcept;
 
   const Body& body() const;
   const TouchOptions& options() const;

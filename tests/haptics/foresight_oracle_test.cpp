@@ -30,11 +30,14 @@ TEST(ToolVelocity, IsThatOfTheLastTicks) {
 }
 
 TEST(LastHolds, SplitTheForceOnTheBody) {
+  Surface surface;
+  surface.triangles = {{1, 2, 3}};
   LocalReport report;
   report.count = 1;
-  report.samples[0] = {.moves = {{1, 2, 3}, {1, 0, 0}}, .impulse = {2e-4, 0, -1e-3}, .normal = Vec3::UnitZ()};
-  const std::vector<ContactHold> holds = last_holds({&report, 1}, 1000);
+  report.samples[0] = {.triangle = 0, .bary = {1, 0, 0}, .impulse = {2e-4, 0, -1e-3}, .normal = Vec3::UnitZ()};
+  const std::vector<ContactHold> holds = last_holds({&report, 1}, ContactNodes(surface, 0), 1000);
   ASSERT_EQ(holds.size(), 1u);
+  EXPECT_EQ(holds[0].moves.of(VectorX::LinSpaced(12, 0, 11)), Vec3(3, 4, 5));
   EXPECT_DOUBLE_EQ(holds[0].force, 1);
   EXPECT_EQ(holds[0].friction, Vec3(0.2, 0, 0));
 }

@@ -103,7 +103,7 @@ TEST(Touch, AStylusTurnsByItsPosesAsByTheScript) {
     most = std::max(most, f.torque.norm());
     // The contacts' own forces about the reference point.
     Vec3 torque = Vec3::Zero(), force = Vec3::Zero();
-    for (const ContactSample& s : touch.last_samples()) {
+    for (const TickContact& s : touch.last_samples()) {
       force -= s.impulse / touch.h();
       torque += (s.point - mine.pose.x).cross(Vec3(-s.impulse / touch.h()));
     }
