@@ -98,6 +98,7 @@ class SteadyDrag {
   void refresh_when_due() {
     if (tick_ % every_ != 0) return;
     local.adopt(refresher.refresh(tick_ * local.h(), std::array{Pose{place(tick_)}}, reports_));
+    records.push_back(refresher.record());
     reports_.clear();
   }
 
@@ -120,6 +121,7 @@ class SteadyDrag {
   Surface surface;
   ToolShape tool;
   Refresher refresher;
+  std::vector<RefreshRecord> records;  ///< of each refresh
   LocalSimulation local;
 
  private:

@@ -24,7 +24,7 @@ double measure_refresh(const Scene& scene, const Mesh& mesh) {
   options.check_contacts = false;
   SessionResult result;
   const double share = share_of_core([&] { with_threads(1, [&] { result = session.run(options); }); });
-  return share * (result.global_ms.back() + result.refresh_ms.back());
+  return share * (result.refresh.global_ms.back() + result.refresh.refresh_ms.back());
 }
 
 /// Throws RunError when it is too large, too slow or does not come to rest.

@@ -42,8 +42,8 @@ void measure_row(Session& session, const Reference& reference, const AdviceClock
   const double had = share_of_core([&] { with_threads(1, [&] { result = session.run(options); }); });
   if (result.stopped) throw RunError("beyond the time budget");
   const double rate_hz = session.scene().local.rate_hz;
-  row.global_ms = had * percentile(result.global_ms, 0.5);
-  row.refresh_ms = had * percentile(result.refresh_ms, 0.5);
+  row.global_ms = had * percentile(result.refresh.global_ms, 0.5);
+  row.refresh_ms = had * percentile(result.refresh.refresh_ms, 0.5);
   row.tick_us = percentile(result.step_us, 0.99);
   row.refreshes_per_second =
       static_cast<double>(result.refreshes.size()) * rate_hz / static_cast<double>(result.tools[0].frames.size());

@@ -154,7 +154,9 @@ void ReducerChoice::go_to(std::size_t candidate, int tick, const std::string& wh
     candidates_[chosen_].force_error = expected_force_error(*excitation_, latest_);
   }
   chosen_ = candidate;
-  changes_.push_back({tick, from, chosen().name, why, chosen().error, chosen().force_error});
+  last_change_ = {tick, from, chosen().name, why, chosen().error, chosen().force_error};
+  ++num_changes_;
+  changes_.push_back(*last_change_);
   if (chosen().reducer == "full") certified_ = 0;
   latest_ = chosen().errors;
   running_ = RunningCertificate();
@@ -270,9 +272,9 @@ std::string ReducerChoice::reason() const {
   if (!is_auto_) return "chosen by the scene";
   const ReducerCandidate& c = chosen();
   std::string out = c.name;
-  if (!changes_.empty())
-    return out + text(": in use since tick ", changes_.back().tick, ": ", changes_.back().why, " with ",
-                      changes_.back().from, " (", changes_.size(), changes_.size() == 1 ? " change)" : " changes)");
+  if (last_change_)
+    return out + text(": in use since tick ", last_change_->tick, ": ", last_change_->why, " with ", last_change_->from,
+                      " (", num_changes_, num_changes_ == 1 ? " change)" : " changes)");
   if (c.tick_us > needs_.budget_us || c.refresh_ms > needs_.refresh_budget_ms)
     out +=
         text(": no local model fits ", needs_.budget_us, " us a tick",

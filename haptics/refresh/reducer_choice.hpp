@@ -2,6 +2,7 @@
 // Which reducer serves a scene: the one it names, or for "auto" the cheapest whose expected force error stays under the
 // tolerance, whose tick and whose refresh stay in their time budgets; docs/method.md#4-the-local-model-section-iii.
 #include <optional>
+#include <utility>
 
 #include "core/local/certificate.hpp"
 #include "haptics/options/reducer_change.hpp"
@@ -39,7 +40,13 @@ class ReducerChoice {
   void follow(std::vector<ReducerChange> changes) { followed_ = std::move(changes); }
 
   /// Of the same body with other settings: what was changed until now is known.
-  void go_on_from(const ReducerChoice& before) { changes_ = before.changes_; }
+  void go_on_from(ReducerChoice& before) {
+    changes_ = std::move(before.changes_);
+    last_change_ = std::move(before.last_change_);
+    num_changes_ = before.num_changes_;
+  }
+  /// Changes since they were taken.
+  std::vector<ReducerChange> take_changes() { return std::exchange(changes_, {}); }
 
   const ReducerCandidate& chosen() const { return candidates_[chosen_]; }
   const std::vector<ReducerCandidate>& candidates() const { return candidates_; }
@@ -74,7 +81,9 @@ class ReducerChoice {
   double certified_ = std::numeric_limits<double>::quiet_NaN();
   int quiet_ = 0;  // samples since the force error to expect was near the tolerance
   MeasuredRefreshes measured_;
-  std::vector<ReducerChange> changes_;
+  std::vector<ReducerChange> changes_;  // not taken yet
+  std::optional<ReducerChange> last_change_;
+  int num_changes_ = 0;
   std::optional<std::vector<ReducerChange>> followed_;
 };
 

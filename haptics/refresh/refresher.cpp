@@ -59,7 +59,6 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       method_(make_method(options, {})),
       self_contact_(self_contact),
       global_(model, global_integrator(options.global, self_contact), 1 / options.global.rate_hz, start),
-      before_(start),
       choice_(options.local.reducer, options.local.rings,
               {.tolerance = options.local.tolerance,
                .budget_us = options.local.budget_us,
@@ -74,14 +73,15 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       refreshes_early_(options.global.early_refresh &&
                        haptic_method_name(options.local.method, options.contact.law) == "multirate"),
       has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
-                 !is_geometric(options.contact.law)) {}
+                 !is_geometric(options.contact.law)),
+      known_{.before = start, .forces = {}} {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
 /// found again.
 double Refresher::interval(double t) const {
   const double usual = 1 / options_.global.rate_hz;
-  return models_come_late(options_) ? std::clamp(t - last_, usual, 1.5 * usual) : usual;
+  return models_come_late(options_) ? std::clamp(t - known_.last, usual, 1.5 * usual) : usual;
 }
 
 /// Around the place where a large ball touches, or will: as much as a fingertip needs around what it touches now, and
@@ -118,7 +118,7 @@ double Refresher::reach(double t, const TouchTool& tool, const Vec3& place, cons
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
   const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + gets_faster});
-  return around + speed * (delay_ + interval(t));
+  return around + speed * (known_.delay + interval(t));
 }
 
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
@@ -159,20 +159,20 @@ ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::sp
 /// Of a scene that is measured long enough, for the choice of the next model.
 void Refresher::measure_forces(std::span<const LocalReport> reports) {
   constexpr double kMemory = 0.5, kEnough = 0.25;  // [s]
-  if (forces_.empty()) {
-    const double use = 1 / options_.global.rate_hz + delay_;
-    forces_.assign(tools_.size(), SpectrumMeter(options_.local.rate_hz, use, kMemory));
+  if (known_.forces.empty()) {
+    const double use = 1 / options_.global.rate_hz + known_.delay;
+    known_.forces.assign(tools_.size(), SpectrumMeter(options_.local.rate_hz, use, kMemory));
   }
   for (const LocalReport& report : reports) {
     std::array<Vec3, kMaxTools> force{Vec3::Zero(), Vec3::Zero()};
     for (const TickContact& s : report.contacts())
       force[static_cast<std::size_t>(s.tool)] += options_.local.rate_hz * s.impulse;
-    for (std::size_t k = 0; k < forces_.size(); ++k)
-      if (forces_[k].seconds() > 0 || !force[k].isZero(0)) forces_[k].add(force[k]);
+    for (std::size_t k = 0; k < known_.forces.size(); ++k)
+      if (known_.forces[k].seconds() > 0 || !force[k].isZero(0)) known_.forces[k].add(force[k]);
   }
   BandPowers all{};
   double longest = 0;
-  for (const SpectrumMeter& meter : forces_) {
+  for (const SpectrumMeter& meter : known_.forces) {
     const BandPowers its = meter.powers();
     all.total += its.total;
     for (std::size_t i = 0; i < kBands; ++i) all.changing[i] += its.changing[i];
@@ -183,33 +183,31 @@ void Refresher::measure_forces(std::span<const LocalReport> reports) {
 
 /// The clock's time is shared out by parts; of all of it the processor's is taken.
 void Refresher::charge(double cpu_ms) {
-  const double all = (global_ms.empty() ? 0 : global_ms.back()) + refresh_ms.back();
-  const double own = reduce_ms.back() + certify_ms.back() + prepare_ms.back();
+  const double all = record_.global_ms.value_or(0) + record_.refresh_ms;
+  const double own = record_.reduce_ms + record_.certify_ms + record_.prepare_ms;
   choice_.note_cost(cpu_ms, all > 0 ? cpu_ms * std::min(1.0, own / all) : cpu_ms, tick());
 }
 
 /// Springs resist stretching only: a tetrahedron pushed through itself does not come back.
-void Refresher::count_inverted() {
+int Refresher::count_inverted() const {
   const State& s = global_.state();
   int count = 0;
   for (const Tetrahedron& t : global_.model().mesh().tetrahedra) count += tetrahedron_volume(s.x, t) < 0;
-  if (count > 0 && inverted.most == 0) inverted.from = s.t;
-  inverted.most = std::max(inverted.most, count);
-  inverted.last = count;
+  return count;
 }
 
 void Refresher::report_self_contact() {
   const State& now = global_.state();
-  self_contacts.push_back(TouchingModel(global_.model(), *self_contact_, now, now.t - before_.t).report(now.x));
+  const double dt = now.t - known_.before.t;
+  record_.self_contact = TouchingModel(global_.model(), *self_contact_, now, dt).report(now.x);
   if (!look_for_crossings) return;
-  const auto found = find_crossings(*self_contact_, surface_.triangles, now.x);
-  crossings = std::max(crossings, static_cast<int>(found.size()));
+  record_.crossings = static_cast<int>(find_crossings(*self_contact_, surface_.triangles, now.x).size());
 }
 
 /// A body in contact with itself: with its contacts there, and the friction of the step that led there.
 void Refresher::linearize_at(const State& state, TangentKind kind) {
   if (!self_contact_) return linearize(global_.model(), state, kind, tangent_);
-  const State& from = state.t > global_.state().t ? global_.state() : before_;
+  const State& from = state.t > global_.state().t ? global_.state() : known_.before;
   const double dt = state.t > from.t ? state.t - from.t : 1 / options_.global.rate_hz;
   const TouchingModel touching(global_.model(), *self_contact_, from, dt);
   touching.find_near(state.x);
@@ -221,13 +219,13 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
                                 const ContactSite& site) {
   auto start = std::chrono::steady_clock::now();
   linearize_at(state, kind);
-  linearize_ms.push_back(milliseconds_since(start));
+  record_.linearize_ms += milliseconds_since(start);
   start = std::chrono::steady_clock::now();
   if (is_new_) choice_.set_up(tangent_, patch, site);
   LocalModel local = choice_.reduce(tangent_, patch, site);
   if (!is_positive_semidefinite(local.stiffness))
     throw IndefiniteTangent("the body's definite tangent is not positive definite");
-  reduce_ms.push_back(milliseconds_since(start));
+  record_.reduce_ms += milliseconds_since(start);
   local.definite_tangent |= kind == TangentKind::definite;
   return local;
 }
@@ -241,7 +239,7 @@ LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site,
       if (local->definite_tangent) local.reset();
     } catch (const IndefiniteTangent&) {
     }
-  looked_ahead += local.has_value();
+  record_.looked_ahead = local.has_value();
   if (!local) try {
       local = reduce_at(global_.state(), TangentKind::symmetric, patch, site);
     } catch (const IndefiniteTangent&) {
@@ -249,19 +247,19 @@ LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site,
     }
   const auto start = std::chrono::steady_clock::now();
   choice_.revise(*local, site, tick());
-  certify_ms.push_back(milliseconds_since(start));
+  record_.certify_ms = milliseconds_since(start);
   local->certified_error = choice_.certified_error();
-  definite_tangents += local->definite_tangent;
+  record_.definite_tangent = local->definite_tangent;
   return std::move(*local);
 }
 
 /// Vibrations that hardly know of one another are stepped exactly, each by itself; else all by one implicit step.
 LocalScheme Refresher::choose_scheme(LocalModel& local) {
-  coupling = damping_coupling(local);
+  const double coupling = record_.coupling = damping_coupling(local);
   const bool can_be_exact = coupling <= kUncoupled && !is_geometric(options_.contact.law);
   const LocalScheme scheme = scheme_.value_or(can_be_exact ? LocalScheme::exact : LocalScheme::implicit_euler);
   if (scheme == LocalScheme::exact && coupling > 0 && coupling <= kUncoupled) drop_coupling(local);
-  exact_steps += scheme == LocalScheme::exact;
+  record_.is_exact = scheme == LocalScheme::exact;
   return scheme;
 }
 
@@ -270,27 +268,27 @@ LocalScheme Refresher::choose_scheme(LocalModel& local) {
 /// while.
 void Refresher::judge_linearization(std::span<const ContactHold> holds) {
   const double error = std::abs(global_.contact_error());
-  linearization_error.push_back(error);
+  record_.linearization_error = error;
   double force = 0;
   for (const ContactHold& hold : holds) force += hold.force;
-  most_force_ = std::max(most_force_, force);
+  known_.most_force = std::max(known_.most_force, force);
   const double t = global_.state().t;
-  if (error * force > kGaveWay * most_force_) gave_way_ = t;
+  if (error * force > kGaveWay * known_.most_force) known_.gave_way = t;
   if (!refreshes_early_) return;
   if (error > options_.local.tolerance)
-    haste_ = std::min(2 * haste_, 4);
-  else if (error < 0.5 * options_.local.tolerance && t - gave_way_ > kAlert)
-    haste_ = std::max(haste_ / 2, 1);
+    known_.haste = std::min(2 * known_.haste, 4);
+  else if (error < 0.5 * options_.local.tolerance && t - known_.gave_way > kAlert)
+    known_.haste = std::max(known_.haste / 2, 1);
 }
 
 int Refresher::next_interval(int usual) const {
   const int shortest = static_cast<int>(std::lround(kShortestInterval * options_.local.rate_hz));
-  return std::max({1, usual / haste_, std::min(usual, shortest)});
+  return std::max({1, usual / known_.haste, std::min(usual, shortest)});
 }
 
 /// The body in the middle of the time that the model made at time t is used.
 std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
-  const double lead = delay_ + 0.5 * interval(t) / haste_;
+  const double lead = known_.delay + 0.5 * interval(t) / known_.haste;
   std::vector<ContactHold> all;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     const Vec3 step = lead * tool_velocity(reports, options_.local.rate_hz, k);
@@ -302,30 +300,10 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
 }
 
 void Refresher::go_on_from(Refresher& before) {
-  global_ms = std::move(before.global_ms);
-  refresh_ms = std::move(before.refresh_ms);
-  linearize_ms = std::move(before.linearize_ms);
-  reduce_ms = std::move(before.reduce_ms);
-  certify_ms = std::move(before.certify_ms);
-  prepare_ms = std::move(before.prepare_ms);
-  linearization_error = std::move(before.linearization_error);
-  self_contacts = std::move(before.self_contacts);
-  definite_tangents = before.definite_tangents;
-  exact_steps = before.exact_steps;
-  looked_ahead = before.looked_ahead;
   look_for_crossings = before.look_for_crossings;
-  crossings = before.crossings;
-  inverted = before.inverted;
-  before_ = before.before_;
-  forces_ = std::move(before.forces_);
+  known_ = std::move(before.known_);
   choice_.go_on_from(before.choice_);
   nodes_.go_on_from(before.nodes_);
-  delay_ = before.delay_;
-  last_ = before.last_;
-  frame_ = before.frame_;
-  haste_ = before.haste_;
-  most_force_ = before.most_force_;
-  gave_way_ = before.gave_way_;
 }
 
 /// Where the whole body is, and its surface around the patch.
@@ -349,7 +327,7 @@ void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& sit
 std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const {
   constexpr double kRounding = 1e-7, kNoticeable = 1e-4;  // [m]
   constexpr int kFew = 16;
-  const bool is_first = frame_ == 0;
+  const bool is_first = known_.frame == 0;
   const ToolShape& shape = tools_[tool].shape;
   return way_out_.find(global_.state().x, shape, pose.x, pose.r, is_first ? kRounding : kNoticeable,
                        is_first ? static_cast<int>(shape.corners.size()) : kFew);
@@ -359,6 +337,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
                                                        std::span<const LocalReport> reports,
                                                        const LocalMotion* motion) {
   auto start = std::chrono::steady_clock::now();
+  record_ = {.t = t};
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
     for (const TickContact& c : report.contacts())
@@ -369,13 +348,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   std::optional<State> ahead;
   measure_forces(reports);
   if (t > global_.state().t) {
-    before_ = global_.state();
+    known_.before = global_.state();
     global_.advance(t, history, holds);
-    count_inverted();
+    record_.inverted = count_inverted();
     if (self_contact_) report_self_contact();
     judge_linearization(holds);
     if (motion && options_.global.look_ahead) ahead = foresee(t, reports);
-    global_ms.push_back(milliseconds_since(start));
+    record_.global_ms = milliseconds_since(start);
   }
 
   start = std::chrono::steady_clock::now();
@@ -393,10 +372,10 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
     tool.reach += way->depth;
   }
   const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
-  last_ = t;
+  known_.last = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
-  local.frame = frame_++;
+  local.frame = known_.frame++;
   is_new_ = false;
   const auto prepare_start = std::chrono::steady_clock::now();
   const LocalScheme scheme = choose_scheme(local);
@@ -418,8 +397,8 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   }
   nodes_.keep(*out);
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
-  prepare_ms.push_back(milliseconds_since(prepare_start));
-  refresh_ms.push_back(milliseconds_since(start));
+  record_.prepare_ms = milliseconds_since(prepare_start);
+  record_.refresh_ms = milliseconds_since(start);
   return out;
 }
 

@@ -7,8 +7,8 @@
 
 #include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/refresh/excitation.hpp"
-#include "haptics/refresh/inverted_tetrahedra.hpp"
 #include "haptics/refresh/reducer_choice.hpp"
+#include "haptics/refresh/refresh_record.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/tick/local_report.hpp"
 #include "haptics/tick/local_simulation.hpp"
@@ -31,13 +31,13 @@ class Refresher {
                                               const LocalMotion* motion = nullptr);
 
   /// How long the next local model will be on its way [s], as far as can be told.
-  void expect_delay(double seconds) { delay_ = seconds; }
+  void expect_delay(double seconds) { known_.delay = seconds; }
 
   /// Ticks until the next refresh, of `usual` ones: fewer while the body bends more within them than the local model
   /// tells.
   int next_interval(int usual) const;
 
-  /// The same body goes on from another refresher, with other settings: its records, and what was measured.
+  /// The same body goes on from another refresher, with other settings: what was measured stays known.
   void go_on_from(Refresher& before);
 
   /// What the last refresh took [ms of CPU time]; reducer auto keeps within its budget.
@@ -47,18 +47,11 @@ class Refresher {
 
   const ReducerChoice& choice() const { return choice_; }
   const State& state() const { return global_.state(); }
+  /// Changes of reducer since they were taken.
+  std::vector<ReducerChange> take_changes() { return choice_.take_changes(); }
   StepStatistics statistics() const { return global_.statistics(); }
-  std::vector<double> global_ms, refresh_ms;  ///< time of each integration; of all that follows it
-  std::vector<double> linearize_ms, reduce_ms, certify_ms, prepare_ms;  ///< parts of refresh_ms
-  std::vector<double> linearization_error;  ///< of each interval that ended in contact, see GlobalSimulation
-  int definite_tangents = 0;
-  double coupling = 0;                           ///< of the last local model's vibrations, see damping_coupling()
-  int exact_steps = 0;                           ///< local models that are stepped exactly
-  int looked_ahead = 0;                          ///< local models of where the body was expected to be
-  std::vector<SelfContactReport> self_contacts;  ///< after each global step, with self-contact
-  bool look_for_crossings = false;               ///< after each of these
-  int crossings = 0;                             ///< most that were found
-  InvertedTetrahedra inverted;
+  const RefreshRecord& record() const { return record_; }  ///< of the last refresh
+  bool look_for_crossings = false;  ///< of the surface with itself after each global step, with self-contact
 
  private:
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
@@ -66,8 +59,10 @@ class Refresher {
   void linearize_at(const State& state, TangentKind kind);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);
-  int tick() const { return static_cast<int>(std::lround(last_ * options_.local.rate_hz)); }  // of the last refresh
-  void count_inverted();
+  int tick() const {
+    return static_cast<int>(std::lround(known_.last * options_.local.rate_hz));
+  }  // of the last refresh
+  int count_inverted() const;
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
@@ -84,20 +79,24 @@ class Refresher {
   std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
   SelfContact* self_contact_;             // none: the body passes through itself
   GlobalSimulation global_;
-  State before_;  // where the last global step began
   ReducerChoice choice_;
+  RefreshRecord record_;
   TangentModel tangent_;               // of the last refresh: its storage
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
   bool refreshes_early_, has_apron_;  // the baselines do not
-  double delay_ = 0;                  // of the next local model on its way [s]
-  double last_ = 0;                   // time of the last refresh [s]
-  int frame_ = 0;
-  bool is_new_ = true;                                          // no model was made yet
-  int haste_ = 1;                                               // the usual interval is divided by
-  std::vector<SpectrumMeter> forces_;                           // of each tool, from its first contact on
-  double most_force_ = 0;                                       // of the contacts at the end of an interval [N]
-  double gave_way_ = -std::numeric_limits<double>::infinity();  // when the body did last [s]
+  bool is_new_ = true;                // no model was made yet
+  /// What is known of the body whatever the settings.
+  struct Known {
+    State before;                                                // where the last global step began
+    double delay = 0;                                            // of the next local model on its way [s]
+    double last = 0;                                             // time of the last refresh [s]
+    int frame = 0;                                               // of the next local model
+    int haste = 1;                                               // the usual interval is divided by
+    std::vector<SpectrumMeter> forces;                           // of each tool, from its first contact on
+    double most_force = 0;                                       // of the contacts at the end of an interval [N]
+    double gave_way = -std::numeric_limits<double>::infinity();  // when the body did last [s]
+  } known_;
 };
 
 /// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the

@@ -20,8 +20,8 @@ double median(const std::vector<double>& ms) {
 /// Where other programs hold the processor, its time says more than the clock's; with several threads the clock's is
 /// less.
 double share_of_clock(const SessionResult& result, double clock_ms) {
-  if (result.slow_cpu_ms.size() < 2 || !(clock_ms > 0)) return 1;
-  return std::min(1.0, median(result.slow_cpu_ms) / clock_ms);
+  if (result.refresh.cpu_ms.size() < 2 || !(clock_ms > 0)) return 1;
+  return std::min(1.0, median(result.refresh.cpu_ms) / clock_ms);
 }
 
 /// Three digits.
@@ -62,8 +62,8 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
   RealTime out;
   const double period_ms = 1e3 / scene.local.rate_hz, tick_ms = 1e-3 * percentile(result.step_us, 0.99);
   const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
-  const double clock_ms = median(result.global_ms) + median(result.refresh_ms);
-  const double share = share_of_clock(result, clock_ms), step_ms = share * median(result.global_ms);
+  const double clock_ms = median(result.refresh.global_ms) + median(result.refresh.refresh_ms);
+  const double share = share_of_clock(result, clock_ms), step_ms = share * median(result.refresh.global_ms);
   out.budget_ms = 1e3 / scene.global.rate_hz;
   out.refresh_ms = share * clock_ms;
   out.refresh_hz = seconds > 0 ? static_cast<double>(result.refreshes.size()) / seconds : 0;
@@ -72,7 +72,7 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
 
   out.slow_part = "global step";
   out.part_ms = step_ms;
-  for (const auto& [part, ms] : result.refresh_parts_ms)
+  for (const auto& [part, ms] : result.refresh.parts_ms)
     if (const double its = share * median(ms); its > out.part_ms) {
       out.slow_part = part;
       out.part_ms = its;

@@ -48,13 +48,13 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
     warnings.push_back(
         text("global steps: ", steps.projected, " of ", steps.iterations,
              " systems were not positive definite and were solved with the element stiffness projected, and ",
-             steps.not_converged, " of ", result.global_ms.size(), " steps did not converge"));
+             steps.not_converged, " of ", result.refresh.global_ms.size(), " steps did not converge"));
   if (result.self_contact && result.self_contact->crossings > 0)
     warnings.push_back(text("the surface crossed itself, in up to ", result.self_contact->crossings,
                             " pairs of triangles after a global step: a fault of this program, please report it"));
-  if (result.definite_tangents > 0)
+  if (result.refresh.definite_tangents > 0)
     warnings.push_back(
-        text("the exact tangent was indefinite at ", result.definite_tangents, " of ", result.refreshes.size(),
+        text("the exact tangent was indefinite at ", result.refresh.definite_tangents, " of ", result.refreshes.size(),
              " refreshes: clamped there, the local model is stiffer than the body; set object.model.type to fem "
              "with object.model.material neo_hookean, or press less deep"));
   const auto warn_of_depth = [&](const ToolRun& tool) {

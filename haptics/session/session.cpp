@@ -17,7 +17,7 @@ namespace {
 /// The wall clock does not wait for a body that takes longer than its interval.
 void warn_of_lag(const Scene& scene, SessionResult& result) {
   const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
-  const double reached = static_cast<double>(result.global_ms.size()) / seconds;
+  const double reached = static_cast<double>(result.refresh.global_ms.size()) / seconds;
   if (reached >= 0.8 * scene.global.rate_hz) return;
   const RealTime r = judge_real_time(scene, result);
   result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ", scene.global.rate_hz,
@@ -60,22 +60,27 @@ void warn_of_activity(const std::optional<PassivityRun>& energy, SessionResult& 
              "set local.passivity_damping"));
 }
 
-SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher) {
-  SelfContactRun out{.extremes = {}, .reach = contact.options.reach, .stiffness = contact.options.stiffness};
-  if (refresher.look_for_crossings) out.crossings = refresher.crossings;
-  out.extremes.nearest = std::numeric_limits<double>::infinity();
-  const auto steps = std::max(1.0, static_cast<double>(refresher.self_contacts.size()));
-  for (const SelfContactReport& r : refresher.self_contacts) {
-    out.extremes.contacts = std::max(out.extremes.contacts, r.contacts);
-    out.extremes.nearest = std::min(out.extremes.nearest, r.nearest);
-    out.extremes.normal = std::max(out.extremes.normal, r.normal);
-    out.extremes.energy = std::max(out.extremes.energy, r.energy);
-    out.mean_normal += r.normal / steps;
-    out.touching_share += r.contacts > 0;
+/// What is written down of a run as it goes, besides its ticks.
+class RunRecorder final : public ModelObserver {
+ public:
+  RunRecorder(ContactWatch* watch, SessionResult& out) : watch_(watch), out_(out) {}
+  void adopted(const PreparedLocalModel& model) noexcept override {
+    if (watch_) watch_->adopted(model);
   }
-  out.touching_share /= steps;
-  return out;
-}
+  bool look_back(const PreparedLocalModel& model, int most) override {
+    return watch_ && watch_->look_back(model, most);
+  }
+  void refreshed(const RefreshRecord& record) override {
+    out_.refreshes.push_back(record.event);
+    out_.refresh.add(record);
+    std::ranges::copy(record.settings, std::back_inserter(out_.setting_changes));
+    std::ranges::copy(record.reducers, std::back_inserter(out_.reducer_changes));
+  }
+
+ private:
+  ContactWatch* watch_;
+  SessionResult& out_;
+};
 
 void finish_tools(std::vector<HandAtDevice>& hands, ContactWatch* watch, SessionResult& out) {
   StateHash hash;
@@ -172,10 +177,11 @@ SessionResult Session::run(const SessionOptions& options) {
     tool.max_speed = is_given ? options.max_speeds[k] : devices[k]->max_speed();
     touched.tools[k].max_speed = tool.max_speed;
   }
-  Touch touch(body(), touched);
   std::optional<ContactWatch> watch;
   if (options.check_contacts) watch.emplace(body().surface(), tools(), threaded);
-  if (watch) touch.observe(&*watch);
+  RunRecorder recorder(watch ? &*watch : nullptr, result);
+  Touch touch(body(), touched);
+  touch.observe(&recorder);
   touch.slow().refresher().look_for_crossings = options.check_contacts && !threaded;
   touch.place(start);
   std::vector<HandAtDevice> hands;
@@ -184,52 +190,40 @@ SessionResult Session::run(const SessionOptions& options) {
   const int ticks = static_cast<int>(std::llround(scene().duration * scene().local.rate_hz));
   const RunParts parts{options, ticks, touch, hands, watch ? &*watch : nullptr, result};
   threaded ? run_threads(parts) : run_lockstep(parts);
+  touch.stop();
 
   if (watch) watch->finish(touch.fast().model());
   finish_tools(hands, watch ? &*watch : nullptr, result);
   result.last_dof = touch.fast().model().model.dof();
   result.last_patch_vertices = touch.fast().model().model.patch.num_vertices();
-  Refresher& refresher = touch.slow().refresher();
-  result.refreshes = std::move(touch.slow().events);
+  const Refresher& refresher = touch.slow().refresher();
   for (RefreshEvent& event : result.refreshes)
     if (event.adopted_tick >= ticks) event.adopted_tick = -1;  // the run was over by then
-  result.slow_cpu_ms = std::move(touch.slow().slow_cpu_ms);
-  result.setting_changes = touch.slow().changes();
   result.deadline_misses =
       static_cast<int>(std::ranges::count_if(result.step_us, [&](double us) { return us > 1e6 * h; }));
-  result.global_ms = std::move(refresher.global_ms);
-  result.refresh_ms = std::move(refresher.refresh_ms);
-  result.refresh_parts_ms = {{"linearize", std::move(refresher.linearize_ms)},
-                             {"reduce", std::move(refresher.reduce_ms)},
-                             {"certify", std::move(refresher.certify_ms)},
-                             {"prepare", std::move(refresher.prepare_ms)}};
   result.reducer = refresher.choice().chosen().reducer;
   result.reducer_name = refresher.choice().chosen().name;
   result.reducer_reason = refresher.choice().reason();
   result.reducer_candidates = refresher.choice().candidates();
-  result.reducer_changes = refresher.choice().changes();
   result.expected_force_error = refresher.choice().force_error();
   result.refresh_budget_ms = refresh_budget_ms(this->options());
   result.certified_error = refresher.choice().certified_error();
-  result.damping_coupling = refresher.coupling;
-  result.exact_steps = refresher.exact_steps;
-  result.linearization_error = std::move(refresher.linearization_error);
   if (threaded) warn_of_lag(scene(), result);
   for (std::size_t k = 0; k < result.tools.size(); ++k) {
     warn_of_speed(result.tools[k], h, k == 0 ? "tool.path: " : "second_tool.path: ", result.warnings);
     warn_of_activity(result.tools[k].passivity, result);
   }
-  if (body().self_contact()) result.self_contact = summarize(*body().self_contact(), refresher);
-  result.definite_tangents = refresher.definite_tangents;
-  result.looked_ahead = refresher.looked_ahead;
+  if (const SelfContact* contact = body().self_contact()) {
+    result.self_contact = result.refresh.self_contact();
+    result.self_contact->reach = contact->options.reach;
+    result.self_contact->stiffness = contact->options.stiffness;
+  }
   result.global_steps = refresher.statistics();
-  result.inverted = refresher.inverted;
-  if (result.inverted.most > 0)
-    result.warnings.push_back(
-        text(result.inverted.most, " of ", model().mesh().tetrahedra.size(),
-             " tetrahedra turned inside out, first at t = ", result.inverted.from,
-             result.inverted.last > 0 ? text(" s, and ", result.inverted.last, " are at the end") : " s, and came back",
-             ": forces from then on are not to be trusted; press less deep, or refine the mesh"));
+  if (const InvertedTetrahedra& inverted = result.refresh.inverted; inverted.most > 0)
+    result.warnings.push_back(text(
+        inverted.most, " of ", model().mesh().tetrahedra.size(), " tetrahedra turned inside out, first at t = ",
+        inverted.from, inverted.last > 0 ? text(" s, and ", inverted.last, " are at the end") : " s, and came back",
+        ": forces from then on are not to be trusted; press less deep, or refine the mesh"));
   return result;
 }
 

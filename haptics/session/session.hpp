@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "haptics/predict/predict.hpp"
-#include "haptics/refresh/inverted_tetrahedra.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/session/lost_contact.hpp"
+#include "haptics/session/refresh_run.hpp"
 #include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/local_simulation.hpp"
 #include "self_contact/touching_model.hpp"
@@ -20,16 +20,6 @@ struct Snapshot {
   double t = 0;
   std::vector<Vec3> tools;  ///< reference points [m]
   VectorX x;                ///< [m], (3n)
-};
-
-/// The body's contacts with itself, over the refreshes of a run.
-struct SelfContactRun {
-  SelfContactReport extremes;  ///< most contacts, nearest pair, largest sum of normal forces, most energy
-  double mean_normal = 0;      ///< of the sums of normal forces [N]
-  double touching_share = 0;   ///< of the global steps, those that end with a contact [-]
-  double reach = 0;            ///< in use [m]
-  double stiffness = 0;        ///< of the barrier, in use [N/m]
-  int crossings = -1;  ///< most pairs of triangles that crossed after a global step: 0, or a bug; -1: not looked
 };
 
 /// Energy between the tool and a device that moves with the force, as passivity.hpp counts it.
@@ -61,29 +51,21 @@ struct SessionResult {
   std::vector<ToolRun> tools = std::vector<ToolRun>(1);  ///< as many as the scene has
   std::vector<double> step_us;                           ///< CPU time of each tick [us]
   std::vector<double> lateness_us;                       ///< thread link: wall clock after the tick was due [us]
-  std::vector<double> global_ms, refresh_ms;
-  std::vector<double> slow_cpu_ms;  ///< CPU time of all threads but the haptic one for each refresh, with global steps
-  std::vector<std::pair<std::string, std::vector<double>>> refresh_parts_ms;
-  std::string reducer, reducer_name, reducer_reason;  ///< in use at the end
+  RefreshRun refresh;                                    ///< what the refreshes took and found out
+  std::string reducer, reducer_name, reducer_reason;     ///< in use at the end
   std::vector<ReducerCandidate> reducer_candidates;
   std::vector<ReducerChange> reducer_changes;
   std::vector<SettingChange> setting_changes;  ///< that were made while it ran
   double expected_force_error = std::numeric_limits<double>::quiet_NaN();
   double refresh_budget_ms = 0;  ///< infinity: none
   double certified_error = std::numeric_limits<double>::quiet_NaN();
-  double damping_coupling = 0;              ///< of the last local model
-  int exact_steps = 0;                      ///< local models that were stepped exactly
-  std::vector<double> linearization_error;  ///< of each refresh interval that ended in contact
   std::vector<RefreshEvent> refreshes;
   std::vector<Snapshot> snapshots;
-  InvertedTetrahedra inverted;
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< those of the warnings that say nothing against the forces
   int last_dof = 0, last_patch_vertices = 0;
   StepStatistics global_steps;                 ///< what the implicit steps took
   std::optional<SelfContactRun> self_contact;  ///< of a scene that asks for it
-  int definite_tangents = 0;                   ///< refreshes whose exact tangent was indefinite
-  int looked_ahead = 0;                        ///< refreshes that linearized the body where it was expected to be
   int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
   long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
   bool stopped = false;                        ///< by the stop flag

@@ -79,7 +79,7 @@ std::vector<Doubt> find_doubts(const Scene& scene, const SessionResult& result,
       if (k > 0) d.what = "second tool: " + d.what;
       out.push_back(std::move(d));
     }
-  const double bent = percentile(result.linearization_error, 0.5);
+  const double bent = percentile(result.refresh.linearization_error, 0.5);
   if (bent > kNoticeable)
     out.push_back({text("outside the linear range: at the end of an interval the local model's force is off by ",
                         percent(bent), " (median)"),

@@ -1,6 +1,8 @@
 #include "haptics/touch/body_side.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
@@ -94,7 +96,7 @@ void BodySide::apply(const SettingChange& change) {
       renew_refresher();
       break;
   }
-  changes_.push_back(change);
+  applied_.push_back(change);
 }
 
 /// Those that a user has made, or those of the run that is repeated.
@@ -119,8 +121,7 @@ void BodySide::apply_changes(int tick) {
 double BodySide::delay(int tick) const {
   const double simulated = 1e-3 * options_.link.latency_ms;
   if (!models_come_late(options_)) return simulated;
-  const int last = events.empty() ? 0 : events.back().linearized_tick;
-  const double usual = 1 / options_.global.rate_hz, since = (tick - last) / options_.local.rate_hz;
+  const double usual = 1 / options_.global.rate_hz, since = (tick - last_tick_) / options_.local.rate_hz;
   return simulated + std::clamp(since, usual, 1.5 * usual);
 }
 
@@ -135,11 +136,17 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   model->friction = friction_;
   model->tool_radius = radius_;
   const double took = process_time_ms() - other_ms() - start;
-  slow_cpu_ms.push_back(took);
-  events.push_back(event);
+  tell_of_settled();
+  RefreshRecord& record = open_.emplace_back(refresher_->record());
+  record.event = event;
+  record.cpu_ms = took;
+  record.settings = std::exchange(applied_, {});
+  record.reducers = refresher_->take_changes();
+  last_tick_ = event.linearized_tick;
+  ++num_refreshes_;
   const std::scoped_lock lock(guard_);
   x_ = refresher_->state().x;
-  status_.refreshes = static_cast<int>(events.size());
+  status_.refreshes = num_refreshes_;
   status_.linearized_tick = event.linearized_tick;
   status_.dof = model->model.dof();
   status_.patch_vertices = model->model.patch.num_vertices();
@@ -150,12 +157,28 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   return model;
 }
 
+/// The last one stays: what the refresh after it does may still belong to it.
+void BodySide::tell_of_settled() {
+  constexpr std::size_t kMostOpen = 256;
+  while (!open_.empty() && (open_.size() > kMostOpen || open_.front().event.adopted_tick >= 0 ||
+                            open_.front().event.linearized_tick <= overtaken_)) {
+    if (observer_) observer_->refreshed(open_.front());
+    open_.pop_front();
+  }
+}
+
+void BodySide::finish() {
+  if (!open_.empty()) std::ranges::move(refresher_->take_changes(), std::back_inserter(open_.back().reducers));
+  for (const RefreshRecord& record : open_)
+    if (observer_) observer_->refreshed(record);
+  open_.clear();
+}
+
 void BodySide::adopted(int linearized_tick, int tick) {
-  for (auto event = events.rbegin(); event != events.rend(); ++event)
-    if (event->linearized_tick == linearized_tick) {
-      event->adopted_tick = tick;
-      break;
-    }
+  const auto record =
+      std::ranges::find(open_, linearized_tick, [](const RefreshRecord& r) { return r.event.linearized_tick; });
+  if (record != open_.end()) record->event.adopted_tick = tick;
+  overtaken_ = linearized_tick;
   const std::scoped_lock lock(guard_);
   status_.late_ticks = tick - linearized_tick;
 }

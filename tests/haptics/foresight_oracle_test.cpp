@@ -141,7 +141,7 @@ TEST(Foresight, BringsTheForceNearerToTheReference) {
     Session session(scene);
     const SessionResult run = session.run();
     if (!reference) reference = run_reference(session, tool_paths(run), {.rate_hz = scene.local.rate_hz});
-    EXPECT_EQ(run.looked_ahead > 5, look_ahead) << run.looked_ahead;
+    EXPECT_EQ(run.refresh.looked_ahead > 5, look_ahead) << run.refresh.looked_ahead;
     error[look_ahead] = compare_forces(tick_forces(run.tools[0].frames), *reference).force_error;
   }
   EXPECT_LT(error[1], 0.85 * error[0]) << error[0];
