@@ -15,6 +15,7 @@ struct ContactSample {
   NodeWeights moves{};          ///< global nodes that move the contact point
   Vec3 impulse = Vec3::Zero();  ///< given to the body during the tick [N s]
   Vec3 normal = Vec3::Zero();   ///< unit, from the body towards the tool
+  bool sticks = false;          ///< the contact point went with the tool
 };
 
 /// Model + integrator + state. advance() catches up to t_end: in equal steps no longer than `max_step`, or in one step

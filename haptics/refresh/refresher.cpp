@@ -341,7 +341,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
     for (const TickContact& c : report.contacts())
-      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, c.normal});
+      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, c.normal, c.sticks});
   std::vector<ContactHold> holds;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
     std::ranges::move(last_holds(reports, nodes_, options_.local.rate_hz, k), std::back_inserter(holds));
