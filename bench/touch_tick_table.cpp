@@ -14,20 +14,40 @@
 namespace kt {
 namespace {
 
+constexpr int kRunIn = 4;  // ticks, as in haptics/touch/lockstep_link.cpp
+
 /// The method with the body's half, by hand.
 class BareTick {
  public:
   explicit BareTick(const Session& session)
       : refresher_(session.model(), session.surface(), session.options(), session.start()),
         method_(make_method(session.options(), session.friction())),
-        motion_(make_local_motion(session.model().mesh().num_nodes())) {}
+        catch_up_(session.tools(), tick_length(session.options()),
+                  catch_up_solver(session.options(), session.friction())),
+        motion_(make_local_motion(session.model().mesh().num_nodes())),
+        every_(ticks_per_refresh(session.options())) {}
 
-  void refresh(int tick, const Pose& at) {
-    if (tick > 0) record_motion(method_->model(), tick, motion_);
-    auto model = refresher_.refresh(tick * method_->h(), {&at, 1}, reports_, tick > 0 ? &motion_ : nullptr);
+  /// As the lockstep link: a new model starts from the motion of some ticks ago and is stepped to the present.
+  template <class PoseAt>
+  void refresh(int tick, const PoseAt& pose) {
+    const bool goes_on = tick > 0;
+    if (goes_on && !has_start_) record_motion(method_->model(), tick, motion_);
+    const Pose at = pose(tick);
+    auto model = refresher_.refresh(tick * method_->h(), {&at, 1}, reports_, goes_on ? &motion_ : nullptr);
+    for (int i = goes_on ? motion_.tick : tick; i < tick; ++i) {
+      const ToolSweep sweep(pose(i), pose(i + 1));
+      catch_up_.step(model, {&sweep, 1});
+    }
     model->caught_up = true;
     method_->adopt(std::move(model));
     reports_.clear();
+    start_ = std::max(tick + 1, tick + refresher_.next_interval(every_) - kRunIn);
+    has_start_ = false;
+  }
+  void before_tick(int tick) {
+    if (tick != start_) return;
+    record_motion(method_->model(), tick, motion_);
+    has_start_ = true;
   }
   void step(const ToolSweep& sweep, LocalFrame& frame) noexcept { method_->step_tools({&sweep, 1}, {&frame, 1}); }
   void report(int tick, const Pose& pose, const LocalFrame& frame) {
@@ -42,7 +62,10 @@ class BareTick {
  private:
   Refresher refresher_;
   std::unique_ptr<HapticMethod> method_;
+  CatchUp catch_up_;
   LocalMotion motion_;
+  int every_, start_ = -1;
+  bool has_start_ = false;
   std::vector<LocalReport> reports_;
 };
 
@@ -62,9 +85,10 @@ void run(const std::string& file) {
     const Pose from = pose(i), to = pose(i + 1);
     touch.refresh_if_due();
     if (const int now = touch.status().refreshes; now > refreshes) {
-      bare.refresh(i, from);
+      bare.refresh(i, pose);
       refreshes = now;
     }
+    bare.before_tick(i);
     LocalFrame own, engines;
     double engine = 0, alone = 0;
     const auto time_engine = [&] {
