@@ -7,6 +7,7 @@
 #include "apps/allocation_counter.hpp"
 #include "core/base/percentile.hpp"
 #include "haptics/session/session.hpp"
+#include "haptics/tick/catch_up.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/process_time.hpp"
 #include "haptics/touch/touch.hpp"
