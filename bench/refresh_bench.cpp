@@ -107,11 +107,11 @@ void refreshes(benchmark::State& state, const BlockCells& block, const NamedRedu
   }
   std::vector<double> all, global;
   int definite = 0;
-  for (const RefreshRecord& r : drag.records) {
-    definite += r.definite_tangent;
-    if (&r - drag.records.data() < static_cast<std::ptrdiff_t>(before)) continue;
-    all.push_back(r.refresh_ms);
-    if (r.global_ms) global.push_back(*r.global_ms);
+  for (const RefreshRecord& record : drag.records) {
+    definite += record.definite_tangent;
+    if (&record - drag.records.data() < static_cast<std::ptrdiff_t>(before)) continue;
+    all.push_back(record.refresh_ms);
+    if (record.global_ms) global.push_back(*record.global_ms);
   }
   const double whole = percentile(all, 0.5);
   state.counters["refresh_ms"] = whole;

@@ -1,15 +1,16 @@
 // What a tick of the engine costs above the bare tick of its method: the same drag, tick by tick, by a Touch in
 // lockstep and by the method alone, in turns on one thread. CPU time of that thread, ticks in contact; refreshes are
-// not part of it. The forces of both are compared: to the bit, or they did not do the same work.
+// not part of it. `differ`: mean difference of the two forces over the mean force, to see that both do the same work.
 //   build/release/bench/touch_tick_table [SCENE...]
 #include <cstdio>
 
-#include "apps/allocation_counter.hpp"
 #include "core/base/percentile.hpp"
 #include "haptics/session/session.hpp"
+#include "haptics/tick/catch_up.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/process_time.hpp"
 #include "haptics/touch/touch.hpp"
+#include "tests/support/allocations.hpp"
 
 namespace kt {
 namespace {
@@ -78,7 +79,8 @@ void run(const std::string& file) {
   const auto pose = [&](int tick) { return Pose{interpolate_path(session.path(), tick * touch.h())}; };
   touch.place(pose(0));
   std::vector<double> engine_us, bare_us, above_us;
-  int refreshes = 0, different = 0;
+  int refreshes = 0;
+  double difference = 0, force = 0;
   long long allocations = 0;
   const int ticks = static_cast<int>(scene.duration / touch.h());
   for (int i = 0; i < ticks; ++i) {
@@ -92,12 +94,11 @@ void run(const std::string& file) {
     LocalFrame own, engines;
     double engine = 0, alone = 0;
     const auto time_engine = [&] {
-      const long long before = thread_allocations();
-      const double start = thread_time_us();
-      const LocalFrame& frame = touch.tick(to);
-      engine = thread_time_us() - start;
-      allocations += thread_allocations() - before;
-      engines = frame;
+      allocations += allocations_during([&] {
+        const double start = thread_time_us();
+        engines = touch.tick(to);
+        engine = thread_time_us() - start;
+      });
     };
     const auto time_bare = [&] {
       const double start = thread_time_us();
@@ -108,16 +109,18 @@ void run(const std::string& file) {
     time_bare();
     if (i % 2 == 1) time_engine();
     bare.report(i, to, own);
-    different += own.force != engines.force;
+    difference += (own.force - engines.force).norm();
+    force += engines.force.norm();
     if (own.mode == ContactMode::free) continue;
     engine_us.push_back(engine);
     bare_us.push_back(alone);
     above_us.push_back(engine - alone);
   }
   const std::string name = file.substr(file.find_last_of('/') + 1);
-  std::printf("%-20s %6zu %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %6lld %6d\n", name.c_str(), engine_us.size(),
+  std::printf("%-20s %6zu %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %6lld %6.2f%%\n", name.c_str(), engine_us.size(),
               percentile(engine_us, 0.5), percentile(engine_us, 0.9), percentile(bare_us, 0.5),
-              percentile(bare_us, 0.9), percentile(above_us, 0.5), percentile(above_us, 0.9), allocations, different);
+              percentile(bare_us, 0.9), percentile(above_us, 0.5), percentile(above_us, 0.9), allocations,
+              100 * difference / force);
   std::fflush(stdout);
 }
 
