@@ -68,10 +68,11 @@ void collect(const Json& json, const std::string& prefix, std::vector<std::pair<
       out.emplace_back(prefix + key, value);
 }
 
-/// At time t, linear between ticks; before the first as there.
+/// At time t, linear between ticks; before the first as there. A time that is a tick's, but for rounding, is that tick.
 Vec3 at_time(const std::vector<Vec3>& values, double h, double t) {
+  constexpr double kRoundoff = 1e-6;  // of a tick
   const double at = std::clamp(t / h - 1, 0.0, static_cast<double>(values.size() - 1));
-  const double below = std::floor(at + 1e-9), rest = std::max(0.0, at - below);
+  const double below = std::floor(at + kRoundoff), rest = at - below > kRoundoff ? at - below : 0;
   const auto i = static_cast<std::size_t>(below);
   return rest == 0 || i + 1 == values.size() ? values[i] : Vec3(values[i] + rest * (values[i + 1] - values[i]));
 }

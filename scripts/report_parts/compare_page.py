@@ -1,4 +1,5 @@
 """compare.html of `kilotouch compare`: runs over each other in plots with one cursor, and their numbers side by side."""
+import json
 import os
 
 from report_parts.charts import curve_chart
@@ -48,6 +49,11 @@ def difference_chart(runs):
                        note="People tell forces apart that differ by 7 to 10 %: above the grey lines the difference can be felt.")
 
 
+def setting(value):
+    """As a person writes it in a scene."""
+    return "not set" if value is None else f"{value:g}" if isinstance(value, float) else value if isinstance(value, str) else json.dumps(value)
+
+
 def compare_page(folder):
     facts = read_json(folder, "compare.json")
     if facts is None:
@@ -65,7 +71,7 @@ def compare_page(folder):
         verdicts.append({"run": one["run"], "against": one["against"], "word": word, "look": look, "same_bits": one["same_bits"], "rms": FORCE(one["rms_n"]), "rms_share": percent(one["rms_share"]),
                          "largest": FORCE(one["largest_n"]), "largest_share": percent(one["largest_share"]), "at": figures(one["largest_at_s"]), "beyond_7": percent(one["beyond_7_percent"]),
                          "beyond_10": percent(one["beyond_10_percent"]), "apart": f"{figures(1e3 * one['tools_apart_m'])} mm" if one["tools_apart_m"] > 1e-6 else ""})
-    settings = [{"key": s["key"], "values": ["not set" if v is None else figures(v) if not isinstance(v, (dict, list)) else str(v) for v in s["values"]]} for s in facts["settings"]]
+    settings = [{"key": s["key"], "values": [setting(v) for v in s["values"]]} for s in facts["settings"]]
     titles = list(dict.fromkeys(one["scene"] for one in facts["runs"]))
     write_page(os.path.join(folder, "compare.html"), "compare.html", title=" and ".join(name for name, _ in runs) + " compared", subtitle="; ".join(titles), names=[name for name, _ in runs],
                verdicts=verdicts, settings=settings, charts=[chart for chart in charts if chart], groups=summary_groups([run for _, run in runs]))

@@ -2,6 +2,7 @@
 
 COPYRIGHT = {
     "three.js": "Copyright (c) 2010-2019 three.js authors, https://threejs.org",
+    "OrbitControls of three.js": "Copyright (c) 2010-2019 three.js authors, https://threejs.org",
     "Chart.js": "Copyright (c) 2014-2022 Chart.js Contributors; contains @kurkle/color, Copyright (c) 2018-2021 Jukka Kurkela",
 }
 MIT = """\

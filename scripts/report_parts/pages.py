@@ -17,9 +17,12 @@ except ImportError:  # numbers and pictures are kept; only the pages are missing
     Markup = str
 
 HERE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
+SCRIPTS = os.path.dirname(os.path.dirname(HERE))
+VIEWERS = (os.path.join(os.path.dirname(SCRIPTS), "view", "page"), HERE)  # in the source tree, and where an installed command has it
 LIBRARIES = {  # name -> (file of Debian's package, package)
     "Chart.js": ("/usr/share/javascript/chart.js/chart.min.js", "libjs-chart.js"),
     "three.js": ("/usr/share/javascript/three/three.min.js", "libjs-three"),
+    "OrbitControls of three.js": ("/usr/share/javascript/three/examples/js/controls/OrbitControls.js", "libjs-three"),
 }
 
 
@@ -39,8 +42,12 @@ def own(name):
 
 
 def body_view():
-    """The viewer of bodies, as a script."""
-    return Markup("<script>") + own("body_view.js") + Markup("</script>")
+    """The viewer that `kilotouch view` has, too; an empty text where it or its libraries are missing."""
+    for folder in VIEWERS:
+        path = os.path.join(folder, "body_view.js")
+        if os.path.exists(path) and library("three.js") and library("OrbitControls of three.js"):
+            return Markup(in_script(read_text(path)))
+    return Markup("")
 
 
 def library(name):

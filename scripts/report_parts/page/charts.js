@@ -60,7 +60,7 @@ function dataset(spec, s) {
     pointStyle: s.marker || 'circle', pointHitRadius: 4, fill: s.fill ? 'start' : false, spanGaps: false, tension: 0};
 }
 function axis(a) {
-  const out = {type: a.log ? 'logarithmic' : 'linear', title: {display: true, text: a.title, color: colour('soft')}, grid: {color: colour('faint'), drawTicks: true}, ticks: {color: colour('soft'), maxRotation: 0}};
+  const out = {type: a.log ? 'logarithmic' : 'linear', grace: a.values || a.log ? undefined : '4%', beginAtZero: !a.values && !a.log, title: {display: true, text: a.title, color: colour('soft')}, grid: {color: colour('faint'), drawTicks: true}, ticks: {color: colour('soft'), maxRotation: 0}};
   if (a.log) out.ticks.callback = v => [1, 2, 5, 10].some(d => Math.abs(v / 10 ** Math.floor(Math.log10(v)) - d) < 1e-6) ? String(+v.toPrecision(3)) : '';
   if (a.min !== undefined) out.min = a.min;
   if (a.max !== undefined) out.max = a.max;
@@ -73,7 +73,7 @@ function makeChart(figure, spec) {
     maintainAspectRatio: false, animation: false, normalized: true, interaction: {mode: spec.group ? 'index' : 'nearest', intersect: !spec.group, axis: 'xy'},
     plugins: {legend: {display: many || spec.legend === true, position: 'bottom', labels: {color: colour('ink'), usePointStyle: spec.series.every(s => s.points), boxWidth: 26, boxHeight: 1, font: {size: 12}}},
       tooltip: {enabled: !spec.group, callbacks: {label: i => i.raw.note ? String(i.raw.note).split('\n') : i.dataset.label + ': ' + short(i.raw.y)}}},
-    scales: {x: axis(spec.x), y: {...axis(spec.y), afterFit: scale => { scale.width = Math.max(scale.width, 58); }}}}});
+    scales: {x: axis(spec.x), y: {...axis(spec.y), afterFit: scale => { scale.width = spec.group ? 62 : Math.max(scale.width, 50); }}}}});
   chart.spec = spec;
   chart.data.datasets = spec.series.map(s => dataset(spec, s));
   if (many) chart.options.plugins.legend.labels.generateLabels = c => Chart.defaults.plugins.legend.labels.generateLabels(c).map(l => ({...l, lineWidth: Math.max(l.lineWidth, 2)}));
