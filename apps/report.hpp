@@ -11,7 +11,7 @@ struct ReportSettings {
   double seconds = 60.0;  ///< the script takes 2 s; a stuck one ends after this
 };
 
-/// force.png, step_time.png, mesh.png and report.html in `dir`.     @returns whether all of them were made
+/// force.png, mesh.png and report.html in `dir`.     @returns whether all of them were made
 bool write_report(const std::string& dir, const ReportSettings& settings = {});
 
 /// paper.png and paper.html in `dir`, from its folders slide, stick, stick_slip and coulomb.

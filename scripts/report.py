@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Pictures and self-contained HTML pages from a result folder of `kilotouch`.
 
-    report.py DIR [--title T]      DIR/force.png, step_time.png, mesh.png, report.html
+    report.py DIR [--title T]      DIR/force.png, mesh.png, report.html
     report.py --paper DIR          DIR/paper.png, paper.html
     report.py --chart DIR          DIR/chart.html, chart_*.png, chart_*.svg from DIR/chart.json
     report.py --stability DIR      DIR/<map>.png, <map>.svg, stability.html

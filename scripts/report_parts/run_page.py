@@ -8,7 +8,7 @@ from report_parts.pages import picture, write_page
 from report_parts.player import player_data
 from report_parts.results import Run
 from report_parts.surface_picture import draw_mesh
-from report_parts.trace_pictures import draw_force_figure, draw_step_times, indentation, refresh_times, size_of_force
+from report_parts.trace_pictures import draw_force_figure, indentation, refresh_times, size_of_force
 from report_parts.words import FORCE, LENGTH, figures, look_up, noticed, other_numbers, percent, summary_groups, with_unit, written
 
 
@@ -108,7 +108,6 @@ def report(folder, title):
         draw_mesh(run, where("mesh.png"))
         if run.trace is not None:
             draw_force_figure(run, where("force.png"))
-            draw_step_times(run, where("step_time.png"))
             charts, steps = force_charts(run), step_chart(run)
     facts = [str(look_up(run.summary, key)) for key in ("model.type", "model.material") if look_up(run.summary, key)]
     facts += [f"{look_up(run.summary, key)} {unit_name}" for key, unit_name in (("model.nodes", "nodes"), ("model.triangles", "triangles"))
@@ -120,7 +119,7 @@ def report(folder, title):
     write_page(where("report.html"), "run.html", title=str(title or run.scene.get("title") or run.summary.get("title") or run.summary.get("scene") or run.name),
                subtitle=", ".join(facts), real_time=real_time(run.summary), trust=trust if isinstance(trust, dict) else None,
                notes=run.summary.get("notes" if "trust" in run.summary else "warnings") or [], cards=cards(run), charts=charts, steps=steps,
-               stills={name: picture(folder, name + ".png") for name in ("force", "mesh", "step_time")} if CAN_DRAW else {},
+               stills={name: picture(folder, name + ".png") for name in ("force", "mesh")} if CAN_DRAW else {},
                player=player_data(run), groups=summary_groups([run]), others=other_numbers(run.summary), command=run.summary.get("command"),
                marks=[(name, run.summary[key]) for key, name in (("seed", "seed"), ("hash", "state hash")) if key in run.summary],
                settings=json.dumps(settings, indent=2, ensure_ascii=False) if settings else "")

@@ -207,7 +207,7 @@ def map_charts(one):
                 series.append({"label": label + ("" if is_theory or "measured" in label else " (measured)"), "colour": ["ink", "blue", "purple", "grey"][i % 4], "dash": [6, 3] if is_theory else [],
                                "width": 2 if is_theory else 1.4, "x": [short(v) for v in x], "y": [short(v) for v in y]})
         title = one.title[:1].upper() + one.title[1:]
-        out.append({"title": name or title, "heading": title, "note": one.facts["claim"], "series": series,
+        out.append({"title": name or title, "heading": title, "series": series,
                     "x": {"title": one.facts["x_name"], "log": log_x, "min": short(float(low_x)), "max": short(float(high_x))},
                     "y": {"title": one.facts["y_name"], "log": log_y, "min": short(float(low_y)), "max": short(float(high_y))}, "size": "mid"})
     return out

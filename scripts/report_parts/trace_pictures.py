@@ -1,8 +1,8 @@
-"""force.png and step_time.png."""
+"""force.png."""
 import math
 
 from report_parts.drawing import matplotlib, np, plt
-from report_parts.style import BLACK, BLUE, GREEN, GREY, MODES, PURPLE, SKY, VERMILION
+from report_parts.style import BLACK, BLUE, GREEN, GREY, MODES, PURPLE, VERMILION
 from report_parts.words import figures
 from report_parts.whole_file import save_figure
 
@@ -138,29 +138,3 @@ def draw_force_figure(run, path):
         bottom.legend(loc="upper left", ncol=2, fontsize=10)
     save_figure(figure, path)
     plt.close(figure)
-
-
-def draw_step_times(run, path):
-    times = run.trace["step_us"]
-    times = times[np.isfinite(times) & (times > 0)]
-    if not len(times):
-        return False
-    tick = 1e6 * float(np.median(np.diff(run.trace["t"]))) if len(run.trace["t"]) > 1 else 1000.0
-    figure, axes = plt.subplots(figsize=(10, 4.4), layout="constrained")
-    low, high = times.min() / 1.2, max(times.max(), tick) * 1.35
-    bins = np.geomspace(low, high, 110)
-    counts, _, _ = axes.hist(times, bins=bins, color=SKY, edgecolor="white", linewidth=0.3)
-    axes.set(xscale="log", yscale="log", xlim=(low, high), ylim=(0.7, counts.max() * 2.2), ylabel="ticks")
-    axes.set_xlabel("time of a haptic tick [µs]")
-    axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.yaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda y, _: f"{y:g}"))
-    share = [np.percentile(times, p, method="inverted_cdf") for p in (50, 99, 99.9)]  # as summary.json has them
-    marks = [("median", share[0], BLACK, "-"), ("99 %", share[1], BLUE, "--"), ("99.9 %", share[2], VERMILION, "-."),
-             ("limit, one tick", tick, PURPLE, ":")]
-    for name, value, colour, style in marks:
-        axes.axvline(value, color=colour, ls=style, lw=1.6, label=f"{name}: {figures(value)} µs")
-    axes.set_title(f"Processor time of each of {len(times)} ticks (slowest {figures(times.max())} µs)")
-    legend_below(figure, axes.lines, columns=4)
-    save_figure(figure, path)
-    plt.close(figure)
-    return True

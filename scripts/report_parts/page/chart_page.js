@@ -40,7 +40,9 @@ function draw() {
   if (window.Chart) makeChart(byId('chart'), byId('chart').spec = {series, marks, x: {title: title(x), log: true, min: Math.min(...values(x)) / 1.3, max: Math.max(...values(x), x.startsWith('tick') ? 1000 : 0) * 1.4},
     y: {title: title(y), log: true, min: Math.min(...values(y)) / 1.3, max: Math.max(...values(y)) * 1.5}});
   if (table) return table.rows(all);
-  const text = key => p => short(p[key]), number = (key, name) => ({title: name, cls: 'number', text: text(key), value: p => p[key]});
+  const text = key => p => short(p[key]);
+  // Less than a nanometre is rounding: no digit of it means anything.
+  const number = (key, name) => ({title: name, cls: 'number', text: p => name.endsWith('[µm]') && p[key] > 0 && p[key] < 1e-3 ? '< 0.001' : short(p[key]), value: p => p[key]});
   const columns = [['label', 'method'], ['body', 'body'], ['group', 'family']].map(([key, name]) => ({title: name, text: text(key)}));
   columns.push(number('dof', 'dof'), ...data.axes.map(a => number(a.key, a.title)), {title: 'real time', text: text('real_time')}, number('lost_contacts', 'contacts lost'), {title: 'trouble', text: text('trouble')},
     {title: 'command', cls: 'command', text: text('command')});

@@ -57,11 +57,12 @@ function dataset(spec, s) {
   const x = s.x || spec.x.values, scatter = s.points || false, ink = colour(s.colour || 'ink');
   return {label: s.label, data: x.map((v, i) => ({x: v, y: s.y[i], note: s.notes && s.notes[i]})), type: 'line', showLine: !scatter, stepped: s.stepped || false,
     borderColor: ink, backgroundColor: scatter ? ink : s.fill ? ink + '55' : 'transparent', borderWidth: s.width || 1.5, borderDash: s.dash || [], pointRadius: s.radius || (scatter ? 4 : 0),
-    pointStyle: s.marker || 'circle', pointHitRadius: 4, fill: s.fill ? 'start' : false, spanGaps: false, tension: 0};
+    pointStyle: s.marker || (scatter ? 'circle' : 'line'), pointHitRadius: 4, fill: s.fill ? 'start' : false, spanGaps: false, tension: 0};
 }
 function axis(a) {
   const out = {type: a.log ? 'logarithmic' : 'linear', grace: a.values || a.log ? undefined : '4%', beginAtZero: !a.values && !a.log, title: {display: true, text: a.title, color: colour('soft')}, grid: {color: colour('faint'), drawTicks: true}, ticks: {color: colour('soft'), maxRotation: 0}};
   if (a.log) out.ticks.callback = v => [1, 2, 5, 10].some(d => Math.abs(v / 10 ** Math.floor(Math.log10(v)) - d) < 1e-6) ? String(+v.toPrecision(3)) : '';
+  if (a.whole && !a.log) out.ticks.precision = 0;
   if (a.min !== undefined) out.min = a.min;
   if (a.max !== undefined) out.max = a.max;
   return out;
@@ -71,7 +72,7 @@ function makeChart(figure, spec) {
   if (figure.chart) figure.chart.destroy();
   const chart = new Chart(canvas, {data: {datasets: []}, plugins: [bands], options: {
     maintainAspectRatio: false, animation: false, normalized: true, interaction: {mode: spec.group ? 'index' : 'nearest', intersect: !spec.group, axis: 'xy'},
-    plugins: {legend: {display: many || spec.legend === true, position: 'bottom', labels: {color: colour('ink'), usePointStyle: spec.series.every(s => s.points), boxWidth: 26, boxHeight: 1, font: {size: 12}}},
+    plugins: {legend: {display: many || spec.legend === true, position: 'bottom', labels: {color: colour('ink'), usePointStyle: spec.series.some(s => s.points), boxWidth: spec.series.some(s => s.points) ? 10 : 26, boxHeight: spec.series.some(s => s.points) ? 10 : 1, font: {size: 12}}},
       tooltip: {enabled: !spec.group, callbacks: {label: i => i.raw.note ? String(i.raw.note).split('\n') : i.dataset.label + ': ' + short(i.raw.y)}}},
     scales: {x: axis(spec.x), y: {...axis(spec.y), afterFit: scale => { scale.width = spec.group ? 62 : Math.max(scale.width, 50); }}}}});
   chart.spec = spec;
