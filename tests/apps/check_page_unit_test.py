@@ -65,6 +65,8 @@ class CheckPage(unittest.TestCase):
             steps = chart["series"][0]
             self.assertEqual(sum(steps["y"]) // 2, sum(1 for v in values if v > 0), values)  # both ends of each stretch
             self.assertEqual(steps["x"], sorted(steps["x"]))
+            if len({v for v in values if v > 0}) > 1:  # the least and the largest stand at the ends
+                self.assertTrue(steps["y"][0] > 0 and steps["y"][-1] > 0, values)
             self.assertLessEqual(steps["x"][0], min(v for v in values if v > 0) * (1 + 1e-4))
             self.assertGreaterEqual(steps["x"][-1], max(values) * (1 - 1e-4))
             self.assertEqual(chart["x"]["log"], max(values) > 10 * min(v for v in values if v > 0))

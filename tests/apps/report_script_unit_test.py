@@ -245,6 +245,21 @@ class Report(unittest.TestCase):
         self.assertTrue(os.path.exists(os.path.join(self.folder, "mesh.png")))
 
     @unittest.skipUnless(has_matplotlib(), "needs matplotlib")
+    def test_a_close_up_shows_what_hangs_together(self):
+        """A strip of triangles that leaves the box and comes back: the far piece is a loose fragment and is left out."""
+        sys.path.insert(0, os.path.join(ROOT, "scripts"))
+        self.addCleanup(sys.path.remove, os.path.join(ROOT, "scripts"))
+        import numpy as np
+        from report_parts.surface_picture import joined_to
+        strip = np.array([[i, i + 1, i + 2] for i in range(30)])
+        inside = np.array([i < 12 or i > 20 for i in range(30)])
+        self.assertEqual(np.flatnonzero(joined_to(strip, inside, 5)).tolist(), list(range(12)))
+        self.assertEqual(np.flatnonzero(joined_to(strip, inside, 25)).tolist(), list(range(21, 30)))
+        shuffled = np.random.default_rng(1).permutation(30)
+        found = joined_to(strip[shuffled], inside[shuffled], int(np.flatnonzero(shuffled == 5)[0]))
+        self.assertEqual(sorted(shuffled[found].tolist()), list(range(12)))
+
+    @unittest.skipUnless(has_matplotlib(), "needs matplotlib")
     def test_a_second_tool_is_drawn(self):
         write_summary(self.folder)
         write_trace(self.folder, law="slide")

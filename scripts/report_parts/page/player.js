@@ -18,7 +18,7 @@ function start() {
   for (const frame of frames) for (let i = 0; i < frame.length; i += 3) most = Math.max(most, Math.hypot(frame[i] - rest[i], frame[i + 1] - rest[i + 1], frame[i + 2] - rest[i + 2]));
   const view = new BodyView(box);
   const largest = Math.max(...tools.map(tool => tool.largest_force));
-  view.metresPerNewton = () => 0.45 * view.size / largest;  // the longest arrow is in the picture
+  view.metresPerNewton = () => 0.33 * view.size / largest;  // the longest arrow is in the picture
   view.setBody({x: rest, triangles: new Uint32Array(bytes(data.triangles))}, !data.flat);
   view.setTools(tools);
   view.camera.position.copy(view.controls.target).addScaledVector(new THREE.Vector3(...data.direction), view.size * 1.9 / Math.min(1, 0.8 * view.camera.aspect));
