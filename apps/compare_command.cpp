@@ -113,14 +113,20 @@ void compare_all(const CompareArguments& a) {
     const ForceDifference d = compare_runs(runs[0], runs[k]);
     Json one{{"run", runs[k].name}, {"against", runs[0].name}};
     one.update(difference_json(d));
+    const bool has_second = runs[0].tools.size() > 1 && runs[k].tools.size() > 1;
+    const ForceDifference second = has_second ? compare_runs(runs[0], runs[k], 1) : ForceDifference();
+    if (has_second) one["second_tool"] = difference_json(second);
     out["forces"].push_back(one);
     std::cout << runs[k].name << ": " << scene_title(runs[k].scene) << "\n  force     " << told_difference(runs[0], d)
               << "\n  noticed   " << told_noticed(d) << '\n';
+    if (has_second)
+      std::cout << "  second    " << told_difference(runs[0], second) << "\n  noticed   " << told_noticed(second)
+                << '\n';
     constexpr double kSamePath = 1e-6;  // [m]
     if (d.apart > kSamePath)
       std::cout << "  tools     up to " << digits(1e3 * d.apart)
                 << " mm apart: they went different ways, which alone makes other forces\n";
-    if (runs[0].h * static_cast<double>(runs[0].force.size()) > d.seconds + runs[0].h)
+    if (runs[0].h * static_cast<double>(runs[0].tools[0].force.size()) > d.seconds + runs[0].h)
       std::cout << "  time      only the first " << digits(d.seconds, "%.4g") << " s, which both have\n";
   }
   make_folder(a.out);

@@ -40,6 +40,7 @@ void read_trace(const std::string& file, ComparedRun& out) {
     column[c] = static_cast<std::size_t>(std::ranges::find(names, kColumns[c]) - names.begin());
     if (column[c] == names.size()) throw InputError(text(file, ": no trace of a run: no column ", kColumns[c]));
   }
+  ComparedRun::Tool& tool = out.tools.emplace_back();
   for (int row = 1; std::getline(in, line); ++row) {
     const auto cells = cells_of(line);
     std::array<double, kColumns.size()> value{};
@@ -53,10 +54,10 @@ void read_trace(const std::string& file, ComparedRun& out) {
     constexpr double kRoundoff = 1e-6;  // of a tick
     if (!(out.h > 0) || std::abs(value[0] - row * out.h) > kRoundoff * out.h)
       throw InputError(text(file, ": row ", row, ": t is ", value[0], ", must be ", row * out.h, ", one row a tick"));
-    out.force.emplace_back(value[1], value[2], value[3]);
-    out.place.emplace_back(value[4], value[5], value[6]);
+    tool.force.emplace_back(value[1], value[2], value[3]);
+    tool.place.emplace_back(value[4], value[5], value[6]);
   }
-  if (out.force.empty()) throw InputError(text(file, ": no rows"));
+  if (tool.force.empty()) throw InputError(text(file, ": no rows"));
 }
 
 /// Every value that is no group, by its dotted key.
@@ -86,7 +87,7 @@ ComparedRun read_run(const std::string& folder) {
   for (const char* name : {"/trace.csv", "/summary.json", "/scene.json"})
     if (!fs::exists(folder + name, none))
       throw InputError(text(folder, ": holds no run: ", name + 1, " is missing (kilotouch run ... --out leaves it)"));
-  ComparedRun out{.folder = folder, .name = {}, .scene = {}, .summary = {}, .force = {}, .place = {}};
+  ComparedRun out{.folder = folder, .name = {}, .scene = {}, .summary = {}, .tools = {}};
   const fs::path path = fs::absolute(folder).lexically_normal();
   out.name = (path.has_filename() ? path : path.parent_path()).filename().string();
   out.scene = read_json_file(folder + "/scene.json");
@@ -94,6 +95,7 @@ ComparedRun read_run(const std::string& folder) {
   if (!out.scene.is_object()) throw InputError(text(folder, "/scene.json: is no group { }"));
   if (!out.summary.is_object()) throw InputError(text(folder, "/summary.json: is no group { }"));
   read_trace(folder + "/trace.csv", out);
+  if (fs::exists(folder + "/trace_2.csv", none)) read_trace(folder + "/trace_2.csv", out);
   return out;
 }
 
@@ -117,23 +119,24 @@ std::vector<ChangedSetting> changed_settings(const std::vector<ComparedRun>& run
   return out;
 }
 
-ForceDifference compare_runs(const ComparedRun& first, const ComparedRun& other) {
+ForceDifference compare_runs(const ComparedRun& first, const ComparedRun& other, std::size_t tool) {
   ForceDifference out;
+  const ComparedRun::Tool &own = first.tools.at(tool), &its = other.tools.at(tool);
   const double end =
-      std::min(first.h * static_cast<double>(first.force.size()), other.h * static_cast<double>(other.force.size()));
+      std::min(first.h * static_cast<double>(own.force.size()), other.h * static_cast<double>(its.force.size()));
   const auto count = std::max<std::size_t>(1, static_cast<std::size_t>(std::floor(end / first.h + 1e-6)));
   out.seconds = static_cast<double>(count) * first.h;
   double sum_sq = 0, own_sq = 0, largest_force = 0;
-  out.same_bits = first.force.size() == other.force.size() && first.h == other.h;
+  out.same_bits = own.force.size() == its.force.size() && first.h == other.h;
   for (std::size_t i = 0; i < count; ++i) {
     const double t = static_cast<double>(i + 1) * first.h;
-    const Vec3 f = at_time(other.force, other.h, t);
-    const double apart = (f - first.force[i]).norm();
-    out.same_bits = out.same_bits && f == first.force[i];
+    const Vec3 f = at_time(its.force, other.h, t);
+    const double apart = (f - own.force[i]).norm();
+    out.same_bits = out.same_bits && f == own.force[i];
     sum_sq += apart * apart;
-    own_sq += first.force[i].squaredNorm();
-    largest_force = std::max(largest_force, first.force[i].norm());
-    out.apart = std::max(out.apart, (at_time(other.place, other.h, t) - first.place[i]).norm());
+    own_sq += own.force[i].squaredNorm();
+    largest_force = std::max(largest_force, own.force[i].norm());
+    out.apart = std::max(out.apart, (at_time(its.place, other.h, t) - own.place[i]).norm());
     if (apart > out.largest_n) {
       out.largest_n = apart;
       out.at = t;
@@ -146,8 +149,8 @@ ForceDifference compare_runs(const ComparedRun& first, const ComparedRun& other)
   const double floor = kForceFloor * std::sqrt(own_sq / n);
   int judged = 0, perhaps = 0, surely = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 f = at_time(other.force, other.h, static_cast<double>(i + 1) * first.h);
-    const double size = std::max(first.force[i].norm(), f.norm()), apart = (f - first.force[i]).norm();
+    const Vec3 f = at_time(its.force, other.h, static_cast<double>(i + 1) * first.h);
+    const double size = std::max(own.force[i].norm(), f.norm()), apart = (f - own.force[i]).norm();
     if (size <= floor) continue;
     ++judged;
     perhaps += apart > ForceDifference::kPerhaps * size;

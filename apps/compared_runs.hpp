@@ -13,8 +13,11 @@ namespace kt {
 struct ComparedRun {
   std::string folder, name;
   nlohmann::ordered_json scene, summary;
-  double h = 0;                    ///< [s] of a tick
-  std::vector<Vec3> force, place;  ///< on the first tool [N], and where it was [m], one a tick
+  double h = 0;  ///< [s] of a tick
+  struct Tool {
+    std::vector<Vec3> force, place;  ///< on it [N], and where it was [m], one a tick
+  };
+  std::vector<Tool> tools;  ///< 1 or 2
 };
 
 /// Throws InputError: no such folder, no run in it, a file that is damaged.
@@ -43,8 +46,9 @@ struct ForceDifference {
   Noticed noticed = Noticed::no;
 };
 
-/// Of `other` against `first`, at the ticks of `first`; linear in between where the rates differ. A tick is judged by
-/// its percentage where either force is above kForceFloor (haptics/reference.hpp) of the first run's root mean square.
-ForceDifference compare_runs(const ComparedRun& first, const ComparedRun& other);
+/// Of a tool that both have, of `other` against `first`, at the ticks of `first`; linear in between where the rates
+/// differ. A tick is judged by its percentage where either force is above kForceFloor (haptics/reference.hpp) of the
+/// first run's root mean square.
+ForceDifference compare_runs(const ComparedRun& first, const ComparedRun& other, std::size_t tool = 0);
 
 }  // namespace kt

@@ -66,7 +66,12 @@ def compare_page(folder):
                   over_each_other(drawn, lambda run: run.trace["f_t"], "Tangential force", "[N]", unit="N"),
                   over_each_other(drawn, lambda run: None if indentation(run.trace) is None else 1e3 * indentation(run.trace), "Indentation along the contact normal", "[mm]", unit="mm")]
     verdicts = []
+    told = []
     for one in facts["forces"]:
+        told.append(one)
+        if "second_tool" in one:
+            told.append({**one, **one["second_tool"], "run": one["run"] + ", second tool"})
+    for one in told:
         word, look = NOTICED[one["noticed"]]
         verdicts.append({"run": one["run"], "against": one["against"], "word": word, "look": look, "same_bits": one["same_bits"], "rms": FORCE(one["rms_n"]), "rms_share": percent(one["rms_share"]),
                          "largest": FORCE(one["largest_n"]), "largest_share": percent(one["largest_share"]), "at": figures(one["largest_at_s"]), "beyond_7": percent(one["beyond_7_percent"]),

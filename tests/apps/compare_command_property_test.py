@@ -100,6 +100,20 @@ class Compare(unittest.TestCase):
         self.assertIn("went different ways", out)
         self.assertIn("only the first 0.8 s", out)
 
+    def test_both_hands_are_compared(self):
+        for name, sizes in (("a", (1, 2)), ("b", (1, 2.5)), ("one", (1,))):
+            for k, size in enumerate(sizes):
+                self.write_run(f"{name}{k}", lambda t: (0, 0, size), ticks=100)
+            os.rename(self.path(name + "0"), self.path(name))
+            if len(sizes) > 1:
+                os.rename(self.path(name + "1", "trace.csv"), self.path(name, "trace_2.csv"))
+        made, out = self.compared("a", "b", "one")
+        both, alone = made["forces"]
+        self.assertEqual((both["noticed"], both["second_tool"]["noticed"]), ("no", "yes"))
+        self.assertAlmostEqual(both["second_tool"]["rms_share"], 0.25, 12)
+        self.assertIn("second    RMS 0.5 N, 25 % of a's", out)
+        self.assertNotIn("second_tool", alone)
+
     def test_settings_that_differ_are_listed_key_by_key(self):
         force = lambda t: (0, 0, 1)
         self.write_run("a", force)
