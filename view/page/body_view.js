@@ -1,14 +1,14 @@
 // The body and the tools in three dimensions. Buffers are made once for a body; an update writes numbers into them.
 'use strict';
 
-// Colours that readers with any colour sight can tell apart (Okabe and Ito; viridis).
-const VIRIDIS = [[68, 1, 84], [72, 40, 120], [62, 74, 137], [49, 104, 142], [38, 130, 142], [31, 158, 137], [53, 183, 121], [110, 206, 88],
-                 [181, 222, 43], [253, 231, 37]].map(c => c.map(v => v / 255));
+// Colours that readers with any colour sight can tell apart (sticks and slips: Okabe and Ito). The scale grows darker
+// evenly, so that a body at rest is light and what moves stands out.
+const SCALE = [[241, 229, 220], [247, 203, 150], [244, 163, 93], [226, 112, 72], [188, 63, 84], [132, 32, 92], [66, 14, 76]].map(c => c.map(v => v / 255));
 const STICK = [0 / 255, 114 / 255, 178 / 255], SLIP = [213 / 255, 94 / 255, 0 / 255], PLAIN = [0.80, 0.62, 0.56];
 
 function colourOf(share, out) {
-  const at = Math.min(1, Math.max(0, share)) * (VIRIDIS.length - 1), i = Math.min(VIRIDIS.length - 2, Math.floor(at)), s = at - i;
-  for (let c = 0; c < 3; ++c) out[c] = (1 - s) * VIRIDIS[i][c] + s * VIRIDIS[i + 1][c];
+  const at = Math.min(1, Math.max(0, share)) * (SCALE.length - 1), i = Math.min(SCALE.length - 2, Math.floor(at)), s = at - i;
+  for (let c = 0; c < 3; ++c) out[c] = (1 - s) * SCALE[i][c] + s * SCALE[i + 1][c];
 }
 
 class BodyView {
@@ -21,8 +21,8 @@ class BodyView {
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(35, 1, 0.001, 10);
     this.camera.up.set(0, 0, 1);
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8890a0, 0.75));
-    this.lamp = new THREE.DirectionalLight(0xffffff, 0.55);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9098a8, 0.62));
+    this.lamp = new THREE.DirectionalLight(0xffffff, 0.42);
     this.scene.add(this.lamp);
     this.controls = new THREE.OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableKeys = false;
@@ -64,7 +64,7 @@ class BodyView {
     geometry.setAttribute('color', this.paint);
     geometry.computeVertexNormals();
     const material = new THREE.MeshPhongMaterial({vertexColors: THREE.VertexColors, flatShading: !smooth, side: THREE.DoubleSide,
-                                                  shininess: 18, specular: 0x222222});
+                                                  shininess: 12, specular: 0x0c0c0c});
     this.mesh = new THREE.Mesh(geometry, material);
     this.mesh.frustumCulled = false;
     this.scene.add(this.mesh);
@@ -79,6 +79,7 @@ class BodyView {
     this.patch = null;
     this.distance = new Float32Array(body.x.length / 3);
     this.scale = 0;
+    this.mostForce = 0.1;
     this.makeMarks();
     this.fit();
   }
@@ -211,6 +212,7 @@ class BodyView {
       if (!shown) return;
       shown.object.position.set(tool.x[0], tool.x[1], tool.x[2]);
       shown.object.quaternion.set(tool.r[0], tool.r[1], tool.r[2], tool.r[3]);
+      this.mostForce = Math.max(this.mostForce, Math.hypot(...tool.force));
       this.point(this.forces[k], tool.x, tool.force, Math.hypot(...tool.force) * this.metresPerNewton());
       this.point(this.normals[k], tool.point, tool.normal, tool.mode > 0 ? 0.12 * this.size : 0);
     });
@@ -219,7 +221,11 @@ class BodyView {
     this.isOld = true;
   }
 
-  metresPerNewton() { return 0.25 * this.size; }
+  // Length of a force arrow: the largest force so far is about a third of the body's size, in round numbers.
+  metresPerNewton() {
+    const wanted = 1000 * 0.3 * this.size / Math.max(this.mostForce, 1e-6), power = 10 ** Math.floor(Math.log10(wanted));
+    return [5, 2, 1].map(f => f * power).find(v => v <= wanted) / 1000;
+  }
 
   point(arrow, from, along, length) {
     arrow.visible = length > 0.004 * this.size;

@@ -23,7 +23,7 @@ function start() {
   view.setTools(tools);
   view.camera.position.copy(view.controls.target).addScaledVector(new THREE.Vector3(...data.direction), view.size * 1.9 / Math.min(1, 0.8 * view.camera.aspect));
   view.controls.update();
-  byId('scale').textContent = `The brightest has moved by ${+(1e3 * most).toPrecision(3)} mm at most.`;
+  byId('scale').textContent = `Colours run from rest to ${+(1e3 * most).toPrecision(3)} mm.`;
   const draw = () => { view.draw(); requestAnimationFrame(draw); };
   requestAnimationFrame(draw);
   let now = data.start, playing = 0;
