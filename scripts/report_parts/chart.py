@@ -5,7 +5,7 @@ import os
 import textwrap
 
 from report_parts.drawing import CAN_DRAW, plt
-from report_parts.pages import Markup, write_page
+from report_parts.pages import picture, write_page
 from report_parts.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
 from report_parts.whole_file import save_figure
 
@@ -129,16 +129,7 @@ def chart_page(folder, document):
     runs = sum(len(c["points"]) for c in document["charts"])
     write_page(os.path.join(folder, "chart.html"), "chart.html", title="Speed against accuracy", data=data,
                subtitle=f"{runs} runs in {document['seconds'] / 60:.1f} minutes on {document['processor']}; costs are CPU times",
-               stills=[svg for svg in (svg_of(folder, chart["name"]) for chart in document["charts"]) if svg])
-
-
-def svg_of(folder, name):
-    """Drawn by us; for where Chart.js is missing."""
-    path = os.path.join(folder, f"chart_{name}.svg")
-    if not os.path.exists(path):
-        return ""
-    with open(path, encoding="utf-8") as file:
-        return Markup(file.read())
+               stills=[still for still in (picture(folder, f"chart_{chart['name']}.png") for chart in document["charts"]) if still])
 
 
 def chart_report(folder):
