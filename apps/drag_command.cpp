@@ -1,31 +1,12 @@
 // kilotouch drag MESH: the main job with no scene file.
-#include <filesystem>
-
 #include "apps/commands.hpp"
+#include "apps/mesh_scene.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
 #include "io/shell_words.hpp"
 
 namespace kt {
 namespace {
-
-/// A tenth of a metre, soft as tissue, held at the far side; a sphere presses and drags over the near side.
-/// Sizes follow the body's own size, so that any mesh in any unit gives a sensible first contact.
-Scene drag_scene(const std::string& mesh, const std::vector<std::string>& set) {
-  // Settings are applied to a scene that already names the mesh, so that --set can change everything.
-  Scene base = default_scene();
-  base.title = "drag over " + std::filesystem::path(mesh).filename().string();
-  base.duration = 1.2;
-  base.object.mesh = mesh;
-  base.object.size = 0.1;
-  base.object.repair = true;
-  base.object.fixed.below = FixedBelow{"z", 0.2};
-  base.tool.radius = 0.004;
-  base.tool.path.press_drag->depth = 0.003;
-  base.tool.path.press_drag->speed = 0.04;
-  base.tool.path.press_drag->ease = "minimum_jerk";
-  return parse_scene(to_json(base), set, "drag " + mesh);
-}
 
 struct DragArguments {
   std::string mesh;
@@ -59,7 +40,7 @@ void add_drag_command(CLI::App& app, int& exit_code) {
     std::vector<std::string> words{"kilotouch", "drag", a->mesh};
     for (const std::string& set : a->set) words.insert(words.end(), {"--set", set});
     a->settings.reproduce = shell_words(words);
-    const RunOutcome outcome = run_scene(drag_scene(a->mesh, a->set), a->settings);
+    const RunOutcome outcome = run_scene(scene_of_mesh(a->mesh, a->set), a->settings);
     exit_code = run_exit_code(outcome);
   });
 }

@@ -59,9 +59,12 @@ std::string cure_of_refresh(const Scene& scene, const SessionResult& result, con
 const char* name_of(Keeps keeps) { return keeps == Keeps::yes ? "yes" : keeps == Keeps::no ? "no" : "just about"; }
 
 RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
+  return judge_real_time(scene, result, static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz);
+}
+
+RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds) {
   RealTime out;
   const double period_ms = 1e3 / scene.local.rate_hz, tick_ms = 1e-3 * percentile(result.step_us, 0.99);
-  const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
   const double clock_ms = median(result.global_ms) + median(result.refresh_ms);
   const double share = share_of_clock(result, clock_ms), step_ms = share * median(result.global_ms);
   out.budget_ms = 1e3 / scene.global.rate_hz;

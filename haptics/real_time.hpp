@@ -30,5 +30,7 @@ const char* name_of(Keeps keeps);
 
 /// From measured times, of this machine: wall clock, or the processor's time where that is known and less.
 RealTime judge_real_time(const Scene& scene, const SessionResult& result);
+/// The same for refreshes and ticks of the last `seconds` of a run that goes on: result.tools is not read.
+RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds);
 
 }  // namespace kt

@@ -80,6 +80,22 @@ SelfContactRun summarize(const SelfContact& contact, const Refresher& refresher)
   return out;
 }
 
+/// Whoever watches is told of the end, however it comes.
+class Watched {
+ public:
+  Watched(SessionWatcher* watcher, Touch& touch) : watcher_(watcher) {
+    if (watcher_) watcher_->begun(touch);
+  }
+  ~Watched() {
+    if (watcher_) watcher_->ended();
+  }
+  Watched(const Watched&) = delete;
+  Watched& operator=(const Watched&) = delete;
+
+ private:
+  SessionWatcher* watcher_;
+};
+
 void finish_tools(std::vector<HandAtDevice>& hands, ContactWatch* watch, SessionResult& out) {
   StateHash hash;
   for (std::size_t k = 0; k < out.tools.size(); ++k) {
@@ -151,6 +167,17 @@ void Session::follow(std::vector<TimedPoint> path) {
   scene_device(scene_, scene_.tool, paths_[0]);  // a wrong path is found now and not by run()
 }
 
+void Session::hold() {
+  const ToolPath& path = paths_[0];
+  const Vec3 start = path.poses.empty() ? path.points.front().x : path.poses.front().pose.x;
+  SceneHand hand = scene_.tool.path.hand.value_or(SceneHand{});
+  if (!scene_.tool.path.hand)
+    hand.damping = 2 * std::sqrt(hand.stiffness * hand.mass);  // critical: nobody is there to damp it
+  hand.target = {{0, start}, {1, start}};
+  scene_.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = std::move(hand)};
+  paths_[0] = {{{0, start}, {1, start}}, {}};
+}
+
 Session::~Session() = default;
 
 /// Of both tools' paths, of a hand that of its target. As a ball: a longer tool asks for no other rates.
@@ -174,7 +201,7 @@ std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions
   std::vector<std::unique_ptr<HapticDevice>> out;
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const SceneTool& tool = k == 0 ? scene_.tool : *scene_.second_tool;
-    out.push_back(scene_device(scene_, tool, paths_[k]));
+    out.push_back(scene_device(scene_, tool, paths_[k], k == 0 ? options.target : nullptr));
     if (k < options.tool_paths.size())
       out[k] = played_again(options.tool_paths[k], tool, out[k]->info(), 1 / scene_.local.rate_hz);
   }
@@ -211,9 +238,18 @@ SessionResult Session::run(const SessionOptions& options) {
   std::vector<HandAtDevice> hands;
   for (std::size_t k = 0; k < tools_.size(); ++k)
     hands.emplace_back(std::move(devices[k]), scene_.local.passivity_damping, h);
-  const int ticks = static_cast<int>(std::llround(scene_.duration * scene_.local.rate_hz));
+  int ticks = static_cast<int>(std::llround(scene_.duration * scene_.local.rate_hz));
+  if (options.is_endless) ticks = std::numeric_limits<int>::max();
   const RunParts parts{options, ticks, touch, hands, watch ? &*watch : nullptr, result};
-  threaded ? run_threads(parts) : run_lockstep(parts);
+  {
+    const Watched watched(options.watcher, touch);
+    threaded ? run_threads(parts) : run_lockstep(parts);
+  }
+  if (options.is_endless) {
+    ticks = touch.next_tick();
+    scene_.duration = ticks * h;
+    result.stopped = false;  // that is how it ends
+  }
 
   if (watch) watch->finish(touch.fast().model());
   finish_tools(hands, watch ? &*watch : nullptr, result);

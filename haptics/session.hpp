@@ -15,6 +15,8 @@
 
 namespace kt {
 
+class Touch;  // haptics/touch/touch.hpp
+
 /// The whole body at one moment, the local side's view laid over the global one: for pictures.
 struct Snapshot {
   double t = 0;
@@ -93,6 +95,18 @@ struct SessionResult {
 
 class BodyFilm;  // haptics/body_film.hpp
 
+/// Follows a run as it goes.
+class SessionWatcher {
+ public:
+  virtual ~SessionWatcher() = default;
+  /// Before the first tick; the touch is there until ended().
+  virtual void begun(Touch& /*touch*/) {}
+  /// A tick is over; in the thread that called run(), in two threads some milliseconds later.
+  /// @param frames  of all tools, with the forces that were given to the devices
+  virtual void ticked(std::span<const LocalFrame> /*frames*/, double /*step_us*/, long long /*allocations*/) {}
+  virtual void ended() {}
+};
+
 struct SessionOptions {
   bool check_contacts = true;          ///< look for tools inside the body after each tick; in lockstep, also for
                                        ///< triangles that cross after each global step, with self-contact
@@ -104,6 +118,11 @@ struct SessionOptions {
   std::function<long long()> count_allocations;  ///< allocations of this thread so far
   std::function<void(double)> progress;          ///< share done, 0..1
   const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there
+  SessionWatcher* watcher = nullptr;             ///< borrowed
+  bool is_endless = false;                       ///< until it is stopped; the scene's duration is then what it took
+  bool keeps_records = true;                     ///< else the result has no frames and no times of ticks
+  const std::atomic<bool>* pause = nullptr;      ///< two threads: while true, no time passes
+  std::shared_ptr<MovedTarget> target;           ///< of the first tool, which a hand is to hold: moved from outside
 };
 
 /// What repeats a run in lockstep, whatever its clock and its user decided. Tools go the scene's way again: where a
@@ -120,6 +139,8 @@ class Session {
   SessionResult run(const SessionOptions& options = {});
   /// The same body from its start on, along another path: until the time of its last point.
   void follow(std::vector<TimedPoint> path);
+  /// The first tool is held by a hand from now on, at the place where its path began: for SessionOptions::target.
+  void hold();
 
   const Scene& scene() const { return scene_; }
   const Body& body() const { return body_; }

@@ -112,7 +112,8 @@ std::vector<BackendInfo> link_backends() {
   };
 }
 
-std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool, const ToolPath& path) {
+std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool, const ToolPath& path,
+                                           std::shared_ptr<MovedTarget> target) {
   const ScenePath& p = tool.path;
   DeviceOptions options;
   options.h = 1 / scene.local.rate_hz;
@@ -125,6 +126,7 @@ std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& 
   options.hand_damping = p.hand->damping;
   options.hand_mass = p.hand->mass;
   options.hand_delay = 1e-3 * p.hand->delay_ms;
+  options.target = std::move(target);
   return make_device("hand", options);
 }
 

@@ -22,7 +22,9 @@ TouchOptions touch_options(const Scene& scene);
 std::vector<ToolPath> scene_paths(const Scene& scene, std::span<const ToolShape> shapes, const Mesh& body,
                                   std::vector<std::string>& warnings);
 
-std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool, const ToolPath& path);
+/// @param target  of a hand, that another thread moves; none: the path's
+std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool, const ToolPath& path,
+                                           std::shared_ptr<MovedTarget> target = nullptr);
 
 /// The way that a tool took on a device. Its force leaves as it did then, and goes nowhere.
 std::unique_ptr<HapticDevice> played_again(const ToolPath& path, const SceneTool& tool, const DeviceInfo& info,

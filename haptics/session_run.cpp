@@ -20,6 +20,7 @@ struct TickRow {
   std::array<LocalFrame, kMaxTools> frames;
   std::array<Vec3, kMaxTools> model_force;
   double step_us = 0, lateness_us = 0;
+  long long allocations = 0;
 };
 
 /// The devices' tick: poses from them, forces to them.
@@ -39,7 +40,8 @@ class DeviceTick {
     const double start = thread_time_us();
     const std::span<const LocalFrame> frames = run_.touch.tick(std::span(poses).first(count));
     row.step_us = thread_time_us() - start;
-    if (counts) allocations_ += counts() - before;
+    row.allocations = counts ? counts() - before : 0;
+    allocations_ += row.allocations;
     if (run_.watch) run_.watch->ticked(run_.touch.fast(), frames);
     // What is recorded, counted as work and judged is what the hand is given.
     for (std::size_t k = 0; k < count; ++k) {
@@ -54,7 +56,12 @@ class DeviceTick {
   long long allocations_ = 0;
 };
 
-void record(const TickRow& row, SessionResult& out) {
+/// To the records and to who watches.
+void record(const TickRow& row, const RunParts& run) {
+  SessionResult& out = run.result;
+  if (SessionWatcher* watcher = run.options.watcher)
+    watcher->ticked(std::span(row.frames).first(out.tools.size()), row.step_us, row.allocations);
+  if (!run.options.keeps_records) return;
   for (std::size_t k = 0; k < out.tools.size(); ++k) {
     out.tools[k].frames.push_back(row.frames[k]);
     out.tools[k].model_force.push_back(row.model_force[k]);
@@ -97,6 +104,10 @@ timespec plus(timespec t, double seconds) {
   const long long ns = t.tv_nsec + std::llround(seconds * 1e9);
   t.tv_sec += ns / 1000000000;
   t.tv_nsec = ns % 1000000000;
+  if (t.tv_nsec < 0) {
+    t.tv_nsec += 1000000000;
+    --t.tv_sec;
+  }
   return t;
 }
 
@@ -114,6 +125,11 @@ bool ask_for_real_time() {
 class WallClock {
  public:
   explicit WallClock(double h) : h_(h) { clock_gettime(CLOCK_MONOTONIC, &start_); }
+  /// Time goes on from here with this tick.
+  void restart(int tick) noexcept {
+    clock_gettime(CLOCK_MONOTONIC, &start_);
+    start_ = plus(start_, -tick * h_);
+  }
   /// Sleeps until the tick is due. Returns how late that is over [us].
   double wait_for(int tick) noexcept {
     const timespec due = plus(start_, tick * h_);
@@ -163,7 +179,7 @@ void run_lockstep(const RunParts& run) {
   for (int tick = 0; tick < run.ticks; ++tick) {
     devices.step(row, true);
     if (run.touch.error()) std::rethrow_exception(run.touch.error());
-    record(row, run.result);
+    record(row, run);
     const double t = (tick + 1) * run.touch.h();
     for (; next_snapshot < run.options.snapshot_times.size() && run.options.snapshot_times[next_snapshot] <= t;
          ++next_snapshot)
@@ -184,11 +200,16 @@ void run_threads(const RunParts& run) {
   Ring<TickRow> rows(8192);
   std::atomic<bool> stop{false}, finished{false};
   std::atomic<int> unrecorded{0};
+  const std::atomic<bool>* const pause = run.options.pause;
   std::thread haptic([&] {
     run.result.real_time_scheduling = ask_for_real_time();
     WallClock clock(run.touch.h());
     TickRow row;
     for (int tick = 0; tick < run.ticks && !stop && !run.touch.error(); ++tick) {
+      if (pause && pause->load()) {
+        while (pause->load() && !stop) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        clock.restart(tick);
+      }
       row.lateness_us = clock.wait_for(tick);
       devices.step(row, false);
       if (!rows.push(row)) ++unrecorded;
@@ -198,8 +219,8 @@ void run_threads(const RunParts& run) {
   const auto take_rows = [&] {
     TickRow row;
     while (rows.pop(row)) {
-      record(row, run.result);
-      run.result.lateness_us.push_back(row.lateness_us);
+      record(row, run);
+      if (run.options.keeps_records) run.result.lateness_us.push_back(row.lateness_us);
     }
   };
   VectorX x;
@@ -213,7 +234,7 @@ void run_threads(const RunParts& run) {
     const auto done = static_cast<double>(run.result.step_us.size());
     if (run.options.progress && done > 0) run.options.progress(done / run.ticks);
     if (run.options.stop && run.options.stop->load()) stop = run.result.stopped = true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::this_thread::sleep_for(run.options.watcher ? std::chrono::milliseconds(4) : std::chrono::milliseconds(20));
   }
   haptic.join();
   take_rows();

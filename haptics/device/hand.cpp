@@ -4,6 +4,7 @@
 
 #include "haptics/device/hand_motion.hpp"
 #include "haptics/device/haptic_device.hpp"
+#include "haptics/device/moved_target.hpp"
 
 namespace kt {
 namespace {
@@ -27,7 +28,8 @@ class Hand final : public HapticDevice {
 
   void write(const Wrench& wrench, double h) noexcept override {
     if (h != h_) set_step(h);
-    const Vec3 target_t0 = interpolate_path(o_.path, t_), target_t1 = interpolate_path(o_.path, t_ + h);
+    const Vec3 target_t0 = o_.target ? o_.target->now() : interpolate_path(o_.path, t_);
+    const Vec3 target_t1 = o_.target ? o_.target->step(h) : interpolate_path(o_.path, t_ + h);
     const Vec3 target_velocity = (target_t1 - target_t0) / h;
     std::move_backward(forces_.begin(), forces_.end() - 1, forces_.end());
     forces_.front() = wrench.force;
@@ -41,7 +43,7 @@ class Hand final : public HapticDevice {
   }
   DeviceInfo info() const override { return {o_.max_force, o_.hand_delay, true}; }
   // The hand can overshoot its target's speed when it slips off something: twice is generous.
-  double max_speed() const override { return 2 * speed_ + 0.05; }
+  double max_speed() const override { return o_.target ? std::numeric_limits<double>::infinity() : 2 * speed_ + 0.05; }
 
  private:
   void set_step(double h) noexcept {

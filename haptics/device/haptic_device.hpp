@@ -10,6 +10,8 @@
 
 namespace kt {
 
+class MovedTarget;  // haptics/device/moved_target.hpp
+
 /// What a device is, as far as it is known.
 struct DeviceInfo {
   double max_force = std::numeric_limits<double>::infinity();  ///< [N]
@@ -57,10 +59,11 @@ struct DeviceOptions {
   double h = 1e-3;                 ///< haptic step [s]
   // hand: a mass held to the target by a spring and a damper
   double hand_stiffness = 300, hand_damping = 3, hand_mass = 0.1;  ///< [N/m], [N s/m], [kg]
-  double hand_delay = 0;       ///< [s] from write() to the motors: bus, driver, amplifier
-  double encoder_step = 1e-5;  ///< [m] positions are read in multiples of this; 0: exact
-  double max_force = 7.9;      ///< [N] what the simulated device can give
-  DeviceInfo info = {};        ///< recorded: of the device that was played on
+  double hand_delay = 0;                  ///< [s] from write() to the motors: bus, driver, amplifier
+  double encoder_step = 1e-5;             ///< [m] positions are read in multiples of this; 0: exact
+  double max_force = 7.9;                 ///< [N] what the simulated device can give
+  std::shared_ptr<MovedTarget> target{};  ///< hand: instead of the path's later points: another thread moves it
+  DeviceInfo info = {};                   ///< recorded: of the device that was played on
 };
 
 std::vector<BackendInfo> device_backends();

@@ -42,7 +42,10 @@ void BodySide::set(const std::string& key, const std::string& word) {
   const std::scoped_lock lock(guard_);
   if (!live_setting(key).word) throw InputError(text(key, " is \"", word, "\", must be a number"));
   const SettingChange change{0, key, 0, word};
-  change_setting(change, {wanted_, wanted_material_});
+  TouchOptions wanted = wanted_;
+  change_setting(change, {wanted, wanted_material_});
+  contact_smoothing(wanted.contact, wanted.local);  // they have to go together
+  wanted_ = std::move(wanted);
   waiting_.push_back(change);
 }
 
@@ -144,10 +147,34 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   status_.dof = model->model.dof();
   status_.patch_vertices = model->model.patch.num_vertices();
   status_.refresh_ms = took;
+  const auto last = [](const std::vector<double>& ms) { return ms.empty() ? 0 : ms.back(); };
+  const Refresher& r = *refresher_;
+  status_.times = {last(r.global_ms),
+                   last(r.refresh_ms),
+                   last(r.linearize_ms),
+                   last(r.reduce_ms),
+                   last(r.certify_ms),
+                   last(r.prepare_ms),
+                   took};
   status_.expected_force_error = refresher_->choice().force_error();
   status_.certified_error = refresher_->choice().certified_error();
   status_.reducer = refresher_->choice().chosen().name;
+  show(model->model, motion);
   return model;
+}
+
+/// @param motion  of the local model before, at the same tick; none: there was no other
+void BodySide::show(const LocalModel& model, const LocalMotion* motion) {
+  picture_.refreshes = status_.refreshes;
+  picture_.triangles = model.patch.global_triangle;
+  picture_.nodes.clear();
+  picture_.distance.clear();
+  if (!motion) return;
+  for (int i = 0; i < static_cast<int>(motion->row.size()); ++i)
+    if (const int row = motion->row[static_cast<std::size_t>(i)]; row >= 0) {
+      picture_.nodes.push_back(i);
+      picture_.distance.push_back((node(motion->x, row) - node(x_, i)).norm());
+    }
 }
 
 void BodySide::adopted(int linearized_tick, int tick) {
@@ -168,6 +195,11 @@ void BodySide::failed(const std::string& why) {
 TouchStatus BodySide::status() const {
   const std::scoped_lock lock(guard_);
   return status_;
+}
+
+void BodySide::copy_refresh(RefreshPicture& picture) const {
+  const std::scoped_lock lock(guard_);
+  picture = picture_;
 }
 
 void BodySide::copy_positions(VectorX& x) const {

@@ -35,6 +35,7 @@ class BodySide {
   TouchStatus status() const;
   /// The whole body as the last refresh had it [m], (3n).
   void copy_positions(VectorX& x) const;
+  void copy_refresh(RefreshPicture& picture) const;
 
   Refresher& refresher() { return *refresher_; }
   const Refresher& refresher() const { return *refresher_; }
@@ -49,6 +50,7 @@ class BodySide {
   void apply_changes(int tick);
   void apply(const SettingChange& change);
   void renew_refresher();
+  void show(const LocalModel& model, const LocalMotion* motion);
   const Body& body_;
   TouchOptions options_;
   SceneModel material_;
@@ -63,6 +65,7 @@ class BodySide {
   TouchOptions wanted_;                 // with those that wait
   SceneModel wanted_material_;
   TouchStatus status_;
+  RefreshPicture picture_;
   VectorX x_;
 };
 

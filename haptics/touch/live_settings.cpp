@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/contact_surface.hpp"
 #include "core/error.hpp"
 #include "haptics/reducer_candidates.hpp"
 
@@ -23,6 +24,7 @@ const LiveSetting kSettings[] = {
     {"global.rate_hz", Renews::refresher, 0, 100000, true, NUMBER(touch.global.rate_hz)},
     {"local.tolerance", Renews::refresher, 0, 10, true, NUMBER(touch.local.tolerance)},
     {"local.reducer", Renews::refresher, 0, 0, false, WORD(touch.local.reducer)},
+    {"contact.surface", Renews::refresher, 0, 0, false, WORD(touch.contact.surface)},
 };
 
 #undef NUMBER
@@ -47,6 +49,7 @@ void change_setting(const SettingChange& change, LiveValues values) {
   const LiveSetting& s = live_setting(change.key);
   if (s.word) {
     if (change.key == "local.reducer") require_backend(change.key, change.word, reducer_names());
+    if (change.key == "contact.surface") require_backend(change.key, change.word, contact_surface_backends());
     *s.word(values) = change.word;
     return;
   }

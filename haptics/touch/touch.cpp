@@ -173,6 +173,7 @@ void Touch::set(const std::string& key, const std::string& word) { parts_->side-
 double Touch::number(const std::string& key) const { return parts_->side->number(key); }
 std::string Touch::word(const std::string& key) const { return parts_->side->word(key); }
 TouchStatus Touch::status() const { return parts_->side->status(); }
+void Touch::copy_refresh(RefreshPicture& picture) const { parts_->side->copy_refresh(picture); }
 std::span<const ContactSample> Touch::last_samples() const noexcept { return parts_->haptic.samples(); }
 const Body& Touch::body() const { return parts_->body; }
 const TouchOptions& Touch::options() const { return parts_->options; }

@@ -64,7 +64,8 @@ class Touch {
   /// ticks ago. (3n) [m]. From any thread; never holds a tick up.
   void copy_positions(VectorX& x);
 
-  TouchStatus status() const;  ///< from any thread
+  TouchStatus status() const;                        ///< from any thread
+  void copy_refresh(RefreshPicture& picture) const;  ///< the patch and the error of the last refresh; from any thread
   /// What the last tick did to the body, at each contact of all tools.
   std::span<const ContactSample> last_samples() const noexcept;
 

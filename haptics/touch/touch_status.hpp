@@ -1,8 +1,14 @@
 #pragma once
 // How a touch goes: for gauges and logs.
 #include <string>
+#include <vector>
 
 namespace kt {
+
+/// What a refresh took, on the wall clock [ms]; cpu: of the process's other threads but the ticking one.
+struct RefreshTimes {
+  double global = 0, refresh = 0, linearize = 0, reduce = 0, certify = 0, prepare = 0, cpu = 0;
+};
 
 /// How a touch goes: of the refresh that was made last.
 struct TouchStatus {
@@ -13,8 +19,17 @@ struct TouchStatus {
   double late_ticks = 0;            ///< from the linearization until the local model was in use, of the last adopted
   double expected_force_error = 0;  ///< relative; NaN: not certified
   double certified_error = 0;       ///< of the impedance, worst of 0-500 Hz; NaN: not certified
+  RefreshTimes times;
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
+};
+
+/// What the last refresh found: for pictures.
+struct RefreshPicture {
+  int refreshes = 0;             ///< as TouchStatus::refreshes
+  std::vector<int> triangles;    ///< of the body's surface, in the patch of the new local model
+  std::vector<int> nodes;        ///< of the body, that the local model before it moved
+  std::vector<double> distance;  ///< of each, where that had it from where the body has it [m]: the local model's error
 };
 
 }  // namespace kt

@@ -165,6 +165,7 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
         touch.set("global.rate_hz", 60);
         touch.set("tool.radius", 0.0045);
       }
+      if (changes && i == 500) touch.set("contact.surface", "loop");
       frames.push_back(touch.tick(Pose{interpolate_path(paths[0].points, (i + 1) * 1e-3)}));
     }
     return std::pair(
@@ -173,7 +174,7 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
   const auto [plain, none] = run({}, false);
   const auto [live, record] = run({}, true);
   EXPECT_TRUE(none.changes.empty());
-  ASSERT_EQ(record.changes.size(), 5u);
+  ASSERT_EQ(record.changes.size(), 6u);
   EXPECT_EQ(record.changes[0].key, "contact.mu");
   EXPECT_GE(record.changes[0].tick, 200);
   EXPECT_LT(record.changes[0].tick, 240);

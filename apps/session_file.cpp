@@ -1,0 +1,178 @@
+#include "apps/session_file.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "haptics/device/recording.hpp"
+#include "haptics/touch/live_settings.hpp"
+#include "io/json_file.hpp"
+
+namespace kt {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Json = nlohmann::ordered_json;
+
+/// A session file with its name for the messages: every value is looked at before it is used.
+class SessionFile {
+ public:
+  explicit SessionFile(std::string file) : file_(std::move(file)), json_(read_json_file(file_)) {
+    if (!json_.is_object()) fail("", "is no group { }");
+    for (const char* key : {"scene", "recording", "refreshes", "max_speed", "hash"})
+      if (!json_.contains(key)) fail("", text("\"", key, "\" is missing"));
+  }
+
+  Scene scene() const {
+    if (!json_["scene"].is_object()) fail("scene", "must be a group");
+    // The scene keeps its own path, so that figures and outputs are those of the run; the tool goes the way that it
+    // went.
+    Scene out = parse_scene(json_text(json_["scene"]), {}, file_);
+    if (out.tool.path.recording) out.tool.path.recording = recording(json_, "");  // what it was made from may be gone
+    if (out.second_tool && out.second_tool->path.recording)
+      out.second_tool->path.recording = recording(second(), "second_tool.");
+    return out;
+  }
+
+  SessionOptions options(const Scene& scene) const {
+    SessionOptions out;
+    const auto path = [&](const std::string& file) {
+      Recording read = read_recording(file, 1 / scene.local.rate_hz);
+      return ToolPath{std::move(read.path), std::move(read.poses)};
+    };
+    out.tool_paths.push_back(path(recording(json_, "")));
+    out.max_speeds.push_back(speed(json_, ""));
+    if (scene.second_tool) {
+      out.tool_paths.push_back(path(recording(second(), "second_tool.")));
+      out.max_speeds.push_back(speed(second(), "second_tool."));
+    }
+    out.replay.refreshes = refreshes(scene);
+    if (json_.contains("reducer_changes")) out.replay.reducer_changes = reducer_changes();
+    if (json_.contains("setting_changes")) out.replay.changes = setting_changes(scene);
+    return out;
+  }
+
+  std::string hash() const { return word(json_, "hash", ""); }
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
+    throw InputError(text(file_, ": not a session file: ", key, key.empty() ? "" : " ", what));
+  }
+
+  const Json& second() const {
+    if (!json_.contains("second_tool") || !json_["second_tool"].is_object()) fail("second_tool", "must be a group");
+    return json_["second_tool"];
+  }
+
+  std::string word(const Json& group, const char* key, const std::string& prefix) const {
+    if (!group.contains(key)) fail(prefix + key, "is missing");
+    if (!group[key].is_string()) fail(prefix + key, text("is ", shown_json(group[key]), ", must be a text"));
+    return group[key].get<std::string>();
+  }
+
+  double speed(const Json& group, const std::string& prefix) const {
+    constexpr double kFastest = 1e6;  // [m/s]
+    const Json value = group.contains("max_speed") ? group["max_speed"] : Json();
+    const double speed = value.is_number() ? value.get<double>() : -1;
+    if (!(speed >= 0 && speed <= kFastest))
+      fail(prefix + "max_speed", text("is ", shown_json(value), ", must be a number 0 .. ", kFastest, " m/s"));
+    return speed;
+  }
+
+  /// Beside the session, wherever that lies: a session that came from elsewhere opens no other file.
+  std::string recording(const Json& group, const std::string& prefix) const {
+    const std::string name = word(group, "recording", prefix);
+    const fs::path folder = fs::path(file_).parent_path(), path = folder / name;
+    std::error_code none;
+    if (name.empty() || name == "." || name == ".." || name.find('/') != std::string::npos ||
+        fs::is_symlink(path, none))
+      fail(prefix + "recording",
+           text("is ", shown_json(Json(name)), ", must be the name of a file in the session's folder"));
+    return path.string();
+  }
+
+  std::vector<RefreshEvent> refreshes(const Scene& scene) const {
+    const Json& list = json_["refreshes"];
+    const double ticks = scene.duration * scene.local.rate_hz;
+    if (!list.is_array() || list.empty()) fail("refreshes", "must be a list with one entry or more");
+    std::vector<RefreshEvent> out;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const auto is_tick = [&](const Json& v) { return v.is_number_integer() && v >= -1 && v <= ticks; };
+      const Json& r = list[i];
+      if (!r.is_array() || r.size() != 3 || !std::ranges::all_of(r, is_tick))
+        fail(text("refreshes[", i, "]"),
+             text("is ", shown_json(r), ", must be three ticks: linearized, adopted, started"));
+      const RefreshEvent event{r[0], r[1], r[2]};
+      const bool in_order = i == 0 ? event == RefreshEvent{0, 0, 0}
+                                   : event.linearized_tick > out.back().linearized_tick && event.started_tick >= 0 &&
+                                         (event.adopted_tick == -1 || event.adopted_tick >= event.linearized_tick);
+      if (!in_order)
+        fail(text("refreshes[", i, "]"),
+             text("is ", shown_json(r), i == 0 ? ", must be [0, 0, 0]" : ", must follow the one before it"));
+      out.push_back(event);
+    }
+    return out;
+  }
+
+  /// Of the run's own choice, which may have gone by the clock.
+  std::vector<ReducerChange> reducer_changes() const {
+    const Json& list = json_["reducer_changes"];
+    if (!list.is_array()) fail("reducer_changes", "must be a list");
+    std::vector<ReducerChange> out;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Json& c = list[i];
+      if (!c.is_array() || c.size() != 3 || !c[0].is_number_integer() || !c[1].is_string() || !c[2].is_string())
+        fail(text("reducer_changes[", i, "]"), text("is ", shown_json(c), ", must be a tick, a reducer and why"));
+      out.push_back({.tick = c[0], .from = "", .to = c[1], .why = c[2]});
+    }
+    return out;
+  }
+
+  /// That a user made while it ran.
+  std::vector<SettingChange> setting_changes(const Scene& scene) const {
+    const Json& list = json_["setting_changes"];
+    if (!list.is_array()) fail("setting_changes", "must be a list");
+    std::vector<SettingChange> out;
+    TouchOptions touch = touch_options(scene);
+    SceneModel material = scene.object.model;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Json& c = list[i];
+      if (!c.is_array() || c.size() != 3 || !c[0].is_number_integer() || !c[1].is_string() ||
+          !(c[2].is_number() || c[2].is_string()))
+        fail(text("setting_changes[", i, "]"), "must be a tick, a key of the scene and its value");
+      SettingChange change{.tick = c[0], .key = c[1]};
+      if (c[2].is_number()) change.value = c[2];
+      if (c[2].is_string()) change.word = c[2];
+      try {
+        change_setting(change, {touch, material});
+      } catch (const InputError& e) {
+        fail(text("setting_changes[", i, "]:"), e.what());
+      }
+      out.push_back(std::move(change));
+    }
+    return out;
+  }
+
+  std::string file_;
+  Json json_;
+};
+
+}  // namespace
+
+std::string session_file(const std::string& file_or_folder) {
+  const std::string file = fs::is_directory(file_or_folder) ? file_or_folder + "/session.json" : file_or_folder;
+  if (!fs::exists(file))
+    throw InputError(text(file, ": cannot read the session (a run leaves it as OUT/session.json)"));
+  return file;
+}
+
+SavedSession read_session(const std::string& file) {
+  const SessionFile session(file);
+  SavedSession out{session.scene(), {}, session.hash()};
+  out.options = session.options(out.scene);
+  return out;
+}
+
+}  // namespace kt

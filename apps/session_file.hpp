@@ -1,0 +1,21 @@
+#pragma once
+// session.json of a run: its scene, and what repeats it.
+#include <string>
+
+#include "haptics/session.hpp"
+
+namespace kt {
+
+struct SavedSession {
+  Scene scene;
+  SessionOptions options;  ///< the run again, in lockstep
+  std::string hash;        ///< of the run, as hash_text() writes it
+};
+
+/// The file itself, of a run's folder or of a file. @throws InputError: there is none
+std::string session_file(const std::string& file_or_folder);
+
+/// @throws InputError naming the file, the key and what is allowed
+SavedSession read_session(const std::string& file);
+
+}  // namespace kt

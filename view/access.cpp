@@ -1,0 +1,34 @@
+// Who may speak to the server.
+#include <algorithm>
+
+#include "view/server.hpp"
+
+namespace kt {
+
+bool is_loopback(const std::string& address) {
+  return address == "localhost" || address == "::1" || address.starts_with("127.");
+}
+
+bool is_own_origin(const std::string& origin, const std::string& host) {
+  return !host.empty() && origin == "http://" + host;
+}
+
+bool is_own_host(const std::string& host, const ServerOptions& options, unsigned short port) {
+  const std::size_t colon = host.rfind(':');
+  const bool has_port = colon != std::string::npos && (host.empty() || host.back() != ']');
+  const std::string name = has_port ? host.substr(0, colon) : host;
+  const std::string given = has_port ? host.substr(colon + 1) : "80";
+  if (name.empty() || given != std::to_string(port)) return false;
+  if (!is_loopback(options.address)) return true;  // a token is needed besides
+  return name == "localhost" || name == "[::1]" || name == options.address || name == "127.0.0.1";
+}
+
+bool is_same_secret(const std::string& given, const std::string& wanted) {
+  unsigned different = given.size() != wanted.size();
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    different |= static_cast<unsigned>(static_cast<unsigned char>(wanted[i]) ^
+                                       static_cast<unsigned char>(i < given.size() ? given[i] : 0));
+  return different == 0;
+}
+
+}  // namespace kt

@@ -1,0 +1,18 @@
+#pragma once
+// What a page has to be told once of a body: its surface, without the nodes inside.
+#include <string>
+#include <vector>
+
+#include "core/reducer.hpp"
+
+namespace kt {
+
+struct BodyShape {
+  std::vector<int> nodes;           ///< of the body, that lie on its surface
+  std::vector<int> place;           ///< of each node of the body in `nodes`, -1
+  std::vector<Triangle> triangles;  ///< indices into `nodes`; as many as the surface's, in its order
+};
+
+BodyShape make_body_shape(const Surface& surface, int num_nodes);
+
+}  // namespace kt

@@ -1,0 +1,263 @@
+#include "view/live_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/error.hpp"
+#include "haptics/metrics.hpp"
+#include "haptics/touch/body_side.hpp"
+#include "haptics/touch/live_settings.hpp"
+#include "haptics/touch/touch.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kSeconds = 3;           // that gauges look back
+constexpr double kRetreat = 0.015;       // [m] from the body when nobody holds the pointer
+constexpr std::size_t kMostTicks = 600;  // of the plot in one frame: a page that was away gets the newest
+
+Scene in_threads(Scene scene) {
+  scene.link.type = "thread";
+  scene.link.charge_refreshes = "none";
+  return scene;
+}
+
+std::vector<double> part(const auto& refreshes, double RefreshTimes::*which) {
+  std::vector<double> out;
+  for (const auto& r : refreshes) out.push_back(r.times.*which);
+  return out;
+}
+
+}  // namespace
+
+LiveRun::LiveRun(const Scene& scene, bool by_pointer, Save save, Told told,
+                 std::function<long long()> count_allocations)
+    : session_(in_threads(scene)),
+      by_pointer_(by_pointer),
+      save_(std::move(save)),
+      told_(std::move(told)),
+      count_allocations_(std::move(count_allocations)),
+      shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes())) {
+  if (by_pointer) session_.hold();
+  last_target_ = start();
+  thread_ = std::thread([this] { go_on(); });
+}
+
+LiveRun::~LiveRun() {
+  {
+    const std::scoped_lock lock(guard_);
+    quits_ = stop_ = true;
+  }
+  wakes_.notify_all();
+  thread_.join();
+}
+
+void LiveRun::go_on() {
+  while (!quits_) {
+    try {
+      run_once();
+    } catch (const std::exception& e) {
+      std::unique_lock lock(guard_);
+      error_ = e.what();
+      waits_ = true;
+      wakes_.wait(lock, [this] { return quits_ || !waits_; });
+    }
+  }
+}
+
+void LiveRun::run_once() {
+  SessionOptions options;
+  {
+    const std::scoped_lock lock(guard_);
+    stop_ = quits_.load();
+    target_ = by_pointer_ ? std::make_shared<MovedTarget>(start(), kFollowedSpeed) : nullptr;
+    last_target_ = start();
+    options.keeps_records = options.check_contacts = records_;
+    error_.clear();
+    step_us_.clear();
+    refreshes_.clear();
+    ticks_ = misses_ = allocations_ = counted_refreshes_ = shown_refresh_ = 0;
+  }
+  options.watcher = this;
+  options.count_allocations = count_allocations_;
+  options.stop = &stop_;
+  options.pause = &pause_;
+  options.target = target_;
+  options.is_endless = by_pointer_;
+  SessionResult result = session_.run(options);
+  if (!options.keeps_records || result.tools[0].frames.empty()) return;
+  {
+    const std::scoped_lock lock(guard_);
+    records_ = false;
+  }
+  try {
+    told_(save_(session_, result), "");
+  } catch (const std::exception& e) {
+    told_("", e.what());
+  }
+}
+
+void LiveRun::begun(Touch& touch) {
+  const std::scoped_lock lock(guard_);
+  touch_ = &touch;
+  newest_.tools.clear();  // the run before's
+  newest_.ticks.clear();
+  for (const SettingChange& change : changed_)
+    change.word.empty() ? touch.set(change.key, change.value) : touch.set(change.key, change.word);
+}
+
+void LiveRun::ended() {
+  const std::scoped_lock lock(guard_);
+  touch_ = nullptr;
+}
+
+void LiveRun::ticked(std::span<const LocalFrame> frames, double step_us, long long allocations) {
+  const std::scoped_lock lock(guard_);
+  newest_.tools.assign(frames.begin(), frames.end());
+  newest_.t = frames[0].t;
+  if (newest_.ticks.size() >= kMostTicks) newest_.ticks.erase(newest_.ticks.begin());
+  newest_.ticks.push_back({static_cast<float>(frames[0].f_n), static_cast<float>(frames[0].f_t), frames[0].mode});
+  const auto kept = static_cast<std::size_t>(kSeconds * session_.scene().local.rate_hz);
+  if (step_us_.size() < kept)
+    step_us_.push_back(static_cast<float>(step_us));
+  else
+    step_us_[static_cast<std::size_t>(ticks_) % kept] = static_cast<float>(step_us);
+  ++ticks_;
+  misses_ += step_us * session_.scene().local.rate_hz > 1e6;
+  allocations_ += std::max(0LL, allocations);
+  watch_refreshes();
+}
+
+/// Called often enough that none is missed.
+void LiveRun::watch_refreshes() {
+  if (ticks_ % 8 != 0 || !touch_) return;
+  const TouchStatus now = touch_->status();
+  if (now.refreshes != counted_refreshes_) refreshes_.push_back({newest_.t, now.times});
+  counted_refreshes_ = now.refreshes;
+  while (!refreshes_.empty() && refreshes_.front().t < newest_.t - kSeconds) refreshes_.pop_front();
+}
+
+void LiveRun::move(const Vec3& target) {
+  const std::scoped_lock lock(guard_);
+  if (target_) target_->move(target);
+  last_target_ = target;
+}
+
+void LiveRun::retreat() {
+  Vec3 to = start();
+  {
+    const std::scoped_lock lock(guard_);
+    if (newest_.tools.empty()) return;
+    const LocalFrame& frame = newest_.tools[0];
+    if (frame.normal.squaredNorm() < 0.5) return;  // it touches nothing
+    to = frame.pose.x + kRetreat * frame.normal;
+  }
+  move(to);
+}
+
+void LiveRun::pause(bool on) { pause_ = on; }
+
+void LiveRun::reset() {
+  {
+    const std::scoped_lock lock(guard_);
+    stop_ = true;
+    waits_ = false;
+  }
+  wakes_.notify_all();
+}
+
+void LiveRun::record(bool on) {
+  {
+    const std::scoped_lock lock(guard_);
+    if (records_ == on) return;
+    if (on) records_ = true;  // else the run that ends now takes it back
+  }
+  pause_ = false;
+  reset();
+}
+
+void LiveRun::set(const std::string& key, const std::string& value) {
+  const std::scoped_lock lock(guard_);
+  if (!touch_) throw InputError(text(key, ": the body is not there yet; try again in a moment"));
+  SettingChange change{.key = key};
+  if (live_setting(key).word) {
+    change.word = value;
+    touch_->set(key, value);
+  } else {
+    std::size_t read = 0;
+    try {
+      change.value = std::stod(value, &read);
+    } catch (const std::exception&) {
+      read = 0;
+    }
+    if (read == 0 || read != value.size()) throw InputError(text(key, " is \"", value, "\", must be a number"));
+    touch_->set(key, change.value);
+  }
+  std::erase_if(changed_, [&](const SettingChange& c) { return c.key == key; });
+  changed_.push_back(std::move(change));
+}
+
+std::string LiveRun::setting(const std::string& key) const {
+  const std::scoped_lock lock(guard_);
+  if (!touch_) return {};
+  return live_setting(key).word ? touch_->word(key) : text(touch_->number(key));
+}
+
+bool LiveRun::take(Picture& out) {
+  {
+    const std::scoped_lock lock(guard_);
+    if (!touch_ || newest_.tools.empty()) return false;
+    touch_->copy_positions(x_);
+    newest_.refreshes = counted_refreshes_;
+    newest_.target = by_pointer_ ? last_target_ : newest_.tools[0].pose.x;
+    out = newest_;
+    newest_.ticks.clear();
+  }
+  out.positions = pack_positions(x_, shape_.nodes);
+  return true;
+}
+
+bool LiveRun::take_refresh(RefreshPicture& out) {
+  const std::scoped_lock lock(guard_);
+  if (!touch_) return false;
+  if (counted_refreshes_ == shown_refresh_) return false;
+  touch_->copy_refresh(out);
+  shown_refresh_ = out.refreshes;
+  return true;
+}
+
+LiveStatus LiveRun::status() {
+  const std::scoped_lock lock(guard_);
+  LiveStatus out;
+  if (touch_) out.touch = touch_->status();
+  out.wanted_hz = touch_ ? touch_->number("global.rate_hz") : session_.scene().global.rate_hz;
+  out.ticks = ticks_;
+  out.misses = misses_;
+  out.allocations = allocations_;
+  out.is_paused = pause_;
+  out.is_recording = records_;
+  out.error = error_.empty() ? out.touch.error : error_;
+  if (step_us_.empty() || refreshes_.empty()) return out;
+  SessionResult last;  // of the last seconds
+  last.step_us.assign(step_us_.begin(), step_us_.end());
+  out.tick_p50_us = percentile(last.step_us, 0.5);
+  out.tick_p99_us = percentile(last.step_us, 0.99);
+  const double seconds = std::min(kSeconds, std::max(newest_.t, 1e-3));
+  out.refresh_hz = static_cast<double>(refreshes_.size()) / seconds;
+  last.refreshes.resize(refreshes_.size());
+  last.lateness_us = {0};  // against the wall clock
+  last.global_ms = part(refreshes_, &RefreshTimes::global);
+  last.refresh_ms = part(refreshes_, &RefreshTimes::refresh);
+  last.slow_cpu_ms = part(refreshes_, &RefreshTimes::cpu);
+  last.refresh_parts_ms = {{"linearize", part(refreshes_, &RefreshTimes::linearize)},
+                           {"reduce", part(refreshes_, &RefreshTimes::reduce)},
+                           {"certify", part(refreshes_, &RefreshTimes::certify)},
+                           {"prepare", part(refreshes_, &RefreshTimes::prepare)}};
+  last.reducer = out.touch.reducer;
+  Scene scene = session_.scene();
+  scene.global.rate_hz = out.wanted_hz;
+  out.real_time = judge_real_time(scene, last, seconds);
+  return out;
+}
+
+}  // namespace kt

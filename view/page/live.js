@@ -1,0 +1,301 @@
+// The page: a socket to the server, and what it says shown.
+'use strict';
+
+const element = id => document.getElementById(id);
+const view = new BodyView(element('view'));
+const plot = new ForcePlot(element('plot'));
+const state = {hello: null, status: null, time: 0, isPlaying: false, number: 0, shown: 0, lag: [], frames: 0, askedAt: 0};
+window.kilotouch = {view, plot, state};  // for tests
+
+let socket = null;
+function send(message) { if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); }
+
+function tell(text, isBad) {
+  const box = element('message');
+  box.textContent = text;
+  box.className = isBad ? 'bad' : '';
+  box.hidden = !text;
+  clearTimeout(tell.timer);
+  if (text && !isBad) tell.timer = setTimeout(() => { box.hidden = true; }, 8000);
+}
+
+function ask(question) {
+  element('question').textContent = question;
+  return new Promise(resolve => {
+    const dialog = element('ask');
+    dialog.onclose = () => resolve(dialog.returnValue === 'yes');
+    dialog.returnValue = 'no';
+    dialog.showModal();
+  });
+}
+
+// Pointer places: at most one a frame, the newest.
+let wanted = null;
+const pointer = new ToolPointer(view, x => { wanted = x; }, () => +element('depth').value / 1000, by => {
+  element('depth').value = +element('depth').value + 1000 * by;
+  tellDepth();
+});
+function tellDepth() { element('depth_told').textContent = (+element('depth').value).toFixed(1) + ' mm'; }
+element('depth').addEventListener('input', tellDepth);
+
+async function change(key, value, isLive) {
+  const setting = `${key}=${value}`;
+  if (isLive) return send({type: 'set', settings: [setting]});
+  if (await ask(`${key} cannot change while the body is touched. Build the body anew with ${setting}?`)) {
+    tell('building the body …');
+    send({type: 'restart', settings: [setting]});
+  } else if (state.hello) settings.show(state.hello);
+}
+const settings = new SettingsPanel(element('controls'), element('keys'), change);
+
+function list(box, rows) {
+  if (box.children.length !== 2 * rows.length) {
+    box.textContent = '';
+    for (let i = 0; i < rows.length; ++i) box.append(document.createElement('dt'), document.createElement('dd'));
+  }
+  rows.forEach(([name, value, isBad], i) => {
+    box.children[2 * i].textContent = name;
+    box.children[2 * i + 1].textContent = value;
+    box.children[2 * i + 1].className = isBad ? 'bad' : '';
+  });
+}
+
+const FLAGS = [[2, 'the tool is at the edge of the patch'], [16, 'the local model broke down: force 0'], [64, 'the body is being pushed off the tool'],
+               [128, 'the local model is old'], [256, "the body's simulation has ended"], [1024, 'a pose was not usable']];
+
+function showHello(hello) {
+  state.hello = hello;
+  state.status = null;
+  document.body.classList.toggle('session', hello.mode === 'session');
+  element('title').textContent = hello.title || hello.scene.object.mesh.split('/').pop();
+  document.title = `${element('title').textContent} · kilotouch`;
+  plot.seconds = 5;
+  plot.clear(hello.h);
+  plot.mu = hello.mu;
+  element('scenes').textContent = '';
+  element('scenes').appendChild(new Option('choose …', ''));
+  for (const name of hello.scenes) element('scenes').appendChild(new Option(name.replace(/_/g, ' '), name));
+  if (hello.mode === 'session') {
+    element('sentence').className = '';
+    element('sentence').textContent = `A recorded session of ${hello.duration.toFixed(2)} s, run again. Space plays; the plot and the arrow keys go to a time.`;
+  }
+  settings.show(hello);
+  pointer.reset();
+  tell('');
+}
+
+function showBody(body) {
+  view.setBody(body, state.hello.smooth);
+  view.setTools(state.hello.tools);
+  element('depth').max = Math.max(1, Math.round(100 * view.size));
+  element('depth').step = view.size > 0.05 ? 0.1 : 0.01;
+  element('depth').value = 25 * view.size;
+  tellDepth();
+}
+
+function showStatus(s) {
+  state.status = s;
+  const isSlow = s.real_time === 'no';
+  const sentence = element('sentence');
+  sentence.className = s.error || isSlow ? 'bad' : '';
+  sentence.textContent = s.error ? `The body stands still: ${s.error}. Reset begins anew.`
+    : s.paused ? 'Paused.' : s.refreshes < 3 ? 'Starting …' : `Real time: ${s.real_time_told.replace(": ", " – ")}.`;
+  const percent = v => v === null ? 'unknown' : (100 * v).toFixed(1) + ' %';
+  list(element('rates'), [
+    ['refreshes a second', `${s.refresh_hz.toFixed(1)} of ${s.wanted_hz}`, isSlow], ['a refresh takes', s.refresh_ms.toFixed(1) + ' ms'],
+    ['model age at its adoption', s.late_ticks + ' ticks'], ['reducer', s.reducer], ['coordinates', s.dof], ['patch', s.patch_vertices + ' vertices'],
+    ['force error to expect', percent(s.expected_force_error), s.expected_force_error > 0.08], ['certified error of the model', percent(s.certified_error)],
+    ['tick, median / 99 %', `${s.tick_p50_us.toFixed(0)} / ${s.tick_p99_us.toFixed(0)} µs`], ['ticks over their period', `${s.misses} of ${s.ticks}`, s.misses > 0],
+    ['allocations in ticks', s.allocations, s.allocations > 0], ['pages', s.pages], ['pointer to picture', state.lag.length ? state.lag[state.lag.length >> 1].toFixed(0) + ' ms' : '–']]);
+  pointer.mayMove = s.has_tool && state.hello.by_pointer;
+  element('take').hidden = s.has_tool || !state.hello.by_pointer;
+  for (const id of ['pause', 'reset', 'record', 'lift']) element(id).disabled = !s.has_tool;
+  element('pause').textContent = s.paused ? 'Go on' : 'Pause';
+  element('record').textContent = s.recording ? 'Stop and save' : 'Record';
+  element('record').classList.toggle('on', s.recording);
+  settings.update(s.settings);
+  if (s.settings['tool.radius']) view.setRadius(+s.settings['tool.radius']);
+  if (s.settings['contact.mu']) plot.mu = [+s.settings['contact.mu_static'], +s.settings['contact.mu_kinetic']];
+}
+
+function showAnswer(a) {
+  if (a.error) return tell(a.error, true);
+  if (a.to === 'record') {
+    const box = element('message');
+    tell(`recorded in ${a.what}; play it with: kilotouch view ${a.what}`);
+    clearTimeout(tell.timer);
+  } else if (a.to === 'set') tell(`${a.what}: from the next refresh on`);
+  else if (a.to === 'restart' || a.to === 'open') tell('');
+}
+
+function showFrame(frame) {
+  state.next = frame;
+  if (state.hello.mode === 'live') plot.add(frame.t, frame.ticks);
+}
+
+function connect() {
+  const token = new URLSearchParams(location.search).get('token');
+  socket = new WebSocket(`ws://${location.host}/live${token ? '?token=' + encodeURIComponent(token) : ''}`);
+  socket.binaryType = 'arraybuffer';
+  socket.onmessage = event => {
+    if (typeof event.data === 'string') {
+      const m = JSON.parse(event.data);
+      ({hello: showHello, status: showStatus, answer: showAnswer}[m.type] || (() => {}))(m);
+      return;
+    }
+    const m = readMessage(event.data);
+    if (m.type === 'body') showBody(m);
+    else if (m.type === 'frame') showFrame(m);
+    else if (m.type === 'refresh') view.setRefresh(m);
+    else if (m.type === 'trace') { plot.setTrace(m.h, m.ticks); state.duration = m.h * m.ticks.n; element('time').max = state.duration; }
+  };
+  socket.onclose = () => {
+    element('sentence').className = 'bad';
+    element('sentence').textContent = 'No connection to kilotouch; trying again …';
+    setTimeout(connect, 1000);
+  };
+}
+
+function showNow(frame) {
+  const tool = frame.tools[0], flags = FLAGS.filter(([bit]) => tool.flags & bit).map(([, what]) => what);
+  list(element('now'), [['normal', tool.f_n.toFixed(3) + ' N'], ['tangential', tool.f_t.toFixed(3) + ' N'],
+                        ['contact', {0: 'none', 1: 'sticks', 2: 'slips, no friction', 3: 'slips'}[tool.mode]],
+                        ['state', flags.join('; ') || 'force as computed', flags.length > 0]]);
+}
+
+function showLegend() {
+  const box = element('legend'), c = view.colour;
+  if (c === 'plain') { box.textContent = ''; return; }
+  if (c === 'mode') { box.innerHTML = '<span class="key stick">sticks</span><span class="key slip">slips</span>'; return; }
+  if (!box.querySelector('.bar')) {
+    const stops = SCALE.map(v => `rgb(${v.map(x => Math.round(255 * x)).join(',')})`).join(',');
+    box.innerHTML = `<div class="bar" style="background:linear-gradient(to right,${stops})"></div><div class="ends"><span>0</span><span></span></div><div></div>`;
+  }
+  const most = 1000 * view.scale;
+  box.querySelector('.ends').lastChild.textContent = most >= 0.1 ? most.toFixed(1) + ' mm' : (1000 * most).toFixed(most >= 0.01 ? 0 : 1) + ' µm';
+  box.lastChild.textContent = (c === 'error' ? 'local model against body at the last refresh' : 'displacement') +
+    `; force arrow: ${(1000 * view.metresPerNewton()).toFixed(0)} mm per N`;
+}
+
+function seek(t) {
+  state.time = Math.min(Math.max(t, 0), state.duration || 0);
+  element('time').value = state.time;
+  element('clock').textContent = state.time.toFixed(3) + ' s';
+  plot.cursor = state.time;
+  send({type: 'seek', time: state.time});
+}
+plot.onSeek = t => { if (state.hello && state.hello.mode === 'session') seek(t); };
+
+let last = performance.now(), legendAt = 0;
+function animate(now) {
+  requestAnimationFrame(animate);
+  const dt = Math.min(0.1, (now - last) / 1000);
+  last = now;
+  if (!state.hello) return;
+  if (state.hello.mode === 'session' && state.isPlaying) {
+    let t = state.time + dt * element('speed').value;
+    if (t >= state.duration) t = 0;
+    seek(t);
+  }
+  pointer.follow();
+  if (wanted) {
+    send({type: 'target', x: [wanted.x, wanted.y, wanted.z], number: ++state.number, stamp: performance.now()});
+    wanted = null;
+  }
+  const frame = state.next;
+  if (frame && view.mesh && frame.positions.length === view.x.length) {
+    state.next = null;
+    view.update(frame, {hand: state.hello.mode === 'live' && state.hello.by_pointer});
+    showNow(frame);
+    if (frame.echo > state.shown && state.hello.mode === 'live') {
+      state.shown = frame.echo;
+      state.lag.push(performance.now() - frame.stamp);
+      if (state.lag.length > 400) state.lag.splice(0, 100);
+    }
+  }
+  if (view.draw()) ++state.frames;
+  plot.draw();
+  if (now > legendAt) { showLegend(); legendAt = now + 250; }
+}
+
+// Buttons and keys.
+const actions = {
+  pause: () => send({type: 'pause', on: !(state.status && state.status.paused)}),
+  reset: () => { pointer.reset(); send({type: 'reset'}); },
+  record: () => { pointer.reset(); send({type: 'record', on: !(state.status && state.status.recording)}); },
+  lift: () => pointer.lift(),
+  take: () => send({type: 'take'}),
+  fit: () => view.fit(),
+  picture: () => {
+    view.isOld = true;
+    view.draw();
+    const a = document.createElement('a');
+    a.href = view.renderer.domElement.toDataURL('image/png');
+    a.download = 'kilotouch.png';
+    a.click();
+  },
+  play: () => { state.isPlaying = !state.isPlaying; element('play').textContent = state.isPlaying ? 'Pause' : 'Play'; }
+};
+for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', action);
+element('colour').addEventListener('change', () => { element('legend').textContent = ''; view.setColour(element('colour').value); });
+element('time').addEventListener('input', () => seek(+element('time').value));
+element('other').addEventListener('submit', event => {
+  event.preventDefault();
+  const text = element('setting').value.trim(), at = text.indexOf('=');
+  if (at < 1) return tell(`"${text}" must be KEY=VALUE`, true);
+  change(text.slice(0, at), text.slice(at + 1), state.hello.live.includes(text.slice(0, at)));
+});
+element('scenes').addEventListener('change', () => {
+  const name = element('scenes').value;
+  if (!name) return;
+  tell('building the body …');
+  send({type: 'open', name});
+});
+document.addEventListener('keydown', event => {
+  if (/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== 'range') return;
+  const isSession = state.hello && state.hello.mode === 'session';
+  const steps = {ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, -1], PageDown: [0, 0, 1]};
+  if (event.key === ' ') isSession ? actions.play() : actions.pause();
+  else if (isSession && steps[event.key]) seek(state.time + 0.01 * (steps[event.key][0] || 10 * steps[event.key][1]));
+  else if (steps[event.key] && event.target.type !== 'range') pointer.step(...steps[event.key]);
+  else if (event.key === 'r' || event.key === 'R') actions.reset();
+  else if (event.key === 'c' || event.key === 'C') actions.record();
+  else if (event.key === 'Escape') actions.lift();
+  else return;
+  event.preventDefault();
+});
+
+// A mesh that is dropped: looked at by the doctor first, opened when that is wanted.
+async function drop(file) {
+  const box = element('findings'), token = new URLSearchParams(location.search).get('token');
+  box.textContent = `looking at ${file.name} …`;
+  if (file.size > 64 * 1024 * 1024) { box.textContent = `${file.name}: ${(file.size / 1048576).toFixed(0)} MiB; at most 64 MiB`; return; }
+  const answer = await fetch(`/mesh?name=${encodeURIComponent(file.name)}${token ? '&token=' + encodeURIComponent(token) : ''}`, {method: 'POST', body: file});
+  const found = await answer.json();
+  if (!answer.ok || found.error) { box.textContent = found.error || answer.statusText; return; }
+  box.textContent = '';
+  const p = document.createElement('p'), ul = document.createElement('ul');
+  p.textContent = `${file.name}: ${found.nodes} nodes, ${found.triangles} triangles, ${found.tetrahedra} tetrahedra; likely unit ${found.likely_unit}`;
+  for (const [name, count] of Object.entries(found.defects)) {
+    if (!count) continue;
+    const li = document.createElement('li');
+    li.textContent = `${name.replace(/_/g, ' ')}: ${count}`;
+    ul.appendChild(li);
+  }
+  const open = document.createElement('button');
+  open.textContent = 'Touch this body';
+  open.className = 'strong';
+  open.addEventListener('click', () => { tell('building the body …'); send({type: 'open', name: 'dropped mesh'}); });
+  box.append(p, ul, open);
+}
+element('file').addEventListener('change', () => { if (element('file').files[0]) drop(element('file').files[0]); });
+for (const name of ['dragover', 'drop']) document.addEventListener(name, event => {
+  event.preventDefault();
+  element('drop').classList.toggle('over', name === 'dragover');
+  if (name === 'drop' && event.dataTransfer.files[0]) drop(event.dataTransfer.files[0]);
+});
+
+element('timeline').hidden = true;
+new MutationObserver(() => { element('timeline').hidden = !document.body.classList.contains('session'); }).observe(document.body, {attributes: true});
+connect();
+requestAnimationFrame(animate);

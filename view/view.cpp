@@ -1,0 +1,317 @@
+#include "view/view.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <future>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/visible_text.hpp"
+#include "haptics/touch/live_settings.hpp"
+#include "io/child_process.hpp"
+#include "io/mesh_io.hpp"
+#include "io/output_file.hpp"
+#include "view/page_message.hpp"
+#include "view/page_texts.hpp"
+
+namespace kt {
+namespace {
+
+using Kind = PageMessage::Kind;
+using Bytes = std::shared_ptr<const std::string>;
+
+Bytes bytes(std::string s) { return std::make_shared<const std::string>(std::move(s)); }
+
+const char* name_of(Kind kind) {
+  constexpr const char* kNames[] = {"target", "set", "restart", "open", "reset", "pause", "record", "take", "seek"};
+  return kNames[static_cast<int>(kind)];
+}
+
+constexpr int kMostErrors = 200;  // of one page: then it is not listened to any more
+constexpr int kStatusEvery = 12;  // ticks of the server
+
+/// The pages of a run or a session.
+class Pages : public ServerHandler {
+ public:
+  explicit Pages(const ViewOptions& options) : options_(options), server_(options.server, *this) {}
+  void serve() {
+    if (options_.ready) options_.ready(server_.url());
+    static const std::atomic<bool> never{false};
+    server_.run(options_.stop ? *options_.stop : never);
+  }
+
+  void received(int page, const std::string& message) override {
+    int& errors = errors_[page];
+    if (errors > kMostErrors) return;
+    Kind kind = Kind::target;
+    try {
+      const PageMessage parsed = parse_page_message(message);
+      kind = parsed.kind;
+      obey(page, parsed);
+    } catch (const std::exception& e) {
+      ++errors;
+      answer(page, name_of(kind), "", visible(e.what()));
+    }
+  }
+  void joined(int page) override {
+    errors_[page] = 0;
+    greet(page);
+  }
+  void left(int page) override { errors_.erase(page); }
+  std::string uploaded(const std::string&, const std::string&) override {
+    throw InputError("a session is played: no mesh can be opened here");
+  }
+
+ protected:
+  virtual void greet(int page) = 0;
+  virtual void obey(int page, const PageMessage& message) = 0;
+  std::vector<int> all() const {
+    std::vector<int> out;
+    for (const auto& [page, errors] : errors_) out.push_back(page);
+    return out;
+  }
+  void answer(int page, const std::string& to, const std::string& what, const std::string& error) {
+    server_.send(page, Server::Kind::text, bytes(answer_text(to, what, error)));
+  }
+  const ViewOptions& options_;
+  Server server_;
+
+ private:
+  std::map<int, int> errors_;
+};
+
+std::string picture_bytes(const LiveRun::Picture& p, unsigned echo, double stamp) {
+  return frame_bytes({p.t, echo, stamp, p.refreshes, p.target, p.tools, p.ticks, &p.positions});
+}
+
+class LivePages final : public Pages {
+ public:
+  LivePages(const Scene& scene, const ViewOptions& options) : Pages(options), scene_(scene) { run_ = make_run(scene); }
+
+  void left(int page) override {
+    Pages::left(page);
+    if (page != holder_) return;
+    holder_ = 0;
+    run_->retreat();
+  }
+
+  /// In a child process with limits, as third parties' files have everything in them.
+  std::string uploaded(const std::string& name, const std::string& content) override {
+    const std::string extension = mesh_extension(name);
+    const std::vector<std::string> known = readable_mesh_extensions();
+    if (std::ranges::find(known, extension) == known.end())
+      throw InputError(text(visible(name), ": no mesh file that can be read; known: ", join(known)));
+    auto folder = std::make_shared<PrivateFolder>();
+    const std::string file = *folder / ("dropped." + extension);
+    write_file_whole(file, content);
+    std::string findings = options_.examine(file);
+    dropped_folder_ = std::move(folder);  // the one before goes, unless its mesh is shown
+    dropped_ = file;
+    return findings;
+  }
+
+  void tick() override {
+    take_new_run();
+    tell_recordings();
+    if (server_.num_pages() == 0) return;
+    if (run_->take(picture_)) {
+      server_.send_all(Server::Kind::bytes, bytes(picture_bytes(picture_, echo_, stamp_)), true);
+      if (run_->take_refresh(refresh_))
+        server_.send_all(Server::Kind::bytes, bytes(refresh_bytes(refresh_, run_->shape())));
+    }
+    if (++ticks_ % kStatusEvery == 0) tell_status();
+  }
+
+ private:
+  void greet(int page) override {
+    if (holder_ == 0) holder_ = page;
+    tell_body(page);
+  }
+
+  std::unique_ptr<LiveRun> make_run(const Scene& scene) {
+    return std::make_unique<LiveRun>(
+        scene, options_.by_pointer, options_.save,
+        [this](const std::string& folder, const std::string& error) {
+          const std::scoped_lock lock(recordings_guard_);
+          recordings_.push_back({folder, error});
+        },
+        options_.count_allocations);
+  }
+
+  void tell_body(int page) {
+    server_.send(page, Server::Kind::text, bytes(hello_text(run_->session(), 0, options_.scenes, options_.by_pointer)));
+    server_.send(page, Server::Kind::bytes, bytes(body_bytes(run_->shape(), run_->session().start().x)));
+  }
+
+  void tell_status() {
+    const LiveStatus status = run_->status();
+    std::vector<std::pair<std::string, std::string>> settings;
+    for (const LiveSetting& s : live_settings()) settings.emplace_back(s.key, run_->setting(s.key));
+    const Bytes others = bytes(status_text(status, false, server_.num_pages(), settings));
+    for (const int page : all())
+      server_.send(page, Server::Kind::text,
+                   page == holder_ ? bytes(status_text(status, true, server_.num_pages(), settings)) : others);
+  }
+
+  void tell_recordings() {
+    const std::scoped_lock lock(recordings_guard_);
+    for (const auto& [folder, error] : recordings_)
+      server_.send_all(Server::Kind::text, bytes(answer_text("record", folder, error)));
+    recordings_.clear();
+  }
+
+  void require_tool(int page) const {
+    if (page != holder_) throw InputError("another page has the tool; \"take the tool\" first");
+  }
+
+  void obey(int page, const PageMessage& m) override {
+    if (m.kind == Kind::take) {
+      holder_ = page;
+      return answer(page, "take", "", "");
+    }
+    if (m.kind == Kind::seek) throw InputError("seek: nothing is played, the body is live");
+    require_tool(page);
+    switch (m.kind) {
+      case Kind::target:
+        echo_ = m.number;
+        stamp_ = m.stamp;
+        return run_->move(m.x);
+      case Kind::set:
+        return set(page, m);
+      case Kind::restart:
+        return begin(page, "restart", [this, m] { return changed(scene_, m.settings); });
+      case Kind::open:
+        return open(page, m);
+      case Kind::reset:
+        run_->reset();
+        break;
+      case Kind::pause:
+        run_->pause(m.on);
+        break;
+      case Kind::record:
+        run_->record(m.on);
+        return;  // answered when it is written
+      default:
+        break;
+    }
+    answer(page, name_of(m.kind), "", "");
+  }
+
+  static std::pair<std::string, std::string> key_and_value(const std::string& setting) {
+    const std::size_t equals = setting.find('=');
+    if (equals == std::string::npos) throw InputError(text("\"", setting, "\" must be KEY=VALUE"));
+    return {setting.substr(0, equals), setting.substr(equals + 1)};
+  }
+
+  static Scene changed(const Scene& scene, const std::vector<std::string>& settings) {
+    return parse_scene(to_json(scene), settings, "page");
+  }
+
+  /// Checked as --set is, then as what can change while it runs.
+  void set(int page, const PageMessage& m) {
+    for (const std::string& setting : m.settings) {
+      const auto [key, value] = key_and_value(setting);
+      live_setting(key);
+      changed(scene_, {setting});
+      run_->set(key, value);
+      answer(page, "set", setting, "");
+    }
+  }
+
+  void open(int page, const PageMessage& m) {
+    if (m.name == "dropped mesh") {
+      if (dropped_.empty()) throw InputError("open: no mesh was dropped into the page");
+      return begin(
+          page, "open", [this, file = dropped_] { return options_.scene_of_mesh(file); }, dropped_folder_);
+    }
+    if (std::ranges::find(options_.scenes, m.name) == options_.scenes.end())
+      throw_unknown("scene", m.name, options_.scenes);
+    begin(page, "open", [this, name = m.name] { return options_.load_scene(name); });
+  }
+
+  /// The next body is built while this one runs on.
+  /// @param folder  that the scene's mesh lies in, to be kept as long as it is shown
+  void begin(int page, const std::string& what, std::function<Scene()> make,
+             std::shared_ptr<PrivateFolder> folder = nullptr) {
+    if (next_.valid()) throw InputError(text(what, ": the body before is still being built; a moment"));
+    asked_ = {page, what};
+    if (!folder && what == "restart") folder = scene_folder_;
+    next_ = std::async(std::launch::async, [this, make, folder] {
+      Next out;
+      out.folder = folder;
+      out.scene = make();
+      out.run = make_run(out.scene);
+      return out;
+    });
+  }
+
+  void take_new_run() {
+    if (!next_.valid() || next_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    try {
+      Next next = next_.get();
+      run_ = std::move(next.run);
+      scene_ = std::move(next.scene);
+      scene_folder_ = std::move(next.folder);
+      for (const int page : all()) tell_body(page);
+      answer(asked_.first, asked_.second, scene_.title, "");
+    } catch (const std::exception& e) {
+      answer(asked_.first, asked_.second, "", visible(e.what()));
+    }
+  }
+
+  struct Next {
+    Scene scene;
+    std::unique_ptr<LiveRun> run;
+    std::shared_ptr<PrivateFolder> folder;
+  };
+  Scene scene_;
+  int holder_ = 0;  // the page that has the tool
+  unsigned echo_ = 0;
+  double stamp_ = 0;
+  int ticks_ = 0;
+  LiveRun::Picture picture_;
+  RefreshPicture refresh_;
+  std::mutex recordings_guard_;
+  std::vector<std::pair<std::string, std::string>> recordings_;  // written, not told yet
+  std::shared_ptr<PrivateFolder> dropped_folder_, scene_folder_;
+  std::string dropped_;
+  std::pair<int, std::string> asked_;
+  std::unique_ptr<LiveRun> run_;
+  std::future<Next> next_;  // goes before what it uses
+};
+
+class SessionPages final : public Pages {
+ public:
+  SessionPages(const Scene& scene, SessionOptions replay, const ViewOptions& options)
+      : Pages(options), playback_(scene, std::move(replay)) {}
+
+  void tick() override {}
+
+ private:
+  void greet(int page) override {
+    const Session& session = playback_.session();
+    server_.send(page, Server::Kind::text, bytes(hello_text(session, playback_.duration(), {}, false)));
+    server_.send(page, Server::Kind::bytes, bytes(body_bytes(playback_.shape(), session.start().x)));
+    server_.send(page, Server::Kind::bytes, bytes(trace_bytes(1 / session.scene().local.rate_hz, playback_.ticks())));
+    show(page, 0, 0);
+  }
+  void obey(int page, const PageMessage& m) override {
+    if (m.kind != Kind::seek) throw InputError("a session is played: it can only be looked at");
+    show(page, m.stamp, m.number);
+  }
+  void show(int page, double t, unsigned number) {
+    server_.send(page, Server::Kind::bytes, bytes(picture_bytes(playback_.at(t), number, t)), true);
+    server_.send(page, Server::Kind::bytes, bytes(refresh_bytes(playback_.refresh_at(t), playback_.shape())));
+  }
+  Playback playback_;
+};
+
+}  // namespace
+
+void view_scene(const Scene& scene, const ViewOptions& options) { LivePages(scene, options).serve(); }
+
+void view_session(const Scene& scene, SessionOptions replay, const ViewOptions& options) {
+  SessionPages(scene, std::move(replay), options).serve();
+}
+
+}  // namespace kt

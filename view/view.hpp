@@ -1,0 +1,32 @@
+#pragma once
+// `kilotouch view`: a scene that runs, or a session that is played, in the browser.
+#include <atomic>
+
+#include "view/live_run.hpp"
+#include "view/playback.hpp"
+#include "view/server.hpp"
+
+namespace kt {
+
+struct ViewOptions {
+  ServerOptions server;
+  bool by_pointer = true;  ///< the tool is drawn by the page; else it goes the scene's way
+  LiveRun::Save save;      ///< writes a recording, returns where it lies
+  /// Scenes that a page may open, by the names that it shows.
+  std::vector<std::string> scenes;
+  std::function<Scene(const std::string& name)> load_scene;
+  /// A mesh that was dropped into a page, already examined: a file in a temporary folder.
+  std::function<Scene(const std::string& file)> scene_of_mesh;
+  /// What the doctor finds in a mesh file, JSON.
+  std::function<std::string(const std::string& file)> examine;
+  std::function<long long()> count_allocations;  ///< of this thread so far; none: not counted
+  /// Told when pages can be opened.
+  std::function<void(const std::string& url)> ready;
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// Serves until it is stopped. Throws InputError for a scene or a port that is wrong.
+void view_scene(const Scene& scene, const ViewOptions& options);
+void view_session(const Scene& scene, SessionOptions replay, const ViewOptions& options);
+
+}  // namespace kt
