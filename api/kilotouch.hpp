@@ -7,14 +7,14 @@
 //   const kt::LocalFrame& f = touch.tick(pose);                          // your loop, your clock: force, torque, flags
 //
 // docs/embedding.md says the rest. The C interface is kilotouch.h.
-#include "collision/tool_shape.hpp"
-#include "core/check_model.hpp"
-#include "core/error.hpp"
+#include "collision/shape/tool_shape.hpp"
+#include "core/base/error.hpp"
+#include "core/body/check_model.hpp"
 #include "haptics/device/haptic_device.hpp"
-#include "haptics/session_parts.hpp"
+#include "haptics/setup/session_parts.hpp"
 #include "haptics/touch/touch.hpp"
-#include "io/mesh_io.hpp"
-#include "io/scene.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/scene/scene.hpp"
 
 #define KILOTOUCH_VERSION_MAJOR 0
 #define KILOTOUCH_VERSION_MINOR 1

@@ -7,9 +7,9 @@
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
-#include "haptics/advise.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
+#include "haptics/advise/advise.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

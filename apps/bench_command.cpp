@@ -7,11 +7,11 @@
 
 #include "apps/commands.hpp"
 #include "apps/words.hpp"
-#include "collision/toi.hpp"
-#include "core/error.hpp"
-#include "io/ccd_queries.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
+#include "collision/impact/toi.hpp"
+#include "core/base/error.hpp"
+#include "io/files/ccd_queries.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

@@ -11,10 +11,10 @@
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
-#include "core/error.hpp"
-#include "haptics/reference.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
+#include "core/base/error.hpp"
+#include "haptics/study/reference.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

@@ -7,10 +7,10 @@
 #include <map>
 #include <sstream>
 
-#include "core/error.hpp"
-#include "haptics/reference.hpp"
-#include "io/json_file.hpp"
-#include "io/text_reader.hpp"
+#include "core/base/error.hpp"
+#include "haptics/study/reference.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/text_reader.hpp"
 
 namespace kt {
 namespace {

@@ -10,10 +10,10 @@
 #include "apps/output_streams.hpp"
 #include "apps/stop_signals.hpp"
 #include "apps/words.hpp"
-#include "core/error.hpp"
-#include "core/visible_text.hpp"
+#include "core/base/error.hpp"
+#include "core/base/visible_text.hpp"
 #include "haptics/touch/keep_memory.hpp"
-#include "io/child_process.hpp"
+#include "io/files/child_process.hpp"
 
 namespace {
 

@@ -9,14 +9,14 @@
 #include "apps/commands.hpp"
 #include "apps/mesh_report.hpp"
 #include "apps/words.hpp"
-#include "core/error.hpp"
-#include "io/json_file.hpp"
-#include "io/mesh_io.hpp"
-#include "io/mesh_repair.hpp"
-#include "io/output_file.hpp"
-#include "io/tetrahedra_quality.hpp"
-#include "io/tetrahedralize.hpp"
-#include "io/weld.hpp"
+#include "core/base/error.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/mesh/weld.hpp"
+#include "io/solid/tetrahedra_quality.hpp"
+#include "io/solid/tetrahedralize.hpp"
+#include "io/surface/mesh_repair.hpp"
 
 namespace kt {
 namespace {

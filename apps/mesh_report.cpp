@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
-#include "io/border_loops.hpp"
+#include "core/base/error.hpp"
+#include "io/surface/border_loops.hpp"
 
 namespace kt {
 namespace {

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "io/mesh_doctor.hpp"
-#include "io/mesh_repair.hpp"
+#include "io/surface/mesh_doctor.hpp"
+#include "io/surface/mesh_repair.hpp"
 
 namespace kt {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "io/scene.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 

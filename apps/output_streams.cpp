@@ -11,7 +11,7 @@
 #include <streambuf>
 #include <string>
 
-#include "core/visible_text.hpp"
+#include "core/base/visible_text.hpp"
 
 namespace kt {
 namespace {

@@ -5,8 +5,9 @@
 
 namespace kt {
 
-/// While it lives, std::cout and std::cerr show control characters instead of sending them (core/visible_text.hpp). To
-/// be made first in main: also keeps descriptors 0 to 2 from files that are opened later, when they are closed.
+/// While it lives, std::cout and std::cerr show control characters instead of sending them
+/// (core/base/visible_text.hpp). To be made first in main: also keeps descriptors 0 to 2 from files that are opened
+/// later, when they are closed.
 class OutputStreams {
  public:
   OutputStreams();

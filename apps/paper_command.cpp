@@ -8,11 +8,11 @@
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
-#include "core/error.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/paper_claims.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
+#include "core/base/error.hpp"
+#include "haptics/study/metrics.hpp"
+#include "haptics/study/paper_claims.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

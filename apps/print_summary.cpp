@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 

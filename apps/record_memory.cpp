@@ -11,7 +11,7 @@
 #include <limits>
 #include <string>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 // A run keeps its records in memory until the end: whether they fit is known before it begins.
-#include "io/scene.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 

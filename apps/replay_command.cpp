@@ -6,7 +6,7 @@
 #include "apps/run_session.hpp"
 #include "apps/session_file.hpp"
 #include "apps/words.hpp"
-#include "io/shell_words.hpp"
+#include "io/files/shell_words.hpp"
 
 namespace kt {
 namespace {

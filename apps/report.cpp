@@ -7,8 +7,8 @@
 
 #include "apps/commands.hpp"
 #include "apps/stop_signals.hpp"
-#include "core/error.hpp"
-#include "io/child_process.hpp"
+#include "core/base/error.hpp"
+#include "io/files/child_process.hpp"
 
 namespace kt {
 namespace {

@@ -2,7 +2,7 @@
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
-#include "io/shell_words.hpp"
+#include "io/files/shell_words.hpp"
 
 namespace kt {
 namespace {

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
-#include "io/json_file.hpp"
+#include "core/base/error.hpp"
+#include "io/files/json_file.hpp"
 
 namespace kt {
 namespace {

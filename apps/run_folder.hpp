@@ -2,7 +2,7 @@
 // The folder of a run's results, when it holds results already.
 #include <string>
 
-#include "io/scene.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 

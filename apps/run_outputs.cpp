@@ -7,18 +7,18 @@
 #include <numeric>
 
 #include "apps/view_json.hpp"
-#include "core/error.hpp"
-#include "core/kernels.hpp"
+#include "core/base/error.hpp"
+#include "core/linear/kernels.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
-#include "haptics/contact_events.hpp"
-#include "haptics/contact_width.hpp"
-#include "haptics/indentation.hpp"
-#include "haptics/real_time.hpp"
-#include "haptics/run_doubts.hpp"
-#include "haptics/run_warnings.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
-#include "io/vtu.hpp"
+#include "haptics/predict/contact_width.hpp"
+#include "haptics/session/real_time.hpp"
+#include "haptics/session/run_warnings.hpp"
+#include "haptics/study/contact_events.hpp"
+#include "haptics/study/indentation.hpp"
+#include "haptics/study/run_doubts.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/vtu.hpp"
 
 namespace kt {
 namespace {
@@ -40,7 +40,7 @@ Json period_shares_json(const std::vector<double>& step_us, double rate_hz) {
 
 /// What the processor has to do, whatever else runs on the machine. Without the refresh that sets the run up.
 Json cpu_json(const SessionResult& result) {
-  const std::vector<double> refreshes(result.slow_cpu_ms.begin() + 1, result.slow_cpu_ms.end());
+  const std::vector<double> refreshes(result.refresh.cpu_ms.begin() + 1, result.refresh.cpu_ms.end());
   const double ticks_s = 1e-6 * std::accumulate(result.step_us.begin(), result.step_us.end(), 0.0);
   const double refreshes_s = 1e-3 * std::accumulate(refreshes.begin(), refreshes.end(), 0.0);
   const double simulated = result.tools[0].frames.empty() ? 0 : result.tools[0].frames.back().t;
@@ -333,8 +333,8 @@ Json make_summary(const Session& session, const SessionResult& result) {
                    {"linear_iterations", result.global_steps.linear_iterations},
                    {"projected", result.global_steps.projected},
                    {"not_converged", result.global_steps.not_converged},
-                   {"looked_ahead", result.looked_ahead},
-                   {"linearization_error", percentiles(result.linearization_error, false)}};
+                   {"looked_ahead", result.refresh.looked_ahead},
+                   {"linearization_error", percentiles(result.refresh.linearization_error, false)}};
   if (result.self_contact) {
     const SelfContactRun& s = *result.self_contact;
     const bool touched = s.extremes.contacts > 0;
@@ -360,8 +360,9 @@ Json make_summary(const Session& session, const SessionResult& result) {
       {"refresh_budget_ms", number_or_null(result.refresh_budget_ms)},
       {"reason", result.reducer_reason},
       {"reducer_changes", changes_json(result.reducer_changes)},
-      {"damping_coupling", std::isfinite(result.damping_coupling) ? Json(result.damping_coupling) : Json(nullptr)},
-      {"exact_steps", text(result.exact_steps, " of ", result.refreshes.size(), " local models")}};
+      {"damping_coupling",
+       std::isfinite(result.refresh.damping_coupling) ? Json(result.refresh.damping_coupling) : Json(nullptr)},
+      {"exact_steps", text(result.refresh.exact_steps, " of ", result.refreshes.size(), " local models")}};
   out["local"]["candidates"] = candidates_json(result.reducer_candidates);
   out["force"] = force_json(force, scene.contact);
   out["ticks"] = ticks_json(force, result.tools[0].frames.size());
@@ -383,10 +384,10 @@ Json make_summary(const Session& session, const SessionResult& result) {
         std::count_if(result.lateness_us.begin(), result.lateness_us.end(), [](double late) { return late > 1000; });
     out["real_time_scheduling"] = result.real_time_scheduling;
   }
-  out["global_ms"] = percentiles(result.global_ms, false);
-  out["refresh_ms"] = percentiles(result.refresh_ms, false);
-  for (const auto& [part, ms] : result.refresh_parts_ms) out["refresh_parts_ms"][part] = percentile(ms, 0.5);
-  if (!result.slow_cpu_ms.empty()) out["cpu"] = cpu_json(result);
+  out["global_ms"] = percentiles(result.refresh.global_ms, false);
+  out["refresh_ms"] = percentiles(result.refresh.refresh_ms, false);
+  for (const auto& [part, ms] : result.refresh.parts_ms) out["refresh_parts_ms"][part] = percentile(ms, 0.5);
+  if (!result.refresh.cpu_ms.empty()) out["cpu"] = cpu_json(result);
   out["kernels"] = {{"vectors", vector_width_name()}, {"blas", blas_kernels_name()}};
   out["refreshes"] = result.refreshes.size();
   out["deadline_misses"] = result.deadline_misses;

@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "haptics/body_film.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/reference.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/body_film.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
+#include "haptics/study/reference.hpp"
 
 namespace kt {
 

@@ -19,9 +19,9 @@
 #include "apps/stop_signals.hpp"
 #include "apps/words.hpp"
 #include "haptics/device/haptic_device.hpp"
-#include "haptics/run_warnings.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
+#include "haptics/session/run_warnings.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 

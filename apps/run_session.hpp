@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "haptics/reference.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/reference.hpp"
 
 namespace kt {
 

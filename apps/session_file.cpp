@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "haptics/device/recording.hpp"
 #include "haptics/touch/live_settings.hpp"
-#include "io/json_file.hpp"
+#include "io/files/json_file.hpp"
 
 namespace kt {
 namespace {

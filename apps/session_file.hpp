@@ -2,7 +2,7 @@
 // session.json of a run: its scene, and what repeats it.
 #include <string>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 
 namespace kt {
 

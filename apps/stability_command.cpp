@@ -9,8 +9,8 @@
 #include "apps/stability/map_files.hpp"
 #include "apps/stability/maps.hpp"
 #include "apps/words.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "apps/commands.hpp"
-#include "io/leftovers.hpp"
+#include "io/files/leftovers.hpp"
 
 namespace kt {
 namespace {

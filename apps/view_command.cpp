@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 #if KT_WITH_BEAST
 #include "apps/allocation_counter.hpp"
@@ -15,10 +15,10 @@
 #include "apps/session_file.hpp"
 #include "apps/stop_signals.hpp"
 #include "apps/words.hpp"
-#include "io/child_process.hpp"
-#include "io/json_file.hpp"
-#include "io/mesh_io.hpp"
-#include "io/output_file.hpp"
+#include "io/files/child_process.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "view/view.hpp"
 #endif
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "io/base64.hpp"
+#include "io/mesh/base64.hpp"
 
 namespace kt {
 

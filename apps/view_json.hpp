@@ -2,8 +2,8 @@
 // view.json: what pictures of a run need, and its player.
 #include <nlohmann/json.hpp>
 
-#include "haptics/body_film.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/body_film.hpp"
+#include "haptics/session/session.hpp"
 
 namespace kt {
 

@@ -6,8 +6,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "core/error.hpp"
-#include "io/output_file.hpp"
+#include "core/base/error.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

@@ -1,4 +1,4 @@
-// Cost of the broad phases of collision/triangle_index.def on bumpy tori of 200 to 1 000 000 triangles.
+// Cost of the broad phases of collision/broad/triangle_index.def on bumpy tori of 200 to 1 000 000 triangles.
 //   ./build/release/bench/broad_phase_bench
 //   scripts/broad_phase      runs it, writes bench/results/broad_phase.csv and the table in docs/collision.md
 // Rows are ACTION/BACKEND/TRIANGLES:
@@ -16,9 +16,9 @@
 #include <map>
 #include <random>
 
-#include "collision/swept_box.hpp"
-#include "collision/triangle_index.hpp"
-#include "core/state.hpp"
+#include "collision/broad/triangle_index.hpp"
+#include "collision/shape/swept_box.hpp"
+#include "core/body/state.hpp"
 #if KT_WITH_EMBREE
 #include <embree3/rtcore.h>
 #endif

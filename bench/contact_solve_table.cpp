@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "core/local_dynamics.hpp"
+#include "core/local/local_dynamics.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
 #include "tests/support/linearized_block.hpp"
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "bench/cantilever.hpp"
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
 
 namespace kt {
 namespace {

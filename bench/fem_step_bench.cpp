@@ -7,10 +7,10 @@
 #include <chrono>
 
 #include "bench/cantilever.hpp"
-#include "core/integrator.hpp"
-#include "core/parallel.hpp"
-#include "core/sparse_solver.hpp"
-#include "core/step_matrix.hpp"
+#include "core/base/parallel.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/sparse_solver.hpp"
+#include "core/linear/step_matrix.hpp"
 
 namespace kt {
 namespace {

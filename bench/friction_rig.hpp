@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
 

@@ -5,12 +5,12 @@
 #include <cstdio>
 #include <ctime>
 
-#include "core/held_model.hpp"
-#include "core/integrator.hpp"
-#include "core/kernels.hpp"
-#include "core/mesh.hpp"
-#include "core/parallel.hpp"
-#include "haptics/metrics.hpp"
+#include "core/base/parallel.hpp"
+#include "core/body/mesh.hpp"
+#include "core/global/held_model.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/kernels.hpp"
+#include "haptics/study/metrics.hpp"
 #include "models/model.hpp"
 
 namespace kt {

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <thread>
 
-#include "haptics/contact_watch.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/contact_watch.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/process_time.hpp"

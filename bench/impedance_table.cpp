@@ -8,8 +8,8 @@
 #include <iostream>
 
 #include "bench/two_rings.hpp"
-#include "core/certificate.hpp"
-#include "haptics/session.hpp"
+#include "core/local/certificate.hpp"
+#include "haptics/session/session.hpp"
 #include "models/model.hpp"
 
 namespace kt {

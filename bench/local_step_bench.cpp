@@ -8,8 +8,8 @@
 #include <time.h>
 
 #include "bench/steady_drag.hpp"
-#include "collision/first_contact.hpp"
-#include "haptics/metrics.hpp"
+#include "collision/held/first_contact.hpp"
+#include "haptics/study/metrics.hpp"
 
 namespace kt {
 namespace {

@@ -9,9 +9,9 @@
 #include <iostream>
 #include <map>
 
-#include "haptics/metrics.hpp"
-#include "haptics/reference.hpp"
-#include "io/output_file.hpp"
+#include "haptics/study/metrics.hpp"
+#include "haptics/study/reference.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {
@@ -175,18 +175,18 @@ class Table {
         "%-6s %-14s %4g %3g | %6.2f%% %5.1f%% %7.4f %7.4f | %6.2f%% %7.2f%% %5.1fum %4d %5d | %5d %7.1f %7.1f %8.1f\n",
         model.c_str(), method.c_str(), rate, latency, 100 * error.force_error, 100 * error.jnd_fraction, normal,
         tangential, 100 * m.refresh_jump, 100 * m.crossing_jump, 1e6 * inside, m.lost_contacts,
-        result.definite_tangents, result.last_dof, percentile(result.step_us, 0.5), percentile(result.step_us, 0.99),
-        percentile(result.refresh_ms, 0.5));
+        result.refresh.definite_tangents, result.last_dof, percentile(result.step_us, 0.5),
+        percentile(result.step_us, 0.99), percentile(result.refresh.refresh_ms, 0.5));
     std::fflush(stdout);
     keep(scene, model, method, rate, latency,
          text("\"force_error\": ", error.force_error, ", \"jnd_fraction\": ", error.jnd_fraction,
               ", \"gain_n\": ", normal, ", \"gain_t\": ", tangential, ", \"refresh_jump\": ", m.refresh_jump,
               ", \"crossing_jump\": ", m.crossing_jump, ", \"penetration_max_m\": ", inside,
-              ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.definite_tangents,
+              ", \"lost_contacts\": ", m.lost_contacts, ", \"definite_tangents\": ", result.refresh.definite_tangents,
               ", \"dof\": ", result.last_dof, ", \"step_us\": {\"p50\": ", percentile(result.step_us, 0.5),
               ", \"p99\": ", percentile(result.step_us, 0.99), ", \"p999\": ", percentile(result.step_us, 0.999),
-              "}, \"refresh_ms\": ", percentile(result.refresh_ms, 0.5),
-              ", \"global_ms\": ", percentile(result.global_ms, 0.5),
+              "}, \"refresh_ms\": ", percentile(result.refresh.refresh_ms, 0.5),
+              ", \"global_ms\": ", percentile(result.refresh.global_ms, 0.5),
               ", \"refreshes_per_s\": ", static_cast<double>(result.refreshes.size()) / settings.duration,
               ", \"inside_out\": ", inside_out(result.warnings), ", \"nodes\": ", nodes,
               ", \"mean_force\": ", mean_force(reference.force)));

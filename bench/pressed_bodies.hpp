@@ -3,7 +3,7 @@
 #include <functional>
 #include <numbers>
 
-#include "core/held_model.hpp"
+#include "core/global/held_model.hpp"
 #include "models/model.hpp"
 #include "self_contact/touching_euler.hpp"
 

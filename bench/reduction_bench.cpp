@@ -8,10 +8,10 @@
 #include <map>
 
 #include "bench/two_rings.hpp"
-#include "core/certificate.hpp"
-#include "core/error.hpp"
-#include "core/parallel.hpp"
-#include "core/tangent_model.hpp"
+#include "core/base/error.hpp"
+#include "core/base/parallel.hpp"
+#include "core/body/tangent_model.hpp"
+#include "core/local/certificate.hpp"
 #include "models/model.hpp"
 
 namespace kt {

@@ -9,9 +9,9 @@
 #include <ctime>
 
 #include "bench/steady_drag.hpp"
-#include "core/global_simulation.hpp"
-#include "core/tangent_model.hpp"
-#include "haptics/metrics.hpp"
+#include "core/body/tangent_model.hpp"
+#include "core/global/global_simulation.hpp"
+#include "haptics/study/metrics.hpp"
 
 namespace kt {
 namespace {
@@ -82,12 +82,12 @@ double milliseconds_of(const F& run) {
 void refreshes(benchmark::State& state, const BlockCells& block, const NamedReducer& r) {
   const Scene scene = block_drag(block, r.reducer, r.rings);
   SteadyDrag drag(scene);
-  const std::size_t before = drag.refresher.refresh_ms.size();
+  const std::size_t before = drag.records.size();
   std::vector<double> linearized, prepared, cpu;
   for (auto _ : state) {
-    const std::size_t done = drag.refresher.refresh_ms.size();
+    const std::size_t done = drag.records.size();
     std::clock_t start = 0;
-    while (drag.refresher.refresh_ms.size() == done) {
+    while (drag.records.size() == done) {
       drag.step();
       start = std::clock();
       drag.refresh_when_due();
@@ -103,19 +103,24 @@ void refreshes(benchmark::State& state, const BlockCells& block, const NamedRedu
                                        scene.collision.backend, drag.session.model().mesh().num_nodes(),
                                        static_cast<int>(drag.surface.triangles.size())));
     }));
-    state.SetIterationTime(1e-3 * drag.refresher.refresh_ms.back());
+    state.SetIterationTime(1e-3 * drag.records.back().refresh_ms);
   }
-  const auto latest = [&](const std::vector<double>& all) {
-    return std::vector<double>(all.begin() + static_cast<std::ptrdiff_t>(std::min(before, all.size())), all.end());
-  };
-  const double whole = percentile(latest(drag.refresher.refresh_ms), 0.5);
+  std::vector<double> all, global;
+  int definite = 0;
+  for (const RefreshRecord& r : drag.records) {
+    definite += r.definite_tangent;
+    if (&r - drag.records.data() < static_cast<std::ptrdiff_t>(before)) continue;
+    all.push_back(r.refresh_ms);
+    if (r.global_ms) global.push_back(*r.global_ms);
+  }
+  const double whole = percentile(all, 0.5);
   state.counters["refresh_ms"] = whole;
   state.counters["cpu_ms"] = percentile(cpu, 0.5);  // of both threads: global step and refresh
   state.counters["linearize_ms"] = percentile(linearized, 0.5);
   state.counters["prepare_ms"] = percentile(prepared, 0.5);
   state.counters["reduce_ms"] = std::max(0.0, whole - percentile(linearized, 0.5) - percentile(prepared, 0.5));
-  state.counters["global_ms"] = percentile(latest(drag.refresher.global_ms), 0.5);
-  state.counters["definite_tangents"] = drag.refresher.definite_tangents;
+  state.counters["global_ms"] = percentile(global, 0.5);
+  state.counters["definite_tangents"] = definite;
   report_size(state, drag);
 }
 

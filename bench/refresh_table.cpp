@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <string>
 
-#include "haptics/metrics.hpp"
-#include "haptics/session.hpp"
-#include "io/scene.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 namespace {
@@ -39,14 +39,14 @@ void run(const SizedBody& body, const std::string& model, const Options& options
     ms.erase(ms.begin(), ms.begin() + std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(ms.size())));
     return ms;
   };
-  const std::vector<double> cpu = later(result.slow_cpu_ms);
+  const std::vector<double> cpu = later(result.refresh.cpu_ms);
   double predicted = 0;
   for (const ReducerCandidate& c : result.reducer_candidates)
     if (c.name == result.reducer_name) predicted = c.refresh_ms;
   const auto patch = result.last_patch_vertices;
   std::printf("%-4s %6d %-22s %4d %4d | %6.1f", model.c_str(), session.model().mesh().num_nodes(),
-              result.reducer_name.c_str(), result.last_dof, patch, percentile(later(result.global_ms), 0.5));
-  for (const auto& part : result.refresh_parts_ms) std::printf(" %6.1f", percentile(later(part.second), 0.5));
+              result.reducer_name.c_str(), result.last_dof, patch, percentile(later(result.refresh.global_ms), 0.5));
+  for (const auto& part : result.refresh.parts_ms) std::printf(" %6.1f", percentile(later(part.second), 0.5));
   std::printf(" | %6.1f %6.1f %6.1f %6.2f %9.1f | %4.1f\n", percentile(cpu, 0.5), percentile(cpu, 0.9),
               percentile(cpu, 1), percentile(cpu, 0.9) / percentile(cpu, 0.5), predicted,
               static_cast<double>(result.refreshes.size()) / options.duration);

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bench/pressed_bodies.hpp"
-#include "io/mesh_doctor.hpp"
+#include "io/surface/mesh_doctor.hpp"
 
 namespace kt {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include "collision/closest_point.hpp"
-#include "haptics/contact_check.hpp"
-#include "haptics/local_simulation.hpp"
-#include "io/mesh_io.hpp"
+#include "collision/shape/closest_point.hpp"
+#include "haptics/tick/contact_check.hpp"
+#include "haptics/tick/local_simulation.hpp"
+#include "io/mesh/mesh_io.hpp"
 
 namespace kt {
 

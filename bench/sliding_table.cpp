@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "bench/sliding.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {

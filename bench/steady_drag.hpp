@@ -4,10 +4,10 @@
 #include <map>
 #include <vector>
 
-#include "haptics/refresher.hpp"
-#include "haptics/session.hpp"
-#include "io/mesh_formats.hpp"
-#include "io/output_file.hpp"
+#include "haptics/refresh/refresher.hpp"
+#include "haptics/session/session.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_formats.hpp"
 
 namespace kt {
 
@@ -98,6 +98,7 @@ class SteadyDrag {
   void refresh_when_due() {
     if (tick_ % every_ != 0) return;
     local.adopt(refresher.refresh(tick_ * local.h(), std::array{Pose{place(tick_)}}, reports_));
+    records.push_back(refresher.record());
     reports_.clear();
   }
 
@@ -110,7 +111,8 @@ class SteadyDrag {
     report.tick = tick_++;
     report.tools[0].pose.x = place(tick_);
     report.tools[0].triangle = frame.mode == ContactMode::free ? -1 : frame.triangle;
-    for (const ContactSample& sample : local.samples()) report.samples[report.count++] = sample;
+    report.model_frame = local.model().model.frame;
+    for (const TickContact& sample : local.samples()) report.samples[report.count++] = sample;
     reports_.push_back(report);
     return frame;
   }
@@ -119,6 +121,7 @@ class SteadyDrag {
   Surface surface;
   ToolShape tool;
   Refresher refresher;
+  std::vector<RefreshRecord> records;  ///< of each refresh
   LocalSimulation local;
 
  private:

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "collision/first_contact.hpp"
+#include "collision/held/first_contact.hpp"
 #include "tests/support/tool_shapes.hpp"
 
 namespace kt {

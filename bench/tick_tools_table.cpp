@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <fstream>
 
-#include "haptics/metrics.hpp"
-#include "haptics/session.hpp"
-#include "io/mesh_formats.hpp"
-#include "io/output_file.hpp"
-#include "io/scene.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_formats.hpp"
+#include "io/scene/scene.hpp"
 #include "tests/support/tool_shapes.hpp"
 
 namespace kt {

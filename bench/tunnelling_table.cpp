@@ -8,8 +8,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "io/mesh_io.hpp"
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/shooting.hpp"
 

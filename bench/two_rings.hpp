@@ -1,6 +1,6 @@
 #pragma once
 // The patch that errors and times of local models are measured on.
-#include "core/reducer.hpp"
+#include "core/local/reducer.hpp"
 
 namespace kt {
 

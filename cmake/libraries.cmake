@@ -22,9 +22,9 @@ endfunction()
 
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
 set(kt_off)
-foreach(pair "CHOLMOD=core/cholmod" "EMBREE=collision/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
-             "CGAL=io/[a-z_]*cgal" "CGAL=collision/cgal" "TETGEN=io/[a-z_]*tetgen" "NETGEN=io/[a-z_]*netgen"
-             "ZLIB=io/[a-z_]*zlib")
+foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
+             "CGAL=io/([a-z]+/)?[a-z_]*cgal" "CGAL=collision/broad/cgal" "TETGEN=io/([a-z]+/)?[a-z_]*tetgen"
+             "NETGEN=io/([a-z]+/)?[a-z_]*netgen" "ZLIB=io/([a-z]+/)?[a-z_]*zlib")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)
@@ -33,22 +33,28 @@ foreach(pair "CHOLMOD=core/cholmod" "EMBREE=collision/embree" "OPENMESH=[a-z]*/[
   endif()
 endforeach()
 if(NOT KT_BUILD_APPS)
-  list(APPEND kt_off "io/[a-z_]*json" "io/scene")
+  list(APPEND kt_off "io/([a-z]+/)?[a-z_]*json" "io/scene")
 endif()
 
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
-kt_library(core DIRS core core/reducers core/integrators core/step_solvers DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
-           ALONE core/[a-z]*_product core/block_confinement core/node_blocks core/local_dynamics core/newton core/graded_body
-                 core/dense_cholesky core/symmetric_eigen core/block_cholesky core/complex_symmetric core/supernodes)
-kt_library(collision DIRS collision DEPENDS kt_core WITHOUT ${kt_off} collision/cgal ALONE collision/)
+kt_library(core DIRS core/base core/linear core/linear/step_solvers core/body core/global core/global/integrators core/local
+                         core/local/reducers
+           DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
+           ALONE core/linear/[a-z]*_product core/linear/dense_cholesky core/linear/symmetric_eigen core/linear/block_cholesky
+                 core/linear/complex_symmetric core/linear/supernodes core/global/newton core/local/block_confinement
+                 core/local/node_blocks core/local/local_dynamics core/local/graded_body)
+kt_library(collision DIRS collision/shape collision/impact collision/broad collision/held DEPENDS kt_core
+           WITHOUT ${kt_off} collision/broad/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
-kt_library(io DIRS io DEPENDS kt_core WITHOUT ${kt_off} ALONE _cgal io/ply.cpp io/stl.cpp io/medit io/json_batch io/json_file
-           io/json_rules)
-kt_library(haptics DIRS haptics haptics/contact haptics/device haptics/link haptics/methods haptics/touch WITHOUT ${kt_off}
-           ALONE haptics/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link haptics/advise_bodies haptics/press.cpp
-                 haptics/run_doubts haptics/real_time
+kt_library(io DIRS io/files io/mesh io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
+           ALONE _cgal io/mesh/ply.cpp io/mesh/stl.cpp io/mesh/medit io/files/json_batch io/files/json_file io/scene/json_rules)
+kt_library(haptics DIRS haptics/contact haptics/device haptics/link haptics/tick haptics/methods haptics/refresh haptics/touch
+                            haptics/setup haptics/predict haptics/session haptics/study haptics/advise
+           WITHOUT ${kt_off}
+           ALONE haptics/tick/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
+                 haptics/advise/advise_bodies haptics/study/press.cpp haptics/study/run_doubts haptics/session/real_time
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
 kt_library(api DIRS api DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics)
@@ -94,7 +100,7 @@ endif()
 if(KT_WITH_CGAL)
   target_link_libraries(kt_io PRIVATE CGAL::CGAL)
   # Of collision only the one file sees CGAL: its -frounding-math would slow down the narrow phase.
-  add_library(kt_collision_cgal OBJECT collision/cgal.cpp)
+  add_library(kt_collision_cgal OBJECT collision/broad/cgal.cpp)
   target_link_libraries(kt_collision_cgal PRIVATE kt_core kt_arithmetic kt_flags CGAL::CGAL)
   target_sources(kt_collision PRIVATE $<TARGET_OBJECTS:kt_collision_cgal>)
 endif()
@@ -102,19 +108,19 @@ if(KT_WITH_ZLIB)
   target_link_libraries(kt_io PRIVATE ZLIB::ZLIB)
 endif()
 # Of one file only: the others need not be compiled anew for it.
-set_source_files_properties(io/vtu_array.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_ZLIB=$<BOOL:${KT_WITH_ZLIB}>)
+set_source_files_properties(io/mesh/vtu_array.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_ZLIB=$<BOOL:${KT_WITH_ZLIB}>)
 if(KT_WITH_NETGEN)
   target_include_directories(kt_io PRIVATE ${KT_NETGEN_INCLUDE})
   # Loaded where it is used, by its full path: with the name that stays when the development package goes.
   file(REAL_PATH ${KT_NETGEN_LIBRARY} netgen)
-  set_source_files_properties(io/tetrahedralize_netgen.cpp PROPERTIES COMPILE_DEFINITIONS KT_NETGEN_LIBRARY="${netgen}")
+  set_source_files_properties(io/solid/tetrahedralize_netgen.cpp PROPERTIES COMPILE_DEFINITIONS KT_NETGEN_LIBRARY="${netgen}")
   target_link_libraries(kt_io PRIVATE ${CMAKE_DL_LIBS})
 endif()
 if(KT_BUILD_APPS)
   # The scene schema travels inside the library, so an installed command works from any folder.
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/io/scene.schema.json)
-  file(READ ${PROJECT_SOURCE_DIR}/io/scene.schema.json KT_SCENE_SCHEMA)
-  configure_file(io/scene_schema.cpp.in scene_schema.cpp @ONLY)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/io/scene/scene.schema.json)
+  file(READ ${PROJECT_SOURCE_DIR}/io/scene/scene.schema.json KT_SCENE_SCHEMA)
+  configure_file(io/scene/scene_schema.cpp.in scene_schema.cpp @ONLY)
   target_sources(kt_io PRIVATE ${PROJECT_BINARY_DIR}/scene_schema.cpp)
   target_include_directories(kt_io PRIVATE ${KT_VALIJSON_INCLUDE})
   target_link_libraries(kt_io PUBLIC nlohmann_json::nlohmann_json)

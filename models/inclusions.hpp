@@ -2,7 +2,7 @@
 // Stiffer or softer balls inside a body: a nodule under the skin, a cyst.
 #include <vector>
 
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

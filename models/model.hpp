@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
-#include "core/backend.hpp"
-#include "core/deformable_model.hpp"
+#include "core/base/backend.hpp"
+#include "core/body/deformable_model.hpp"
 #include "models/inclusions.hpp"
 
 namespace kt {

@@ -1,6 +1,6 @@
 #pragma once
 // The force that keeps surfaces apart.                         Incremental potential contact, Li et al. 2020.
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

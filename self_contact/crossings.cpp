@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "collision/pair_distance.hpp"
+#include "collision/held/pair_distance.hpp"
 
 namespace kt {
 namespace {

@@ -2,7 +2,7 @@
 // Backward Euler for bodies that do not pass through themselves or one another.
 #include <memory>
 
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
 #include "self_contact/touching_model.hpp"
 
 namespace kt {

@@ -2,9 +2,9 @@
 
 #include <limits>
 
-#include "collision/pair_distance.hpp"
-#include "collision/surface_motion.hpp"
-#include "core/error.hpp"
+#include "collision/held/pair_distance.hpp"
+#include "collision/held/surface_motion.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {

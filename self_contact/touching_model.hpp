@@ -5,8 +5,8 @@
 //
 // A barrier and no complementarity solver, because the step that follows must be free of intersections whatever
 // happens: here every iterate is, converged or not, and the solver of the step stays the one of bodies without contact.
-#include "collision/surface_pairs.hpp"
-#include "core/deformable_model.hpp"
+#include "collision/broad/surface_pairs.hpp"
+#include "core/body/deformable_model.hpp"
 #include "self_contact/barrier.hpp"
 
 namespace kt {
@@ -16,7 +16,7 @@ struct SelfContactOptions {
   double stiffness = 0;  ///< of the barrier [N/m]; 0: that of the body at its surface nodes
   double mu = 0.3;       ///< coefficient of friction [-], >= 0
   double creep = 1e-3;   ///< speed below which friction is smoothed, [m/s] > 0: what seems to stick slides so slowly
-  std::string backend = "brute_force";  ///< collision/triangle_index.def
+  std::string backend = "brute_force";  ///< collision/broad/triangle_index.def
 };
 
 /// What the contacts of the last state add up to.

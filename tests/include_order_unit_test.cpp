@@ -1,8 +1,10 @@
 // The dependency order of docs/architecture.md, and third-party headers where they belong, over every #include.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
 
 namespace kt {
@@ -11,9 +13,26 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Folders with code; `examples` is a project of its own.
-const std::vector<std::string> kFolders{"core",    "collision", "self_contact", "models", "io",
-                                        "haptics", "api",       "apps",         "bench",  "tests"};
+const std::vector<std::string> kFolders{"core", "collision", "self_contact", "models", "io",   "haptics",
+                                        "api",  "view",      "apps",         "bench",  "tests"};
 const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "models", "io"};
+
+/// The rooms of a folder from the ground up, siblings on one line: a file includes from its own room and from lines
+/// below.
+const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
+    {"core", {{"base"}, {"linear"}, {"body"}, {"global", "local"}}},
+    {"collision", {{"shape"}, {"broad", "impact"}, {"held"}}},
+    {"io", {{"files"}, {"mesh", "scene"}, {"surface"}, {"solid"}}},
+    {"haptics",
+     {{"options", "contact", "device", "link"},
+      {"tick"},
+      {"methods", "refresh"},
+      {"touch"},
+      {"setup"},
+      {"predict"},
+      {"session"},
+      {"study"},
+      {"advise"}}}};
 
 bool is_in(const std::string& file, const std::string& folder) { return file.rfind(folder + "/", 0) == 0; }
 
@@ -21,20 +40,45 @@ bool is_in_any(const std::string& file, const std::vector<std::string>& folders)
   return std::any_of(folders.begin(), folders.end(), [&](const std::string& f) { return is_in(file, f); });
 }
 
+/// "core/local/reducers/wall.cpp" -> "core", "local"
+std::pair<std::string, std::string> room_of(const std::string& file) {
+  const std::size_t folder = file.find('/'), room = file.find('/', folder + 1);
+  return {file.substr(0, folder), room == std::string::npos ? "" : file.substr(folder + 1, room - folder - 1)};
+}
+
+/// The line of a room in kRooms; -1: there is no such room.
+int floor_of(const std::string& folder, const std::string& room) {
+  const auto& floors = kRooms.at(folder);
+  for (std::size_t i = 0; i < floors.size(); ++i)
+    if (std::ranges::find(floors[i], room) != floors[i].end()) return static_cast<int>(i);
+  return -1;
+}
+
+/// For files of one folder that has rooms.
+bool goes_down(const std::string& from, const std::string& to) {
+  const auto [folder, room] = room_of(from);
+  const std::string other = room_of(to).second;
+  return room == other || floor_of(folder, other) < floor_of(folder, room);
+}
+
 /// May `from` include `to`? Paths from the root of the repository. A folder includes itself and what is below it;
 /// siblings never include each other. models/*.hpp is the face of all models, so models/msd includes it too.
 bool may_include(const std::string& from, const std::string& to) {
-  for (const char* leaf : {"haptics/contact", "haptics/device", "haptics/link"})
-    if (is_in(from, leaf)) return is_in(to, leaf) || is_in_any(to, kMiddle);
+  const std::string own = room_of(from).first;
+  if (kRooms.count(own) && is_in(to, own)) return goes_down(from, to);
+  for (const char* leaf : {"haptics/options", "haptics/contact", "haptics/device", "haptics/link"})
+    if (is_in(from, leaf)) return is_in_any(to, kMiddle);
   for (const char* leaf : {"models/msd", "models/fem"})
     if (is_in(from, leaf)) return is_in(to, leaf) || is_in(to, "core") || to == "models/model.hpp";
   if (is_in(from, "self_contact")) return is_in_any(to, {"self_contact", "collision", "core"});
   for (const char* folder : {"core", "collision", "models", "io"})
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
-  if (is_in(from, "haptics")) return is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
+  if (is_in(from, "haptics")) return is_in(to, "self_contact") || is_in_any(to, kMiddle);
   if (is_in(from, "api")) return is_in_any(to, {"api", "haptics"}) || is_in_any(to, kMiddle);
+  if (is_in(from, "view")) return is_in_any(to, {"view", "haptics", "self_contact"}) || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
   if (is_in_any(from, {"bench", "apps/check"}) && is_in(to, "tests/support")) return true;  // the same truths
+  if (is_in(from, "apps") && is_in(to, "view")) return true;
   for (const char* leaf : {"apps", "bench"})
     if (is_in(from, leaf))
       return is_in(to, leaf) || is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
@@ -48,20 +92,20 @@ struct Home {
 
 /// Besides these only the standard library, POSIX and Eigen.
 const std::vector<Home> kHomes{
-    {"cholmod", "core/cholmod\\.cpp"},
-    {"embree", "collision/embree\\.cpp|bench/broad_phase_bench\\.cpp"},
-    {"OpenMesh/", "io/[a-z_]*openmesh\\.cpp"},
-    {"CGAL/", "(io|collision)/[a-z_]*cgal\\.cpp"},
-    {"nglib", "io/tetrahedralize_netgen\\.cpp"},
-    {"nlohmann/", "io/(json|scene)[a-z_]*\\.[ch]pp|apps/.*"},
-    {"valijson/", "io/json_schema\\.cpp"},
-    {"zlib.h", "io/inflate_zlib\\.cpp"},
+    {"cholmod", "core/linear/cholmod\\.cpp"},
+    {"embree", "collision/broad/embree\\.cpp|bench/broad_phase_bench\\.cpp"},
+    {"OpenMesh/", "io/surface/[a-z_]*openmesh\\.cpp"},
+    {"CGAL/", "(io|collision)/[a-z]+/[a-z_]*cgal\\.cpp"},
+    {"nglib", "io/solid/tetrahedralize_netgen\\.cpp"},
+    {"nlohmann/", "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*|view/page_[a-z]+\\.cpp"},
+    {"valijson/", "io/scene/json_schema\\.cpp"},
+    {"zlib.h", "io/mesh/inflate_zlib\\.cpp"},
     {"CLI/", "apps/.*"},
     {"benchmark/", "bench/.*"},
     {"gtest/", "tests/.*"},
     {"gmock/", "tests/.*"},
-    {"boost/", ""},
-    {"tbb/", "core/parallel\\.cpp"},
+    {"boost/", "view/server\\.cpp"},
+    {"tbb/", "core/base/parallel\\.cpp"},
 };
 
 struct Include {
@@ -88,25 +132,50 @@ std::vector<Include> all_includes() {
 }
 
 TEST(IncludeOrder, TheRuleAllowsDownAndForbidsUpAndSideways) {
-  EXPECT_TRUE(may_include("core/reducers/wall.cpp", "core/reducer.hpp"));
+  EXPECT_TRUE(may_include("core/local/reducers/wall.cpp", "core/local/reducer.hpp"));
   EXPECT_TRUE(may_include("models/msd/msd_model.cpp", "models/model.hpp"));
-  EXPECT_TRUE(may_include("haptics/device/press_drag.hpp", "collision/contact.hpp"));
-  EXPECT_TRUE(may_include("haptics/session.cpp", "haptics/link/mailbox.hpp"));
-  EXPECT_TRUE(may_include("haptics/refresher.hpp", "self_contact/touching_euler.hpp"));
-  EXPECT_FALSE(may_include("self_contact/touching_euler.hpp", "haptics/refresher.hpp"));
+  EXPECT_TRUE(may_include("haptics/device/press_drag.hpp", "collision/shape/contact.hpp"));
+  EXPECT_TRUE(may_include("haptics/session/session.cpp", "haptics/link/mailbox.hpp"));
+  EXPECT_TRUE(may_include("haptics/refresh/refresher.hpp", "self_contact/touching_euler.hpp"));
+  EXPECT_FALSE(may_include("self_contact/touching_euler.hpp", "haptics/refresh/refresher.hpp"));
   EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "self_contact/barrier.hpp"));
   EXPECT_TRUE(may_include("tests/support/allocations.hpp", "apps/allocation_counter.hpp"));
-  for (const char* above : {"collision/ccd.hpp", "models/model.hpp", "io/scene.hpp", "haptics/session.hpp"})
-    EXPECT_FALSE(may_include("core/mesh.cpp", above)) << above;
-  EXPECT_FALSE(may_include("collision/ccd.cpp", "io/mesh_io.hpp"));
+  for (const char* above :
+       {"collision/impact/ccd.hpp", "models/model.hpp", "io/scene/scene.hpp", "haptics/session/session.hpp"})
+    EXPECT_FALSE(may_include("core/body/mesh.cpp", above)) << above;
+  EXPECT_FALSE(may_include("collision/impact/ccd.cpp", "io/mesh/mesh_io.hpp"));
   EXPECT_FALSE(may_include("models/fem/fem_model.cpp", "models/msd/springs.hpp"));
   EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "haptics/device/haptic_device.hpp"));
-  EXPECT_FALSE(may_include("haptics/link/ring.hpp", "haptics/session.hpp"));
-  EXPECT_FALSE(may_include("io/scene.cpp", "haptics/session.hpp"));
+  EXPECT_FALSE(may_include("haptics/link/ring.hpp", "haptics/session/session.hpp"));
+  EXPECT_FALSE(may_include("io/scene/scene.cpp", "haptics/session/session.hpp"));
+  EXPECT_TRUE(may_include("view/live_run.cpp", "haptics/session/session.hpp"));
+  EXPECT_FALSE(may_include("haptics/session/session.cpp", "view/live_run.hpp"));
   EXPECT_TRUE(may_include("apps/check/shots.cpp", "tests/support/shooting.hpp"));
   EXPECT_FALSE(may_include("apps/main.cpp", "tests/support/shooting.hpp"));
   EXPECT_FALSE(may_include("apps/main.cpp", "bench/table.hpp"));
-  EXPECT_FALSE(may_include("haptics/session.cpp", "tests/support/meshes.hpp"));
+  EXPECT_FALSE(may_include("haptics/session/session.cpp", "tests/support/meshes.hpp"));
+}
+
+TEST(IncludeOrder, RoomsOfAFolderIncludeWhatIsBelowThem) {
+  EXPECT_TRUE(may_include("core/body/check_model.cpp", "core/linear/sparse_solver.hpp"));
+  EXPECT_FALSE(may_include("core/linear/sparse_solver.hpp", "core/body/mesh.hpp"));
+  EXPECT_FALSE(may_include("core/global/newton.hpp", "core/local/reducer.hpp"));  // siblings
+  EXPECT_FALSE(may_include("core/local/reducer.hpp", "core/global/newton.hpp"));
+  EXPECT_FALSE(may_include("collision/impact/hull_impact.cpp", "collision/held/pair_distance.hpp"));
+  EXPECT_TRUE(may_include("io/solid/tetrahedralize.cpp", "io/files/child_process.hpp"));
+  EXPECT_FALSE(may_include("io/scene/scene.cpp", "io/mesh/mesh_io.hpp"));
+  EXPECT_FALSE(may_include("haptics/predict/predict.hpp", "haptics/session/session.hpp"));
+  EXPECT_FALSE(may_include("haptics/tick/haptic_method.cpp", "haptics/methods/tick_parts.hpp"));
+  EXPECT_FALSE(may_include("haptics/session/session.cpp", "haptics/study/metrics.hpp"));
+}
+
+TEST(IncludeOrder, EveryFileLiesInARoomOfTheList) {
+  for (const auto& [folder, floors] : kRooms)
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(KT_SOURCE_DIR) / folder)) {
+      if (!entry.is_regular_file()) continue;
+      const std::string file = fs::relative(entry.path(), KT_SOURCE_DIR).generic_string();
+      EXPECT_GE(floor_of(folder, room_of(file).second), 0) << file;
+    }
 }
 
 TEST(IncludeOrder, EveryFileIncludesOnlyItsOwnFolderAndWhatIsBelow) {
@@ -132,7 +201,8 @@ TEST(IncludeOrder, ThirdPartyHeadersStayInTheirFiles) {
 TEST(IncludeOrder, OurHeadersShowOnlyEigenAndTheStandardLibrary) {
   for (const Include& i : all_includes()) {
     if (i.quoted || !std::regex_match(i.from, std::regex("(core|collision|models|io|haptics)/.*\\.hpp"))) continue;
-    const bool json = std::regex_match(i.from, std::regex("io/(json|scene)_[a-z_]*\\.hpp"));  // inside io only
+    const bool json =
+        std::regex_match(i.from, std::regex("io/(files|scene)/(json|scene)_[a-z_]*\\.hpp"));  // inside io only
     EXPECT_TRUE(i.to.rfind("Eigen/", 0) == 0 || i.to.find_first_of("./") == std::string::npos ||
                 (json && i.to.rfind("nlohmann/", 0) == 0))
         << i.from << " includes <" << i.to << ">";

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/reducer.hpp"
+#include "core/body/surface.hpp"
 
 namespace kt {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/local_frame.hpp"
+#include "haptics/tick/local_frame.hpp"
 #include "haptics/touch/touch_status.hpp"
 #include "view/body_shape.hpp"
 

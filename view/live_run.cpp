@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "core/error.hpp"
-#include "haptics/metrics.hpp"
+#include "core/base/error.hpp"
+#include "haptics/study/metrics.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/live_settings.hpp"
 #include "haptics/touch/touch.hpp"
@@ -14,18 +14,13 @@ namespace {
 
 constexpr double kSeconds = 3;           // that gauges look back
 constexpr double kRetreat = 0.015;       // [m] from the body when nobody holds the pointer
+constexpr double kLongest = 600;         // [s] of a recording
 constexpr std::size_t kMostTicks = 600;  // of the plot in one frame: a page that was away gets the newest
 
 Scene in_threads(Scene scene) {
   scene.link.type = "thread";
   scene.link.charge_refreshes = "none";
   return scene;
-}
-
-std::vector<double> part(const auto& refreshes, double RefreshTimes::*which) {
-  std::vector<double> out;
-  for (const auto& r : refreshes) out.push_back(r.times.*which);
-  return out;
 }
 
 }  // namespace
@@ -76,7 +71,7 @@ void LiveRun::run_once() {
     error_.clear();
     step_us_.clear();
     refreshes_.clear();
-    ticks_ = misses_ = allocations_ = counted_refreshes_ = shown_refresh_ = 0;
+    ticks_ = misses_ = allocations_ = shown_refresh_ = 0;
   }
   options.watcher = this;
   options.count_allocations = count_allocations_;
@@ -125,16 +120,13 @@ void LiveRun::ticked(std::span<const LocalFrame> frames, double step_us, long lo
   ++ticks_;
   misses_ += step_us * session_.scene().local.rate_hz > 1e6;
   allocations_ += std::max(0LL, allocations);
-  watch_refreshes();
+  if (records_ && newest_.t > kLongest) stop_ = true;
 }
 
-/// Called often enough that none is missed.
-void LiveRun::watch_refreshes() {
-  if (ticks_ % 8 != 0 || !touch_) return;
-  const TouchStatus now = touch_->status();
-  if (now.refreshes != counted_refreshes_) refreshes_.push_back({newest_.t, now.times});
-  counted_refreshes_ = now.refreshes;
-  while (!refreshes_.empty() && refreshes_.front().t < newest_.t - kSeconds) refreshes_.pop_front();
+void LiveRun::refreshed(const RefreshRecord& record) {
+  const std::scoped_lock lock(guard_);
+  refreshes_.push_back(record);
+  while (refreshes_.front().t < record.t - kSeconds) refreshes_.pop_front();
 }
 
 void LiveRun::move(const Vec3& target) {
@@ -208,7 +200,7 @@ bool LiveRun::take(Picture& out) {
     const std::scoped_lock lock(guard_);
     if (!touch_ || newest_.tools.empty()) return false;
     touch_->copy_positions(x_);
-    newest_.refreshes = counted_refreshes_;
+    newest_.refreshes = touch_->status().refreshes;
     newest_.target = by_pointer_ ? last_target_ : newest_.tools[0].pose.x;
     out = newest_;
     newest_.ticks.clear();
@@ -220,7 +212,7 @@ bool LiveRun::take(Picture& out) {
 bool LiveRun::take_refresh(RefreshPicture& out) {
   const std::scoped_lock lock(guard_);
   if (!touch_) return false;
-  if (counted_refreshes_ == shown_refresh_) return false;
+  if (touch_->status().refreshes == shown_refresh_) return false;
   touch_->copy_refresh(out);
   shown_refresh_ = out.refreshes;
   return true;
@@ -243,16 +235,13 @@ LiveStatus LiveRun::status() {
   out.tick_p50_us = percentile(last.step_us, 0.5);
   out.tick_p99_us = percentile(last.step_us, 0.99);
   const double seconds = std::min(kSeconds, std::max(newest_.t, 1e-3));
-  out.refresh_hz = static_cast<double>(refreshes_.size()) / seconds;
-  last.refreshes.resize(refreshes_.size());
+  for (const RefreshRecord& record : refreshes_) {
+    if (record.t < newest_.t - seconds) continue;
+    last.refreshes.push_back(record.event);
+    last.refresh.add(record);
+  }
+  out.refresh_hz = static_cast<double>(last.refreshes.size()) / seconds;
   last.lateness_us = {0};  // against the wall clock
-  last.global_ms = part(refreshes_, &RefreshTimes::global);
-  last.refresh_ms = part(refreshes_, &RefreshTimes::refresh);
-  last.slow_cpu_ms = part(refreshes_, &RefreshTimes::cpu);
-  last.refresh_parts_ms = {{"linearize", part(refreshes_, &RefreshTimes::linearize)},
-                           {"reduce", part(refreshes_, &RefreshTimes::reduce)},
-                           {"certify", part(refreshes_, &RefreshTimes::certify)},
-                           {"prepare", part(refreshes_, &RefreshTimes::prepare)}};
   last.reducer = out.touch.reducer;
   Scene scene = session_.scene();
   scene.global.rate_hz = out.wanted_hz;

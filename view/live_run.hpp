@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "haptics/device/moved_target.hpp"
-#include "haptics/real_time.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/real_time.hpp"
+#include "haptics/session/session.hpp"
 #include "view/frame_bytes.hpp"
 
 namespace kt {
@@ -22,6 +22,7 @@ struct LiveStatus {
   long long ticks = 0, misses = 0;          ///< since the start; whose time was over the period
   long long allocations = 0;                ///< in the ticks
   RealTime real_time;                       ///< over the last seconds
+  double frame_us = 0;                      ///< CPU time of the server for a picture
   bool is_paused = false, is_recording = false;
   std::string error;  ///< why it stands still; empty: it does not
 };
@@ -71,10 +72,10 @@ class LiveRun final : private SessionWatcher {
  private:
   void begun(Touch& touch) override;
   void ticked(std::span<const LocalFrame> frames, double step_us, long long allocations) override;
+  void refreshed(const RefreshRecord& record) override;
   void ended() override;
   void go_on();
   void run_once();
-  void watch_refreshes();
   Vec3 start() const { return session_.path().front().x; }
 
   Session session_;
@@ -97,12 +98,7 @@ class LiveRun final : private SessionWatcher {
   std::vector<float> step_us_;  // of the last ticks, in a ring
   long long ticks_ = 0, misses_ = 0, allocations_ = 0;
   int shown_refresh_ = 0;
-  struct Refreshed {
-    double t;
-    RefreshTimes times;
-  };
-  std::deque<Refreshed> refreshes_;  // of the last seconds
-  int counted_refreshes_ = 0;
+  std::deque<RefreshRecord> refreshes_;  // of the last seconds
   VectorX x_;
   std::thread thread_;
 };

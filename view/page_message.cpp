@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
-#include "io/json_file.hpp"
+#include "core/base/error.hpp"
+#include "io/files/json_file.hpp"
 
 namespace kt {
 namespace {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/contact_surface.hpp"
-#include "haptics/reducer_candidates.hpp"
+#include "core/local/contact_surface.hpp"
+#include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/touch/live_settings.hpp"
-#include "io/json_file.hpp"
+#include "io/files/json_file.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"
 
@@ -78,6 +78,7 @@ std::string status_text(const LiveStatus& s, bool has_tool, int pages,
               {"ticks", s.ticks},
               {"misses", s.misses},
               {"allocations", s.allocations},
+              {"frame_us", s.frame_us},
               {"real_time", name_of(s.real_time.keeps)},
               {"real_time_told", s.real_time.told()},
               {"paused", s.is_paused},

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 // A recorded session, run again and kept as pictures: for a time line.
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "view/live_run.hpp"
 
 namespace kt {

@@ -9,8 +9,8 @@
 #include <map>
 #include <optional>
 
-#include "core/error.hpp"
-#include "core/visible_text.hpp"
+#include "core/base/error.hpp"
+#include "core/base/visible_text.hpp"
 #include "view/page_files.hpp"
 #include "view/page_message.hpp"
 

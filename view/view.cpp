@@ -5,12 +5,13 @@
 #include <future>
 #include <map>
 
-#include "core/error.hpp"
-#include "core/visible_text.hpp"
+#include "core/base/error.hpp"
+#include "core/base/visible_text.hpp"
 #include "haptics/touch/live_settings.hpp"
-#include "io/child_process.hpp"
-#include "io/mesh_io.hpp"
-#include "io/output_file.hpp"
+#include "haptics/touch/process_time.hpp"
+#include "io/files/child_process.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "view/page_message.hpp"
 #include "view/page_texts.hpp"
 
@@ -114,10 +115,12 @@ class LivePages final : public Pages {
     take_new_run();
     tell_recordings();
     if (server_.num_pages() == 0) return;
+    const double start = thread_time_us();
     if (run_->take(picture_)) {
       server_.send_all(Server::Kind::bytes, bytes(picture_bytes(picture_, echo_, stamp_)), true);
       if (run_->take_refresh(refresh_))
         server_.send_all(Server::Kind::bytes, bytes(refresh_bytes(refresh_, run_->shape())));
+      frame_us_ = 0.9 * frame_us_ + 0.1 * (thread_time_us() - start);
     }
     if (++ticks_ % kStatusEvery == 0) tell_status();
   }
@@ -144,7 +147,8 @@ class LivePages final : public Pages {
   }
 
   void tell_status() {
-    const LiveStatus status = run_->status();
+    LiveStatus status = run_->status();
+    status.frame_us = frame_us_;
     std::vector<std::pair<std::string, std::string>> settings;
     for (const LiveSetting& s : live_settings()) settings.emplace_back(s.key, run_->setting(s.key));
     const Bytes others = bytes(status_text(status, false, server_.num_pages(), settings));
@@ -269,6 +273,7 @@ class LivePages final : public Pages {
   unsigned echo_ = 0;
   double stamp_ = 0;
   int ticks_ = 0;
+  double frame_us_ = 0;  // CPU time of a frame for all pages, mean of the last ten or so
   LiveRun::Picture picture_;
   RefreshPicture refresh_;
   std::mutex recordings_guard_;

@@ -5,10 +5,10 @@
 #include <map>
 
 #include "apps/chart/point.hpp"
-#include "haptics/reference.hpp"
-#include "io/json_batch.hpp"
-#include "io/output_file.hpp"
-#include "io/shell_words.hpp"
+#include "haptics/study/reference.hpp"
+#include "io/files/json_batch.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/shell_words.hpp"
 
 namespace kt {
 namespace {

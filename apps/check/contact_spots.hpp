@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/check/surface_query.hpp"
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

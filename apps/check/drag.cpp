@@ -6,8 +6,8 @@
 #include "apps/check/hand_paths.hpp"
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
-#include "core/error.hpp"
-#include "haptics/real_time.hpp"
+#include "core/base/error.hpp"
+#include "haptics/session/real_time.hpp"
 
 namespace kt {
 namespace {

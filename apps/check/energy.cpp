@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "apps/check/mesh_work.hpp"
-#include "core/error.hpp"
-#include "core/integrator.hpp"
-#include "core/state.hpp"
+#include "core/base/error.hpp"
+#include "core/body/state.hpp"
+#include "core/global/integrator.hpp"
 
 namespace kt {
 namespace {

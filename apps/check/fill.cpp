@@ -1,10 +1,10 @@
 #include "apps/check/fill.hpp"
 
-#include "core/error.hpp"
-#include "io/decimate_surface.hpp"
-#include "io/surface_distance.hpp"
-#include "io/tetrahedra_quality.hpp"
-#include "io/tetrahedralize.hpp"
+#include "core/base/error.hpp"
+#include "io/solid/tetrahedra_quality.hpp"
+#include "io/solid/tetrahedralize.hpp"
+#include "io/surface/decimate_surface.hpp"
+#include "io/surface/surface_distance.hpp"
 
 namespace kt {
 namespace {

@@ -8,9 +8,9 @@
 #include <optional>
 #include <set>
 
-#include "core/error.hpp"
-#include "core/visible_text.hpp"
-#include "io/mesh_io.hpp"
+#include "core/base/error.hpp"
+#include "core/base/visible_text.hpp"
+#include "io/mesh/mesh_io.hpp"
 
 namespace kt {
 namespace {

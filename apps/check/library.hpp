@@ -7,7 +7,7 @@ namespace kt {
 
 struct LibraryMesh {
   std::string key;   ///< names it in reports: its path from the folder given, the same on every machine; UTF-8, other
-                     ///< bytes of the path escaped (core/visible_text.hpp)
+                     ///< bytes of the path escaped (core/base/visible_text.hpp)
   std::string file;  ///< absolute
 };
 

@@ -2,8 +2,8 @@
 #include <filesystem>
 
 #include "apps/check/mesh_work.hpp"
-#include "core/error.hpp"
-#include "io/mesh_io.hpp"
+#include "core/base/error.hpp"
+#include "io/mesh/mesh_io.hpp"
 
 namespace kt {
 namespace {

@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "apps/check/mesh_work.hpp"
-#include "core/error.hpp"
-#include "haptics/reducer_choice.hpp"
-#include "haptics/reference.hpp"
+#include "core/base/error.hpp"
+#include "haptics/refresh/reducer_choice.hpp"
+#include "haptics/study/reference.hpp"
 
 namespace kt {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "apps/check/contact_spots.hpp"
 #include "apps/check/verdict.hpp"
-#include "haptics/session.hpp"
-#include "io/mesh_doctor.hpp"
+#include "haptics/session/session.hpp"
+#include "io/surface/mesh_doctor.hpp"
 
 namespace kt {
 

@@ -4,11 +4,11 @@
 
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/models.hpp"
-#include "core/error.hpp"
-#include "core/integrator.hpp"
-#include "core/pieces.hpp"
-#include "core/sparse_solver.hpp"
-#include "core/subspace.hpp"
+#include "core/base/error.hpp"
+#include "core/body/pieces.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/sparse_solver.hpp"
+#include "core/local/subspace.hpp"
 
 namespace kt {
 namespace {

@@ -2,7 +2,7 @@
 // What of a body is clamped before it is touched.
 #include <vector>
 
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

@@ -2,7 +2,7 @@
 // A few hundred triangles that show a mesh as a small picture does.
 #include <nlohmann/json.hpp>
 
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

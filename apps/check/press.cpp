@@ -5,8 +5,8 @@
 #include "apps/check/hand_paths.hpp"
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
-#include "core/error.hpp"
-#include "haptics/contact_width.hpp"
+#include "core/base/error.hpp"
+#include "haptics/predict/contact_width.hpp"
 
 namespace kt {
 namespace {

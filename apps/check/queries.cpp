@@ -1,7 +1,7 @@
 #include "apps/check/queries.hpp"
 
 #include "apps/check/mesh_work.hpp"
-#include "collision/first_contact.hpp"
+#include "collision/held/first_contact.hpp"
 #include "tests/support/random_sample.hpp"
 
 namespace kt {

@@ -1,8 +1,8 @@
 // Repairs that are safe, what they did, and how far the surface moved by them.
 #include "apps/check/mesh_work.hpp"
-#include "core/error.hpp"
-#include "io/mesh_repair.hpp"
-#include "io/surface_distance.hpp"
+#include "core/base/error.hpp"
+#include "io/surface/mesh_repair.hpp"
+#include "io/surface/surface_distance.hpp"
 
 namespace kt {
 namespace {

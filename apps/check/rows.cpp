@@ -5,10 +5,10 @@
 
 #include "apps/check/verdict.hpp"
 #include "apps/check/worker.hpp"
-#include "core/error.hpp"
-#include "io/json_batch.hpp"
-#include "io/json_file.hpp"
-#include "io/output_file.hpp"
+#include "core/base/error.hpp"
+#include "io/files/json_batch.hpp"
+#include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

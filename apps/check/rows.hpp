@@ -6,8 +6,8 @@
 
 namespace kt {
 
-/// The row of a report from the row of a batch (io/json_batch.hpp): also of a worker that crashed, hung, or took too
-/// much memory. Has path, verdict, stage, why, where (the first stage that is as bad as the verdict), triangles,
+/// The row of a report from the row of a batch (io/files/json_batch.hpp): also of a worker that crashed, hung, or took
+/// too much memory. Has path, verdict, stage, why, where (the first stage that is as bad as the verdict), triangles,
 /// stages, times and, apart from these, outline.
 nlohmann::ordered_json report_row(const nlohmann::ordered_json& batch_row);
 

@@ -2,12 +2,12 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {
 
-constexpr double kInside = 1e-7;  // [m] deeper than this, the tool is in the body (haptics/session_run.cpp)
+constexpr double kInside = 1e-7;  // [m] deeper than this, the tool is in the body (haptics/session/session_run.cpp)
 constexpr double kGained = 1e-2;  // of the work that the tool has done at most: energy that may come back as more
 
 nlohmann::ordered_json percentiles(const std::vector<double>& values) {
@@ -93,8 +93,8 @@ void judge_run(const SessionResult& run, const std::string& name, const Vec3& wh
   for (const double d : run.tools[0].penetration) all.penetration = std::max(all.penetration, d);
   if (std::isfinite(run.certified_error)) all.certified_error = std::max(all.certified_error, run.certified_error);
   all.step_us.insert(all.step_us.end(), run.step_us.begin(), run.step_us.end());
-  all.refresh_ms.insert(all.refresh_ms.end(), run.refresh_ms.begin(), run.refresh_ms.end());
-  all.global_ms.insert(all.global_ms.end(), run.global_ms.begin(), run.global_ms.end());
+  all.refresh_ms.insert(all.refresh_ms.end(), run.refresh.refresh_ms.begin(), run.refresh.refresh_ms.end());
+  all.global_ms.insert(all.global_ms.end(), run.refresh.global_ms.begin(), run.refresh.global_ms.end());
 
   int not_finite = 0, exhausted = 0;
   double work = 0, most = 0, least = 0;
@@ -119,9 +119,9 @@ void judge_run(const SessionResult& run, const std::string& name, const Vec3& wh
     out.lower(Verdict::fail, text(name, ": the tool was given ", -least, " J, having put in at most ", most), where);
   if (exhausted > 0)
     out.lower(Verdict::degraded, text(name, ": more impacts than are resolved in ", exhausted, " ticks"), where);
-  all.inverted = std::max(all.inverted, run.inverted.most);
-  if (run.inverted.last > 0)
-    out.lower(Verdict::degraded, text(name, ": ", run.inverted.last, " tetrahedra stay inside out"), where);
+  all.inverted = std::max(all.inverted, run.refresh.inverted.most);
+  if (run.refresh.inverted.last > 0)
+    out.lower(Verdict::degraded, text(name, ": ", run.refresh.inverted.last, " tetrahedra stay inside out"), where);
 }
 
 void report_runs(const RunExtremes& all, const std::string& model, StageResult& out) {

@@ -1,8 +1,8 @@
 #pragma once
 // What every run of a check is asked, whatever its path.
 #include "apps/check/mesh_work.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/reference.hpp"
+#include "haptics/study/metrics.hpp"
+#include "haptics/study/reference.hpp"
 
 namespace kt {
 

@@ -1,6 +1,6 @@
 // Tunnelling: tools shot at the surface's faces, edges and vertices, judged in 113 bits.
 #include "apps/check/mesh_work.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "tests/support/shooting.hpp"
 
 namespace kt {

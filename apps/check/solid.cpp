@@ -1,8 +1,8 @@
 // From a surface to a body: decimated where it is over the budget, filled with tetrahedra, else wrapped, else a shell.
 #include "apps/check/fill.hpp"
-#include "core/error.hpp"
-#include "io/mesh_repair.hpp"
-#include "io/tetrahedra_quality.hpp"
+#include "core/base/error.hpp"
+#include "io/solid/tetrahedra_quality.hpp"
+#include "io/surface/mesh_repair.hpp"
 #include "models/msd/springs.hpp"
 
 namespace kt {

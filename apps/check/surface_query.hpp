@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "collision/closest_point.hpp"
-#include "collision/triangle_index.hpp"
+#include "collision/broad/triangle_index.hpp"
+#include "collision/shape/closest_point.hpp"
 
 namespace kt {
 

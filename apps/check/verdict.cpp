@@ -1,6 +1,6 @@
 #include "apps/check/verdict.hpp"
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {

@@ -7,10 +7,10 @@
 #include <new>
 
 #include "apps/check/outline.hpp"
-#include "core/error.hpp"
-#include "core/parallel.hpp"
-#include "io/child_process.hpp"
-#include "io/output_file.hpp"
+#include "core/base/error.hpp"
+#include "core/base/parallel.hpp"
+#include "io/files/child_process.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

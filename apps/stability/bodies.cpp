@@ -3,8 +3,8 @@
 #include <cmath>
 #include <random>
 
-#include "core/dense_solvers.hpp"
-#include "core/free_dofs.hpp"
+#include "core/linear/dense_solvers.hpp"
+#include "core/linear/free_dofs.hpp"
 #include "models/fem/material.hpp"
 
 namespace kt {

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "core/free_dofs.hpp"
-#include "core/sparse_solver.hpp"
+#include "core/linear/free_dofs.hpp"
+#include "core/linear/sparse_solver.hpp"
 
 namespace kt {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "apps/stability/map.hpp"
 #include "apps/stability/rays.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
 
 namespace kt {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "apps/stability/bisect.hpp"
 #include "apps/stability/step_runs.hpp"
-#include "haptics/predict_time_step.hpp"
+#include "haptics/predict/predict_time_step.hpp"
 
 namespace kt {
 

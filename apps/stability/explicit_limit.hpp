@@ -1,6 +1,6 @@
 #pragma once
 #include "apps/stability/rays.hpp"
-#include "core/deformable_model.hpp"
+#include "core/body/deformable_model.hpp"
 
 namespace kt {
 

@@ -6,7 +6,7 @@
 #include "apps/stability/bisect.hpp"
 #include "apps/stability/rays.hpp"
 #include "apps/stability/session_runs.hpp"
-#include "core/parallel.hpp"
+#include "core/base/parallel.hpp"
 
 namespace kt {
 namespace {

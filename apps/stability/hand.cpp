@@ -8,8 +8,8 @@
 #include "apps/stability/bisect.hpp"
 #include "apps/stability/rays.hpp"
 #include "apps/stability/wall_loop.hpp"
-#include "core/error.hpp"
-#include "haptics/predict_hand.hpp"
+#include "core/base/error.hpp"
+#include "haptics/predict/predict_hand.hpp"
 
 namespace kt {
 namespace {

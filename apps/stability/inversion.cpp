@@ -7,8 +7,8 @@
 #include "apps/stability/bodies.hpp"
 #include "apps/stability/map.hpp"
 #include "apps/stability/rays.hpp"
-#include "core/integrator.hpp"
-#include "haptics/predict_elements.hpp"
+#include "core/global/integrator.hpp"
+#include "haptics/predict/predict_elements.hpp"
 
 namespace kt {
 namespace {

@@ -20,7 +20,7 @@ struct MapPoint {
   MapVerdict verdict = MapVerdict::works;
   std::string why;                 ///< of the verdict, in words with numbers
   double value = 0;                ///< what the verdict was taken from; each map says what it is
-  bool predicted_failure = false;  ///< by the engine, before the run (haptics/predict.hpp)
+  bool predicted_failure = false;  ///< by the engine, before the run (haptics/predict/predict.hpp)
   std::string prediction;          ///< its message
   std::uint64_t hash = 0;          ///< of the run's result: equal on every run of the command
 };

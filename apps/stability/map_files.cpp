@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/state.hpp"
-#include "io/output_file.hpp"
+#include "core/body/state.hpp"
+#include "io/files/output_file.hpp"
 
 namespace kt {
 namespace {

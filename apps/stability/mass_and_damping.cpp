@@ -12,7 +12,7 @@
 #include "apps/stability/rays.hpp"
 #include "apps/stability/step_runs.hpp"
 #include "apps/stability/uneven_mass.hpp"
-#include "haptics/predict_time_step.hpp"
+#include "haptics/predict/predict_time_step.hpp"
 
 namespace kt {
 namespace {

@@ -10,8 +10,8 @@
 #include "apps/stability/condition.hpp"
 #include "apps/stability/map.hpp"
 #include "apps/stability/rays.hpp"
-#include "core/integrator.hpp"
-#include "haptics/predict_elements.hpp"
+#include "core/global/integrator.hpp"
+#include "haptics/predict/predict_elements.hpp"
 
 namespace kt {
 namespace {

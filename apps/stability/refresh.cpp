@@ -7,8 +7,8 @@
 #include "apps/stability/rays.hpp"
 #include "apps/stability/session_runs.hpp"
 #include "apps/stability/single_points.hpp"
-#include "core/parallel.hpp"
-#include "haptics/reference.hpp"
+#include "core/base/parallel.hpp"
+#include "haptics/study/reference.hpp"
 
 namespace kt {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 // Short runs of a whole session on a small slab, for the maps of contact, hand and link.
 #include "apps/stability/map.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
 
 namespace kt {
 

@@ -1,7 +1,7 @@
 #include "apps/stability/sliver.hpp"
 
 #include "apps/stability/bisect.hpp"
-#include "io/tetrahedra_quality.hpp"
+#include "io/solid/tetrahedra_quality.hpp"
 
 namespace kt {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

@@ -5,7 +5,7 @@
 
 #include "apps/stability/bodies.hpp"
 #include "apps/stability/map.hpp"
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
 
 namespace kt {
 

@@ -9,7 +9,7 @@
 #include "apps/stability/map.hpp"
 #include "apps/stability/rays.hpp"
 #include "apps/stability/step_runs.hpp"
-#include "haptics/predict_time_step.hpp"
+#include "haptics/predict/predict_time_step.hpp"
 
 namespace kt {
 namespace {

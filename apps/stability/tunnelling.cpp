@@ -8,8 +8,8 @@
 #include "apps/stability/rays.hpp"
 #include "apps/stability/session_runs.hpp"
 #include "apps/stability/single_points.hpp"
-#include "collision/closest_point.hpp"
-#include "core/parallel.hpp"
+#include "collision/shape/closest_point.hpp"
+#include "core/base/parallel.hpp"
 
 namespace kt {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-#include "core/deformable_model.hpp"
+#include "core/body/deformable_model.hpp"
 
 namespace kt {
 

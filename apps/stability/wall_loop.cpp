@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/state.hpp"
+#include "core/body/state.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/device/passivity.hpp"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "collision/surface_contacts.hpp"
-#include "core/backend.hpp"
+#include "collision/held/surface_contacts.hpp"
+#include "core/base/backend.hpp"
 #include "haptics/contact/friction.hpp"
 
 namespace kt {

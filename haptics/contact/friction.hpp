@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

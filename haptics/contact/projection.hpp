@@ -3,7 +3,7 @@
 // docs/method.md#6-the-papers-laws-528
 #include <Eigen/LU>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

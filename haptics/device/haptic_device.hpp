@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/backend.hpp"
+#include "core/base/backend.hpp"
 #include "haptics/device/tool_turn.hpp"
 
 namespace kt {

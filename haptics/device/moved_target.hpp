@@ -5,7 +5,7 @@
 #include <array>
 #include <atomic>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collision/first_contact.hpp"
-#include "core/error.hpp"
+#include "collision/held/first_contact.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {

@@ -2,8 +2,8 @@
 // The standard path: come down on the body, press, then drag along it at a constant depth below its rest surface.
 #include <optional>
 
-#include "collision/contact.hpp"
-#include "core/mesh.hpp"
+#include "collision/shape/contact.hpp"
+#include "core/body/mesh.hpp"
 #include "haptics/device/haptic_device.hpp"
 
 namespace kt {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "io/text_reader.hpp"
+#include "io/files/text_reader.hpp"
 
 namespace kt {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 // How a tool that follows a script is turned over time: a fixed orientation, and an even spin about its reference
 // point.
-#include "collision/pose.hpp"
+#include "collision/shape/pose.hpp"
 
 namespace kt {
 

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <vector>
 
-#include "collision/contact.hpp"
+#include "collision/shape/contact.hpp"
 
 namespace kt {
 

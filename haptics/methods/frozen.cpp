@@ -106,7 +106,7 @@ class Frozen final : public HapticMethod {
     return frame;
   }
 
-  std::span<const ContactSample> samples() const noexcept override { return samples_.view(); }
+  std::span<const TickContact> samples() const noexcept override { return samples_.view(); }
   const PreparedLocalModel& model() const noexcept override { return *model_; }
   double h() const noexcept override { return h_; }
   const ToolShape& tool() const noexcept override { return tool_; }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
 namespace {
@@ -35,7 +35,7 @@ class Hold final : public HapticMethod {
     return frame;
   }
 
-  std::span<const ContactSample> samples() const noexcept override { return body_.samples(); }
+  std::span<const TickContact> samples() const noexcept override { return body_.samples(); }
   const PreparedLocalModel& model() const noexcept override { return body_.model(); }
   double h() const noexcept override { return body_.h(); }
   const ToolShape& tool() const noexcept override { return body_.tool(); }

@@ -1,5 +1,5 @@
 // The engine's own method under its name in the table.
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
 

@@ -77,16 +77,15 @@ void report_contacts(const SurfacePatch& patch, const ContactSet& contacts, cons
       frame.flags &= ~static_cast<unsigned>(kLeftPatch);
       if (patch.on_rim[contact.triangle]) frame.flags |= kLeftPatch;
     }
-    ContactSample& sample = out.samples[out.count++];
+    TickContact& sample = out.samples[out.count++];
     sample.triangle = patch.global_triangle[contact.triangle];
     sample.t = frame.t - h;
+    sample.facet = -1;
     sample.bary = contact.bary;
     sample.impulse = impulse;
     sample.normal = contact.normal;
     sample.sticks = solution.mode[i] == ContactMode::stick;
     sample.point = point[i];
-    const Triangle& t = patch.triangles[contact.triangle];
-    sample.moves = {{patch.global_node[t[0]], patch.global_node[t[1]], patch.global_node[t[2]]}, contact.bary};
   }
   frame.f_n = normal_sum.norm();
   frame.f_t = tangential_sum.norm();

@@ -1,15 +1,15 @@
 #pragma once
 // What the ticks of the baselines have in common: motion of the local body, the contact problem's regularization, the
 // report to both sides. LocalSimulation has its own, with time of impact and rollback in them.
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
 
 /// What one tick did at its contacts.
 struct SampleList {
-  std::array<ContactSample, kMaxContacts> samples{};
+  std::array<TickContact, kMaxContacts> samples{};
   int count = 0;
-  std::span<const ContactSample> view() const noexcept { return {samples.data(), static_cast<std::size_t>(count)}; }
+  std::span<const TickContact> view() const noexcept { return {samples.data(), static_cast<std::size_t>(count)}; }
 };
 
 /// The solver of a method that needs Coulomb's cone. Throws InputError for another law.

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "core/reducer.hpp"
+#include "core/local/reducer.hpp"
 #include "haptics/touch/settle.hpp"
 #include "models/model.hpp"
 #include "self_contact/crossings.hpp"

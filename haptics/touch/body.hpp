@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "core/deformable_model.hpp"
-#include "io/scene.hpp"
+#include "core/body/deformable_model.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 
 class SelfContact;
-struct Surface;  // core/reducer.hpp
+struct Surface;  // core/body/surface.hpp
 
 /// What a body is made with, besides its mesh.
 struct BodyOptions {

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "haptics/touch/body.hpp"
-#include "io/mesh_io.hpp"
-#include "io/mesh_repair.hpp"
-#include "io/refine_surface.hpp"
-#include "io/tetrahedralize.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/solid/tetrahedralize.hpp"
+#include "io/surface/mesh_repair.hpp"
+#include "io/surface/refine_surface.hpp"
 #include "models/msd/springs.hpp"
 
 namespace kt {

@@ -1,9 +1,11 @@
 #include "haptics/touch/body_side.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
-#include "haptics/refresh_cost.hpp"
-#include "haptics/scene_friction.hpp"
+#include "haptics/contact/scene_friction.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/live_settings.hpp"
 #include "haptics/touch/process_time.hpp"
 
@@ -97,7 +99,7 @@ void BodySide::apply(const SettingChange& change) {
       renew_refresher();
       break;
   }
-  changes_.push_back(change);
+  applied_.push_back(change);
 }
 
 /// Those that a user has made, or those of the run that is repeated.
@@ -122,8 +124,7 @@ void BodySide::apply_changes(int tick) {
 double BodySide::delay(int tick) const {
   const double simulated = 1e-3 * options_.link.latency_ms;
   if (!models_come_late(options_)) return simulated;
-  const int last = events.empty() ? 0 : events.back().linearized_tick;
-  const double usual = 1 / options_.global.rate_hz, since = (tick - last) / options_.local.rate_hz;
+  const double usual = 1 / options_.global.rate_hz, since = (tick - last_tick_) / options_.local.rate_hz;
   return simulated + std::clamp(since, usual, 1.5 * usual);
 }
 
@@ -138,24 +139,21 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   model->friction = friction_;
   model->tool_radius = radius_;
   const double took = process_time_ms() - other_ms() - start;
-  slow_cpu_ms.push_back(took);
-  events.push_back(event);
+  tell_of_settled();
+  RefreshRecord& record = open_.emplace_back(refresher_->record());
+  record.event = event;
+  record.cpu_ms = took;
+  record.settings = std::exchange(applied_, {});
+  record.reducers = refresher_->take_changes();
+  last_tick_ = event.linearized_tick;
+  ++num_refreshes_;
   const std::scoped_lock lock(guard_);
   x_ = refresher_->state().x;
-  status_.refreshes = static_cast<int>(events.size());
+  status_.refreshes = num_refreshes_;
   status_.linearized_tick = event.linearized_tick;
   status_.dof = model->model.dof();
   status_.patch_vertices = model->model.patch.num_vertices();
   status_.refresh_ms = took;
-  const auto last = [](const std::vector<double>& ms) { return ms.empty() ? 0 : ms.back(); };
-  const Refresher& r = *refresher_;
-  status_.times = {last(r.global_ms),
-                   last(r.refresh_ms),
-                   last(r.linearize_ms),
-                   last(r.reduce_ms),
-                   last(r.certify_ms),
-                   last(r.prepare_ms),
-                   took};
   status_.expected_force_error = refresher_->choice().force_error();
   status_.certified_error = refresher_->choice().certified_error();
   status_.reducer = refresher_->choice().chosen().name;
@@ -177,12 +175,28 @@ void BodySide::show(const LocalModel& model, const LocalMotion* motion) {
     }
 }
 
+/// The last one stays: what the refresh after it does may still belong to it.
+void BodySide::tell_of_settled() {
+  constexpr std::size_t kMostOpen = 256;
+  while (!open_.empty() && (open_.size() > kMostOpen || open_.front().event.adopted_tick >= 0 ||
+                            open_.front().event.linearized_tick <= overtaken_)) {
+    if (observer_) observer_->refreshed(open_.front());
+    open_.pop_front();
+  }
+}
+
+void BodySide::finish() {
+  if (!open_.empty()) std::ranges::move(refresher_->take_changes(), std::back_inserter(open_.back().reducers));
+  for (const RefreshRecord& record : open_)
+    if (observer_) observer_->refreshed(record);
+  open_.clear();
+}
+
 void BodySide::adopted(int linearized_tick, int tick) {
-  for (auto event = events.rbegin(); event != events.rend(); ++event)
-    if (event->linearized_tick == linearized_tick) {
-      event->adopted_tick = tick;
-      break;
-    }
+  const auto record =
+      std::ranges::find(open_, linearized_tick, [](const RefreshRecord& r) { return r.event.linearized_tick; });
+  if (record != open_.end()) record->event.adopted_tick = tick;
+  overtaken_ = linearized_tick;
   const std::scoped_lock lock(guard_);
   status_.late_ticks = tick - linearized_tick;
 }

@@ -1,11 +1,13 @@
 #pragma once
 // The slow half of a Touch: refreshes of the body, changes of settings, and what is told of it. One thread at a time
 // refreshes; set(), status() and copy_positions() may be called from any other.
+#include <deque>
 #include <functional>
 #include <mutex>
 
-#include "haptics/refresher.hpp"
+#include "haptics/refresh/refresher.hpp"
 #include "haptics/touch/body.hpp"
+#include "haptics/touch/model_observer.hpp"
 #include "haptics/touch/touch_status.hpp"
 
 namespace kt {
@@ -41,14 +43,19 @@ class BodySide {
   const Refresher& refresher() const { return *refresher_; }
   const TouchOptions& options() const { return options_; }
   const State& state() const { return refresher_->state(); }
-  const std::vector<SettingChange>& changes() const { return changes_; }
-  std::vector<RefreshEvent> events;  ///< one a refresh
-  std::vector<double> slow_cpu_ms;   ///< of each refresh, with its global step
+  /// Is told of each refresh; none: nobody. Before the first one.
+  void observe(ModelObserver* observer) { observer_ = observer; }
+  /// The last refresh goes on its way by another schedule than it was begun with.
+  void reschedule(const RefreshEvent& event) { open_.back().event = event; }
+  double last_cpu_ms() const { return open_.back().cpu_ms; }  ///< of the last refresh, with its global step
+  /// No refresh comes any more: the observer is told of those that it does not know yet.
+  void finish();
 
  private:
   double delay(int tick) const;
   void apply_changes(int tick);
   void apply(const SettingChange& change);
+  void tell_of_settled();
   void renew_refresher();
   void show(const LocalModel& model, const LocalMotion* motion);
   const Body& body_;
@@ -58,7 +65,11 @@ class BodySide {
   std::array<double, kMaxTools> radius_;             // of each tool; below 0: that of the start
   std::unique_ptr<DeformableModel> model_;           // none: the body's own
   std::unique_ptr<Refresher> refresher_;
-  std::vector<SettingChange> changes_;  // that were made
+  ModelObserver* observer_ = nullptr;
+  std::deque<RefreshRecord> open_;      // of which it is not told yet: their models are on their way
+  std::vector<SettingChange> applied_;  // since the last refresh
+  int overtaken_ = -1;                  // models linearized up to that tick will not be adopted any more
+  int num_refreshes_ = 0, last_tick_ = 0;
   std::size_t next_replayed_ = 0;
   mutable std::mutex guard_;            // of what follows
   std::vector<SettingChange> waiting_;  // changes

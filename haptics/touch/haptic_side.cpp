@@ -51,7 +51,8 @@ const LocalReport& HapticSide::tick(std::span<const Pose> tools, std::span<Local
   report_.left_patch = false;
   if (has_model_) {
     local_->step_tools(std::span(sweeps).first(count), frames.first(count));
-    for (const ContactSample& sample : local_->samples()) report_.samples[report_.count++] = sample;
+    report_.model_frame = local_->model().model.frame;
+    for (const TickContact& sample : local_->samples()) report_.samples[report_.count++] = sample;
   } else {
     for (LocalFrame& frame : frames) frame = {};
     flags.fill(kNoModel);
@@ -68,8 +69,8 @@ const LocalReport& HapticSide::tick(std::span<const Pose> tools, std::span<Local
       frame.f_n = frame.f_t = 0;
       frame.flags |= kNotFinite;
     }
-    const bool touches = std::any_of(report_.samples.begin(), report_.samples.begin() + report_.count,
-                                     [&](const ContactSample& s) { return s.tool == static_cast<int>(k); });
+    const bool touches =
+        std::ranges::any_of(report_.contacts(), [&](const TickContact& s) { return s.tool == static_cast<int>(k); });
     report_.tools[k] = {poses_[k], touches ? frame.triangle : -1,  // where it touches, whatever force is shown
                         frame.mode == ContactMode::frictional_slide};
     report_.left_patch = report_.left_patch || (frame.flags & kLeftPatch) != 0;

@@ -1,9 +1,9 @@
 #pragma once
 // The 1 kHz half of a Touch: poses in, forces and a report for the body's half out. One thread at a time uses it.
-#include "haptics/catch_up.hpp"
-#include "haptics/local_report.hpp"
+#include "haptics/refresh/touch_parts.hpp"
+#include "haptics/tick/catch_up.hpp"
+#include "haptics/tick/local_report.hpp"
 #include "haptics/touch/pose_history.hpp"
-#include "haptics/touch/touch_parts.hpp"
 
 namespace kt {
 
@@ -34,9 +34,7 @@ class HapticSide {
   /// Nodes of the local model where they are now, over those of the whole body.
   void lay_patch_over(VectorX& x) const;
 
-  std::span<const ContactSample> samples() const noexcept {
-    return {report_.samples.data(), static_cast<std::size_t>(report_.count)};
-  }
+  std::span<const TickContact> samples() const noexcept { return report_.contacts(); }
 
   int next_tick() const noexcept { return tick_; }
   double h() const noexcept { return local_->h(); }

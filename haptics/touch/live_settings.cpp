@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "core/contact_surface.hpp"
-#include "core/error.hpp"
-#include "haptics/reducer_candidates.hpp"
+#include "core/base/error.hpp"
+#include "core/local/contact_surface.hpp"
+#include "haptics/refresh/reducer_candidates.hpp"
 
 namespace kt {
 namespace {

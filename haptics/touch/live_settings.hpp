@@ -2,8 +2,8 @@
 // The settings that may change while a body is touched: one table.
 #include <span>
 
-#include "haptics/touch/touch_options.hpp"
-#include "io/scene.hpp"
+#include "haptics/options/touch_options.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 

@@ -2,7 +2,7 @@
 #include <deque>
 #include <random>
 
-#include "haptics/refresh_cost.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
 
@@ -79,6 +79,7 @@ class LockstepLink final : public BodyLink {
         schedule_(body.options()),
         motion_(make_local_motion(static_cast<int>(body.state().x.size()) / 3)),
         catches_up_(catches_up(body.options())) {
+    body_.observe(observer);
     constexpr std::size_t kMost = 1024;  // of slower rates the first interval makes room for the others
     reports_.reserve(std::min(kMost, 2 * static_cast<std::size_t>(ticks_per_refresh(body.options()))));
   }
@@ -111,6 +112,7 @@ class LockstepLink final : public BodyLink {
   void after_tick(HapticSide&, const LocalReport& report) noexcept override {
     if (!error_) reports_.push_back(report);
   }
+  void stop() override { body_.finish(); }
   std::exception_ptr error() const noexcept override { return error_; }
   bool has_failed() const noexcept override { return error_ != nullptr; }
 
@@ -128,10 +130,10 @@ class LockstepLink final : public BodyLink {
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
     auto model = body_.refresh(event, side.poses(), reports_, goes_on ? &motion_ : nullptr, [] { return 0.0; });
-    const double took_ms = body_.slow_cpu_ms.back();
+    const double took_ms = body_.last_cpu_ms();
     if (!schedule_.is_replayed() && tick > 0) {
       schedule_.charge(tick, charged_ticks(options, took_ms, predicted_ms), event);
-      body_.events.back() = event;
+      body_.reschedule(event);
       if (models_come_late(options)) body_.refresher().charge(charged_ms(options, took_ms, predicted_ms));
     }
     reports_.clear();

@@ -2,7 +2,7 @@
 // Where the tools were in the ticks before: a fixed number of them, the oldest written over.
 #include <vector>
 
-#include "collision/contact.hpp"
+#include "collision/shape/contact.hpp"
 
 namespace kt {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
 #include "self_contact/touching_euler.hpp"
 
 namespace kt {

@@ -39,6 +39,7 @@ class ThreadLink final : public BodyLink {
         catches_up_(catches_up(body.options())),
         catch_up_(shapes_of(body.options()), tick_length(body.options()), catch_up_solver(body.options(), friction)),
         interval_(ticks_per_refresh(body.options())) {
+    body_.observe(observer);
     side.adopt(body_.refresh({0, 0}, side.poses(), {}, nullptr, [] { return 0.0; }));
     if (observer_) observer_->adopted(side.model());
     const int nodes = static_cast<int>(body_.state().x.size()) / 3;
@@ -72,6 +73,7 @@ class ThreadLink final : public BodyLink {
     thread_.join();
     while (look_back(std::numeric_limits<int>::max())) {
     }
+    body_.finish();
   }
   std::exception_ptr error() const noexcept override { return has_failed_ ? error_ : nullptr; }
   bool has_failed() const noexcept override { return has_failed_.load(std::memory_order_acquire); }
@@ -130,7 +132,7 @@ class ThreadLink final : public BodyLink {
     std::vector<Pose> at = poses_in(reports.back());
     parcel->model =
         body_.refresh({tick, -1}, at, reports, catches_up_ ? newest_.get() : nullptr, [this] { return ticking_ms(); });
-    body_.refresher().charge(body_.slow_cpu_ms.back());
+    body_.refresher().charge(body_.last_cpu_ms());
     interval_ = body_.refresher().next_interval(ticks_per_refresh(body_.options()));
     pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(count));
     if (catches_up_) bring_near(*parcel, std::move(at));

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <mutex>
 
+#include "haptics/contact/scene_friction.hpp"
 #include "haptics/link/mailbox.hpp"
-#include "haptics/scene_friction.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/keep_memory.hpp"
 
@@ -174,7 +174,7 @@ double Touch::number(const std::string& key) const { return parts_->side->number
 std::string Touch::word(const std::string& key) const { return parts_->side->word(key); }
 TouchStatus Touch::status() const { return parts_->side->status(); }
 void Touch::copy_refresh(RefreshPicture& picture) const { parts_->side->copy_refresh(picture); }
-std::span<const ContactSample> Touch::last_samples() const noexcept { return parts_->haptic.samples(); }
+std::span<const TickContact> Touch::last_samples() const noexcept { return parts_->haptic.samples(); }
 const Body& Touch::body() const { return parts_->body; }
 const TouchOptions& Touch::options() const { return parts_->options; }
 std::size_t Touch::num_tools() const { return parts_->haptic.num_tools(); }

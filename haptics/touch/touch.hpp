@@ -4,14 +4,14 @@
 #include <exception>
 #include <span>
 
-#include "haptics/local_frame.hpp"
+#include "haptics/options/touch_options.hpp"
+#include "haptics/tick/local_frame.hpp"
 #include "haptics/touch/body.hpp"
-#include "haptics/touch/touch_options.hpp"
 #include "haptics/touch/touch_status.hpp"
 
 namespace kt {
 
-struct ContactSample;  // core/global_simulation.hpp
+struct TickContact;  // haptics/tick/tick_contact.hpp
 class BodySide;
 class HapticSide;
 class ModelObserver;
@@ -67,7 +67,7 @@ class Touch {
   TouchStatus status() const;                        ///< from any thread
   void copy_refresh(RefreshPicture& picture) const;  ///< the patch and the error of the last refresh; from any thread
   /// What the last tick did to the body, at each contact of all tools.
-  std::span<const ContactSample> last_samples() const noexcept;
+  std::span<const TickContact> last_samples() const noexcept;
 
   const Body& body() const;
   const TouchOptions& options() const;

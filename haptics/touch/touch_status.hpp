@@ -5,11 +5,6 @@
 
 namespace kt {
 
-/// What a refresh took, on the wall clock [ms]; cpu: of the process's other threads but the ticking one.
-struct RefreshTimes {
-  double global = 0, refresh = 0, linearize = 0, reduce = 0, certify = 0, prepare = 0, cpu = 0;
-};
-
 /// How a touch goes: of the refresh that was made last.
 struct TouchStatus {
   int refreshes = 0;                ///< made so far
@@ -19,7 +14,6 @@ struct TouchStatus {
   double late_ticks = 0;            ///< from the linearization until the local model was in use, of the last adopted
   double expected_force_error = 0;  ///< relative; NaN: not certified
   double certified_error = 0;       ///< of the impedance, worst of 0-500 Hz; NaN: not certified
-  RefreshTimes times;
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
 };

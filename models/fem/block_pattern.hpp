@@ -8,9 +8,9 @@
 #include <limits>
 #include <vector>
 
-#include "core/error.hpp"
-#include "core/parallel.hpp"
-#include "core/types.hpp"
+#include "core/base/error.hpp"
+#include "core/base/parallel.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

@@ -2,7 +2,7 @@
 // Functions of a deformation gradient F that materials are made of.
 #include <span>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "models/fem/lanes.hpp"
 
 namespace kt {

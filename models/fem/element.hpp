@@ -2,7 +2,7 @@
 // Tetrahedral elements as tables: nodes, and at each quadrature point the rest gradients of the shape functions.
 #include <vector>
 
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

@@ -1,6 +1,6 @@
 // Tetrahedral finite elements of a hyperelastic material:  f = -sum over points V P(F) grad N - damping + M g.
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "models/fem/batches.hpp"
 #include "models/fem/material.hpp"
 #include "models/fem/viscosity.hpp"

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/types.hpp"
-#include "core/wide.hpp"
+#include "core/base/types.hpp"
+#include "core/base/wide.hpp"
 
 #define KT_LANES KT_WIDE __attribute__((flatten))
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "core/backend.hpp"
+#include "core/base/backend.hpp"
 #include "models/fem/deformation.hpp"
 
 namespace kt {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <map>
 
-#include "core/error.hpp"
-#include "core/free_dofs.hpp"
-#include "core/sparse_solver.hpp"
+#include "core/base/error.hpp"
+#include "core/linear/free_dofs.hpp"
+#include "core/linear/sparse_solver.hpp"
 
 namespace kt {
 namespace {

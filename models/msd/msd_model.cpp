@@ -1,5 +1,5 @@
 // Mass-spring-damper network: f_ab = (k (|d| - L) + c (d'.u)) u with d = x_b - x_a, u = d / |d|.   Paper section III.
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "models/model.hpp"
 #include "models/msd/calibration.hpp"
 #include "models/msd/spring_tangent.hpp"

@@ -1,7 +1,7 @@
 #include "models/msd/spring_tangent.hpp"
 
-#include "core/parallel.hpp"
-#include "core/wide.hpp"
+#include "core/base/parallel.hpp"
+#include "core/base/wide.hpp"
 
 namespace kt {
 namespace {

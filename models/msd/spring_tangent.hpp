@@ -3,7 +3,7 @@
 // the one on it is minus the sum of its column's others.
 #include <vector>
 
-#include "core/deformable_model.hpp"
+#include "core/body/deformable_model.hpp"
 #include "models/msd/springs.hpp"
 
 namespace kt {

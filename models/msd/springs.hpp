@@ -2,7 +2,7 @@
 // From a mesh to a network of springs and lumped masses.
 #include <vector>
 
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

@@ -3,7 +3,7 @@
 // springs let it pass through flat, and stay. One that has lost most of its volume is therefore pushed back by its
 // signed volume (Teschner et al. 2004), as stiffly as its edges are along its height (Molino et al. 2003). The others
 // feel nothing.
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 #include "models/msd/springs.hpp"
 
 namespace kt {

@@ -6,7 +6,7 @@
 #include "apps/stability/map_files.hpp"
 #include "apps/stability/maps.hpp"
 #include "apps/stability/rays.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {

@@ -7,7 +7,7 @@
 #include "apps/check/hand_paths.hpp"
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
-#include "core/parallel.hpp"
+#include "core/base/parallel.hpp"
 
 namespace kt {
 namespace {

@@ -16,11 +16,11 @@
 #include "apps/check/rows.hpp"
 #include "apps/check/runs.hpp"
 #include "apps/check/verdict.hpp"
-#include "core/error.hpp"
-#include "io/child_process.hpp"
-#include "io/surface_distance.hpp"
-#include "io/tetrahedra_quality.hpp"
-#include "io/tetrahedralize.hpp"
+#include "core/base/error.hpp"
+#include "io/files/child_process.hpp"
+#include "io/solid/tetrahedra_quality.hpp"
+#include "io/solid/tetrahedralize.hpp"
+#include "io/surface/surface_distance.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -6,11 +6,11 @@
 #include "apps/stability/single_points.hpp"
 #include "apps/stability/sliver.hpp"
 #include "apps/stability/step_runs.hpp"
-#include "haptics/predict_contact_method.hpp"
-#include "haptics/predict_degenerate_contact.hpp"
-#include "haptics/predict_elements.hpp"
-#include "haptics/session.hpp"
-#include "io/tetrahedra_quality.hpp"
+#include "haptics/predict/predict_contact_method.hpp"
+#include "haptics/predict/predict_degenerate_contact.hpp"
+#include "haptics/predict/predict_elements.hpp"
+#include "haptics/session/session.hpp"
+#include "io/solid/tetrahedra_quality.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

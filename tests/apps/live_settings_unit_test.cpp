@@ -11,7 +11,7 @@ namespace kt {
 namespace {
 
 TEST(LiveSettings, HaveTheRangesOfTheSchema) {
-  const nlohmann::json schema = nlohmann::json::parse(std::ifstream(KT_SOURCE_DIR "/io/scene.schema.json"));
+  const nlohmann::json schema = nlohmann::json::parse(std::ifstream(KT_SOURCE_DIR "/io/scene/scene.schema.json"));
   const auto resolved = [&](nlohmann::json node) {
     while (node.contains("$ref"))
       node = schema.at(nlohmann::json::json_pointer(node["$ref"].get<std::string>().substr(1)));

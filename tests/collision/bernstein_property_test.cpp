@@ -1,5 +1,5 @@
 // The next root of a cubic: never skipped, and found as closely as the coefficients are known.
-#include "collision/bernstein.hpp"
+#include "collision/impact/bernstein.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // What a time of impact must be whatever the speed, place, size and shape: nothing tunnels, nothing sticks.
-#include "collision/ccd.hpp"
+#include "collision/impact/ccd.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <random>
 
-#include "collision/first_contact.hpp"
-#include "io/mesh_io.hpp"
+#include "collision/held/first_contact.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "tests/support/collision_oracle.hpp"
 #include "tests/support/random_sample.hpp"
 

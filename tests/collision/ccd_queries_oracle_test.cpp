@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "collision/ccd.hpp"
-#include "io/child_process.hpp"
+#include "collision/impact/ccd.hpp"
+#include "io/files/child_process.hpp"
 #include "tests/support/collision_oracle.hpp"
 
 namespace kt {

@@ -1,5 +1,5 @@
 // Closest point of a triangle against 113-bit arithmetic, from fat triangles to ones that are all rounding.
-#include "collision/closest_point.hpp"
+#include "collision/shape/closest_point.hpp"
 
 #include <gtest/gtest.h>
 

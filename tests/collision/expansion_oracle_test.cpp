@@ -1,5 +1,5 @@
 // Expansions against integers of 128 bits, and against identities that rounding would break.
-#include "collision/expansion.hpp"
+#include "collision/impact/expansion.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // Capsules and triangles of mesh tools against moving triangles: dense sampling, and spheres as the limit.
-#include "collision/hull_impact.hpp"
+#include "collision/impact/hull_impact.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "collision/ccd.hpp"
-#include "collision/closest_point.hpp"
+#include "collision/impact/ccd.hpp"
+#include "collision/shape/closest_point.hpp"
 
 namespace kt {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "collision/ccd.hpp"
-#include "collision/hull_impact.hpp"
-#include "collision/toi.hpp"
+#include "collision/impact/ccd.hpp"
+#include "collision/impact/hull_impact.hpp"
+#include "collision/impact/toi.hpp"
 
 namespace kt {
 namespace {

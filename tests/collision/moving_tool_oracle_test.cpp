@@ -1,11 +1,10 @@
 // Tools that move and turn, against where they really are at many times of the step.
-#include "collision/moving_tool.hpp"
+#include "collision/held/moving_tool.hpp"
 
 #include <gtest/gtest.h>
 
-#include "collision/closest_point.hpp"
-#include "collision/first_contact.hpp"
-#include "collision/pair_distance.hpp"
+#include "collision/held/first_contact.hpp"
+#include "collision/shape/closest_point.hpp"
 #include "tests/support/random_sample.hpp"
 #include "tests/support/tool_shapes.hpp"
 

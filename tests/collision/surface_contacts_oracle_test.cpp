@@ -1,5 +1,5 @@
 // Contacts of tools at rest against brute force, winding numbers and closed forms.
-#include "collision/surface_contacts.hpp"
+#include "collision/held/surface_contacts.hpp"
 
 #include <gtest/gtest.h>
 

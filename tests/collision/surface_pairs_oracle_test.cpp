@@ -1,13 +1,13 @@
 // Pairs of a surface with itself against all pairs, their distances against dense sampling, and when they meet.
-#include "collision/surface_pairs.hpp"
+#include "collision/broad/surface_pairs.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "collision/pair_distance.hpp"
-#include "collision/surface_motion.hpp"
-#include "core/mesh.hpp"
+#include "collision/held/pair_distance.hpp"
+#include "collision/held/surface_motion.hpp"
+#include "core/body/mesh.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

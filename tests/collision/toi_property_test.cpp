@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <random>
 
-#include "collision/toi.hpp"
+#include "collision/impact/toi.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/random_sample.hpp"
 

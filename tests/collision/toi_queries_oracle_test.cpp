@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "collision/toi.hpp"
-#include "io/ccd_queries.hpp"
-#include "io/child_process.hpp"
+#include "collision/impact/toi.hpp"
+#include "io/files/ccd_queries.hpp"
+#include "io/files/child_process.hpp"
 
 namespace kt {
 namespace {

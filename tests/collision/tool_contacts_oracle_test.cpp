@@ -1,9 +1,9 @@
 // Held contacts of tools on surfaces whose answer is known.
-#include "collision/tool_contacts.hpp"
+#include "collision/held/tool_contacts.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/reducer.hpp"
+#include "core/local/reducer.hpp"
 #include "tests/support/dense_tool_contacts.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/random_sample.hpp"

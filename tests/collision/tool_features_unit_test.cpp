@@ -1,5 +1,5 @@
 // Which corners and edges of a mesh can be the first to touch.
-#include "collision/tool_features.hpp"
+#include "collision/shape/tool_features.hpp"
 
 #include <gtest/gtest.h>
 

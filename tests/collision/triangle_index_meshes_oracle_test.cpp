@@ -2,7 +2,7 @@
 // at rest, in motion and where a few vertices move.
 #include <gtest/gtest.h>
 
-#include "collision/first_contact.hpp"
+#include "collision/held/first_contact.hpp"
 #include "tests/io/mesh_samples.hpp"
 #include "tests/support/triangle_indices.hpp"
 

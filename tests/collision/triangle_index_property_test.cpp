@@ -1,6 +1,6 @@
 // Every broad phase of the table: a superset of what can be touched, and with the narrow phase the same contacts bit
 // for bit.
-#include "collision/triangle_index.hpp"
+#include "collision/broad/triangle_index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "collision/first_contact.hpp"
+#include "collision/held/first_contact.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/triangle_indices.hpp"
 

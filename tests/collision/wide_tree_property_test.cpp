@@ -1,5 +1,5 @@
 // The shape of the hierarchy: every triangle once, children after parents, and never deeper than the queries' stack.
-#include "collision/wide_tree.hpp"
+#include "collision/broad/wide_tree.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <thread>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 #include "tests/support/allocations.hpp"
 
 namespace kt {

@@ -4,8 +4,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "core/sparse_solver.hpp"
-#include "core/supernodes.hpp"
+#include "core/linear/sparse_solver.hpp"
+#include "core/linear/supernodes.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {
@@ -133,8 +133,7 @@ TEST(Supernodes, CoverTheFactorInTheirOrder) {
     }
     EXPECT_EQ(first, nodes);
     for (int r = 0; r < nodes; ++r)
-      for (int c = 0; c <= r; ++c)
-        EXPECT_TRUE(has[r][c] || (L.block<3, 3>(3 * r, 3 * c).isZero(0))) << r << " " << c;
+      for (int c = 0; c <= r; ++c) EXPECT_TRUE(has[r][c] || (L.block<3, 3>(3 * r, 3 * c).isZero(0))) << r << " " << c;
   }
 }
 

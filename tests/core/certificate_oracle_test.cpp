@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/certificate.hpp"
+#include "core/local/certificate.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

@@ -1,12 +1,12 @@
 // check_model() passes every model of the table and names each fault that is put into one; the default tangent of
 // differences against the models' own.
-#include "core/check_model.hpp"
+#include "core/body/check_model.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/dense_solvers.hpp"
-#include "core/difference_tangent.hpp"
-#include "core/integrator.hpp"
+#include "core/body/difference_tangent.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/dense_solvers.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

@@ -1,9 +1,9 @@
 // Complex symmetric block factors against LU with pivots.
-#include "core/complex_symmetric.hpp"
+#include "core/linear/complex_symmetric.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/dense_solvers.hpp"
+#include "core/linear/dense_solvers.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

@@ -3,8 +3,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "core/integrator.hpp"
-#include "core/local_dynamics.hpp"
+#include "core/global/integrator.hpp"
+#include "core/local/local_dynamics.hpp"
 #include "tests/support/input_errors.hpp"
 #include "tests/support/linearized_block.hpp"
 

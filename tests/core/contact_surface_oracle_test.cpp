@@ -1,9 +1,9 @@
 // The smooth contact surface: what it is (planes, edges, the limit), and that forces and motion belong together.
-#include "core/contact_surface.hpp"
+#include "core/local/contact_surface.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/subdivision.hpp"
+#include "core/local/subdivision.hpp"
 #include "tests/support/linearized_block.hpp"
 #include "tests/support/numbers.hpp"
 

@@ -5,9 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
-#include "core/dense_cholesky.hpp"
-#include "core/error.hpp"
-#include "core/symmetric_eigen.hpp"
+#include "core/base/error.hpp"
+#include "core/linear/dense_cholesky.hpp"
+#include "core/linear/symmetric_eigen.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

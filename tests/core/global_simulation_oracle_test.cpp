@@ -1,9 +1,9 @@
 // The slow side: where impulses go, held contacts, and what happens when a body blows up.
-#include "core/global_simulation.hpp"
+#include "core/global/global_simulation.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "models/model.hpp"
 #include "tests/support/linear_model.hpp"
 #include "tests/support/meshes.hpp"
@@ -22,10 +22,10 @@ std::vector<ContactSample> random_history(const Mesh& mesh, double begin, double
     const VectorX r = random_vector(7, static_cast<unsigned>(i));
     ContactSample s;
     s.t = begin + 1e-3 * i;
-    s.bary = r.head<3>().cwiseAbs();
-    s.bary /= s.bary.sum();
+    Vec3 bary = r.head<3>().cwiseAbs();
+    bary /= bary.sum();
     s.moves = {mesh.triangles[static_cast<std::size_t>((r[6] + 1) / 2 * static_cast<double>(mesh.triangles.size()))],
-               s.bary};
+               bary};
     s.impulse = size * r.segment<3>(3);
     s.normal = Vec3::UnitZ();
     out.push_back(s);

@@ -5,11 +5,11 @@
 #include <limits>
 #include <random>
 
-#include "core/dense_solvers.hpp"
-#include "core/error.hpp"
-#include "core/graded_body.hpp"
-#include "core/orthonormalizer.hpp"
-#include "core/sparse_product.hpp"
+#include "core/base/error.hpp"
+#include "core/linear/dense_solvers.hpp"
+#include "core/linear/orthonormalizer.hpp"
+#include "core/linear/sparse_product.hpp"
+#include "core/local/graded_body.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

@@ -1,5 +1,5 @@
 // Integrators against dense algebra and the closed-form oscillator; order of convergence.
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Vectors and matrices in lanes of four, and the sweeps of conjugate gradients over them, against Eigen's.
-#include "core/lane_matrix.hpp"
+#include "core/linear/lane_matrix.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "core/newton.hpp"
-#include "core/step_solvers/pcg_sweeps.hpp"
+#include "core/global/newton.hpp"
+#include "core/linear/step_solvers/pcg_sweeps.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "core/error.hpp"
-#include "core/surface.hpp"
+#include "core/base/error.hpp"
+#include "core/body/surface.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 

@@ -1,4 +1,4 @@
-#include "core/pieces.hpp"
+#include "core/body/pieces.hpp"
 
 #include <gtest/gtest.h>
 

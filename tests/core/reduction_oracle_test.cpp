@@ -5,8 +5,8 @@
 #include <numeric>
 #include <set>
 
-#include "core/dense_solvers.hpp"
-#include "core/local_dynamics.hpp"
+#include "core/linear/dense_solvers.hpp"
+#include "core/local/local_dynamics.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/linearized_block.hpp"
 #include "tests/support/numbers.hpp"

@@ -1,5 +1,5 @@
 // The sparse solver of this build against dense Cholesky.
-#include "core/sparse_solver.hpp"
+#include "core/linear/sparse_solver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/sparse_solver.hpp"
+#include "core/linear/sparse_solver.hpp"
 
 namespace kt {
 namespace {

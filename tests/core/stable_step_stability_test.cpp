@@ -1,9 +1,9 @@
 // The stability limit of explicit steps, by simulation just below and above it and by dense eigenvalues.
 #include <gtest/gtest.h>
 
-#include "core/dense_solvers.hpp"
-#include "core/free_dofs.hpp"
-#include "core/global_simulation.hpp"
+#include "core/global/global_simulation.hpp"
+#include "core/linear/dense_solvers.hpp"
+#include "core/linear/free_dofs.hpp"
 #include "models/model.hpp"
 #include "tests/support/linear_model.hpp"
 #include "tests/support/meshes.hpp"

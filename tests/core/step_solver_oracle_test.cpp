@@ -1,12 +1,12 @@
 // The matrix of a step against Eigen's sums; its solvers against dense algebra and one another; Newton's method against
 // closed forms.
-#include "core/step_solver.hpp"
+#include "core/linear/step_solver.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 
-#include "core/newton.hpp"
+#include "core/global/newton.hpp"
 #include "models/model.hpp"
 #include "tests/support/linear_model.hpp"
 #include "tests/support/meshes.hpp"

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/subdivision.hpp"
+#include "core/local/subdivision.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 

@@ -4,12 +4,12 @@
 #include <Eigen/LU>
 #include <numbers>
 
-#include "core/dense_solvers.hpp"
-#include "core/error.hpp"
-#include "core/far_motions.hpp"
-#include "core/graded_body.hpp"
-#include "core/impedance.hpp"
-#include "core/local_dynamics.hpp"
+#include "core/base/error.hpp"
+#include "core/linear/dense_solvers.hpp"
+#include "core/local/far_motions.hpp"
+#include "core/local/graded_body.hpp"
+#include "core/local/impedance.hpp"
+#include "core/local/local_dynamics.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

@@ -4,8 +4,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "core/free_dofs.hpp"
-#include "core/global_simulation.hpp"
+#include "core/global/global_simulation.hpp"
+#include "core/linear/free_dofs.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

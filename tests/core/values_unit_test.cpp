@@ -1,9 +1,9 @@
 // Free dofs, state hashes, error texts: hand values.
 #include <gtest/gtest.h>
 
-#include "core/backend.hpp"
-#include "core/free_dofs.hpp"
-#include "core/state.hpp"
+#include "core/base/backend.hpp"
+#include "core/body/state.hpp"
+#include "core/linear/free_dofs.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

@@ -10,12 +10,12 @@
 #include <string>
 #include <string_view>
 
-#include "core/error.hpp"
-#include "io/mesh_doctor.hpp"
-#include "io/mesh_formats.hpp"
-#include "io/mesh_io.hpp"
-#include "io/mesh_repair.hpp"
-#include "io/weld.hpp"
+#include "core/base/error.hpp"
+#include "io/mesh/mesh_formats.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/mesh/weld.hpp"
+#include "io/surface/mesh_doctor.hpp"
+#include "io/surface/mesh_repair.hpp"
 
 namespace {
 

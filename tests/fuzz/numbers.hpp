@@ -9,7 +9,7 @@
 #include <cstring>
 #include <span>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt::fuzz {
 

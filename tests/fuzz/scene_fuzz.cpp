@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "core/error.hpp"
-#include "io/scene.hpp"
+#include "core/base/error.hpp"
+#include "io/scene/scene.hpp"
 
 namespace {
 

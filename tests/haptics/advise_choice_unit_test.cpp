@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "haptics/advise.hpp"
+#include "haptics/advise/advise.hpp"
 
 namespace kt {
 namespace {

@@ -1,5 +1,5 @@
 // The check of a tool against the whole body sees what the local model does not have.
-#include "haptics/body_check.hpp"
+#include "haptics/tick/body_check.hpp"
 
 #include <gtest/gtest.h>
 

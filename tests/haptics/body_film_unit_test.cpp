@@ -1,5 +1,5 @@
 // Pictures of a body over a run: no torn rim around the patch, and as many frames as there is room for.
-#include "haptics/body_film.hpp"
+#include "haptics/session/body_film.hpp"
 
 #include <gtest/gtest.h>
 

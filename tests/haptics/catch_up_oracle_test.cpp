@@ -1,9 +1,9 @@
 // A local model that comes late and is caught up with is the one that was there all along.
-#include "haptics/catch_up.hpp"
+#include "haptics/tick/catch_up.hpp"
 
 #include <gtest/gtest.h>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_body.hpp"
 #include "tests/support/haptics_scene.hpp"
 

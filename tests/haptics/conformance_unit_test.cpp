@@ -6,7 +6,7 @@
 #include <set>
 
 #include "haptics/device/haptic_device.hpp"
-#include "haptics/links.hpp"
+#include "haptics/link/links.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/haptics_body.hpp"
 

@@ -1,8 +1,8 @@
-#include "haptics/contact_check.hpp"
+#include "haptics/tick/contact_check.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/surface.hpp"
+#include "core/body/surface.hpp"
 
 namespace kt {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 
 namespace kt {
 namespace {
@@ -40,14 +40,14 @@ TEST(EarlyRefresh, IsNeverSoonerThanAModelNeedsToFindItsBalance) {
 TEST(EarlyRefresh, GoesOnForAWhileWhereTheBodyGaveWay) {
   const SessionResult run = dragged(30);
   int seen = 0;
-  for (std::size_t i = 0; i < run.linearization_error.size(); ++i) {
+  for (std::size_t i = 0; i < run.refresh.linearization_error.size(); ++i) {
     const RefreshEvent& gave_way = run.refreshes[i + 1];
-    if (run.linearization_error[i] < 0.3 || gave_way.linearized_tick < 100) continue;
+    if (run.refresh.linearization_error[i] < 0.3 || gave_way.linearized_tick < 100) continue;
     for (std::size_t k = i + 1;
          k + 1 < run.refreshes.size() && run.refreshes[k].linearized_tick < gave_way.linearized_tick + 250; ++k) {
       EXPECT_LE(interval(run, k), interval(run, k - 1))
           << "at tick " << run.refreshes[k].linearized_tick << ", after " << gave_way.linearized_tick;
-      seen += run.linearization_error[k] < 0.02;
+      seen += run.refresh.linearization_error[k] < 0.02;
     }
   }
   EXPECT_GT(seen, 0) << "nothing tempted it to stop";

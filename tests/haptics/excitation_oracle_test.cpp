@@ -1,5 +1,5 @@
 // What a force is made of, against closed forms; and the force error that is expected from it, against forces.
-#include "haptics/excitation.hpp"
+#include "haptics/refresh/excitation.hpp"
 
 #include <gtest/gtest.h>
 

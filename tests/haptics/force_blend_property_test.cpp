@@ -1,5 +1,5 @@
 // The force across a refresh: by hand values, and that it never gives energy that was not put in.
-#include "haptics/force_blend.hpp"
+#include "haptics/tick/force_blend.hpp"
 
 #include <gtest/gtest.h>
 

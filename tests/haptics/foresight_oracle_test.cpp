@@ -1,11 +1,11 @@
 // The body as it will be, against the body as it became.
-#include "haptics/foresight.hpp"
+#include "haptics/refresh/foresight.hpp"
 
 #include <gtest/gtest.h>
 
-#include "collision/closest_point.hpp"
-#include "core/global_simulation.hpp"
-#include "haptics/reference.hpp"
+#include "collision/shape/closest_point.hpp"
+#include "core/global/global_simulation.hpp"
+#include "haptics/study/reference.hpp"
 #include "models/model.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/meshes.hpp"
@@ -30,11 +30,14 @@ TEST(ToolVelocity, IsThatOfTheLastTicks) {
 }
 
 TEST(LastHolds, SplitTheForceOnTheBody) {
+  Surface surface;
+  surface.triangles = {{1, 2, 3}};
   LocalReport report;
   report.count = 1;
-  report.samples[0] = {.moves = {{1, 2, 3}, {1, 0, 0}}, .impulse = {2e-4, 0, -1e-3}, .normal = Vec3::UnitZ()};
-  const std::vector<ContactHold> holds = last_holds({&report, 1}, 1000);
+  report.samples[0] = {.triangle = 0, .bary = {1, 0, 0}, .impulse = {2e-4, 0, -1e-3}, .normal = Vec3::UnitZ()};
+  const std::vector<ContactHold> holds = last_holds({&report, 1}, ContactNodes(surface, 0), 1000);
   ASSERT_EQ(holds.size(), 1u);
+  EXPECT_EQ(holds[0].moves.of(VectorX::LinSpaced(12, 0, 11)), Vec3(3, 4, 5));
   EXPECT_DOUBLE_EQ(holds[0].force, 1);
   EXPECT_EQ(holds[0].friction, Vec3(0.2, 0, 0));
 }
@@ -138,7 +141,7 @@ TEST(Foresight, BringsTheForceNearerToTheReference) {
     Session session(scene);
     const SessionResult run = session.run();
     if (!reference) reference = run_reference(session, tool_paths(run), {.rate_hz = scene.local.rate_hz});
-    EXPECT_EQ(run.looked_ahead > 5, look_ahead) << run.looked_ahead;
+    EXPECT_EQ(run.refresh.looked_ahead > 5, look_ahead) << run.refresh.looked_ahead;
     error[look_ahead] = compare_forces(tick_forces(run.tools[0].frames), *reference).force_error;
   }
   EXPECT_LT(error[1], 0.85 * error[0]) << error[0];

@@ -1,7 +1,7 @@
 // What a device is given: the force, limited; nothing while its poses cannot be relied upon.
 #include <gtest/gtest.h>
 
-#include "haptics/session_run.hpp"
+#include "haptics/session/session_run.hpp"
 
 namespace kt {
 namespace {

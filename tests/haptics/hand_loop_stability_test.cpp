@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "haptics/device/hand_loop.hpp"
-#include "haptics/predict_hand.hpp"
+#include "haptics/predict/predict_hand.hpp"
 
 namespace kt {
 namespace {

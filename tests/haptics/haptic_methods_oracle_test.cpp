@@ -3,7 +3,7 @@
 
 #include <Eigen/Dense>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_body.hpp"
 #include "tests/support/haptics_scene.hpp"
 
@@ -38,7 +38,7 @@ class Bench {
   }
   const PreparedLocalModel& prepared() const { return method_->model(); }
   const LocalModel& model() const { return method_->model().model; }
-  const ContactSample& sample() const { return method_->samples()[0]; }
+  const TickContact& sample() const { return method_->samples()[0]; }
 
  private:
   static const SoftBlock& body() {
@@ -49,12 +49,11 @@ class Bench {
 };
 
 /// Rows of the basis at a contact, (3 x r).
-MatrixX contact_rows(const LocalModel& m, const ContactSample& s) {
+MatrixX contact_rows(const LocalModel& m, const TickContact& s) {
   MatrixX J = MatrixX::Zero(3, m.basis.rows());
-  for (int c = 0; c < 3; ++c) {
-    const auto at = std::ranges::find(m.patch.global_node, s.moves.node[c]) - m.patch.global_node.begin();
-    J.block<3, 3>(0, 3 * at) = s.moves.weight[c] * Mat3::Identity();
-  }
+  const auto t = std::ranges::find(m.patch.global_triangle, s.triangle) - m.patch.global_triangle.begin();
+  for (int c = 0; c < 3; ++c)
+    J.block<3, 3>(0, 3 * m.patch.triangles[static_cast<std::size_t>(t)][c]) = s.bary[c] * Mat3::Identity();
   return J * m.basis;
 }
 Mat3 static_compliance(const LocalModel& m, const MatrixX& rows) {
@@ -110,12 +109,12 @@ TEST(Frozen, NormalAndPlaceStayWhereTheRefreshFoundThem) {
   const Vec3 down = kPlace - Vec3(0, 0, 0.0008), far(0.012, 0.004, 0);
   bench.refresh(kPlace);
   const LocalFrame before = bench.move(kPlace, down, 10);
-  const NodeWeights nodes = bench.sample().moves;
+  const int triangle = bench.sample().triangle;
   const MatrixX rows = contact_rows(bench.model(), bench.sample());
   const double C = static_compliance(bench.model(), rows)(2, 2);
   EXPECT_NEAR(before.force.z(), 0.0008 / C, 1e-6 / C * 0.0008);
   const LocalFrame after = bench.move(down, down + far, 100);  // triangles further on
-  EXPECT_TRUE(std::equal(nodes.node.begin(), nodes.node.begin() + 3, bench.sample().moves.node.begin()));
+  EXPECT_EQ(bench.sample().triangle, triangle);
   EXPECT_LT((after.force - before.force).norm(), 1e-9 * before.force.norm());
 }
 
@@ -156,7 +155,8 @@ TEST(Legacy, FirstTickIsTheImplicitStepOfTheVertexPutOntoTheTool) {
   EXPECT_EQ(bench.sample().bary.maxCoeff(), 1);
   for (int c = 0; c < 3; ++c)
     if (bench.sample().bary[c] == 1) {
-      EXPECT_EQ(bench.sample().moves.node[c], m.patch.global_node[vertex]);
+      const auto t = std::ranges::find(m.patch.global_triangle, bench.sample().triangle);
+      EXPECT_EQ(m.patch.triangles[static_cast<std::size_t>(t - m.patch.global_triangle.begin())][c], vertex);
     }
 
   // The wall's coordinates are node displacements: the vertex is pushed down by the depth, all else as it was.
@@ -211,7 +211,7 @@ TEST(Penalty, StaticForceIsCouplingAndBodyInSeries) {
   const LocalFrame frame = bench.move(down, down, 3000);
   ASSERT_EQ(frame.mode, ContactMode::slide);
   const LocalModel& m = bench.model();
-  const ContactSample& s = bench.sample();
+  const TickContact& s = bench.sample();
   const MatrixX rows = contact_rows(m, s);
   // Balance of the body, and of the spring between the tool and the surface.
   const VectorX residual = m.stiffness * bench.prepared().state.q - m.f0 + rows.transpose() * frame.force;

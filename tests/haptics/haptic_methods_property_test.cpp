@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/haptics_body.hpp"
 #include "tests/support/haptics_scene.hpp"

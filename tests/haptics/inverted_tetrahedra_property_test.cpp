@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "core/error.hpp"
-#include "haptics/session.hpp"
+#include "core/base/error.hpp"
+#include "haptics/session/session.hpp"
 
 namespace kt {
 namespace {
@@ -33,24 +33,24 @@ bool warns(const SessionResult& run) { return warns_of(run, ""); }
 
 TEST(InvertedTetrahedra, AreCountedAndToldOfUnguardedSprings) {
   const SessionResult run = pressed("msd", 0.006, 0);
-  EXPECT_GT(run.inverted.most, 0);
-  EXPECT_LE(run.inverted.last, run.inverted.most);
-  EXPECT_GT(run.inverted.from, 0.05);  // not before the tool has come
+  EXPECT_GT(run.refresh.inverted.most, 0);
+  EXPECT_LE(run.refresh.inverted.last, run.refresh.inverted.most);
+  EXPECT_GT(run.refresh.inverted.from, 0.05);  // not before the tool has come
   EXPECT_TRUE(warns(run));
-  EXPECT_EQ(warns_of(run, text(", and ", run.inverted.last, " are at the end")), run.inverted.last > 0);
-  EXPECT_EQ(warns_of(run, "came back"), run.inverted.last == 0);
+  EXPECT_EQ(warns_of(run, text(", and ", run.refresh.inverted.last, " are at the end")), run.refresh.inverted.last > 0);
+  EXPECT_EQ(warns_of(run, "came back"), run.refresh.inverted.last == 0);
 }
 
 TEST(InvertedTetrahedra, AreNoneInGuardedSpringsPressedAsDeep) {
   const SessionResult run = pressed("msd", 0.006, Scene().object.model.least_volume);
-  EXPECT_EQ(run.inverted.most, 0);
+  EXPECT_EQ(run.refresh.inverted.most, 0);
   EXPECT_FALSE(warns(run));
 }
 
 TEST(InvertedTetrahedra, AreNoneWhereTheBodyIsHardlyPressed) {
   const SessionResult run = pressed("fem", 0.001, 0);
-  EXPECT_EQ(run.inverted.most, 0);
-  EXPECT_EQ(run.inverted.last, 0);
+  EXPECT_EQ(run.refresh.inverted.most, 0);
+  EXPECT_EQ(run.refresh.inverted.last, 0);
   EXPECT_FALSE(warns(run));
 }
 

@@ -1,5 +1,5 @@
 // The haptic tick against what statics, friction and geometry say about it.
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 #include <gtest/gtest.h>
 

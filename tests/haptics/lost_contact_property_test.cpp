@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "haptics/metrics.hpp"
-#include "haptics/run_warnings.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/run_warnings.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/metrics.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {
@@ -64,7 +64,7 @@ TEST(LostContact, OfAThreadedRunIsCheckedToo) {
   const SessionResult live = Session(scene).run();
   ASSERT_EQ(live.tools[0].penetration.size(), live.tools[0].frames.size());
   EXPECT_EQ(live.tools[0].lost.unchecked_ticks, 0);
-  EXPECT_EQ(live.slow_cpu_ms.size(), live.refreshes.size());
+  EXPECT_EQ(live.refresh.cpu_ms.size(), live.refreshes.size());
   SessionOptions replay = replay_of(live);
   const SessionResult again = Session(scene).run(replay);
   ASSERT_EQ(again.hash, live.hash);

@@ -1,5 +1,5 @@
 // Force metrics of made-up force histories against what they must be.
-#include "haptics/metrics.hpp"
+#include "haptics/study/metrics.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/paper_claims.hpp"
+#include "haptics/study/paper_claims.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // What the surface follows of a ball on a path: by hand on a plane, and against the closest of all triangles.
-#include "haptics/path_excitation.hpp"
+#include "haptics/setup/path_excitation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 #include <random>
 
-#include "collision/closest_point.hpp"
-#include "core/mesh.hpp"
+#include "collision/shape/closest_point.hpp"
+#include "core/body/mesh.hpp"
 #include "tests/support/meshes.hpp"
 
 namespace kt {

@@ -1,7 +1,7 @@
 // What a run says of pieces that nothing holds, and of nodes that coincide and are not shared.
 #include <gtest/gtest.h>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

@@ -1,8 +1,8 @@
-#include "haptics/predict_units.hpp"
+#include "haptics/predict/predict_units.hpp"
 
 #include <gtest/gtest.h>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

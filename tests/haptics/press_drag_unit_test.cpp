@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
-#include "io/mesh_io.hpp"
+#include "core/base/error.hpp"
+#include "io/mesh/mesh_io.hpp"
 
 namespace kt {
 namespace {

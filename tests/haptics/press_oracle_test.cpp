@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "core/error.hpp"
-#include "haptics/press.hpp"
-#include "io/refine_surface.hpp"
-#include "io/tetrahedralize.hpp"
+#include "core/base/error.hpp"
+#include "haptics/study/press.hpp"
+#include "io/solid/tetrahedralize.hpp"
+#include "io/surface/refine_surface.hpp"
 #include "models/model.hpp"
 
 namespace kt {

@@ -1,4 +1,4 @@
-#include "haptics/push_force.hpp"
+#include "haptics/tick/push_force.hpp"
 
 #include <gtest/gtest.h>
 

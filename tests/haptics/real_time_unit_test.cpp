@@ -1,4 +1,4 @@
-#include "haptics/real_time.hpp"
+#include "haptics/session/real_time.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@ SessionResult quick_run() {
   SessionResult r;
   r.tools[0].frames.resize(1000);
   r.step_us.assign(1000, 20);
-  r.global_ms.assign(30, 1);
-  r.refresh_ms.assign(30, 3);
-  r.refresh_parts_ms = {{"linearize", std::vector<double>(30, 0.5)},
+  r.refresh.global_ms.assign(30, 1);
+  r.refresh.refresh_ms.assign(30, 3);
+  r.refresh.parts_ms = {{"linearize", std::vector<double>(30, 0.5)},
                         {"reduce", std::vector<double>(30, 2)},
                         {"certify", std::vector<double>(30, 0.3)},
                         {"prepare", std::vector<double>(30, 0.2)}};
@@ -34,8 +34,8 @@ TEST(RealTime, HoldsWhereBothSidesAreQuick) {
 
 TEST(RealTime, NamesTheReductionWhereThatIsSlowAndNotTheStep) {
   SessionResult r = quick_run();
-  r.refresh_ms.assign(30, 60);
-  r.refresh_parts_ms[1].second.assign(30, 55);
+  r.refresh.refresh_ms.assign(30, 60);
+  r.refresh.parts_ms[1].second.assign(30, 55);
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_EQ(t.keeps, Keeps::no);
   EXPECT_EQ(t.slow_part, "reduce");
@@ -46,7 +46,7 @@ TEST(RealTime, NamesTheReductionWhereThatIsSlowAndNotTheStep) {
 
 TEST(RealTime, NamesTheGlobalStepWhereThatIsSlow) {
   SessionResult r = quick_run();
-  r.global_ms.assign(30, 40);
+  r.refresh.global_ms.assign(30, 40);
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_EQ(t.keeps, Keeps::no);
   EXPECT_EQ(t.slow_part, "global step");
@@ -63,10 +63,10 @@ TEST(RealTime, NamesTheTickWhereThatIsSlower) {
 
 TEST(RealTime, IsJustAboutKeptWithLittleRoomOrWithEarlyRefreshesThatDoNotFit) {
   SessionResult r = quick_run();
-  r.refresh_ms.assign(30, 29);
+  r.refresh.refresh_ms.assign(30, 29);
   EXPECT_EQ(judge_real_time(Scene{}, r).keeps, Keeps::just_about);
   SessionResult early = quick_run();
-  early.refresh_ms.assign(98, 12);
+  early.refresh.refresh_ms.assign(98, 12);
   early.refreshes.resize(98);
   EXPECT_EQ(judge_real_time(Scene{}, early).keeps, Keeps::just_about);
 }
@@ -74,18 +74,18 @@ TEST(RealTime, IsJustAboutKeptWithLittleRoomOrWithEarlyRefreshesThatDoNotFit) {
 /// The first refresh sets the run up.
 TEST(RealTime, DoesNotCountTheFirstRefresh) {
   SessionResult r = quick_run();
-  r.global_ms.assign(2, 1);
-  r.refresh_ms = {5000, 3};
+  r.refresh.global_ms.assign(2, 1);
+  r.refresh.refresh_ms = {5000, 3};
   EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 4, 1e-12);
 }
 
 /// Another program had the processor nine tenths of the time.
 TEST(RealTime, TakesTheProcessorsTimeWhereThatIsLess) {
   SessionResult r = quick_run();
-  r.refresh_ms.assign(30, 39);
-  r.slow_cpu_ms.assign(30, 4);
+  r.refresh.refresh_ms.assign(30, 39);
+  r.refresh.cpu_ms.assign(30, 4);
   EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 4, 1e-12);
-  r.slow_cpu_ms.assign(30, 80);  // of two threads
+  r.refresh.cpu_ms.assign(30, 80);  // of two threads
   EXPECT_NEAR(judge_real_time(Scene{}, r).refresh_ms, 40, 1e-12);
 }
 

@@ -1,5 +1,5 @@
 // The reference against truths of its own: the step that it claims to take, equilibria, and itself at finer steps.
-#include "haptics/reference.hpp"
+#include "haptics/study/reference.hpp"
 
 #include <gtest/gtest.h>
 

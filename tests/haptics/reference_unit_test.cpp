@@ -1,5 +1,5 @@
 // What surrounds the reference: its path, its file, its key, and how forces are compared with it.
-#include "haptics/reference.hpp"
+#include "haptics/study/reference.hpp"
 
 #include <gtest/gtest.h>
 

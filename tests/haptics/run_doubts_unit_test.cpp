@@ -1,4 +1,4 @@
-#include "haptics/run_doubts.hpp"
+#include "haptics/study/run_doubts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ TEST(RunDoubts, TakeWarningsApartAndLeaveNotesOut) {
 TEST(RunDoubts, SeeMissedImpactsAndTheLinearRangeAndTheSecondTool) {
   SessionResult result;
   result.tools[0].missed_impacts = 4;
-  result.linearization_error = {0.3, 0.3, 0.3};
+  result.refresh.linearization_error = {0.3, 0.3, 0.3};
   ForceMetrics second = calm();
   second.crossing_jump = 0.5;
   const auto doubts = find_doubts(Scene{}, result, {}, {calm(), second});

@@ -1,4 +1,4 @@
-#include "haptics/run_warnings.hpp"
+#include "haptics/session/run_warnings.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // Friction by place: the table of triangles, and what a tool feels that is dragged over a border.
-#include "haptics/scene_friction.hpp"
+#include "haptics/contact/scene_friction.hpp"
 
 #include <gtest/gtest.h>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/meshes.hpp"
 

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "bench/pressed_bodies.hpp"
-#include "haptics/press.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/study/press.hpp"
 #include "tests/support/input_errors.hpp"
 
 namespace kt {

@@ -1,10 +1,10 @@
 // The same run, bit for bit: run twice, replayed, in Release and in Debug, in lockstep after threads.
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 
 #include <gtest/gtest.h>
 
-#include "haptics/body_film.hpp"
-#include "haptics/links.hpp"
+#include "haptics/link/links.hpp"
+#include "haptics/session/body_film.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {
@@ -144,7 +144,7 @@ TEST(Thread, ReplayStepsDownWhereTheRunDid) {
   scene.local.refresh_budget_ms = 1e3;  // at first any fits
   Session session(scene);
   const SessionResult calm = session.run();
-  scene.local.refresh_budget_ms = 0.8 * calm.slow_cpu_ms.back();
+  scene.local.refresh_budget_ms = 0.8 * calm.refresh.cpu_ms.back();
   const SessionResult live = run(scene);
   for (const ReducerChange& c : live.reducer_changes)
     std::printf("tick %d: %s -> %s: %s\n", c.tick, c.from.c_str(), c.to.c_str(), c.why.c_str());

@@ -1,7 +1,7 @@
 // Against the wall clock: nothing here judges times, which a shared machine cannot promise.
 #include <gtest/gtest.h>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

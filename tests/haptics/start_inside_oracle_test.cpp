@@ -2,11 +2,11 @@
 // small steps, whatever its shape and the body's model; and out through what can move, not through what is clamped.
 #include <gtest/gtest.h>
 
-#include "collision/surface_contacts.hpp"
-#include "haptics/session.hpp"
-#include "haptics/way_out.hpp"
-#include "io/child_process.hpp"
-#include "io/mesh_io.hpp"
+#include "collision/held/surface_contacts.hpp"
+#include "haptics/session/session.hpp"
+#include "haptics/tick/way_out.hpp"
+#include "io/files/child_process.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

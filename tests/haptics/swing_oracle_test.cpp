@@ -1,14 +1,14 @@
 // The swing of a body under a push, against a beam's; the damping of steps against steps; and what steps as long as a
 // refresh interval make of a body that is pushed on its way.
-#include "haptics/predict_swing.hpp"
+#include "haptics/predict/predict_swing.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <complex>
 
-#include "core/global_simulation.hpp"
-#include "haptics/session.hpp"
+#include "core/global/global_simulation.hpp"
+#include "haptics/session/session.hpp"
 #include "models/model.hpp"
 #include "tests/support/haptics_scene.hpp"
 

@@ -5,8 +5,8 @@
 #include <chrono>
 #include <thread>
 
-#include "haptics/contact_watch.hpp"
-#include "haptics/session.hpp"
+#include "haptics/session/contact_watch.hpp"
+#include "haptics/session/session.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"
@@ -103,7 +103,7 @@ TEST(Touch, AStylusTurnsByItsPosesAsByTheScript) {
     most = std::max(most, f.torque.norm());
     // The contacts' own forces about the reference point.
     Vec3 torque = Vec3::Zero(), force = Vec3::Zero();
-    for (const ContactSample& s : touch.last_samples()) {
+    for (const TickContact& s : touch.last_samples()) {
       force -= s.impulse / touch.h();
       torque += (s.point - mine.pose.x).cross(Vec3(-s.impulse / touch.h()));
     }
@@ -146,6 +146,16 @@ TEST(Touch, APoseThatIsNoneLeavesTheToolWhereItWas) {
   EXPECT_EQ(touch.tick(Pose{over}).flags & kBadPose, 0u);
 }
 
+/// What a run is repeated by, as it is told.
+struct Records final : ModelObserver {
+  TouchReplay replay{.reducer_changes = std::vector<ReducerChange>{}};
+  void refreshed(const RefreshRecord& r) override {
+    replay.refreshes.push_back(r.event);
+    std::ranges::copy(r.settings, std::back_inserter(replay.changes));
+    std::ranges::copy(r.reducers, std::back_inserter(*replay.reducer_changes));
+  }
+};
+
 TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
   Scene scene = small_scene();
   scene.duration = 0.6;
@@ -154,7 +164,9 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
   const auto run = [&](const TouchReplay& replay, bool changes) {
     TouchOptions options = session.options();
     options.replay = replay;
+    Records records;
     Touch touch(session.body(), options);
+    touch.observe(&records);
     touch.place(Pose{interpolate_path(paths[0].points, 0)});
     std::vector<LocalFrame> frames;
     for (int i = 0; i < 600; ++i) {
@@ -168,8 +180,12 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
       if (changes && i == 500) touch.set("contact.surface", "loop");
       frames.push_back(touch.tick(Pose{interpolate_path(paths[0].points, (i + 1) * 1e-3)}));
     }
-    return std::pair(
-        frames, TouchReplay{touch.slow().events, touch.slow().refresher().choice().changes(), touch.slow().changes()});
+    // What is settled is told while it runs, the rest at the end; each refresh once, in order.
+    EXPECT_GE(static_cast<int>(records.replay.refreshes.size()), touch.status().refreshes - 2);
+    touch.stop();
+    EXPECT_EQ(static_cast<int>(records.replay.refreshes.size()), touch.status().refreshes);
+    EXPECT_TRUE(std::ranges::is_sorted(records.replay.refreshes, {}, &RefreshEvent::linearized_tick));
+    return std::pair(frames, records.replay);
   };
   const auto [plain, none] = run({}, false);
   const auto [live, record] = run({}, true);

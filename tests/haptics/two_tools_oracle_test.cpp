@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <random>
 
-#include "core/tangent_model.hpp"
-#include "haptics/metrics.hpp"
-#include "haptics/reference.hpp"
+#include "core/body/tangent_model.hpp"
+#include "haptics/study/metrics.hpp"
+#include "haptics/study/reference.hpp"
 #include "models/model.hpp"
 
 namespace kt {
@@ -222,7 +222,7 @@ TEST(TwoTools, PushTheBodyAsItPushesThem) {
     std::array<LocalFrame, 2> frames;
     local.step_tools(sweeps, frames);
     std::array<Vec3, 2> given{Vec3::Zero(), Vec3::Zero()};
-    for (const ContactSample& s : local.samples()) given[s.tool] += s.impulse;
+    for (const TickContact& s : local.samples()) given[s.tool] += s.impulse;
     for (int k = 0; k < 2; ++k) ASSERT_LT((given[k] + kStep * frames[k].force).norm(), 1e-15) << tick;
     if (frames[0].events + frames[1].events == 0) {  // else contact lasted for a part of the tick only
       ASSERT_LT((momentum() - before - given[0] - given[1]).norm(), 1e-9) << tick;

@@ -1,11 +1,11 @@
 // A setting changes a run, or the run says that it does nothing: each key by itself, over models, laws and methods.
-#include "haptics/unused_settings.hpp"
+#include "haptics/setup/unused_settings.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "haptics/session.hpp"
+#include "haptics/session/session.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

@@ -1,7 +1,7 @@
 // Holes of surfaces as loops of edges.
-#include "io/border_loops.hpp"
+#include "io/surface/border_loops.hpp"
 
-#include "io/mesh_doctor.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

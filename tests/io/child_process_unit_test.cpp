@@ -1,4 +1,4 @@
-#include "io/child_process.hpp"
+#include "io/files/child_process.hpp"
 
 #include <signal.h>
 

@@ -1,7 +1,7 @@
 // Fewer triangles, the same shape, no slivers.
-#include "io/decimate_surface.hpp"
-#include "io/mesh_doctor.hpp"
-#include "io/surface_distance.hpp"
+#include "io/surface/decimate_surface.hpp"
+#include "io/surface/mesh_doctor.hpp"
+#include "io/surface/surface_distance.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

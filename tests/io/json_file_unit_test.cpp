@@ -1,11 +1,11 @@
-#include "io/json_file.hpp"
+#include "io/files/json_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
-#include "io/shell_words.hpp"
+#include "core/base/error.hpp"
+#include "io/files/shell_words.hpp"
 
 namespace kt {
 namespace {

@@ -1,5 +1,5 @@
 // Each broken mesh of the project shows its one fault, and where; the good ones show none.
-#include "io/mesh_doctor.hpp"
+#include "io/surface/mesh_doctor.hpp"
 
 #include <map>
 

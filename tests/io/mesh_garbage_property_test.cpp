@@ -5,7 +5,7 @@
 #include <fstream>
 #include <random>
 
-#include "io/text_reader.hpp"
+#include "io/files/text_reader.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

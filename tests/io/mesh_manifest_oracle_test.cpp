@@ -2,7 +2,7 @@
 #include <map>
 #include <sstream>
 
-#include "io/mesh_doctor.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -1,7 +1,7 @@
-#include "io/mesh_repair.hpp"
+#include "io/surface/mesh_repair.hpp"
 
-#include "io/mesh_doctor.hpp"
-#include "io/weld.hpp"
+#include "io/mesh/weld.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "core/error.hpp"
-#include "io/child_process.hpp"
-#include "io/mesh_io.hpp"
+#include "core/base/error.hpp"
+#include "io/files/child_process.hpp"
+#include "io/mesh/mesh_io.hpp"
 
 namespace kt {
 

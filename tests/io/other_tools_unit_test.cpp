@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstring>
 
-#include "io/text_reader.hpp"
+#include "io/files/text_reader.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

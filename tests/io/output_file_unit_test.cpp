@@ -1,4 +1,4 @@
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -11,8 +11,8 @@
 #include <sstream>
 #include <thread>
 
-#include "core/error.hpp"
-#include "io/child_process.hpp"
+#include "core/base/error.hpp"
+#include "io/files/child_process.hpp"
 
 namespace kt {
 namespace {

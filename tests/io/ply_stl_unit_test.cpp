@@ -4,8 +4,8 @@
 #include <cctype>
 #include <cstring>
 
-#include "io/mesh_doctor.hpp"
-#include "io/text_reader.hpp"
+#include "io/files/text_reader.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -3,9 +3,9 @@
 
 #include <set>
 
-#include "core/error.hpp"
-#include "io/mesh_io.hpp"
-#include "io/refine_surface.hpp"
+#include "core/base/error.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/surface/refine_surface.hpp"
 
 namespace kt {
 namespace {

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "core/error.hpp"
-#include "io/json_schema.hpp"
-#include "io/scene.hpp"
+#include "core/base/error.hpp"
+#include "io/scene/json_schema.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 namespace {

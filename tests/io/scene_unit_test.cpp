@@ -1,5 +1,5 @@
 // What a scene file may say, and the one line a wrong one gives.
-#include "io/scene.hpp"
+#include "io/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {

@@ -1,4 +1,4 @@
-#include "io/mesh_doctor.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -1,9 +1,9 @@
 // Every backend of tetrahedralizer.def over the project's meshes, and what is said about surfaces that cannot be
 // filled.
-#include "io/tetrahedralize.hpp"
+#include "io/solid/tetrahedralize.hpp"
 
-#include "io/mesh_doctor.hpp"
-#include "io/tetrahedra_quality.hpp"
+#include "io/solid/tetrahedra_quality.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -1,8 +1,8 @@
-#include "io/vtu.hpp"
+#include "io/mesh/vtu.hpp"
 
 #include <cstring>
 
-#include "io/text_reader.hpp"
+#include "io/files/text_reader.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

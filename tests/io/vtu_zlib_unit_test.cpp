@@ -1,5 +1,5 @@
 // Compressed VTU files: meshio's default (base64 in place) and what ParaView writes (appended, several blocks).
-#include "io/text_reader.hpp"
+#include "io/files/text_reader.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

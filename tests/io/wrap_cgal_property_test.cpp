@@ -1,6 +1,6 @@
 // Filling holes and wrapping: the result is clean, and what is said about it is true.
-#include "io/mesh_doctor.hpp"
-#include "io/mesh_repair.hpp"
+#include "io/surface/mesh_doctor.hpp"
+#include "io/surface/mesh_repair.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -1,8 +1,8 @@
 // What every model in models.def promises, whatever its physics. A new model is tested the moment its line exists.
 #include <gtest/gtest.h>
 
-#include "core/dense_solvers.hpp"
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/dense_solvers.hpp"
 #include "models/model.hpp"
 #include "tests/support/input_errors.hpp"
 #include "tests/support/meshes.hpp"

@@ -1,8 +1,8 @@
 // Finite elements give the same bits on every build and with any number of threads.
 #include <gtest/gtest.h>
 
-#include "core/integrator.hpp"
-#include "core/parallel.hpp"
+#include "core/base/parallel.hpp"
+#include "core/global/integrator.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"

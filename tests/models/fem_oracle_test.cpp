@@ -3,9 +3,9 @@
 
 #include <Eigen/Geometry>
 
-#include "core/dense_solvers.hpp"
-#include "core/integrator.hpp"
-#include "core/sparse_solver.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/dense_solvers.hpp"
+#include "core/linear/sparse_solver.hpp"
 #include "models/fem/element.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"

@@ -3,9 +3,9 @@
 
 #include <cstdio>
 
-#include "core/dense_solvers.hpp"
-#include "core/free_dofs.hpp"
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/dense_solvers.hpp"
+#include "core/linear/free_dofs.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"

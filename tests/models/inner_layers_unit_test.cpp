@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
-#include "io/mesh_io.hpp"
+#include "core/base/error.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "models/msd/springs.hpp"
 
 namespace kt {

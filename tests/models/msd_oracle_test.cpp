@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <set>
 
-#include "core/dense_solvers.hpp"
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
+#include "core/linear/dense_solvers.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

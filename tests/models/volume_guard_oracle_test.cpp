@@ -1,10 +1,10 @@
 // Tetrahedra of springs that lost their volume: pushed back by the gradient of an energy, and back from inside out.
-#include "core/dense_solvers.hpp"
+#include "core/linear/dense_solvers.hpp"
 #include "models/msd/volume_guard.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/integrator.hpp"
+#include "core/global/integrator.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

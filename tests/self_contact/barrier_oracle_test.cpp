@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "bench/pressed_bodies.hpp"
-#include "io/mesh_doctor.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "bench/pressed_bodies.hpp"
-#include "io/mesh_doctor.hpp"
-#include "io/mesh_io.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/surface/mesh_doctor.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

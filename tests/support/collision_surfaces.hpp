@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "collision/closest_point.hpp"
-#include "collision/surface_contacts.hpp"
-#include "io/mesh_io.hpp"
+#include "collision/held/surface_contacts.hpp"
+#include "collision/shape/closest_point.hpp"
+#include "io/mesh/mesh_io.hpp"
 
 namespace kt {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "collision/contact.hpp"
+#include "collision/shape/contact.hpp"
 #include "tests/support/collision_oracle.hpp"
 #include "tests/support/quad_point.hpp"
 

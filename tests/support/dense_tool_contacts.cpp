@@ -1,7 +1,6 @@
 #include "tests/support/dense_tool_contacts.hpp"
 
-#include "collision/closest_point.hpp"
-#include "collision/pair_distance.hpp"
+#include "collision/shape/closest_point.hpp"
 
 namespace kt {
 

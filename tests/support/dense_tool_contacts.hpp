@@ -1,6 +1,6 @@
 #pragma once
 // The contacts of a tool by all pairs: each triangle of the surface with each corner, edge and triangle of the core.
-#include "collision/tool_contacts.hpp"
+#include "collision/held/tool_contacts.hpp"
 
 namespace kt {
 

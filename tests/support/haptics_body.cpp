@@ -1,9 +1,9 @@
 #include "tests/support/haptics_body.hpp"
 
-#include "collision/closest_point.hpp"
-#include "haptics/contact_check.hpp"
+#include "collision/shape/closest_point.hpp"
 #include "haptics/device/tool_turn.hpp"
-#include "io/mesh_io.hpp"
+#include "haptics/tick/contact_check.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "models/model.hpp"
 #include "models/msd/springs.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 // A soft block with a tool over it, made without a scene: what the tests of the haptic tick press on.
-#include "haptics/local_simulation.hpp"
+#include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
 

@@ -2,7 +2,7 @@
 // Coulomb friction in its own right, to judge the engine's solvers: velocities and impulses of c contacts, stacked.
 #include <vector>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

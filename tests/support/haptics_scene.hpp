@@ -1,6 +1,6 @@
 #pragma once
 // A small scene for session tests: a block, a tool that presses and drags. Runs in every build.
-#include "io/scene.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "core/deformable_model.hpp"
+#include "core/body/deformable_model.hpp"
 
 namespace kt {
 

@@ -1,6 +1,6 @@
 #pragma once
 // A body that is only its matrices: f = -K (x - x_rest) - D v. Closed forms exist for everything it does.
-#include "core/deformable_model.hpp"
+#include "core/body/deformable_model.hpp"
 
 namespace kt {
 

@@ -1,6 +1,6 @@
 #pragma once
 // A body ready to be reduced: what the tests of reducers and local dynamics start from.
-#include "core/reducer.hpp"
+#include "core/local/reducer.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

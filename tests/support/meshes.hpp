@@ -1,6 +1,6 @@
 #pragma once
 // Small bodies for tests, made by rule.
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

@@ -2,7 +2,7 @@
 // Independent numbers to test against: central differences, seeded random vectors, relative errors.
 #include <functional>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

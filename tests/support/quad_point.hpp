@@ -2,7 +2,7 @@
 // Points in 113-bit arithmetic, in which a test's truth is computed; long double where the compiler has no more.
 #include <cmath>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt::quad {
 

@@ -2,7 +2,7 @@
 // Random numbers and places of one test.
 #include <random>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

@@ -1,6 +1,6 @@
 #pragma once
 // A body away from rest, and its force.
-#include "core/deformable_model.hpp"
+#include "core/body/deformable_model.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

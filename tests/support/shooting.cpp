@@ -1,6 +1,6 @@
 #include "tests/support/shooting.hpp"
 
-#include "collision/first_contact.hpp"
+#include "collision/held/first_contact.hpp"
 #include "tests/support/crossing_oracle.hpp"
 
 namespace kt {

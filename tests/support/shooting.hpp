@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "collision/triangle_index.hpp"
+#include "collision/broad/triangle_index.hpp"
 #include "tests/support/collision_oracle.hpp"
 #include "tests/support/shots.hpp"
 

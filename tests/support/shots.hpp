@@ -1,6 +1,6 @@
 #pragma once
 // Tools shot at a surface in ticks of 1 ms: at its faces, edges and vertices, while it rests, moves or deforms.
-#include "collision/contact.hpp"
+#include "collision/shape/contact.hpp"
 #include "tests/support/random_sample.hpp"
 
 namespace kt {

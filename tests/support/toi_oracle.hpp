@@ -4,7 +4,7 @@
 // that are not zero are far from it. Slow, and only for tests.
 #include <optional>
 
-#include "core/types.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

@@ -2,7 +2,7 @@
 // Tools of the shapes that are more than a point or a sphere.
 #include <cmath>
 
-#include "collision/moving_tool.hpp"
+#include "collision/held/moving_tool.hpp"
 
 namespace kt {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "collision/triangle_index.hpp"
+#include "collision/broad/triangle_index.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/random_sample.hpp"
 

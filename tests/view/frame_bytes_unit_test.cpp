@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "core/mesh.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 namespace {

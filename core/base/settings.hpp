@@ -1,0 +1,96 @@
+#pragma once
+// What the engine can be told, as plain values with their defaults: in a scene file, on the command line and in code.
+// SI units. Keys and ranges of the scene file that sets them: io/scene/scene.schema.json. Names of backends are plain
+// strings, because the tables that they come from belong to other libraries.
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/types.hpp"
+
+namespace kt {
+
+/// Spring and damper between the tool and its proxy on the surface (law penalty).
+struct PenaltySettings {
+  double stiffness = 200.0;  ///< [N/m] soft tissue shakes from about 300 on
+  double damping = 0.0;      ///< [N.s/m] a force that acts a tick late has none to spare
+  bool operator==(const PenaltySettings&) const = default;
+};
+
+/// A part of the surface with friction of its own.
+struct RegionSettings {
+  std::array<Vec3, 2> box{Vec3::Zero(), Vec3::Zero()};  ///< two opposite corners [m], of the body at rest
+  double mu_static = -1, mu_kinetic = -1;               ///< as in ContactSettings; below 0: not given, an error
+  bool operator==(const RegionSettings&) const = default;
+};
+
+struct ContactSettings {
+  std::string law = "coulomb";      ///< name in haptics/contact/contact_solver.def, or penalty
+  double mu_static = 0.5;           ///< friction coefficients [-]; "mu" in the file sets both
+  double mu_kinetic = 0.5;          ///< at most mu_static
+  std::string metric = "implicit";  ///< identity (the paper), mass, implicit
+  PenaltySettings penalty;
+  double stribeck = 0;                  ///< [m/s] sliding speed over which mu_static falls to mu_kinetic; 0: at once
+  std::vector<RegionSettings> regions;  ///< the last one that holds a triangle's middle wins
+  std::string surface = "flat";         ///< that the tool touches; core/local/contact_surface.hpp
+  int surface_levels = 2;               ///< of a smooth one: each splits a triangle in four
+  double ridge_deg = 60;                ///< [deg] of a smooth one: convex edges that turn by more stay sharp
+  bool operator==(const ContactSettings&) const = default;
+};
+
+/// The surface does not pass through itself; a mesh of several pieces is several bodies.
+struct SelfContactSettings {
+  double mu = 0.3;                  ///< coefficient of friction [-]
+  std::optional<double> reach;      ///< distance from which on surfaces repel [m]; absent: a fiftieth of the mean edge
+  std::optional<double> stiffness;  ///< of their barrier [N/m]; absent: that of the body at its surface nodes
+  double creep = 1e-3;              ///< what seems to stick slides, at most so fast [m/s]
+  bool operator==(const SelfContactSettings&) const = default;
+};
+
+struct GlobalSettings {
+  double rate_hz = 30.0;  ///< the paper: 10
+  std::string integrator = "implicit_euler";
+  std::string solver = "automatic";  ///< of implicit steps: automatic direct pcg
+  double tolerance = 1e-5;           ///< of pcg: |residual| / |rhs|
+  bool early_refresh = true;         ///< up to four times rate_hz while the local models' force is off by more than
+                                     ///< local.tolerance when an interval ends, and at the edge of the patch
+  bool look_ahead = true;            ///< linearizes where the body will be half-way through the local model's use
+  bool definite = true;              ///< implicit_euler: with the definite tangent always, else only where it must
+  std::optional<SelfContactSettings> self_contact;  ///< with the integrator newton_euler, the file's default then
+  bool operator==(const GlobalSettings&) const = default;
+};
+
+struct LocalSettings {
+  double rate_hz = 1000.0;                  ///< at least the global rate
+  std::string reducer = "auto";             ///< or a name in core/local/reducers.def
+  int rings = 1;                            ///< rings of triangles around the contact [-]
+  double tolerance = 0.05;                  ///< largest certified error of the local model [-]
+  double budget_us = 200;                   ///< of CPU time for a haptic tick, predicted: reducer auto stays within it
+  std::optional<double> refresh_budget_ms;  ///< of CPU time for a refresh: reducer auto stays within it; absent: 0.8 /
+                                            ///< global.rate_hz where ticks do not wait for a refresh, else none
+  bool catch_up = true;          ///< a new local model is replayed from its linearization to the present; else the old
+                                 ///< one's state is taken over
+  double blend_ms = 12;          ///< the difference between two local models fades from the force over this time
+  double passivity_damping = 0;  ///< most that passivity control may add [N s/m]; 0: the energy is only watched
+  std::string integrator = "auto";   ///< exact, implicit_euler, symplectic_euler, or whichever fits
+  std::string method = "multirate";  ///< name in haptics/tick/haptic_method.def: this engine or a baseline
+  bool operator==(const LocalSettings&) const = default;
+};
+
+struct LinkSettings {
+  std::string type = "lockstep";
+  double latency_ms = 0.0;                ///< from the end of a global step to the local side
+  double loss = 0.0;                      ///< share of local models that never arrive [-], in [0, 1]
+  std::string charge_refreshes = "none";  ///< lockstep: a local model is late by what its refresh takes: none,
+                                          ///< measured, predicted, given
+  std::optional<double> refresh_ms;       ///< given: what each takes
+  bool operator==(const LinkSettings&) const = default;
+};
+
+struct CollisionSettings {
+  std::string backend = "embree";  ///< name in collision/broad/triangle_index.def
+  bool operator==(const CollisionSettings&) const = default;
+};
+
+}  // namespace kt

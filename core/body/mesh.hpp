@@ -1,0 +1,46 @@
+#pragma once
+// A mesh as data: rest positions, surface triangles and, for a solid, tetrahedra.
+#include <string>
+#include <vector>
+
+#include "core/base/types.hpp"
+
+namespace kt {
+
+/// Rest geometry of one body. Plain data: readers fill it, models and collision read it.
+struct Mesh {
+  VectorX x;                            ///< rest positions [m], (3n)
+  std::vector<Triangle> triangles;      ///< surface, counter-clockwise seen from outside
+  std::vector<Tetrahedron> tetrahedra;  ///< empty for a surface mesh
+
+  int num_nodes() const { return static_cast<int>(x.size() / 3); }
+  bool operator==(const Mesh&) const = default;
+};
+
+struct Bounds {
+  Vec3 min = Vec3::Constant(0), max = Vec3::Constant(0);
+  Vec3 size() const { return max - min; }
+  Vec3 centre() const { return 0.5 * (min + max); }
+};
+
+/// Bounding box of all nodes [m]; zero for an empty mesh.
+Bounds bounds(const Mesh& mesh);
+
+/// Surface of a tetrahedral mesh: the faces that belong to one tetrahedron only, counter-clockwise seen from outside.
+std::vector<Triangle> boundary_triangles(const std::vector<Tetrahedron>& tetrahedra);
+
+/// Box [0, nx h] x [0, ny h] x [0, nz h] of cubes, each cut into the six Kuhn tetrahedra around the diagonal (0,0,0) to
+/// (1,1,1). Node (i, j, k) has number (k (ny+1) + j) (nx+1) + i.
+/// @param h  edge of a cube [m]
+Mesh kuhn_block(int nx, int ny, int nz, double h);
+
+/// Volume enclosed by a closed surface [m^3], by the divergence theorem; negative when the surface is inside out.
+double enclosed_volume(const Mesh& mesh);
+
+/// Volume of one tetrahedron [m^3], signed.
+double tetrahedron_volume(const VectorX& x, const Tetrahedron& t);
+
+/// Area-weighted unit normals of the surface nodes at positions x (3n); zero for nodes not on the surface.
+VectorX node_normals(const VectorX& x, const std::vector<Triangle>& triangles);
+
+}  // namespace kt

@@ -1,0 +1,127 @@
+#include "core/global/global_simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kt {
+namespace {
+
+constexpr double kHoldStiffness = 1e5;  // [N/m] a hundred times any tissue under a tool: some micrometres of error
+
+/// The model with its touched points on their way: where the body has them at the start of a step, and where the tool
+/// left them at its end. A stage in between that had them at the end already would be a blow to the body. Integrators
+/// whose states stay at the time of the start ask for forces at the end only.
+class MovingHolds final : public DeformableModel {
+ public:
+  MovingHolds(const DeformableModel& model, std::span<const ContactHold> holds, double stiffness, const State& start,
+              double dt)
+      : model_(model), holds_(holds), stiffness_(stiffness), t_(start.t), dt_(dt) {
+    for (const ContactHold& hold : holds) from_.push_back(hold.moves.of(start.x));
+  }
+  const Mesh& mesh() const override { return model_.mesh(); }
+  const SparseMatrix& mass() const override { return model_.mass(); }
+  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+  void force(const State& state, VectorX& out) const override {
+    const double share = (state.t - t_) / dt_;
+    if (!(share > 0 && share < 1)) return at_end().force(state, out);
+    std::vector<ContactHold> now(holds_.begin(), holds_.end());
+    for (std::size_t i = 0; i < now.size(); ++i) now[i].point = from_[i] + share * (now[i].point - from_[i]);
+    HeldModel(model_, now, stiffness_).force(state, out);
+  }
+  void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
+    at_end().update_tangent(state, kind, out);  // the same all the way
+  }
+  const DeformableModel& base() const override { return model_; }
+  void added_stiffness(std::vector<Eigen::Triplet<double>>& out) const override { at_end().added_stiffness(out); }
+  double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
+  ModelInfo info() const override { return model_.info(); }
+  double push(const VectorX& x) const { return at_end().push(x); }
+
+ private:
+  HeldModel at_end() const { return {model_, holds_, stiffness_}; }
+  const DeformableModel& model_;
+  std::span<const ContactHold> holds_;
+  double stiffness_, t_, dt_;
+  std::vector<Vec3> from_;
+};
+
+}  // namespace
+
+GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
+                                   double max_step, std::optional<State> start)
+    : model_(model),
+      integrator_(std::move(integrator)),
+      max_step_(max_step),
+      state_(start ? std::move(*start) : rest_state(model)) {
+  unconditional_ = !std::isfinite(integrator_->stable_step({.omega = 1, .zeta = 0}));
+  if (unconditional_) return;
+  // 80 %: the mode is estimated from below, and contact and stretching stiffen the body a little.
+  max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(fastest_mode(model, state_)));
+}
+
+std::optional<State> GlobalSimulation::foresee(double dt, std::span<const ContactHold> holds) {
+  if (!unconditional_ || holds.empty() || dt <= 0) return {};
+  VectorX friction = VectorX::Zero(state_.x.size());
+  for (const ContactHold& hold : holds) hold.moves.add_to(friction, friction_scale_ * hold.friction);
+  const MovingHolds held(model_, holds, kHoldStiffness, state_, dt);
+  State ahead = state_;
+  integrator_->look_ahead(held, friction, dt, ahead);
+  ahead.t = state_.t + dt;
+  if (held.push(ahead.x) < 0 || !ahead.x.allFinite() || !ahead.v.allFinite()) return {};
+  return ahead;
+}
+
+/// False, and nothing has changed, when the holds would have to pull.
+bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample> history,
+                                    std::span<const ContactHold> holds) {
+  const double dt = t_end - state_.t;
+  const bool all_stick = std::all_of(holds.begin(), holds.end(), [](const ContactHold& h) { return h.sticks; });
+  VectorX friction = VectorX::Zero(state_.x.size());
+  double normal_impulse = 0;
+  for (const ContactSample& s : history) {
+    const double along = s.normal.dot(s.impulse);
+    normal_impulse -= along;
+    if (all_stick || s.sticks) continue;  // what sticks is held in all directions
+    s.moves.add_to(friction, friction_scale_ / dt * (s.impulse - along * s.normal));
+  }
+  const MovingHolds held(model_, holds, kHoldStiffness, state_, dt);
+  const State before = state_;
+  integrator_->step(held, friction, dt, state_);
+  state_.t = t_end;
+  const double push = held.push(state_.x);
+  double local_force = 0;
+  for (const ContactHold& hold : holds) local_force += hold.force;
+  if (push < 0) {
+    state_ = before;
+    if (local_force > 0) contact_error_ = -1;
+    return false;
+  }
+  if (local_force > 0) contact_error_ = push / local_force - 1;
+  if (normal_impulse > 0) friction_scale_ = std::clamp(push * dt / normal_impulse, 0.0, 1.0);
+  return true;
+}
+
+void GlobalSimulation::advance(double t_end, std::span<const ContactSample> history,
+                               std::span<const ContactHold> holds) {
+  contact_error_ = 0;
+  if (unconditional_ && !holds.empty() && t_end > state_.t && advance_held(t_end, history, holds)) return;
+  if (t_end <= state_.t) return;
+  const int steps =
+      unconditional_ ? 1 : std::max(1, static_cast<int>(std::ceil((t_end - state_.t) / max_step_ - 1e-9)));
+  const double t_begin = state_.t, dt = (t_end - t_begin) / steps;
+  VectorX external(state_.x.size());
+  std::size_t next = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double t_next = i + 1 == steps ? t_end : t_begin + (i + 1) * dt;
+    external.setZero();
+    for (; next < history.size() && (i + 1 == steps || history[next].t < t_next - 1e-9 * dt); ++next)
+      history[next].moves.add_to(external, history[next].impulse / dt);
+    integrator_->step(model_, external, dt, state_);
+    state_.t = t_next;
+  }
+  if (!state_.x.allFinite() || !state_.v.allFinite())
+    throw RunError(text("the global model left the finite numbers before t = ", t_end,
+                        " s: soften the model, raise global.rate_hz or use global.integrator implicit_euler"));
+}
+
+}  // namespace kt

@@ -1,0 +1,157 @@
+#include "core/local/reducer.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <queue>
+
+namespace kt {
+
+#define REDUCER(name, available, option, what) \
+  LocalModel reduce_##name(const TangentModel&, SurfacePatch, const ContactSite&, const ReduceOptions&);
+#include "core/local/reducers.def"
+#undef REDUCER
+
+std::vector<BackendInfo> reducer_backends() {
+  return {
+#define REDUCER(name, available, option, what) {#name, what, available != 0, option},
+#include "core/local/reducers.def"
+#undef REDUCER
+  };
+}
+
+ReduceFn find_reducer(const std::string& name) {
+#define REDUCER(known, available, option, what) \
+  if (name == #known) return reduce_##known;
+#include "core/local/reducers.def"
+#undef REDUCER
+  require_backend("reducer", name, reducer_backends());
+  return {};
+}
+
+namespace {
+
+/// By the distance from p to the triangle's bounding box: never leaves out a triangle within reach.
+bool within_reach(const VectorX& x, const Triangle& t, const Vec3& p, double reach) {
+  const Vec3 a = node(x, t[0]), b = node(x, t[1]), c = node(x, t[2]);
+  const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+  return (p - p.cwiseMax(low).cwiseMin(high)).squaredNorm() <= reach * reach;
+}
+
+std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, const ContactSite& site) {
+  std::vector<int> found{site.triangle};
+  std::vector<char> seen(surface.triangles.size(), 0);
+  seen[site.triangle] = 1;
+  const auto visit_fans = [&](int triangle, auto accept) {
+    for (int v : surface.triangles[triangle])
+      for (int t : surface.topology.triangles_of(v))
+        if (!seen[t] && accept(t)) {
+          seen[t] = 1;
+          found.push_back(t);
+        }
+  };
+  for (std::size_t i = 0; i < found.size(); ++i)
+    visit_fans(found[i], [&](int t) { return within_reach(x, surface.triangles[t], site.centre, site.reach); });
+  const std::size_t core = found.size();
+  for (std::size_t i = 0; i < core; ++i) visit_fans(found[i], [](int) { return true; });
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+}  // namespace
+
+SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site, bool smooth) {
+  SurfacePatch patch;
+  patch.global_triangle = reachable_triangles(surface, x, site);
+  for (const ContactSite& other : site.others) {
+    const std::vector<int> more = reachable_triangles(surface, x, other);
+    std::vector<int> both;
+    std::ranges::set_union(patch.global_triangle, more, std::back_inserter(both));
+    patch.global_triangle = std::move(both);
+  }
+  std::map<int, int> local;
+  for (int t : patch.global_triangle)
+    for (int i : surface.triangles[t]) local.emplace(i, 0);
+  for (auto& [global, index] : local) {
+    index = patch.num_vertices();
+    patch.global_node.push_back(global);
+  }
+  std::vector<char> inside(surface.triangles.size(), 0);
+  for (int t : patch.global_triangle) inside[t] = 1;
+  for (int t : patch.global_triangle) {
+    const Triangle& g = surface.triangles[t];
+    patch.triangles.push_back({local[g[0]], local[g[1]], local[g[2]]});
+    bool rim = false;
+    for (int v : g)
+      for (int other : surface.topology.triangles_of(v)) rim |= !inside[other];
+    patch.on_rim.push_back(rim);
+    if (!surface.wall.empty()) patch.wall.push_back(surface.wall[t]);
+    if (!surface.crease.empty()) patch.crease.push_back(surface.crease[t]);
+  }
+  patch.topology = make_topology(patch.triangles, patch.num_vertices());
+  const bool all = smooth || std::ranges::count(patch.on_rim, 0) == 0;
+  patch.in_reach.assign(patch.global_node.size(), all);
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
+    for (int v : patch.triangles[t]) patch.in_reach[static_cast<std::size_t>(v)] |= !patch.on_rim[t];
+  return patch;
+}
+
+LocalModel restrict_to_nodes(const TangentModel& tangent, SurfacePatch patch, std::vector<int> dynamic_nodes) {
+  const int n = static_cast<int>(tangent.f0.size() / 3);
+  std::vector<char> left_out(n, 0);
+  for (int i : tangent.fixed_nodes) left_out[i] = 1;
+  std::sort(dynamic_nodes.begin(), dynamic_nodes.end());
+  dynamic_nodes.erase(std::unique(dynamic_nodes.begin(), dynamic_nodes.end()), dynamic_nodes.end());
+  std::erase_if(dynamic_nodes, [&](int i) { return left_out[i]; });
+  const int r = 3 * static_cast<int>(dynamic_nodes.size());
+  std::vector<int> dof_of(3 * n, -1);
+  for (int k = 0; k < r; ++k) dof_of[3 * dynamic_nodes[k / 3] + k % 3] = k;
+
+  LocalModel out;
+  out.t = tangent.state.t;
+  out.recovered_node = patch.global_node;
+  std::vector<char> in_patch(n, 0);
+  for (int i : patch.global_node) in_patch[i] = 1;
+  for (int i : dynamic_nodes)
+    if (!in_patch[i]) out.recovered_node.push_back(i);
+  out.patch = std::move(patch);
+
+  const auto restrict_matrix = [&](const SparseMatrix& all) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int c = 0; c < r; ++c)
+      for (SparseMatrix::InnerIterator it(all, 3 * dynamic_nodes[c / 3] + c % 3); it; ++it)
+        if (dof_of[it.row()] >= 0) entries.emplace_back(dof_of[it.row()], c, it.value());
+    SparseMatrix small(r, r);
+    small.setFromTriplets(entries.begin(), entries.end());
+    return small;
+  };
+  out.mass = restrict_matrix(tangent.mass);
+  out.damping = -restrict_matrix(tangent.dfdv);
+  out.stiffness = -restrict_matrix(tangent.dfdx);
+
+  // The outside stands still at its linearization position, so it takes its damping force at v0 with it.
+  const VectorX f_still = tangent.f0 - tangent.dfdv * tangent.state.v;
+  out.f0.resize(r);
+  out.q_rate0.resize(r);
+  for (int k = 0; k < r; ++k) {
+    out.f0[k] = f_still[3 * dynamic_nodes[k / 3] + k % 3];
+    out.q_rate0[k] = tangent.state.v[3 * dynamic_nodes[k / 3] + k % 3];
+  }
+  const int recovered = static_cast<int>(out.recovered_node.size());
+  out.x0.resize(3 * recovered);
+  out.v0.resize(3 * recovered);
+  std::vector<Eigen::Triplet<double>> rows;
+  for (int i = 0; i < recovered; ++i) {
+    const int g = out.recovered_node[i];
+    node(out.x0, i) = node(tangent.state.x, g);
+    const bool moves = dof_of[3 * g] >= 0;
+    node(out.v0, i) = moves ? Vec3(node(tangent.state.v, g)) : Vec3(Vec3::Zero());
+    for (int c = 0; moves && c < 3; ++c) rows.emplace_back(3 * i + c, dof_of[3 * g + c], 1.0);
+  }
+  out.basis.resize(3 * recovered, r);
+  out.basis.setFromTriplets(rows.begin(), rows.end());
+  out.lift = out.lift_rate = out.fit = out.fit_rate = out.basis.transpose();
+  return out;
+}
+
+}  // namespace kt

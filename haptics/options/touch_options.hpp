@@ -1,0 +1,60 @@
+#pragma once
+// What a Touch is told besides the body: tools and settings. No file format, no device, no clock.
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "collision/shape/contact.hpp"
+#include "core/base/settings.hpp"
+#include "haptics/options/band_powers.hpp"
+#include "haptics/options/reducer_change.hpp"
+
+namespace kt {
+
+/// A patch is made for a tool that goes on as fast as it was measured, and a margin for one that gets faster, but for
+/// no more than this [m/s]: a faster one touches the apron until the next patch is there.
+constexpr double kFollowedSpeed = 0.25;
+
+/// A tool, and how far it may get.
+struct TouchTool {
+  ToolShape shape{ToolShape::Kind::sphere, 0.004};
+  double max_speed = std::numeric_limits<double>::infinity();  ///< bound [m/s], where one is known: of a path
+};
+
+/// One refresh: which tick the body was linearized at, and which tick started with the new local model (-1: lost),
+/// and the start of which tick the new local model was replayed from.
+struct RefreshEvent {
+  int linearized_tick = 0, adopted_tick = 0, started_tick = linearized_tick;
+  bool operator==(const RefreshEvent&) const = default;
+};
+
+/// A setting that was changed while the body was touched: from the refresh at that tick on.
+struct SettingChange {
+  int tick = 0;
+  std::string key{};   ///< as in a scene file, "contact.mu"
+  double value = 0;    ///< where `word` is empty
+  std::string word{};  ///< of settings that are names
+  bool operator==(const SettingChange&) const = default;
+};
+
+/// A run that is repeated: what its clock and its user decided.
+struct TouchReplay {
+  std::vector<RefreshEvent> refreshes{};  ///< empty: no replay
+  std::optional<std::vector<ReducerChange>> reducer_changes{};
+  std::vector<SettingChange> changes{};
+};
+
+struct TouchOptions {
+  std::vector<TouchTool> tools{TouchTool{}};  ///< 1 to kMaxTools
+  ContactSettings contact{};
+  GlobalSettings global{};
+  LocalSettings local{};
+  LinkSettings link{};  ///< type "thread" is Touch::start()
+  CollisionSettings collision{};
+  std::uint64_t seed = 1;              ///< of what the link loses
+  std::optional<BandPowers> motion{};  ///< that the surface is to follow, as far as it is known before
+  double stale_s = 0.25;  ///< age of a local model from which on frames carry kStaleModel, beyond usual intervals [s]
+  TouchReplay replay{};
+};
+
+}  // namespace kt

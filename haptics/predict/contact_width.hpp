@@ -1,0 +1,46 @@
+#pragma once
+// The surface's cells against the width of the contact. A sphere pressed in by d touches over a circle of radius
+// a = sqrt(R d) (Hertz); where the cells are as long as that, few nodes carry the force, and it is too large.
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/body/mesh.hpp"
+
+namespace kt {
+
+class BuiltScene;
+
+/// Of the places where a tool is at least half as deep as it gets, below the body at rest.
+struct ContactWidth {
+  double cell = 0;            ///< side of the surface's cells under the tool, sqrt(2 area of a triangle), mean [m]
+  double contact_radius = 0;  ///< mean [m]
+  double least = 0, mean = 0, most = 0;                         ///< cell / contact radius [-]
+  double factor = std::numeric_limits<double>::quiet_NaN();     ///< of the continuum's force to expect, mean; NaN: not
+                                                                ///< known of this tool or model
+  double fine_edge = std::numeric_limits<double>::quiet_NaN();  ///< of the surface, for a factor of kCoarseForce [m]
+};
+
+constexpr double kCoarseForce = 1.25;  ///< factor of the continuum's force, or its inverse, that is told
+
+/// Force of a mesh of equal cells over the continuum's: a fit to presses at rest for nu = 0.3 and ratios of 0.7 to 3,
+/// to a tenth (tests/haptics/contact_width_oracle_test.cpp). NaN for a model that it does not have.
+/// @param element  tet4, tet10, or msd: springs calibrated to the same material
+/// @param ratio    cell / contact radius [-], >= 0
+double coarse_force_factor(const std::string& element, double ratio);
+
+/// The ratio at which the factor is reached.
+double ratio_of_factor(const std::string& element, double factor);
+
+/// Whether the factor is worth a warning.
+bool is_off(const ContactWidth& width);
+
+/// Along the places of the scene's first tool; none when the tool has no radius or nowhere enters the body at rest.
+/// At most some hundred places are looked at.
+std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Vec3> places);
+
+/// One line for a factor that is off: cell, contact radius, factor, and the setting that cures it.
+std::string coarse_mesh_warning(const BuiltScene& built, const ContactWidth& width);
+
+}  // namespace kt

@@ -1,0 +1,81 @@
+#include "haptics/predict/predict_degenerate_contact.hpp"
+
+#include <algorithm>
+
+#include "haptics/device/tool_turn.hpp"
+#include "haptics/refresh/refresher.hpp"
+#include "haptics/setup/built_scene.hpp"
+#include "haptics/tick/contact_check.hpp"
+#include "haptics/tick/way_out.hpp"
+
+namespace kt {
+namespace {
+
+/// Height over its longest edge, relative to that edge.
+double flatness(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double longest_sq = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+  return longest_sq > 0 ? (b - a).cross(c - a).norm() / longest_sq : 0;
+}
+
+}  // namespace
+
+std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::vector<Triangle>& triangles) {
+  constexpr double kFlat = 1e-9;  // of its edge: below, the normal is mostly roundoff
+  const auto is_flat = [&](const Triangle& t) { return flatness(node(x, t[0]), node(x, t[1]), node(x, t[2])) < kFlat; };
+  const auto first = std::ranges::find_if(triangles, is_flat);
+  if (first == triangles.end()) return {};
+  const Vec3 at = node(x, (*first)[0]);
+  return Prediction{"degenerate_contact",
+                    text("object.mesh: ", std::ranges::count_if(triangles, is_flat),
+                         " surface triangles have no area, the first at (", at.x(), ", ", at.y(), ", ", at.z(),
+                         "): they have no normal, and a point tool may pass them unseen; set object.repair to true")};
+}
+
+std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out, bool touches_at_once) {
+  constexpr double kRoundoff = 1e-7;  // [m] as contact_check counts
+  if (!(depth > kRoundoff)) return {};
+  return Prediction{
+      "degenerate_contact",
+      text("tool.path: the tool starts ", 1e3 * depth, " mm inside the body",
+           way_out ? text(": from the start on the body is pushed off it, out by (", way_out->x(), ", ", way_out->y(),
+                          ", ", way_out->z(),
+                          ") m, the nearest surface that is not clamped, in 60 ms or at 0.1 m/s; the "
+                          "force is not to be trusted before, and grows slowly; ")
+           : touches_at_once ? std::string(": this method takes it as touching there, at any depth; ")
+                             : std::string(", where no contact is looked for before it has been outside; "),
+           "start it outside, or move the path's first point out by that much")};
+}
+
+namespace {
+
+/// None when its path is a recording, which is read tick by tick.
+std::optional<Prediction> predict_start(const BuiltScene& built) {
+  if (built.path().empty()) return {};
+  const ToolShape& tool = built.tool();
+  const WayOutSearch search(built.surface(), built.model().mesh().num_nodes(), built.model().fixed_nodes());
+  const Vec3 start = built.path().front().x;
+  const Quaternion turn = rotation(built.scene().tool.turn);
+  const VectorX& x = built.start().x;
+  const double depth = penetration_depth(search.whole(), x, tool, start, turn);
+  // Of the other methods penalty and frozen find no contact there, and legacy does at once.
+  const Scene& scene = built.scene();
+  const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  const bool is_pushed = (method == "multirate" || method == "hold") && !is_geometric(scene.contact.law);
+  if (!is_pushed) return predict_start_inside(depth, {}, method == "legacy");
+  const auto way = search.find(x, tool, start, turn, 0, static_cast<int>(tool.corners.size()));
+  if (!way) return predict_start_inside(depth, {});
+  const Triangle& t = built.surface().triangles[way->triangle];
+  return predict_start_inside(depth, (node(x, t[0]) + node(x, t[1]) + node(x, t[2])) / 3);
+}
+
+}  // namespace
+
+void predict_degenerate_contact(const BuiltScene& built, std::vector<Prediction>& out) {
+  // A ball touches the triangles beside them too: none of the map's was lost.
+  const bool is_point = built.tool().kind == ToolShape::Kind::point;
+  if (auto p = predict_flat_triangles(built.start().x, built.surface().triangles); p && is_point)
+    out.push_back(std::move(*p));
+  if (auto p = predict_start(built)) out.push_back(std::move(*p));
+}
+
+}  // namespace kt

@@ -1,0 +1,41 @@
+#pragma once
+// Ticks report where on a facet of their local model they touched; here is which nodes of the body that moved.
+#include <deque>
+#include <vector>
+
+#include "core/body/node_weights.hpp"
+#include "core/body/surface.hpp"
+#include "haptics/tick/prepared_local_model.hpp"
+#include "haptics/tick/tick_contact.hpp"
+
+namespace kt {
+
+class ContactNodes {
+ public:
+  /// @param surface  of the body, borrowed      @param levels  of smoothing, as in Smoothing
+  ContactNodes(const Surface& surface, int levels) : surface_(surface), levels_(levels) {}
+
+  /// A new local model, whose ticks will report. Their frames ascend.
+  void keep(const PreparedLocalModel& model);
+  /// Local models before that frame report nothing more.
+  void forget_before(int frame);
+  /// The same body goes on from another one's.
+  void go_on_from(ContactNodes& before) { kept_ = std::move(before.kept_); }
+
+  /// @param frame  of the local model that reported: one that is kept, else the triangle alone moves
+  NodeWeights moved_by(int frame, const TickContact& contact) const;
+  /// The same contact with its place on the triangle instead of a facet.
+  TickContact on_triangle(TickContact contact) const;
+
+ private:
+  struct Kept {
+    int frame = 0;
+    std::vector<int> first, node;  // of the body; see ContactSurface::first_moved
+    std::vector<Vec3> weight;
+  };
+  const Surface& surface_;
+  int levels_;
+  std::deque<Kept> kept_;
+};
+
+}  // namespace kt

@@ -1,0 +1,62 @@
+#include "haptics/refresh/foresight.hpp"
+
+#include <limits>
+
+#include "collision/shape/closest_point.hpp"
+
+namespace kt {
+
+std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
+                                    int tool) {
+  std::vector<ContactHold> out;
+  if (reports.empty()) return out;
+  const LocalReport& last = reports.back();
+  for (const TickContact& s : last.contacts()) {
+    if (s.tool != tool) continue;
+    const Vec3 force = rate_hz * s.impulse;
+    const double along = s.normal.dot(force);
+    out.push_back({.moves = nodes.moved_by(last.model_frame, s),
+                   .normal = s.normal,
+                   .point = s.point,
+                   .sticks = s.sticks,
+                   .force = -along,
+                   .friction = force - along * s.normal});
+  }
+  return out;
+}
+
+Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool) {
+  if (reports.size() < 2) return Vec3::Zero();
+  const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, kVelocityTicks);
+  const Vec3 way = reports.back().tools[tool].pose.x - reports[reports.size() - 1 - ticks].tools[tool].pose.x;
+  return rate_hz / static_cast<double>(ticks) * way;
+}
+
+std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const Smoothing& smoothing,
+                                     const VectorX& rest, const Vec3& step) {
+  for (ContactHold& hold : holds) {
+    hold.point += step;
+    if (hold.sticks) {
+      hold.friction.setZero();
+      continue;
+    }
+    const Vec3 place = hold.moves.of(rest) + step;
+    int triangle = -1;
+    Vec3 bary;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < static_cast<int>(surface.triangles.size()); ++i) {
+      const Triangle& t = surface.triangles[i];
+      const Vec3 a = node(rest, t[0]), b = node(rest, t[1]), c = node(rest, t[2]);
+      if ((b - a).cross(c - a).dot(hold.normal) <= 0) continue;  // the other side of a thin body
+      const ClosestPoint at = closest_point_on_triangle(place, a, b, c);
+      if (at.distance_sq >= nearest) continue;
+      nearest = at.distance_sq;
+      triangle = i;
+      bary = at.bary;
+    }
+    if (triangle >= 0) hold.moves = moved_by(surface, smoothing, triangle, bary);
+  }
+  return holds;
+}
+
+}  // namespace kt

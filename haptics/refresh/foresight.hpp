@@ -1,0 +1,33 @@
+#pragma once
+// Where the contacts will be a little later, were the tool to keep its velocity: for the state that the body is
+// linearized at. A local model that is used for an interval is best made of the body in the middle of it.
+#include <span>
+#include <vector>
+
+#include "core/global/held_model.hpp"
+#include "core/local/contact_surface.hpp"
+#include "core/local/reducer.hpp"
+#include "haptics/refresh/contact_nodes.hpp"
+#include "haptics/tick/local_report.hpp"
+
+namespace kt {
+
+/// The contacts of a tool at the end of the reports, none without any.
+/// @param nodes    that moved with contacts
+/// @param rate_hz  of the ticks
+std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
+                                    int tool = 0);
+
+/// The tool's mean velocity [m/s] over the last reports, up to kVelocityTicks of them; zero for fewer than two.
+Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool = 0);
+
+constexpr int kVelocityTicks = 10;  ///< a hand's tremor, about 10 Hz, is followed; the noise of its encoder is not
+
+/// The contacts after the tool has moved by `step` [m]. What sticks goes with it on its triangle. What slides moves
+/// over the undeformed surface by as much, to the nearest triangle that faces the tool.
+/// @param smoothing  of the surface that the tool touches
+/// @param rest       positions of the undeformed body [m], (3n)
+std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const Smoothing& smoothing,
+                                     const VectorX& rest, const Vec3& step);
+
+}  // namespace kt

@@ -1,0 +1,405 @@
+#include "haptics/refresh/refresher.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <iterator>
+#include <optional>
+
+#include "collision/shape/closest_point.hpp"
+#include "core/linear/sparse_solver.hpp"
+#include "core/local/damping.hpp"
+#include "haptics/refresh/foresight.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
+#include "self_contact/crossings.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kApron = 1500;                 // triangles around the patch: of a usual body all others
+constexpr double kUncoupled = 0.02;          // of the damping power: far below what a hand can tell
+constexpr double kGaveWay = 0.15;            // of the largest force: that a local model was off
+constexpr double kAlert = 0.25;              // [s] after that
+constexpr double kShortestInterval = 0.008;  // [s] in which a new local model's force is back where its own balance is
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// None: it was lost.
+const LocalReport* last_before(std::span<const LocalReport> reports, int tick) {
+  const auto next = std::ranges::lower_bound(reports, tick, {}, &LocalReport::tick);
+  return next == reports.begin() ? nullptr : &*std::prev(next);
+}
+
+/// Diagonal ones are so by construction. To within rounding: a piece that nothing holds moves without resistance.
+bool is_positive_semidefinite(const SparseMatrix& matrix) {
+  constexpr double kRoundoff = 1e-10;  // of the stiffest entry
+  if (matrix.nonZeros() <= matrix.rows() || make_sparse_solver()->factor(matrix)) return true;
+  SparseMatrix one(matrix.rows(), matrix.cols());
+  one.setIdentity();
+  return make_sparse_solver()->factor(SparseMatrix(matrix + kRoundoff * matrix.diagonal().maxCoeff() * one));
+}
+
+std::unique_ptr<Integrator> global_integrator(const GlobalSettings& global, SelfContact* self_contact) {
+  const IntegratorOptions options{.solver = global.solver, .tolerance = global.tolerance, .definite = global.definite};
+  if (self_contact) return std::make_unique<TouchingEuler>(*self_contact, options);
+  return make_integrator(global.integrator, options);
+}
+
+}  // namespace
+
+Refresher::Refresher(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                     const State& start, SelfContact* self_contact)
+    : surface_(surface),
+      options_(options),
+      tools_(options.tools),
+      smoothing_(contact_smoothing(options.contact, options.local)),
+      nodes_(surface, smoothing_.levels),
+      way_out_(surface, model.mesh().num_nodes(), model.fixed_nodes()),
+      method_(make_method(options, {})),
+      self_contact_(self_contact),
+      global_(model, global_integrator(options.global, self_contact), 1 / options.global.rate_hz, start),
+      choice_(options.local.reducer, options.local.rings,
+              {.tolerance = options.local.tolerance,
+               .budget_us = options.local.budget_us,
+               .refresh_per_tick = options.global.rate_hz / options.local.rate_hz,
+               .whole = self_contact != nullptr,
+               .refresh_budget_ms = refresh_budget_ms(options),
+               .rest_ms = predict_rest_ms(model.mesh().num_nodes(), static_cast<int>(model.mesh().tetrahedra.size()),
+                                          model.info().type == "fem"),
+               .motion = options.motion}),
+      scheme_(local_scheme(options.local.integrator)),
+      metric_(contact_metric(options.contact.metric)),
+      refreshes_early_(options.global.early_refresh &&
+                       haptic_method_name(options.local.method, options.contact.law) == "multirate"),
+      has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
+                 !is_geometric(options.contact.law)),
+      known_{.before = start, .forces = {}} {}
+
+/// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
+/// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
+/// found again.
+double Refresher::interval(double t) const {
+  const double usual = 1 / options_.global.rate_hz;
+  return models_come_late(options_) ? std::clamp(t - known_.last, usual, 1.5 * usual) : usual;
+}
+
+/// Around the place where a large ball touches, or will: as much as a fingertip needs around what it touches now, and
+/// no more than some hundred nodes can be followed.
+/// @returns [m]
+static double large_ball_extent(const Surface& surface, const VectorX& x, const Vec3& place, double radius) {
+  constexpr double kFingertip = 0.01;  // [m]
+  constexpr double kNearly = 5e-4;     // [m] of the ball: touched
+  constexpr std::size_t kMost = 100;   // nodes
+  std::vector<int> nodes;
+  for (int i = 0; i + 1 < static_cast<int>(surface.topology.first.size()); ++i)
+    if (!surface.topology.triangles_of(i).empty()) nodes.push_back(i);
+  const auto from = [&](const Vec3& p) { return [&x, p](int i) { return (node(x, i) - p).norm(); }; };
+  const Vec3 foot = node(x, *std::ranges::min_element(nodes, {}, from(place)));
+  double touched = 0;
+  for (const int i : nodes)
+    if (from(place)(i) <= radius + kNearly) touched = std::max(touched, from(foot)(i));
+  double most = std::numeric_limits<double>::infinity();
+  if (nodes.size() > kMost) {
+    std::ranges::nth_element(nodes, nodes.begin() + kMost, {}, from(foot));
+    most = from(foot)(nodes[kMost]);
+  }
+  return std::max(1.5 * kFingertip, std::min(touched + 0.5 * kFingertip, most));
+}
+
+/// How far the tool's surface gets while the model made at time t is in use [m].
+double Refresher::reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const {
+  constexpr double kAround = 1.2;  // where it may be off the path; further off the apron catches it
+  // [m/s] Of a tool with a bound the least of it and this counts; without one, as of a hand, the apron has to do:
+  // patches for whatever a hand could do are three times as costly, and come too late for what it does.
+  const double gets_faster = std::isfinite(tool.max_speed) ? 0.1 : 0.03;
+  constexpr double kLarge = 0.01;  // [m]
+  double around = kAround * tool_reach(tool.shape);
+  if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
+    around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
+  const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + gets_faster});
+  return around + speed * (known_.delay + interval(t));
+}
+
+ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
+  ContactSite site{tool, triangle, reach};
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto consider = [&](int t) {
+    const Triangle& v = surface.triangles[t];
+    const ClosestPoint at = closest_point_on_triangle(tool, node(x, v[0]), node(x, v[1]), node(x, v[2]));
+    if (at.distance_sq < nearest) {
+      nearest = at.distance_sq;
+      site.centre = at.point;
+      site.triangle = t;
+    }
+  };
+  if (triangle >= 0)
+    consider(triangle);
+  else
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) consider(t);
+  return site;
+}
+
+ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::span<const ToolPlace> tools) {
+  const auto nodes = x.reshaped(3, x.size() / 3);
+  const double size = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
+  std::vector<ContactSite> sites;
+  for (const ToolPlace& tool : tools) {
+    sites.push_back(find_contact_site(surface, x, tool.place, tool.triangle, tool.reach));
+    // Nearer than the body is large it could be taken for one inside, seen through the body from another tool's patch.
+    const bool is_far = (sites.back().centre - tool.place).norm() > std::max(2 * tool.reach, size);
+    if (is_far && tool.triangle < 0 && tools.size() > 1) sites.pop_back();
+  }
+  if (sites.empty()) return find_contact_site(surface, x, tools[0].place, -1, tools[0].reach);
+  ContactSite out = sites.front();
+  out.others.assign(sites.begin() + 1, sites.end());
+  return out;
+}
+
+/// Of a scene that is measured long enough, for the choice of the next model.
+void Refresher::measure_forces(std::span<const LocalReport> reports) {
+  constexpr double kMemory = 0.5, kEnough = 0.25;  // [s]
+  if (known_.forces.empty()) {
+    const double use = 1 / options_.global.rate_hz + known_.delay;
+    known_.forces.assign(tools_.size(), SpectrumMeter(options_.local.rate_hz, use, kMemory));
+  }
+  for (const LocalReport& report : reports) {
+    std::array<Vec3, kMaxTools> force{Vec3::Zero(), Vec3::Zero()};
+    for (const TickContact& s : report.contacts())
+      force[static_cast<std::size_t>(s.tool)] += options_.local.rate_hz * s.impulse;
+    for (std::size_t k = 0; k < known_.forces.size(); ++k)
+      if (known_.forces[k].seconds() > 0 || !force[k].isZero(0)) known_.forces[k].add(force[k]);
+  }
+  BandPowers all{};
+  double longest = 0;
+  for (const SpectrumMeter& meter : known_.forces) {
+    const BandPowers its = meter.powers();
+    all.total += its.total;
+    for (std::size_t i = 0; i < kBands; ++i) all.changing[i] += its.changing[i];
+    longest = std::max(longest, meter.seconds());
+  }
+  if (longest >= kEnough && all.total > 0) choice_.excite(excitation_of(all));
+}
+
+/// The clock's time is shared out by parts; of all of it the processor's is taken.
+void Refresher::charge(double cpu_ms) {
+  const double all = record_.global_ms.value_or(0) + record_.refresh_ms;
+  const double own = record_.reduce_ms + record_.certify_ms + record_.prepare_ms;
+  choice_.note_cost(cpu_ms, all > 0 ? cpu_ms * std::min(1.0, own / all) : cpu_ms, tick());
+}
+
+/// Springs resist stretching only: a tetrahedron pushed through itself does not come back.
+int Refresher::count_inverted() const {
+  const State& s = global_.state();
+  int count = 0;
+  for (const Tetrahedron& t : global_.model().mesh().tetrahedra) count += tetrahedron_volume(s.x, t) < 0;
+  return count;
+}
+
+void Refresher::report_self_contact() {
+  const State& now = global_.state();
+  const double dt = now.t - known_.before.t;
+  record_.self_contact = TouchingModel(global_.model(), *self_contact_, now, dt).report(now.x);
+  if (!look_for_crossings) return;
+  record_.crossings = static_cast<int>(find_crossings(*self_contact_, surface_.triangles, now.x).size());
+}
+
+/// A body in contact with itself: with its contacts there, and the friction of the step that led there.
+void Refresher::linearize_at(const State& state, TangentKind kind) {
+  if (!self_contact_) return linearize(global_.model(), state, kind, tangent_);
+  const State& from = state.t > global_.state().t ? global_.state() : known_.before;
+  const double dt = state.t > from.t ? state.t - from.t : 1 / options_.global.rate_hz;
+  const TouchingModel touching(global_.model(), *self_contact_, from, dt);
+  touching.find_near(state.x);
+  linearize(touching, state, kind, tangent_);
+}
+
+/// Throws IndefiniteTangent.
+LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch,
+                                const ContactSite& site) {
+  auto start = std::chrono::steady_clock::now();
+  linearize_at(state, kind);
+  record_.linearize_ms += milliseconds_since(start);
+  start = std::chrono::steady_clock::now();
+  if (is_new_) choice_.set_up(tangent_, patch, site);
+  LocalModel local = choice_.reduce(tangent_, patch, site);
+  if (!is_positive_semidefinite(local.stiffness))
+    throw IndefiniteTangent("the body's definite tangent is not positive definite");
+  record_.reduce_ms += milliseconds_since(start);
+  local.definite_tangent |= kind == TangentKind::definite;
+  return local;
+}
+
+/// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,
+/// and a stiffer one is worse than one of where the body is now.
+LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead) {
+  std::optional<LocalModel> local;
+  if (ahead) try {
+      local = reduce_at(*ahead, TangentKind::symmetric, patch, site);
+      if (local->definite_tangent) local.reset();
+    } catch (const IndefiniteTangent&) {
+    }
+  record_.looked_ahead = local.has_value();
+  if (!local) try {
+      local = reduce_at(global_.state(), TangentKind::symmetric, patch, site);
+    } catch (const IndefiniteTangent&) {
+      local = reduce_at(global_.state(), TangentKind::definite, patch, site);
+    }
+  const auto start = std::chrono::steady_clock::now();
+  choice_.revise(*local, site, tick());
+  record_.certify_ms = milliseconds_since(start);
+  local->certified_error = choice_.certified_error();
+  record_.definite_tangent = local->definite_tangent;
+  return std::move(*local);
+}
+
+/// Vibrations that hardly know of one another are stepped exactly, each by itself; else all by one implicit step.
+LocalScheme Refresher::choose_scheme(LocalModel& local) {
+  const double coupling = record_.coupling = damping_coupling(local);
+  const bool can_be_exact = coupling <= kUncoupled && !is_geometric(options_.contact.law);
+  const LocalScheme scheme = scheme_.value_or(can_be_exact ? LocalScheme::exact : LocalScheme::implicit_euler);
+  if (scheme == LocalScheme::exact && coupling > 0 && coupling <= kUncoupled) drop_coupling(local);
+  record_.is_exact = scheme == LocalScheme::exact;
+  return scheme;
+}
+
+/// The body bent away from what the local model made of it: ask for the next one sooner, up to four times as often. A
+/// body that gave way under the tool, as springs that buckle do, does so again where the tool goes: go on so for a
+/// while.
+void Refresher::judge_linearization(std::span<const ContactHold> holds) {
+  const double error = std::abs(global_.contact_error());
+  record_.linearization_error = error;
+  double force = 0;
+  for (const ContactHold& hold : holds) force += hold.force;
+  known_.most_force = std::max(known_.most_force, force);
+  const double t = global_.state().t;
+  if (error * force > kGaveWay * known_.most_force) known_.gave_way = t;
+  if (!refreshes_early_) return;
+  if (error > options_.local.tolerance)
+    known_.haste = std::min(2 * known_.haste, 4);
+  else if (error < 0.5 * options_.local.tolerance && t - known_.gave_way > kAlert)
+    known_.haste = std::max(known_.haste / 2, 1);
+}
+
+int Refresher::next_interval(int usual) const {
+  const int shortest = static_cast<int>(std::lround(kShortestInterval * options_.local.rate_hz));
+  return std::max({1, usual / known_.haste, std::min(usual, shortest)});
+}
+
+/// The body in the middle of the time that the model made at time t is used.
+std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
+  const double lead = known_.delay + 0.5 * interval(t) / known_.haste;
+  std::vector<ContactHold> all;
+  for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
+    const Vec3 step = lead * tool_velocity(reports, options_.local.rate_hz, k);
+    std::ranges::move(moved_holds(last_holds(reports, nodes_, options_.local.rate_hz, k), surface_, smoothing_,
+                                  global_.model().mesh().x, step),
+                      std::back_inserter(all));
+  }
+  return global_.foresee(lead, all);
+}
+
+void Refresher::go_on_from(Refresher& before) {
+  look_for_crossings = before.look_for_crossings;
+  known_ = std::move(before.known_);
+  choice_.go_on_from(before.choice_);
+  nodes_.go_on_from(before.nodes_);
+}
+
+/// Where the whole body is, and its surface around the patch.
+void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, std::span<const Pose> tools) const {
+  out.body_x = tangent_.state.x;
+  if (!has_apron_) return;
+  const SurfacePatch& patch = out.model.patch;
+  std::vector<char> moves(static_cast<std::size_t>(patch.num_vertices()), 0);
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
+    for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = out.moves[t][c];
+  std::vector<char> is_fixed(static_cast<std::size_t>(global_.model().mesh().num_nodes()), 0);
+  for (const int i : tangent_.fixed_nodes) is_fixed[i] = 1;
+  std::vector<Vec3> places;
+  for (const Pose& tool : tools) places.push_back(tool.x);
+  lay_apron(out, make_apron(surface_, out.body_x, site, patch, moves, is_fixed, kApron), surface_, places,
+            options_.collision.backend);
+}
+
+/// At the start everything counts. Later, the tool has no contact because it is outside, as a rule: less than what is
+/// noticed is the difference of the two sides.
+std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const {
+  constexpr double kRounding = 1e-7, kNoticeable = 1e-4;  // [m]
+  constexpr int kFew = 16;
+  const bool is_first = known_.frame == 0;
+  const ToolShape& shape = tools_[tool].shape;
+  return way_out_.find(global_.state().x, shape, pose.x, pose.r, is_first ? kRounding : kNoticeable,
+                       is_first ? static_cast<int>(shape.corners.size()) : kFew);
+}
+
+std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const Pose> at,
+                                                       std::span<const LocalReport> reports,
+                                                       const LocalMotion* motion) {
+  auto start = std::chrono::steady_clock::now();
+  record_ = {.t = t};
+  std::vector<ContactSample> history;
+  for (const LocalReport& report : reports)
+    for (const TickContact& c : report.contacts())
+      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, c.normal, c.sticks});
+  std::vector<ContactHold> holds;
+  for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
+    std::ranges::move(last_holds(reports, nodes_, options_.local.rate_hz, k), std::back_inserter(holds));
+  std::optional<State> ahead;
+  measure_forces(reports);
+  if (t > global_.state().t) {
+    known_.before = global_.state();
+    global_.advance(t, history, holds);
+    record_.inverted = count_inverted();
+    if (self_contact_) report_self_contact();
+    judge_linearization(holds);
+    if (motion && options_.global.look_ahead) ahead = foresee(t, reports);
+    record_.global_ms = milliseconds_since(start);
+  }
+
+  start = std::chrono::steady_clock::now();
+  std::vector<ToolPlace> tools;
+  std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
+    const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
+    ToolPlace& tool = tools.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
+                                         reach(t, tools_[k], at[k].x, velocity));
+    if (tool.triangle >= 0) continue;
+    const std::optional<WayOut> way = find_way_out(static_cast<int>(k), at[k]);
+    way_out[k] = way ? way->triangle : kOutside;
+    if (!way) continue;
+    tool.triangle = way->triangle;
+    tool.reach += way->depth;
+  }
+  const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
+  known_.last = t;
+  const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
+  LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
+  local.frame = known_.frame++;
+  is_new_ = false;
+  const auto prepare_start = std::chrono::steady_clock::now();
+  const LocalScheme scheme = choose_scheme(local);
+  auto out = prepare(std::move(local), scheme, metric_, 1 / options_.local.rate_hz, options_.collision.backend,
+                     global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
+  out->tool = at[0].x;
+  out->way_out = way_out;
+  add_rest_of_body(*out, site, at);
+  method_->complete(*out, 1 / options_.global.rate_hz);
+  if (motion) {
+    carry_motion(*motion, *out);
+    if (const LocalReport* last = last_before(reports, motion->tick)) {
+      std::array<bool, kMaxTools> sliding{};
+      for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = last->tools[k].sliding;
+      std::vector<TickContact> placed;
+      for (const TickContact& c : last->contacts()) placed.push_back(nodes_.on_triangle(c));
+      place_contacts(*out, placed, sliding);
+    }
+  }
+  nodes_.keep(*out);
+  if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
+  record_.prepare_ms = milliseconds_since(prepare_start);
+  record_.refresh_ms = milliseconds_since(start);
+  return out;
+}
+
+}  // namespace kt

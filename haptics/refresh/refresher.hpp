@@ -1,0 +1,117 @@
+#pragma once
+// The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "haptics/refresh/contact_nodes.hpp"
+#include "haptics/refresh/excitation.hpp"
+#include "haptics/refresh/reducer_choice.hpp"
+#include "haptics/refresh/refresh_record.hpp"
+#include "haptics/refresh/touch_parts.hpp"
+#include "haptics/tick/local_report.hpp"
+#include "haptics/tick/local_simulation.hpp"
+#include "haptics/tick/way_out.hpp"
+#include "self_contact/touching_euler.hpp"
+
+namespace kt {
+
+class Refresher {
+ public:
+  /// @param self_contact  none: the body passes through itself
+  Refresher(const DeformableModel& model, const Surface& surface, const TouchOptions& options, const State& start,
+            SelfContact* self_contact = nullptr);
+
+  /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
+  /// `motion`, that of the local model in use at that tick or some ticks earlier; without one, from the body's own.
+  /// @param at       where the tools are at t
+  /// @param reports  since the last refresh; with `motion`, also that of the tick before it
+  std::unique_ptr<PreparedLocalModel> refresh(double t, std::span<const Pose> at, std::span<const LocalReport> reports,
+                                              const LocalMotion* motion = nullptr);
+
+  /// How long the next local model will be on its way [s], as far as can be told.
+  void expect_delay(double seconds) { known_.delay = seconds; }
+
+  /// Ticks until the next refresh, of `usual` ones: fewer while the body bends more within them than the local model
+  /// tells.
+  int next_interval(int usual) const;
+
+  /// The same body goes on from another refresher, with other settings: what was measured stays known.
+  void go_on_from(Refresher& before);
+
+  /// What the last refresh took [ms of CPU time]; reducer auto keeps within its budget.
+  void charge(double cpu_ms);
+  /// A replay: changes of reducer as they were.
+  void follow(std::vector<ReducerChange> changes) { choice_.follow(std::move(changes)); }
+
+  const ReducerChoice& choice() const { return choice_; }
+  const State& state() const { return global_.state(); }
+  /// Changes of reducer since they were taken.
+  std::vector<ReducerChange> take_changes() { return choice_.take_changes(); }
+  StepStatistics statistics() const { return global_.statistics(); }
+  const RefreshRecord& record() const { return record_; }  ///< of the last refresh
+  bool look_for_crossings = false;  ///< of the surface with itself after each global step, with self-contact
+
+ private:
+  LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
+  LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
+  void linearize_at(const State& state, TangentKind kind);
+  LocalScheme choose_scheme(LocalModel& local);
+  void measure_forces(std::span<const LocalReport> reports);
+  int tick() const {
+    return static_cast<int>(std::lround(known_.last * options_.local.rate_hz));
+  }  // of the last refresh
+  int count_inverted() const;
+  void report_self_contact();
+  void judge_linearization(std::span<const ContactHold> holds);
+  std::optional<State> foresee(double t, std::span<const LocalReport> reports);
+  void add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, std::span<const Pose> tools) const;
+  std::optional<WayOut> find_way_out(int tool, const Pose& pose) const;
+  double interval(double t) const;
+  double reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const;
+  const Surface& surface_;
+  TouchOptions options_;
+  std::vector<TouchTool> tools_;
+  Smoothing smoothing_;
+  ContactNodes nodes_;  // of the contacts that ticks report
+  WayOutSearch way_out_;
+  std::unique_ptr<HapticMethod> method_;  // for its part on the slow side
+  SelfContact* self_contact_;             // none: the body passes through itself
+  GlobalSimulation global_;
+  ReducerChoice choice_;
+  RefreshRecord record_;
+  TangentModel tangent_;               // of the last refresh: its storage
+  std::optional<LocalScheme> scheme_;  // none: whichever fits
+  Metric metric_;
+  bool refreshes_early_, has_apron_;  // the baselines do not
+  bool is_new_ = true;                // no model was made yet
+  /// What is known of the body whatever the settings.
+  struct Known {
+    State before;                                                // where the last global step began
+    double delay = 0;                                            // of the next local model on its way [s]
+    double last = 0;                                             // time of the last refresh [s]
+    int frame = 0;                                               // of the next local model
+    int haste = 1;                                               // the usual interval is divided by
+    std::vector<SpectrumMeter> forces;                           // of each tool, from its first contact on
+    double most_force = 0;                                       // of the contacts at the end of an interval [N]
+    double gave_way = -std::numeric_limits<double>::infinity();  // when the body did last [s]
+  } known_;
+};
+
+/// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the
+/// other side of a thin body.
+ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
+
+/// A tool as the patch sees it.
+struct ToolPlace {
+  Vec3 place = Vec3::Zero();  ///< [m]
+  int triangle = -1;          ///< of the surface, in contact with it; -1: none
+  double reach = 0;           ///< [m]
+};
+
+/// The sites of all tools in one, the first one's first. Left out are those that are further from the surface than
+/// twice their reach: nothing that such a tool could meet is worth a larger model. One is always there.
+ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::span<const ToolPlace> tools);
+
+}  // namespace kt

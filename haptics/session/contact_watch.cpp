@@ -1,0 +1,68 @@
+#include "haptics/session/contact_watch.hpp"
+
+#include <limits>
+
+namespace kt {
+
+constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers: thousands of ticks of a usual local model
+
+ContactWatch::ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later)
+    : tools_(tools.size()),
+      check_(surface, tools),
+      record_(later ? std::make_unique<MotionRecord>(kRecorded) : nullptr) {}
+
+void ContactWatch::adopted(const PreparedLocalModel& model) noexcept {
+  if (!record_) check_.take(model);
+}
+
+void ContactWatch::ticked(const HapticSide& side, std::span<const LocalFrame> frames) noexcept {
+  if (!side.has_model()) return;
+  MotionRecord::Tick tick{side.next_tick() - 1, side.model().model.frame, {}};
+  for (std::size_t k = 0; k < tools_; ++k) {
+    const ToolSweep sweep = side.last_sweep(k);
+    tick.tools[k] = {
+        {sweep.x_t0, sweep.r_t0}, {sweep.x_t1, sweep.r_t1}, frames[k].mode == ContactMode::free, frames[k].gap};
+  }
+  if (!record_)
+    look(tick, side.model().state.q);
+  else if (!record_->push(tick, side.model().state.q))
+    ++lost_[0].unchecked_ticks;
+}
+
+/// With the model that was in use.
+/// @param q  its coordinates at the end of the tick
+void ContactWatch::look(const MotionRecord::Tick& tick, const VectorX& q) {
+  check_.place(q);
+  for (std::size_t k = 0; k < tools_; ++k) {
+    const MotionRecord::Way& way = tick.tools[k];
+    LostContact& lost = lost_[k];
+    const int tool = static_cast<int>(k);
+    const double depth = check_.depth(tool, way.sweep());
+    penetration_[k].resize(static_cast<std::size_t>(tick.tick) + 1);
+    penetration_[k].back() = depth;
+    if (way.is_free && depth > BodyCheck::kInside) {
+      ++lost.free_ticks_inside;
+    } else if (way.is_free ? check_.went_through(tool, way.sweep())
+                           : check_.leapt_into(tool, way.sweep(), std::max(depth, -way.gap))) {
+      ++lost.pass_throughs;
+      if (lost.went_through.size() < LostContact::kMostNamed)
+        lost.went_through.push_back({tick.tick, (way.to.x - way.from.x).norm()});
+    }
+  }
+}
+
+bool ContactWatch::look_back(const PreparedLocalModel& model, int most) {
+  for (int i = 0; i < most; ++i) {
+    MotionRecord::Tick tick;
+    if (!record_ || !record_->front(tick, past_q_) || tick.frame != model.model.frame) return false;
+    if (past_frame_ != tick.frame) check_.take(model);
+    past_frame_ = tick.frame;
+    look(tick, past_q_);
+    record_->pop();
+  }
+  return true;
+}
+
+void ContactWatch::finish(const PreparedLocalModel& model) { look_back(model, std::numeric_limits<int>::max()); }
+
+}  // namespace kt

@@ -1,0 +1,114 @@
+#include "haptics/session/real_time.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/percentile.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kRoom = 0.8;  // of the time that is there: above it, the next busy moment is late
+// Of the refreshes that were asked for: with less, patches and models are older than those that the figures are of.
+constexpr double kReached = 0.95;
+
+/// Without the first, which sets the run up.
+double median(const std::vector<double>& ms) {
+  return percentile(ms.size() > 1 ? std::vector<double>(ms.begin() + 1, ms.end()) : ms, 0.5);
+}
+
+/// Where other programs hold the processor, its time says more than the clock's; with several threads the clock's is
+/// less.
+double share_of_clock(const SessionResult& result, double clock_ms) {
+  if (result.refresh.cpu_ms.size() < 2 || !(clock_ms > 0)) return 1;
+  return std::min(1.0, median(result.refresh.cpu_ms) / clock_ms);
+}
+
+/// Three digits.
+std::string short_number(double value) {
+  char out[32];
+  std::snprintf(out, sizeof out, "%.3g", value);
+  return out;
+}
+
+std::string cure_of_tick(const Scene& scene, const SessionResult& result) {
+  if (result.reducer == "condensed" || result.reducer == "wall")
+    return scene.local.rings > 1 ? "set local.rings to 1, or move the tool more slowly"
+                                 : "take a coarser mesh under the tool, or move it more slowly";
+  return "set local.reducer to condensed";
+}
+
+std::string cure_of_refresh(const Scene& scene, const SessionResult& result, const RealTime& r) {
+  std::string out;
+  if (r.slow_part == "reduce" || r.slow_part == "prepare" || r.slow_part == "certify") {
+    if (result.reducer == "krylov" || result.reducer == "modal" || result.reducer == "full")
+      out = "set local.reducer to condensed";
+    else if (result.reducer == "condensed")
+      out = "set local.reducer to wall";
+  } else if (scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
+    out = "set object.model.element to tet4";
+  }
+  const double rate = std::floor(1e3 * kRoom / r.refresh_ms);
+  if (rate >= 5)
+    return out + text(out.empty() ? "" : ", or ", "set global.rate_hz to ", rate, " and move the tool more slowly");
+  return out + (out.empty() ? "" : ", and ") + "take a coarser mesh (object.tetrahedralize.max_volume)";
+}
+
+}  // namespace
+
+const char* name_of(Keeps keeps) { return keeps == Keeps::yes ? "yes" : keeps == Keeps::no ? "no" : "just about"; }
+
+RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
+  return judge_real_time(scene, result, static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz);
+}
+
+RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds) {
+  RealTime out;
+  const double period_ms = 1e3 / scene.local.rate_hz, tick_ms = 1e-3 * percentile(result.step_us, 0.99);
+  const double clock_ms = median(result.refresh.global_ms) + median(result.refresh.refresh_ms);
+  const double share = share_of_clock(result, clock_ms), step_ms = share * median(result.refresh.global_ms);
+  out.budget_ms = 1e3 / scene.global.rate_hz;
+  out.refresh_ms = share * clock_ms;
+  out.refresh_hz = seconds > 0 ? static_cast<double>(result.refreshes.size()) / seconds : 0;
+  out.tick_share = tick_ms / period_ms;
+  const double slow_share = out.refresh_share = out.refresh_ms / out.budget_ms;
+
+  out.slow_part = "global step";
+  out.part_ms = step_ms;
+  for (const auto& [part, ms] : result.refresh.parts_ms)
+    if (const double its = share * median(ms); its > out.part_ms) {
+      out.slow_part = part;
+      out.part_ms = its;
+    }
+  const bool is_timed = !result.lateness_us.empty() || scene.link.charge_refreshes != "none";
+  out.wanted_hz = scene.global.rate_hz;
+  out.lags = is_timed && out.refresh_hz < kReached * out.wanted_hz;
+  const bool tick_is_worse = !out.lags && out.tick_share > slow_share;
+  if (tick_is_worse) {
+    out.slow_part = "haptic tick";
+    out.part_ms = tick_ms;
+  }
+
+  const double worst = std::max(out.tick_share, slow_share);
+  const bool early = out.refresh_ms * out.refresh_hz > 1e3;  // the extra ones do not fit
+  out.keeps = worst > 1 || out.lags ? Keeps::no : worst > kRoom || early ? Keeps::just_about : Keeps::yes;
+  if (out.keeps == Keeps::yes) return out;
+  out.cure = tick_is_worse ? cure_of_tick(scene, result) : cure_of_refresh(scene, result, out);
+  return out;
+}
+
+std::string RealTime::told() const {
+  std::string out = name_of(keeps);
+  if (lags) out += text(": ", short_number(refresh_hz), " of ", short_number(wanted_hz), " refreshes a second");
+  if (slow_part == "haptic tick")
+    out += text(lags ? ", " : ": ", "a haptic tick takes ", short_number(1e3 * part_ms), " us, ",
+                short_number(100 * tick_share), " % of its period, a refresh ", short_number(100 * refresh_share),
+                " % of its");
+  else
+    out += text(lags ? ", " : ": ", "a refresh takes ", short_number(refresh_ms), " ms of ", short_number(budget_ms),
+                ", ", short_number(100 * refresh_share), " % (", slow_part, " ", short_number(part_ms),
+                "), a haptic tick ", short_number(100 * tick_share), " % of its period");
+  return cure.empty() ? out : out + "; " + cure;
+}
+
+}  // namespace kt

@@ -1,0 +1,36 @@
+#pragma once
+// Whether a run keeps up with the wall clock, which part is slow, and the setting that cures it.
+#include <string>
+
+#include "haptics/session/session.hpp"
+
+namespace kt {
+
+/// just_about: all came in time, with less than a fifth of the time left.
+enum class Keeps { yes, just_about, no };
+
+struct RealTime {
+  Keeps keeps = Keeps::yes;
+  std::string slow_part;     ///< haptic tick, global step, linearize, reduce, certify, prepare: what takes longest
+  double part_ms = 0;        ///< of it, median; of the tick its 99th percentile
+  double budget_ms = 0;      ///< from one refresh to the next, 1 / global.rate_hz
+  double refresh_ms = 0;     ///< global step and local model, median
+  double refresh_hz = 0;     ///< refreshes a simulated second, early ones included
+  double wanted_hz = 0;      ///< of them, global.rate_hz
+  bool lags = false;         ///< ticks are against the clock, and less than nineteen of twenty refreshes came
+  double refresh_share = 0;  ///< of a refresh, median, of the time from one to the next
+  double tick_share = 0;     ///< CPU time of the haptic tick, 99th percentile, of its period
+  std::string cure;          ///< "set local.reducer to condensed, or ..."; empty: none is needed
+
+  /// One line: "no: reduce takes 55 of the 68 ms of a refresh, 33 ms are there".
+  std::string told() const;
+};
+
+const char* name_of(Keeps keeps);
+
+/// From measured times, of this machine: wall clock, or the processor's time where that is known and less.
+RealTime judge_real_time(const Scene& scene, const SessionResult& result);
+/// The same for refreshes and ticks of the last `seconds` of a run that goes on: result.tools is not read.
+RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds);
+
+}  // namespace kt

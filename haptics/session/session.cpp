@@ -1,0 +1,259 @@
+#include "haptics/session/session.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <ranges>
+
+#include "haptics/refresh/refresh_cost.hpp"
+#include "haptics/refresh/refresher.hpp"
+#include "haptics/session/real_time.hpp"
+#include "haptics/session/session_run.hpp"
+#include "haptics/setup/path_excitation.hpp"
+
+namespace kt {
+namespace {
+
+/// The wall clock does not wait for a body that takes longer than its interval.
+void warn_of_lag(const Scene& scene, SessionResult& result) {
+  const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
+  const double reached = static_cast<double>(result.refresh.global_ms.size()) / seconds;
+  if (reached >= 0.8 * scene.global.rate_hz) return;
+  const RealTime r = judge_real_time(scene, result);
+  result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ", scene.global.rate_hz,
+                                 ": ", r.slow_part, " takes ", r.part_ms, " of the ", r.refresh_ms,
+                                 " ms of a refresh; ", r.cure));
+  result.notes.push_back(result.warnings.back());
+}
+
+/// What a patch is not made for; the path of a device that yields is known when it is over.
+/// @param h  haptic step [s]
+void warn_of_speed(const ToolRun& run, double h, const std::string& who, std::vector<std::string>& warnings) {
+  const std::vector<LocalFrame>& frames = run.frames;
+  int count = 0;
+  std::size_t fastest = 0;
+  double most = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const double speed = (frames[i].pose.x - (i > 0 ? frames[i - 1].pose.x : run.start.x)).norm() / h;
+    count += speed > kFollowedSpeed;
+    if (speed <= most) continue;
+    most = speed;
+    fastest = i;
+  }
+  if (count > 0)
+    warnings.push_back(text(who, "too fast in ", count, " of ", frames.size(), " ticks, most of all in tick ", fastest,
+                            " (t = ", frames[fastest].t, " s) with ", most, " m/s, ", most * h,
+                            " m in one tick: local models are made for up to ", kFollowedSpeed,
+                            " m/s, contact beyond is coarse; give the path more time there"));
+}
+
+/// What a limit cycle feeds on. Pressing at rest the hold gives next to nothing.
+void warn_of_activity(const std::optional<PassivityRun>& energy, SessionResult& result) {
+  constexpr double kShare = 0.5;  // of the largest energy that the hand had put in
+  if (!energy) return;
+  const PassivityRun& p = *energy;
+  if (p.least < -kShare * p.most || p.most_debt > kShare * p.most)
+    result.warnings.push_back(
+        text("the haptic loop gave the hand energy: holding the force over a tick gave ", 1e3 * p.most_debt,
+             " mJ that nothing took back, the hand had put in ", 1e3 * p.most,
+             " mJ at most: expect a limit cycle; raise tool.path.hand.damping or local.rate_hz, or "
+             "set local.passivity_damping"));
+}
+
+/// What is written down of a run as it goes, besides its ticks.
+class RunRecorder final : public ModelObserver {
+ public:
+  RunRecorder(ContactWatch* watch, const SessionOptions& options, SessionResult& out)
+      : watch_(watch), options_(options), out_(out) {}
+  void adopted(const PreparedLocalModel& model) noexcept override {
+    if (watch_) watch_->adopted(model);
+  }
+  bool look_back(const PreparedLocalModel& model, int most) override {
+    return watch_ && watch_->look_back(model, most);
+  }
+  void refreshed(const RefreshRecord& record) override {
+    if (options_.watcher) options_.watcher->refreshed(record);
+    if (!options_.keeps_records) return;
+    out_.refreshes.push_back(record.event);
+    out_.refresh.add(record);
+    std::ranges::copy(record.settings, std::back_inserter(out_.setting_changes));
+    std::ranges::copy(record.reducers, std::back_inserter(out_.reducer_changes));
+  }
+
+ private:
+  ContactWatch* watch_;
+  const SessionOptions& options_;
+  SessionResult& out_;
+};
+
+/// Whoever watches is told of the end, however it comes.
+class Watched {
+ public:
+  Watched(SessionWatcher* watcher, Touch& touch) : watcher_(watcher) {
+    if (watcher_) watcher_->begun(touch);
+  }
+  ~Watched() {
+    if (watcher_) watcher_->ended();
+  }
+  Watched(const Watched&) = delete;
+  Watched& operator=(const Watched&) = delete;
+
+ private:
+  SessionWatcher* watcher_;
+};
+
+void finish_tools(std::vector<HandAtDevice>& hands, ContactWatch* watch, SessionResult& out) {
+  StateHash hash;
+  for (std::size_t k = 0; k < out.tools.size(); ++k) {
+    ToolRun& tool = out.tools[k];
+    for (const LocalFrame& f : tool.frames) {
+      hash.add(f.pose.x);
+      hash.add(f.force);
+      hash.add(f.toi);
+      hash.add(static_cast<int>(f.mode));
+      hash.add(f.triangle);
+    }
+    tool.limited_forces = hands[k].limited_forces();
+    tool.passivity = hands[k].energy();
+    if (!watch) continue;
+    tool.penetration = watch->take_penetration(k);
+    tool.penetration.resize(tool.frames.size());
+    tool.lost = watch->lost(k);
+    tool.missed_impacts = tool.lost.free_ticks_inside + tool.lost.pass_throughs;
+  }
+  out.hash = hash.value();
+}
+
+}  // namespace
+
+std::vector<Vec3> places_of(const ToolRun& run) {
+  std::vector<Vec3> out{run.start.x};
+  for (const LocalFrame& f : run.frames) out.push_back(f.pose.x);
+  return out;
+}
+
+SessionOptions replay_of(const SessionResult& run) {
+  SessionOptions out;
+  out.replay = {run.refreshes, run.reducer_changes, run.setting_changes};
+  for (const ToolRun& tool : run.tools) out.max_speeds.push_back(tool.max_speed);
+  return out;
+}
+
+Session::Session(const Scene& scene) : BuiltScene(scene), predictions_(predict_failures(*this)) {}
+
+Session::Session(const Scene& scene, Mesh body)
+    : BuiltScene(scene, std::move(body)), predictions_(predict_failures(*this)) {}
+
+Session::Session(const Scene& scene, std::unique_ptr<DeformableModel> model)
+    : BuiltScene(scene, std::move(model)), predictions_(predict_failures(*this)) {}
+
+/// Of both tools' paths, of a hand that of its target. As a ball: a longer tool asks for no other rates.
+std::optional<BandPowers> Session::followed_motion() const {
+  if (options().local.reducer != "auto") return {};
+  const double use =
+      (1 + (models_come_late(options()) ? 1 : 0)) / options().global.rate_hz + 1e-3 * options().link.latency_ms;
+  BandPowers out{};
+  for (std::size_t k = 0; k < tools().size(); ++k) {
+    const FollowedMotion followed(surface(), start().x, tools()[k].radius, options().contact.mu_static);
+    const BandPowers its = path_powers(paths()[k].points, followed, options().local.rate_hz, use);
+    out.total += its.total;
+    for (std::size_t b = 0; b < kBands; ++b) out.changing[b] += its.changing[b];
+  }
+  if (!(out.total > 0)) return {};
+  return out;
+}
+
+/// The devices of the scene's tools, or what they did in the run that is replayed.
+std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions& options) const {
+  std::vector<std::unique_ptr<HapticDevice>> out;
+  for (std::size_t k = 0; k < tools().size(); ++k) {
+    const SceneTool& tool = k == 0 ? scene().tool : *scene().second_tool;
+    out.push_back(scene_device(scene(), tool, paths()[k], k == 0 ? options.target : nullptr));
+    if (k < options.tool_paths.size())
+      out[k] = played_again(options.tool_paths[k], tool, out[k]->info(), 1 / scene().local.rate_hz);
+  }
+  return out;
+}
+
+SessionResult Session::run(const SessionOptions& options) {
+  SessionResult result;
+  result.warnings = warnings();
+  for (const Prediction& known : predictions_) result.warnings.push_back(known.message);
+  result.notes = notes();
+  const bool threaded = scene().link.type == "thread" && options.replay.refreshes.empty();
+  const double h = 1 / scene().local.rate_hz;
+
+  std::vector<std::unique_ptr<HapticDevice>> devices = this->devices(options);
+  std::vector<Pose> start;
+  TouchOptions touched = this->options();
+  touched.motion = followed_motion();
+  touched.replay = options.replay;
+  result.tools.resize(tools().size());
+  for (std::size_t k = 0; k < tools().size(); ++k) {
+    ToolRun& tool = result.tools[k];
+    tool.start = devices[k]->pose(0);
+    start.push_back(tool.start);
+    const bool is_given = k < options.max_speeds.size() && options.max_speeds[k] > 0;
+    tool.max_speed = is_given ? options.max_speeds[k] : devices[k]->max_speed();
+    touched.tools[k].max_speed = tool.max_speed;
+  }
+  std::optional<ContactWatch> watch;
+  if (options.check_contacts) watch.emplace(body().surface(), tools(), threaded);
+  RunRecorder recorder(watch ? &*watch : nullptr, options, result);
+  Touch touch(body(), touched);
+  touch.observe(&recorder);
+  touch.slow().refresher().look_for_crossings = options.check_contacts && !threaded;
+  touch.place(start);
+  std::vector<HandAtDevice> hands;
+  for (std::size_t k = 0; k < tools().size(); ++k)
+    hands.emplace_back(std::move(devices[k]), scene().local.passivity_damping, h);
+  int ticks = static_cast<int>(std::llround(scene().duration * scene().local.rate_hz));
+  if (options.is_endless) ticks = std::numeric_limits<int>::max();
+  const RunParts parts{options, ticks, touch, hands, watch ? &*watch : nullptr, result};
+  {
+    const Watched watched(options.watcher, touch);
+    threaded ? run_threads(parts) : run_lockstep(parts);
+    touch.stop();
+  }
+  if (options.is_endless) {
+    ticks = touch.next_tick();
+    last(ticks * h);
+    result.stopped = false;  // that is how it ends
+  }
+
+  if (watch) watch->finish(touch.fast().model());
+  finish_tools(hands, watch ? &*watch : nullptr, result);
+  result.last_dof = touch.fast().model().model.dof();
+  result.last_patch_vertices = touch.fast().model().model.patch.num_vertices();
+  const Refresher& refresher = touch.slow().refresher();
+  for (RefreshEvent& event : result.refreshes)
+    if (event.adopted_tick >= ticks) event.adopted_tick = -1;  // the run was over by then
+  result.deadline_misses =
+      static_cast<int>(std::ranges::count_if(result.step_us, [&](double us) { return us > 1e6 * h; }));
+  result.reducer = refresher.choice().chosen().reducer;
+  result.reducer_name = refresher.choice().chosen().name;
+  result.reducer_reason = refresher.choice().reason();
+  result.reducer_candidates = refresher.choice().candidates();
+  result.expected_force_error = refresher.choice().force_error();
+  result.refresh_budget_ms = refresh_budget_ms(this->options());
+  result.certified_error = refresher.choice().certified_error();
+  if (threaded) warn_of_lag(scene(), result);
+  for (std::size_t k = 0; k < result.tools.size(); ++k) {
+    warn_of_speed(result.tools[k], h, k == 0 ? "tool.path: " : "second_tool.path: ", result.warnings);
+    warn_of_activity(result.tools[k].passivity, result);
+  }
+  if (const SelfContact* contact = body().self_contact()) {
+    result.self_contact = result.refresh.self_contact();
+    result.self_contact->reach = contact->options.reach;
+    result.self_contact->stiffness = contact->options.stiffness;
+  }
+  result.global_steps = refresher.statistics();
+  if (const InvertedTetrahedra& inverted = result.refresh.inverted; inverted.most > 0)
+    result.warnings.push_back(text(
+        inverted.most, " of ", model().mesh().tetrahedra.size(), " tetrahedra turned inside out, first at t = ",
+        inverted.from, inverted.last > 0 ? text(" s, and ", inverted.last, " are at the end") : " s, and came back",
+        ": forces from then on are not to be trusted; press less deep, or refine the mesh"));
+  return result;
+}
+
+}  // namespace kt

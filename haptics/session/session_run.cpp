@@ -1,0 +1,252 @@
+#include "haptics/session/session_run.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "haptics/link/ring.hpp"
+#include "haptics/session/body_film.hpp"
+#include "haptics/touch/process_time.hpp"
+
+namespace kt {
+namespace {
+
+/// What a tick leaves in the records.
+struct TickRow {
+  std::array<LocalFrame, kMaxTools> frames;
+  std::array<Vec3, kMaxTools> model_force;
+  double step_us = 0, lateness_us = 0;
+  long long allocations = 0;
+};
+
+/// The devices' tick: poses from them, forces to them.
+class DeviceTick {
+ public:
+  explicit DeviceTick(const RunParts& run) : run_(run) {}
+
+  /// @param refresh  the refresh that is due first, whose time is not the tick's
+  void step(TickRow& row, bool refresh) noexcept {
+    const double h = run_.touch.h(), t_end = (run_.touch.next_tick() + 1) * h;
+    const std::size_t count = run_.hands.size();
+    std::array<Pose, kMaxTools> poses;
+    for (std::size_t k = 0; k < count; ++k) poses[k] = run_.hands[k].pose(t_end);
+    if (refresh) run_.touch.refresh_if_due();
+    const auto& counts = run_.options.count_allocations;
+    const long long before = counts ? counts() : 0;
+    const double start = thread_time_us();
+    const std::span<const LocalFrame> frames = run_.touch.tick(std::span(poses).first(count));
+    row.step_us = thread_time_us() - start;
+    row.allocations = counts ? counts() - before : 0;
+    allocations_ += row.allocations;
+    if (run_.watch) run_.watch->ticked(run_.touch.fast(), frames);
+    // What is recorded, counted as work and judged is what the hand is given.
+    for (std::size_t k = 0; k < count; ++k) {
+      row.frames[k] = frames[k];
+      row.model_force[k] = run_.hands[k].give(row.frames[k], h);
+    }
+  }
+  long long allocations() const { return run_.options.count_allocations ? allocations_ : -1; }
+
+ private:
+  const RunParts& run_;
+  long long allocations_ = 0;
+};
+
+/// To the records and to who watches.
+void record(const TickRow& row, const RunParts& run) {
+  SessionResult& out = run.result;
+  if (SessionWatcher* watcher = run.options.watcher)
+    watcher->ticked(std::span(row.frames).first(out.tools.size()), row.step_us, row.allocations);
+  if (!run.options.keeps_records) return;
+  for (std::size_t k = 0; k < out.tools.size(); ++k) {
+    out.tools[k].frames.push_back(row.frames[k]);
+    out.tools[k].model_force.push_back(row.model_force[k]);
+  }
+  out.step_us.push_back(row.step_us);
+}
+
+/// Pictures of the body between ticks, while nobody else has it.
+class Pictures {
+ public:
+  explicit Pictures(const RunParts& run) : run_(run) {}
+
+  Snapshot take() {
+    const Touch& touch = run_.touch;
+    Snapshot out{touch.next_tick() * touch.h(), {}, touch.slow().state().x};
+    for (const ToolRun& tool : run_.result.tools) out.tools.push_back(tool.frames.back().pose.x);
+    const DeformableModel& model = touch.body().model();
+    if (!lead_) lead_.emplace(model.mesh(), model.fixed_nodes());
+    const VectorX before = out.x;
+    touch.fast().lay_patch_over(out.x);
+    lead_->fade(before, out.x);
+    return out;
+  }
+
+  void film() {
+    if (!run_.options.film) return;
+    const LocalFrame& frame = run_.result.tools[0].frames.back();
+    const bool is_refreshed = frame.model_frame != model_frame_;
+    model_frame_ = frame.model_frame;
+    if (run_.options.film->is_due(frame.t, is_refreshed)) run_.options.film->add(frame.t, take().x);
+  }
+
+ private:
+  const RunParts& run_;
+  std::optional<PatchLead> lead_;
+  int model_frame_ = -1;
+};
+
+timespec plus(timespec t, double seconds) {
+  const long long ns = t.tv_nsec + std::llround(seconds * 1e9);
+  t.tv_sec += ns / 1000000000;
+  t.tv_nsec = ns % 1000000000;
+  if (t.tv_nsec < 0) {
+    t.tv_nsec += 1000000000;
+    --t.tv_sec;
+  }
+  return t;
+}
+
+double difference_us(const timespec& a, const timespec& b) {
+  return 1e6 * static_cast<double>(a.tv_sec - b.tv_sec) + 1e-3 * static_cast<double>(a.tv_nsec - b.tv_nsec);
+}
+
+bool ask_for_real_time() {
+  sched_param param{};
+  param.sched_priority = 50;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
+}
+
+/// A tick a period of the wall clock.
+class WallClock {
+ public:
+  explicit WallClock(double h) : h_(h) { clock_gettime(CLOCK_MONOTONIC, &start_); }
+  /// Time goes on from here with this tick.
+  void restart(int tick) noexcept {
+    clock_gettime(CLOCK_MONOTONIC, &start_);
+    start_ = plus(start_, -tick * h_);
+  }
+  /// Sleeps until the tick is due. Returns how late that is over [us].
+  double wait_for(int tick) noexcept {
+    const timespec due = plus(start_, tick * h_);
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0) {
+    }
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return difference_us(now, due);
+  }
+
+ private:
+  timespec start_{};
+  double h_;
+};
+
+}  // namespace
+
+HandAtDevice::HandAtDevice(std::unique_ptr<HapticDevice> device, double most_damping, double h)
+    : device_(std::move(device)), info_(device_->info()) {
+  if (info_.yields) passivity_.emplace(PassivityOptions{most_damping, h, info_.delay, info_.max_force});
+}
+
+Vec3 HandAtDevice::give(LocalFrame& frame, double h) noexcept {
+  const Vec3 wanted = frame.force;
+  bool cut = false;
+  if (device_->health() != DeviceHealth::ok) {  // it is not where its pose says: what is felt there is not its force
+    frame.force.setZero();
+    frame.torque.setZero();
+  }
+  frame.force = passivity_ ? passivity_->tick(frame.pose.x, frame.force) : safe_force(frame.force, info_, cut);
+  limited_ += passivity_ ? passivity_->limited() : cut;
+  device_->write({frame.force, frame.torque}, h);
+  return wanted;
+}
+
+std::optional<PassivityRun> HandAtDevice::energy() const {
+  if (!passivity_) return {};
+  return PassivityRun{passivity_->least(), passivity_->most(), passivity_->most_debt(), passivity_->given_by_hold(),
+                      passivity_->damped_ticks()};
+}
+
+void run_lockstep(const RunParts& run) {
+  DeviceTick devices(run);
+  Pictures pictures(run);
+  TickRow row;
+  std::size_t next_snapshot = 0;
+  for (int tick = 0; tick < run.ticks; ++tick) {
+    devices.step(row, true);
+    if (run.touch.error()) std::rethrow_exception(run.touch.error());
+    record(row, run);
+    const double t = (tick + 1) * run.touch.h();
+    for (; next_snapshot < run.options.snapshot_times.size() && run.options.snapshot_times[next_snapshot] <= t;
+         ++next_snapshot)
+      run.result.snapshots.push_back(pictures.take());
+    pictures.film();
+    if (run.options.progress) run.options.progress((tick + 1.0) / run.ticks);
+    if (run.options.stop && run.options.stop->load()) {
+      run.result.stopped = true;
+      break;
+    }
+  }
+  run.result.allocations = devices.allocations();
+}
+
+void run_threads(const RunParts& run) {
+  run.touch.start();
+  DeviceTick devices(run);
+  Ring<TickRow> rows(8192);
+  std::atomic<bool> stop{false}, finished{false};
+  std::atomic<int> unrecorded{0};
+  const std::atomic<bool>* const pause = run.options.pause;
+  std::thread haptic([&] {
+    run.result.real_time_scheduling = ask_for_real_time();
+    WallClock clock(run.touch.h());
+    TickRow row;
+    for (int tick = 0; tick < run.ticks && !stop && !run.touch.error(); ++tick) {
+      if (pause && pause->load()) {
+        while (pause->load() && !stop) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        clock.restart(tick);
+      }
+      row.lateness_us = clock.wait_for(tick);
+      devices.step(row, false);
+      if (!rows.push(row)) ++unrecorded;
+    }
+    finished = true;
+  });
+  const auto take_rows = [&] {
+    TickRow row;
+    while (rows.pop(row)) {
+      record(row, run);
+      if (run.options.keeps_records) run.result.lateness_us.push_back(row.lateness_us);
+    }
+  };
+  VectorX x;
+  while (!finished) {
+    take_rows();
+    if (BodyFilm* film = run.options.film; film && !run.result.tools[0].frames.empty())
+      if (const double t = run.result.tools[0].frames.back().t; film->is_due(t, false)) {
+        run.touch.copy_positions(x);
+        film->add(t, x);
+      }
+    const auto done = static_cast<double>(run.result.step_us.size());
+    if (run.options.progress && done > 0) run.options.progress(done / run.ticks);
+    if (run.options.stop && run.options.stop->load()) stop = run.result.stopped = true;
+    std::this_thread::sleep_for(run.options.watcher ? std::chrono::milliseconds(4) : std::chrono::milliseconds(20));
+  }
+  haptic.join();
+  take_rows();
+  run.touch.stop();
+  run.result.allocations = devices.allocations();
+  if (const int lost = run.touch.lost_reports(); lost > 0)
+    run.result.warnings.push_back(text("link: ", lost, " reports were lost, the refresher fell too far behind"));
+  if (unrecorded > 0)
+    run.result.warnings.push_back(
+        text("records: ", unrecorded.load(), " ticks were not recorded, the machine is too busy"));
+  // Snapshots would stall the haptic loop: the end is what remains.
+  if (!run.result.step_us.empty()) run.result.snapshots.push_back(Pictures(run).take());
+}
+
+}  // namespace kt

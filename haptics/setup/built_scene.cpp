@@ -1,0 +1,57 @@
+#include "haptics/setup/built_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <ranges>
+
+#include "haptics/contact/scene_friction.hpp"
+#include "haptics/refresh/touch_parts.hpp"
+#include "haptics/setup/unused_settings.hpp"
+
+namespace kt {
+
+// In braces, in order: what is wrong with a setting is told before the mesh is filled.
+BuiltScene::BuiltScene(const Scene& scene) : BuiltScene{scene, touch_options(scene), Body(body_options(scene))} {}
+
+BuiltScene::BuiltScene(const Scene& scene, Mesh body)
+    : BuiltScene{scene, touch_options(scene), Body(std::move(body), body_options(scene))} {}
+
+BuiltScene::BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> model)
+    : BuiltScene{scene, touch_options(scene), Body(std::move(model), body_options(scene))} {}
+
+BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
+    : scene_(scene), options_(std::move(options)), body_(std::move(body)), tools_(shapes_of(options_)) {
+  scene_.local = options_.local;
+  warnings_ = unused_settings(scene_);
+  std::ranges::copy(body_.notes(), std::back_inserter(warnings_));
+  friction_ = scene_friction(scene_.contact, body_.surface(), body_.model().mesh().x, warnings_);
+  notes_ = warnings_;
+  std::ranges::copy(body_.warnings() | std::views::drop(body_.notes().size()), std::back_inserter(warnings_));
+  Mesh hanging = body_.model().mesh();
+  hanging.x = body_.start().x;
+  paths_ = scene_paths(scene_, tools_, hanging, warnings_);
+}
+
+void BuiltScene::follow(std::vector<TimedPoint> path) {
+  if (path.empty() || !(path.back().t > 0)) throw InputError("tool.path: takes no time");
+  std::vector<Waypoint> waypoints;
+  for (const TimedPoint& p : path) waypoints.push_back({p.t, p.x});
+  scene_.tool.path = {.press_drag = {}, .waypoints = std::move(waypoints), .recording = {}, .hand = {}};
+  scene_.duration = path.back().t;
+  paths_[0] = {std::move(path), {}};
+  scene_device(scene_, scene_.tool, paths_[0]);  // a wrong path is found now and not by run()
+}
+
+void BuiltScene::hold() {
+  const ToolPath& path = paths_[0];
+  const Vec3 start = path.poses.empty() ? path.points.front().x : path.poses.front().pose.x;
+  SceneHand hand = scene_.tool.path.hand.value_or(SceneHand{});
+  if (!scene_.tool.path.hand)
+    hand.damping = 2 * std::sqrt(hand.stiffness * hand.mass);  // critical: nobody is there to damp it
+  hand.target = {{0, start}, {1, start}};
+  scene_.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = std::move(hand)};
+  paths_[0] = {{{0, start}, {1, start}}, {}};
+}
+
+}  // namespace kt

@@ -1,0 +1,52 @@
+#pragma once
+// A scene as it stands before its first tick: everything that takes time to build.
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/body/surface.hpp"
+#include "haptics/contact/friction.hpp"
+#include "haptics/setup/session_parts.hpp"
+
+namespace kt {
+
+/// Mesh, model, surface, friction, tools and their paths. Throws InputError for what cannot be built.
+class BuiltScene {
+ public:
+  explicit BuiltScene(const Scene& scene);
+  BuiltScene(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
+  BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> model);  ///< with one's own model for its own
+  /// The same body from its start on, along another path: until the time of its last point.
+  void follow(std::vector<TimedPoint> path);
+  /// The first tool is held by a hand from now on, at the place where its path began: for a target that another thread
+  /// moves.
+  void hold();
+  void last(double seconds) { scene_.duration = seconds; }
+
+  const Scene& scene() const { return scene_; }
+  const Body& body() const { return body_; }
+  const TouchOptions& options() const { return options_; }  ///< of the engine
+  const DeformableModel& model() const { return body_.model(); }
+  const Surface& surface() const { return body_.surface(); }
+  double mesh_unit() const { return body_.mesh_unit(); }  ///< of the mesh file [m]; 1 for one that is given in metres
+  const ToolShape& tool() const { return tools_[0]; }
+  std::span<const ToolShape> tools() const { return tools_; }  ///< 1 or 2
+  const SurfaceFriction& friction() const { return friction_; }
+  const State& start() const { return body_.start(); }
+  const std::vector<TimedPoint>& path() const { return paths_[0].points; }  ///< of the first tool; of a hand its target
+  const std::vector<ToolPath>& paths() const { return paths_; }             ///< of each tool
+  const std::vector<std::string>& warnings() const { return warnings_; }    ///< of what was found while it was built
+  const std::vector<std::string>& notes() const { return notes_; }  ///< those that say nothing against the forces
+
+ private:
+  BuiltScene(const Scene& scene, TouchOptions options, Body body);
+  Scene scene_;
+  TouchOptions options_;
+  Body body_;
+  std::vector<ToolShape> tools_;
+  SurfaceFriction friction_;
+  std::vector<ToolPath> paths_;
+  std::vector<std::string> warnings_, notes_;
+};
+
+}  // namespace kt

@@ -1,0 +1,33 @@
+#pragma once
+// From a scene to what a session is made of: tools, paths, devices, settings of the engine.
+#include "haptics/device/haptic_device.hpp"
+#include "haptics/options/touch_options.hpp"
+#include "haptics/touch/body.hpp"
+
+namespace kt {
+
+/// The way that a tool is meant to go; of a hand its target.
+struct ToolPath {
+  std::vector<TimedPoint> points;
+  std::vector<TimedPose> poses;  ///< as many, of a recording with orientations; else empty: tool.turn and tool.spin
+};
+
+BodyOptions body_options(const Scene& scene);
+
+/// Loads the tools' meshes. Throws InputError for what only the tables of several libraries together can judge.
+TouchOptions touch_options(const Scene& scene);
+
+/// A path for each tool. Throws InputError for one that no device can follow.
+/// @param body  as it is at the start
+std::vector<ToolPath> scene_paths(const Scene& scene, std::span<const ToolShape> shapes, const Mesh& body,
+                                  std::vector<std::string>& warnings);
+
+/// @param target  of a hand, that another thread moves; none: the path's
+std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool, const ToolPath& path,
+                                           std::shared_ptr<MovedTarget> target = nullptr);
+
+/// The way that a tool took on a device. Its force leaves as it did then, and goes nowhere.
+std::unique_ptr<HapticDevice> played_again(const ToolPath& path, const SceneTool& tool, const DeviceInfo& info,
+                                           double h);
+
+}  // namespace kt

@@ -1,0 +1,20 @@
+#pragma once
+// Bringing a new local model to the present: it is linearized at an earlier tick, and the tool has moved since.
+// Replaying the tool's path through it gives the state that it would have had; starting it from the tool's pose at
+// arrival leaves out what the body did meanwhile.
+#include "haptics/tick/local_simulation.hpp"
+
+namespace kt {
+
+/// Steps local models apart from the running one. One thread at a time.
+class CatchUp {
+ public:
+  CatchUp(std::span<const ToolShape> tools, double h, std::unique_ptr<ContactSolver> solver);
+  /// One tick of `model` with each tool moving along its sweep. No allocation.
+  void step(std::unique_ptr<PreparedLocalModel>& model, std::span<const ToolSweep> sweeps) noexcept;
+
+ private:
+  LocalSimulation local_;
+};
+
+}  // namespace kt

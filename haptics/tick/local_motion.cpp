@@ -1,0 +1,60 @@
+#include "haptics/tick/local_motion.hpp"
+
+namespace kt {
+
+LocalMotion make_local_motion(int num_nodes) {
+  LocalMotion out;
+  out.x = out.v = out.du = VectorX::Zero(3 * num_nodes);
+  out.row.assign(static_cast<std::size_t>(num_nodes), -1);
+  return out;
+}
+
+void record_motion(const PreparedLocalModel& model, int tick, LocalMotion& out) noexcept {
+  out.tick = tick;
+  const LocalModel& m = model.model;
+  const Eigen::Index rows = m.basis.rows(), patch = model.work.du.size();
+  auto x = out.x.head(rows), v = out.v.head(rows);
+  x = m.x0;
+  x.noalias() += m.basis * model.state.q;
+  v.noalias() = m.basis * model.state.q_rate;
+  out.du.head(patch) = model.work.du;
+  out.num_patch = static_cast<int>(patch / 3);
+  out.row = model.recovered_row;
+  out.overlap = model.state.overlap;
+}
+
+void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept {
+  const LocalModel& m = model.model;
+  LocalWorkspace& w = model.work;
+  for (int i = 0; i < static_cast<int>(m.recovered_node.size()); ++i) {
+    const int row = motion.row[m.recovered_node[i]];
+    node(w.x_recovered, i) = row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(motion.x, row) - node(m.x0, i));
+    node(w.v_recovered, i) = row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(motion.v, row) - node(m.v0, i));
+  }
+  model.state.q.noalias() = m.fit * w.x_recovered;
+  model.state.q_rate = m.q_rate0;
+  model.state.q_rate.noalias() += m.fit_rate * w.v_recovered;
+  model.state.overlap = motion.overlap;
+  // The motion that contact causes goes on: the first guess of the next tick.
+  for (int i = 0; i < m.patch.num_vertices(); ++i) {
+    const int row = motion.row[m.patch.global_node[i]];
+    node(w.du, i) = row >= 0 && row < motion.num_patch ? Vec3(node(motion.du, row)) : Vec3(Vec3::Zero());
+  }
+}
+
+void place_contacts(PreparedLocalModel& model, std::span<const TickContact> contacts,
+                    const std::array<bool, kMaxTools>& sliding) noexcept {
+  LocalState& s = model.state;
+  s.anchors.count = 0;
+  for (const TickContact& sample : contacts) {
+    auto [piece, bary] = piece_at(model.surface.levels, sample.bary);
+    const int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
+    if (facet < 0) continue;
+    if (model.surface.is_apron(facet)) bary = sample.bary;
+    s.impulse[s.anchors.count] = sample.impulse;
+    s.anchors.add({.triangle = facet, .bary = bary, .normal = sample.normal, .tool = sample.tool});
+  }
+  s.sliding = sliding;
+}
+
+}  // namespace kt

@@ -1,0 +1,129 @@
+#include "haptics/tick/prepared_local_model.hpp"
+
+#include <cmath>
+
+#include "collision/shape/closest_point.hpp"
+
+namespace kt {
+
+void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) const noexcept {
+  if (!dense_patch_basis.empty())
+    dense_patch_basis.multiply(reduced, out);
+  else
+    out.noalias() = patch_basis * reduced;
+}
+
+double softest_contact(const PreparedLocalModel& model) noexcept {
+  constexpr double kHeaviest = 1;      // [kg]
+  constexpr double kGivesLess = 1e-3;  // of the patch's: nothing but a clamped node's neighbourhood is so much stiffer
+  const double own = kGivesLess * model.mobility;
+  return own > 0 ? std::min(1 / kHeaviest, own) : 1 / kHeaviest;
+}
+
+namespace {
+
+void make_room_for_contacts(const SurfacePatch& facets, LocalWorkspace& w) {
+  const std::size_t count = facets.triangles.size();
+  w.candidates.resize(count);
+  for (int k = 0; k < kMaxTools; ++k) {
+    w.ignored[k].resize(count);
+    w.near_facets[k].resize(count);
+    w.near[k] = NearFeatures(static_cast<int>(count), facets.num_vertices());
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
+                                            const std::string& collision_backend, int num_nodes, int num_triangles,
+                                            const Smoothing& smoothing) {
+  auto out = std::make_unique<PreparedLocalModel>();
+  out->model = std::move(model);
+  const LocalModel& m = out->model;
+  const int p3 = 3 * m.patch.num_vertices(), r = m.dof();
+  const int triangles = static_cast<int>(m.patch.triangles.size());
+  out->surface = make_contact_surface(m.patch, smoothing);
+  const ContactSurface& surface = out->surface;
+  out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
+  out->patch_basis = m.basis.topRows(p3);
+  if (2 * out->patch_basis.nonZeros() > out->patch_basis.rows() * out->patch_basis.cols())
+    out->dense_patch_basis = PanelMatrix(MatrixX(out->patch_basis));
+
+  out->index = make_triangle_index(collision_backend);
+  VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
+  surface.follow(m.x0.head(p3), x0);
+  out->index->build(surface.facets.triangles, x0);
+
+  const MatrixX& C = out->dynamics->metric().C;
+  for (int i = 0; i < m.patch.num_vertices(); ++i)
+    out->mobility = std::max(out->mobility, C.block<3, 3>(3 * i, 3 * i).trace() / 3);
+
+  VectorX row_weight = VectorX::Zero(p3);
+  for (int c = 0; c < out->patch_basis.outerSize(); ++c)
+    for (SparseMatrix::InnerIterator it(out->patch_basis, c); it; ++it) row_weight[it.row()] += std::abs(it.value());
+  for (const Triangle& t : m.patch.triangles)
+    out->moves.push_back({row_weight[3 * t[0]] > 0, row_weight[3 * t[1]] > 0, row_weight[3 * t[2]] > 0});
+
+  out->recovered_row.assign(num_nodes, -1);
+  for (int i = 0; i < static_cast<int>(m.recovered_node.size()); ++i) out->recovered_row[m.recovered_node[i]] = i;
+  out->local_triangle.assign(num_triangles, -1);
+  for (int t = 0; t < triangles; ++t) out->local_triangle[m.patch.global_triangle[t]] = t;
+
+  out->state.q = VectorX::Zero(r);
+  out->state.q_rate = m.q_rate0;
+  LocalWorkspace& w = out->work;
+  w.v_free = w.v_free_end = w.q_trial = w.force = VectorX::Zero(r);
+  w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
+  w.motion = w.patch_motion = VectorX::Zero(p3);
+  w.motion_of = VectorX::Constant(r, std::numeric_limits<double>::quiet_NaN());
+  w.u_free = w.du = w.du_guess = w.step = w.step_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
+  w.x_recovered = m.x0;
+  w.v_recovered = m.v0;
+  w.coupling = CouplingRoom(m.patch.num_vertices());
+  make_room_for_contacts(surface.facets, w);
+  return out;
+}
+
+namespace {
+
+/// Room for all vertices and facets; the apron's vertices where they are.
+void widen(const VectorX& patch_x, PreparedLocalModel& model) {
+  const ContactSurface& surface = model.surface;
+  LocalWorkspace& w = model.work;
+  VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
+  surface.follow(patch_x, x0);
+  surface.place_apron(patch_x, x0);
+  w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
+  make_room_for_contacts(surface.facets, w);
+}
+
+}  // namespace
+
+void lay_apron(PreparedLocalModel& model, const Apron& apron, const Surface& surface, std::span<const Vec3> places,
+               const std::string& collision_backend) {
+  if (apron.triangles.empty()) return;
+  const VectorX patch_x = model.model.x0.head(model.patch_basis.rows());
+  add_apron(apron, surface, model.model.patch, patch_x, model.surface);
+  widen(patch_x, model);
+  const SurfacePatch& facets = model.surface.facets;
+  model.wide_index = make_triangle_index(collision_backend);
+  model.wide_index->build(facets.triangles, model.work.x);
+  model.apron_facet.assign(surface.triangles.size(), -1);
+  for (std::size_t t = 0; t < apron.global_triangle.size(); ++t)
+    model.apron_facet[apron.global_triangle[t]] = model.surface.apron_facets + static_cast<int>(t);
+  model.clear.fill(std::numeric_limits<double>::infinity());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    double nearest_sq = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < facets.triangles.size(); ++t) {
+      if (!facets.on_rim[t]) continue;
+      const Triangle& v = facets.triangles[t];
+      const VectorX& x = model.work.x;
+      nearest_sq = std::min(
+          nearest_sq, closest_point_on_triangle(places[k], node(x, v[0]), node(x, v[1]), node(x, v[2])).distance_sq);
+    }
+    model.clear[k] = std::sqrt(nearest_sq);
+    model.clear_from[k] = places[k];
+  }
+}
+
+}  // namespace kt

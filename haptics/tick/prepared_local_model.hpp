@@ -1,0 +1,120 @@
+#pragma once
+// A LocalModel with everything the haptic tick needs already allocated: made on the slow side, adopted by a pointer.
+#include <memory>
+#include <optional>
+
+#include "collision/broad/triangle_index.hpp"
+#include "collision/held/tool_contacts.hpp"
+#include "core/local/apron.hpp"
+#include "core/local/contact_surface.hpp"
+#include "core/local/local_dynamics.hpp"
+#include "core/local/reducer.hpp"
+#include "haptics/contact/friction.hpp"
+
+namespace kt {
+
+/// Of a tool that was found inside the body, and is pushed out over some ticks.
+struct Overlap {
+  double start = 0;  ///< that it was found to have [m]
+  double time = 0;   ///< in which it is ended [s]
+  double left = 0;   ///< of that, what is left [s]
+
+  /// In this tick [m]. Starts and ends with no speed, so that the push is felt and its ends are not.
+  double allowed() const noexcept;
+};
+
+/// What is known of a tool that is not in contact when the body is linearized.
+constexpr int kNotLooked = -2, kOutside = -1;
+
+/// Everything that changes at 1 kHz. A copy is a rollback point.
+struct LocalState {
+  VectorX q, q_rate;                         ///< reduced displacement [m] and velocity [m/s], (r)
+  ContactSet anchors;                        ///< contacts held at the end of the last tick
+  std::array<Vec3, kMaxContacts> impulse{};  ///< that they gave to the body then [N s]
+  std::array<bool, kMaxTools> sliding{};     ///< of each tool: its contact that carried most slid in the last tick
+  std::array<Overlap, kMaxTools> overlap{};  ///< of each tool
+};
+
+/// Room for one tick's intermediate values; (p) patch vertices, (f) those of the contact surface, (r) reduced
+/// coordinates.
+struct LocalWorkspace {
+  VectorX v_free, v_free_end;           ///< without contact: mean velocity over the tick, and at its end [m/s], (r)
+  VectorX q_trial, force;               ///< (r)
+  VectorX x, x_event, x_end, x_guess;   ///< surface: start of tick, last event, end of tick, guess [m], (3f)
+  VectorX u;                            ///< velocity of the surface [m/s], (3f)
+  VectorX motion;                       ///< (3p)
+  VectorX patch_motion, motion_of;      ///< the patch's displacement [m], (3p), and of which coordinates it is, (r)
+  VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
+  VectorX du_guess, step, step_before;  ///< iterates of du
+  VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
+  VectorX x_recovered, v_recovered;   ///< (3 recovered)
+  std::vector<int> candidates;        ///< (facets)
+  /// Of each tool, while it is held: facets that it may touch, ascending, how many (-1: not looked for), and features.
+  std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)
+  std::array<int, kMaxTools> num_near{};
+  std::array<NearFeatures, kMaxTools> near;
+  CouplingRoom coupling;
+  std::array<std::vector<unsigned char>, kMaxTools> ignored;  ///< of each tool: facets that it is held at, (facets)
+};
+
+/// What one haptic method adds to a local model; it alone knows the type.
+struct MethodData {
+  virtual ~MethodData() = default;
+};
+
+struct PreparedLocalModel {
+  LocalModel model;
+  ContactSurface surface;  ///< what tools touch; contacts name its facets
+  std::unique_ptr<LocalDynamics> dynamics;
+  std::unique_ptr<TriangleIndex> index;    ///< of the surface
+  SparseMatrix patch_basis;                ///< first 3p rows of the basis
+  PanelMatrix dense_patch_basis;           ///< the same when most entries are not zero: several times faster
+  std::vector<std::array<bool, 3>> moves;  ///< per patch triangle: which of its vertices can move
+  std::vector<int> recovered_row;          ///< (n) global node -> recovered row, -1
+  std::vector<int> local_triangle;         ///< (surface triangles) global -> patch triangle, -1
+  Vec3 tool = Vec3::Zero();                ///< where the first tool was when the body was linearized [m]
+  VectorX body_x;                          ///< of the whole body then [m], (3n)
+  /// Of the apron's surface too, for ticks in which a tool is so near to it; none: there is no apron.
+  std::unique_ptr<TriangleIndex> wide_index;
+  std::vector<int> apron_facet;  ///< (surface triangles) global -> facet of the apron, -1
+  /// How far each tool's place was from the patch's rim and the apron when the body was linearized [m], and where.
+  std::array<double, kMaxTools> clear{};
+  std::array<Vec3, kMaxTools> clear_from{};
+  std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};  ///< global triangle that a tool inside goes out through
+  std::shared_ptr<const SurfaceFriction> friction;             ///< in use with this model; none: that of the method
+  std::array<double, kMaxTools> tool_radius{-1, -1};           ///< [m] in use with this model; below 0: as it was
+  double mobility = 0;  ///< of the patch vertex that gives way most: velocity per impulse in the metric [1/kg]
+  std::unique_ptr<MethodData> data;  ///< by HapticMethod::complete
+  LocalState state;
+  int linearized_tick = 0;  ///< at whose start the body was linearized
+  bool caught_up = false;   ///< the state has been stepped to the present, from the linearization on
+  std::array<std::optional<Vec3>, kMaxTools> replayed_force{};  ///< of the last of these steps, on each tool in contact
+  LocalWorkspace work;
+
+  /// Motion of the patch vertices, (3p), for reduced coordinates or velocities, (r). No allocation.
+  void recover_patch(const VectorX& reduced, VectorX& out) const noexcept;
+
+  /// The facet with this number in the body, -1 where neither patch nor apron reaches.
+  int local_facet(int global_facet) const noexcept {
+    const int pieces = surface.facets_per_triangle(), global = global_facet / pieces;
+    if (!apron_facet.empty() && apron_facet[global] >= 0) return apron_facet[global];
+    const int triangle = local_triangle[global];
+    return triangle < 0 ? -1 : triangle * pieces + global_facet % pieces;
+  }
+};
+
+/// Mobility [1/kg] that is added where a contact's own is smaller, as on a clamped part: there the law has no answer.
+/// That of 1 kg (1e6 N/m at 1 kHz), or where the body as a whole is stiffer, a thousandth of the patch's.
+double softest_contact(const PreparedLocalModel& model) noexcept;
+
+/// @param num_nodes, num_triangles  of the whole body
+std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme, Metric metric, double h,
+                                            const std::string& collision_backend, int num_nodes, int num_triangles,
+                                            const Smoothing& smoothing = {});
+
+/// Adds the surface around the patch to what tools touch.
+/// @param places  of the tools when the body was linearized [m]
+void lay_apron(PreparedLocalModel& model, const Apron& apron, const Surface& surface, std::span<const Vec3> places,
+               const std::string& collision_backend);
+
+}  // namespace kt
