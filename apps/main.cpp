@@ -73,6 +73,7 @@ int run(int argc, char** argv) {
   kt::add_drag_command(app, exit_code);
   kt::add_paper_command(app, exit_code);
   kt::add_replay_command(app, exit_code);
+  kt::add_compare_command(app, exit_code);
   kt::add_mesh_command(app, exit_code);
   kt::add_advise_command(app, exit_code);
   kt::add_chart_command(app, exit_code);

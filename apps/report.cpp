@@ -15,10 +15,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kNoMatplotlib = 3;  // exit status of the script when it wrote the page without pictures
+constexpr int kPackageMissing = 3;  // exit status of the script when it made what it could without a package
 
 bool warn(const std::string& dir, const std::string& why) {
   std::cerr << text("kilotouch: warning: no pictures: ", why, "; the numbers are in ", dir, '\n');
+  return false;
+}
+
+/// The script's own last line: which package, and what there is without it.
+bool say_what_is_missing(std::string words) {
+  while (words.ends_with('\n')) words.pop_back();
+  const std::string line = words.substr(words.rfind('\n') + 1), prefix = "report.py: ";
+  std::cerr << text("kilotouch: warning: ", line.starts_with(prefix) ? line.substr(prefix.size()) : line, '\n');
   return false;
 }
 
@@ -41,8 +49,6 @@ bool run_script(const std::string& dir, std::vector<std::string> options, const 
     return warn(dir, text(settings.python, " is missing (Debian: python3-matplotlib)"));
   std::vector<std::string> arguments = {settings.python, script, absolute(dir)};
   if (!settings.title.empty()) options.push_back("--title=" + settings.title);
-  if (!settings.compare.empty()) options.push_back("--compare");
-  for (const std::string& other : settings.compare) options.push_back(absolute(other));
   arguments.insert(arguments.end(), options.begin(), options.end());
 
   const PrivateFolder folder;
@@ -56,8 +62,7 @@ bool run_script(const std::string& dir, std::vector<std::string> options, const 
     if (!stop_requested()) throw;
     return warn(dir, text("stopped by ", stop_signal_name()));
   }
-  if (result.exit_code == kNoMatplotlib)
-    return warn(dir, "numpy or matplotlib is missing (Debian: python3-matplotlib)");
+  if (result.exit_code == kPackageMissing) return say_what_is_missing(result.output);
   return result.good() || warn(dir, "report.py " + result.trouble(limits));
 }
 
@@ -76,5 +81,7 @@ bool write_stability_report(const std::string& dir, const ReportSettings& settin
 }
 
 bool write_check_page(const std::string& dir) { return run_script(dir, {"--check"}, {.seconds = 600}); }
+
+bool write_compare_page(const std::string& dir) { return run_script(dir, {"--compare"}, {}); }
 
 }  // namespace kt

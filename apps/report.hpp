@@ -1,19 +1,17 @@
 #pragma once
 // Pictures and HTML pages of a result folder, drawn by scripts/report.py in a child process. The numbers are on disk
-// before: whatever goes wrong here (no Python, no matplotlib, a crash) is a warning on stderr and never a failed run.
+// before: whatever goes wrong here (no Python, no jinja2, a crash) is a warning on stderr and never a failed run.
 #include <string>
-#include <vector>
 
 namespace kt {
 
 struct ReportSettings {
-  std::string title = {};                 ///< empty: the scene's
-  std::vector<std::string> compare = {};  ///< other result folders, drawn and tabulated beside this one
+  std::string title = {};  ///< empty: the scene's
   std::string python = "/usr/bin/python3";
   double seconds = 60.0;  ///< the script takes 2 s; a stuck one ends after this
 };
 
-/// force.png, step_time.png, mesh.png and report.html in `dir`.     @returns whether all of them were made
+/// force.png, mesh.png and report.html in `dir`.     @returns whether all of them were made
 bool write_report(const std::string& dir, const ReportSettings& settings = {});
 
 /// paper.png and paper.html in `dir`, from its folders slide, stick, stick_slip and coulomb.
@@ -25,5 +23,7 @@ bool write_chart_report(const std::string& dir);
 bool write_stability_report(const std::string& dir, const ReportSettings& settings = {.seconds = 300.0});
 /// report.html in `dir`, from its report.json and outlines.json (`kilotouch check`).
 bool write_check_page(const std::string& dir);
+/// compare.html in `dir`, from its compare.json and the traces of the runs that it names.
+bool write_compare_page(const std::string& dir);
 
 }  // namespace kt

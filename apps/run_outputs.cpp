@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <numeric>
 
+#include "apps/view_json.hpp"
 #include "core/base/error.hpp"
 #include "core/linear/kernels.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
@@ -13,6 +14,7 @@
 #include "haptics/session/real_time.hpp"
 #include "haptics/session/run_warnings.hpp"
 #include "haptics/study/contact_events.hpp"
+#include "haptics/study/indentation.hpp"
 #include "haptics/study/run_doubts.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
@@ -70,10 +72,10 @@ Json model_json(const Session& session) {
 /// @param model_force  before the device: what its force would be without passivity control and limit
 /// @param step_us      of the tick: that of both tools
 std::string trace_csv(const std::vector<LocalFrame>& frames, const std::vector<Vec3>& model_force,
-                      const std::vector<double>& step_us) {
+                      const std::vector<double>& step_us, const Indentation& indentation) {
   std::string out =
       "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
-      "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z\n";
+      "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z,indentation\n";
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const LocalFrame& f = frames[i];
     const auto number = [&](double value) {
@@ -92,6 +94,7 @@ std::string trace_csv(const std::vector<LocalFrame>& frames, const std::vector<V
     number(step_us[i]);
     for (const Vec3& v : {f.torque, f.normal, model_force[i]})
       for (int c = 0; c < 3; ++c) number(v[c]);
+    number(f.mode == ContactMode::free ? 0.0 : indentation.at(f.point, f.normal));
     out.back() = '\n';
   }
   return out;
@@ -139,56 +142,6 @@ Json session_json(const Session& session, const SessionResult& result) {
     out["setting_changes"].push_back({c.tick, c.key, c.word.empty() ? Json(c.value) : Json(c.word)});
   if (result.tools.size() > 1)
     out["second_tool"] = {{"recording", "recording_2.csv"}, {"max_speed", result.tools[1].max_speed}};
-  return out;
-}
-
-/// Surface nodes only, renumbered: what a picture needs.
-Json view_json(const Session& session, const SessionResult& result) {
-  const Mesh& mesh = session.model().mesh();
-  std::vector<int> local(mesh.num_nodes(), -1), nodes;
-  Json triangles = Json::array();
-  for (const Triangle& t : mesh.triangles) {
-    for (int i : t)
-      if (local[i] < 0) {
-        local[i] = static_cast<int>(nodes.size());
-        nodes.push_back(i);
-      }
-    triangles.push_back({local[t[0]], local[t[1]], local[t[2]]});
-  }
-  const auto point = [](const Vec3& p) { return Json{p.x(), p.y(), p.z()}; };
-  const auto points = [&](const VectorX& x) {
-    Json out = Json::array();
-    for (int i : nodes) out.push_back(point(node(x, i)));
-    return out;
-  };
-  Json fixed = Json::array(), frames = Json::array(), path = Json::array();
-  for (int i : session.model().fixed_nodes())
-    if (local[i] >= 0) fixed.push_back(local[i]);
-  for (const Snapshot& s : result.snapshots) {
-    frames.push_back({{"t", s.t}, {"tool", point(s.tools[0])}, {"x", points(s.x)}});
-    if (s.tools.size() > 1) frames.back()["second_tool"] = point(s.tools[1]);
-  }
-  const std::size_t stride = std::max<std::size_t>(1, result.tools[0].frames.size() / 500);
-  for (std::size_t i = 0; i < result.tools[0].frames.size(); i += stride)
-    path.push_back(point(result.tools[0].frames[i].pose.x));
-  const auto tool_json = [&](const SceneTool& tool, const ToolShape& shape) {
-    Json corners = Json::array();
-    for (const Vec3& corner : shape.corners) corners.push_back(point(corner));
-    return Json{{"shape", tool.shape},          {"radius", shape.radius},   {"corners", corners},
-                {"triangles", shape.triangles}, {"turn", point(tool.turn)}, {"spin", point(tool.spin)}};
-  };
-  Json out{{"tool", tool_json(session.scene().tool, session.tool())},
-           {"frames", frames},
-           {"rest", points(mesh.x)},
-           {"triangles", triangles},
-           {"fixed", fixed},
-           {"path", path}};
-  if (result.tools.size() < 2) return out;
-  out["second_tool"] = tool_json(*session.scene().second_tool, session.tools()[1]);
-  Json second_path = Json::array();
-  const std::vector<LocalFrame>& second = result.tools[1].frames;
-  for (std::size_t i = 0; i < second.size(); i += stride) second_path.push_back(point(second[i].pose.x));
-  out["second_path"] = second_path;
   return out;
 }
 
@@ -486,19 +439,22 @@ void add_truth(Json& summary, const SessionResult& result, const Reference& trut
                       {"work_error", true_work != 0 ? Json(std::abs(work / true_work - 1)) : Json(nullptr)}};
 }
 
-void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary) {
+void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary,
+               const BodyFilm* film) {
   make_folder(dir);
+  const Indentation indentation(session.model().mesh().triangles, session.start().x);
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");
-  write_file_whole(dir + "/trace.csv", trace_csv(result.tools[0].frames, result.tools[0].model_force, result.step_us));
+  write_file_whole(dir + "/trace.csv",
+                   trace_csv(result.tools[0].frames, result.tools[0].model_force, result.step_us, indentation));
   write_file_whole(dir + "/events.csv", events_csv(find_contact_events(result.tools[0].frames)));
   write_file_whole(dir + "/summary.json", json_text(summary, 2) + "\n");
-  write_file_whole(dir + "/view.json", json_text(view_json(session, result)));
+  write_file_whole(dir + "/view.json", json_text(view_json(session, result, film)));
   write_file_whole(dir + "/recording.csv", recording_csv(result.tools[0]));
   for (const char* name : {"/trace_2.csv", "/events_2.csv", "/recording_2.csv"})
     std::filesystem::remove(dir + name);  // an earlier run's
   if (result.tools.size() > 1) {
     const ToolRun& second = result.tools[1];
-    write_file_whole(dir + "/trace_2.csv", trace_csv(second.frames, second.model_force, result.step_us));
+    write_file_whole(dir + "/trace_2.csv", trace_csv(second.frames, second.model_force, result.step_us, indentation));
     write_file_whole(dir + "/events_2.csv", events_csv(find_contact_events(second.frames)));
     write_file_whole(dir + "/recording_2.csv", recording_csv(second));
   }

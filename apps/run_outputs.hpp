@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "haptics/session/body_film.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/study/metrics.hpp"
 #include "haptics/study/reference.hpp"
@@ -21,8 +22,9 @@ void add_reference(nlohmann::ordered_json& summary, const SessionResult& result,
 void add_truth(nlohmann::ordered_json& summary, const SessionResult& result, const Reference& truth);
 
 /// Writes every file; the folder is made. Throws InputError when it cannot be written.
+/// @param film  goes into view.json; none: the page has no player
 void write_run(const std::string& dir, const Session& session, const SessionResult& result,
-               const nlohmann::ordered_json& summary);
+               const nlohmann::ordered_json& summary, const BodyFilm* film = nullptr);
 
 /// VTU of each snapshot and one PVD, for ParaView.
 void write_states(const std::string& dir, const Session& session, const SessionResult& result);

@@ -140,9 +140,9 @@ int run_exit_code(const RunOutcome& outcome) {
 }
 
 static void save(const RunSettings& settings, const Session& session, const RunOutcome& run,
-                 const std::optional<Reference>& reference) {
+                 const std::optional<Reference>& reference, const BodyFilm& film) {
   const SavingResults saving;
-  write_run(settings.out, session, run.result, run.summary);
+  write_run(settings.out, session, run.result, run.summary, &film);
   const std::string reference_file = settings.out + "/reference.csv";
   if (reference)
     write_reference(reference_file, *reference);
@@ -175,8 +175,10 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   options.stop = &stop_requested();
   const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0.2 * scene.duration;
   if (options.snapshot_times.empty())
-    options.snapshot_times = {pressed, 0.5 * (pressed + scene.duration), scene.duration};
+    for (int k = 0; k < 4; ++k) options.snapshot_times.push_back(pressed + k / 3.0 * (scene.duration - pressed));
 
+  BodyFilm film(session.model().mesh());
+  if (!settings.out.empty()) options.film = &film;
   RunOutcome out;
   out.result = session.run(options);
   std::optional<SavingResults> saving;  // a stop waits for what is made of the ticks until then
@@ -187,14 +189,14 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
       find_reference(session, out.result, settings.reference, scene.title.empty() ? "running" : scene.title);
   if (reference) add_reference(out.summary, out.result, *reference);
   if (truth && !out.result.stopped) add_truth(out.summary, out.result, *truth);
-  if (!settings.out.empty()) save(settings, session, out, reference);
+  if (!settings.out.empty()) save(settings, session, out, reference, film);
   write_json(settings.json_file, json_text(out.summary, 2) + "\n");
   if (!settings.quiet) print_summary(out.summary);
   if (!settings.quiet && settings.details) print_details(out.summary);
   if (settings.out.empty()) return out;
   // What a stop leaves is on the disk; pictures would make it wait.
   const bool draws = settings.report && !stop_requested();
-  if (draws) write_report(settings.out, {.title = scene.title, .compare = {}});
+  if (draws) write_report(settings.out, {.title = scene.title});
   if (settings.quiet) return out;
   std::cout << "  results       " << settings.out << (draws ? "/report.html" : "/summary.json")
             << (before == FolderHolds::other_settings ? " (in place of a run with other settings)" : "")

@@ -87,7 +87,7 @@ void keep_mesh(const std::string& folder, const std::string& mesh) {
 }
 
 std::string save(const std::string& dir, const Session& session, const SessionResult& result) {
-  const SavingResults saving;
+  const SavingResults until_saved;
   const std::string folder = next_folder(dir);
   make_folder(folder);
   auto summary = make_summary(session, result);

@@ -75,6 +75,8 @@ struct SessionResult {
   std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools
 };
 
+class BodyFilm;  // haptics/session/body_film.hpp
+
 /// Follows a run as it goes.
 class SessionWatcher {
  public:
@@ -96,6 +98,7 @@ struct SessionOptions {
   std::vector<ToolPath> tool_paths;    ///< replay: of each tool, instead of the scene's; the devices' limits stay
   std::vector<double> max_speeds;      ///< replay: the first run's bounds of the tools' speed [m/s]; 0: the device's
   std::vector<double> snapshot_times;  ///< [s]
+  BodyFilm* film = nullptr;            ///< takes pictures of the body as it goes; borrowed
   std::function<long long()> count_allocations;  ///< allocations of this thread so far
   std::function<void(double)> progress;          ///< share done, 0..1
   const std::atomic<bool>* stop = nullptr;       ///< Ctrl-C: end after this tick and keep what is there

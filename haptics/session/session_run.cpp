@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "haptics/link/ring.hpp"
+#include "haptics/session/body_film.hpp"
 #include "haptics/touch/process_time.hpp"
 
 namespace kt {
@@ -68,12 +69,36 @@ void record(const TickRow& row, const RunParts& run) {
   out.step_us.push_back(row.step_us);
 }
 
-Snapshot snapshot(const Touch& touch, const SessionResult& result) {
-  Snapshot out{touch.next_tick() * touch.h(), {}, touch.slow().state().x};
-  for (const ToolRun& tool : result.tools) out.tools.push_back(tool.frames.back().pose.x);
-  touch.fast().lay_patch_over(out.x);
-  return out;
-}
+/// Pictures of the body between ticks, while nobody else has it.
+class Pictures {
+ public:
+  explicit Pictures(const RunParts& run) : run_(run) {}
+
+  Snapshot take() {
+    const Touch& touch = run_.touch;
+    Snapshot out{touch.next_tick() * touch.h(), {}, touch.slow().state().x};
+    for (const ToolRun& tool : run_.result.tools) out.tools.push_back(tool.frames.back().pose.x);
+    const DeformableModel& model = touch.body().model();
+    if (!lead_) lead_.emplace(model.mesh(), model.fixed_nodes());
+    const VectorX before = out.x;
+    touch.fast().lay_patch_over(out.x);
+    lead_->fade(before, out.x);
+    return out;
+  }
+
+  void film() {
+    if (!run_.options.film) return;
+    const LocalFrame& frame = run_.result.tools[0].frames.back();
+    const bool is_refreshed = frame.model_frame != model_frame_;
+    model_frame_ = frame.model_frame;
+    if (run_.options.film->is_due(frame.t, is_refreshed)) run_.options.film->add(frame.t, take().x);
+  }
+
+ private:
+  const RunParts& run_;
+  std::optional<PatchLead> lead_;
+  int model_frame_ = -1;
+};
 
 timespec plus(timespec t, double seconds) {
   const long long ns = t.tv_nsec + std::llround(seconds * 1e9);
@@ -148,6 +173,7 @@ std::optional<PassivityRun> HandAtDevice::energy() const {
 
 void run_lockstep(const RunParts& run) {
   DeviceTick devices(run);
+  Pictures pictures(run);
   TickRow row;
   std::size_t next_snapshot = 0;
   for (int tick = 0; tick < run.ticks; ++tick) {
@@ -157,7 +183,8 @@ void run_lockstep(const RunParts& run) {
     const double t = (tick + 1) * run.touch.h();
     for (; next_snapshot < run.options.snapshot_times.size() && run.options.snapshot_times[next_snapshot] <= t;
          ++next_snapshot)
-      run.result.snapshots.push_back(snapshot(run.touch, run.result));
+      run.result.snapshots.push_back(pictures.take());
+    pictures.film();
     if (run.options.progress) run.options.progress((tick + 1.0) / run.ticks);
     if (run.options.stop && run.options.stop->load()) {
       run.result.stopped = true;
@@ -196,8 +223,14 @@ void run_threads(const RunParts& run) {
       if (run.options.keeps_records) run.result.lateness_us.push_back(row.lateness_us);
     }
   };
+  VectorX x;
   while (!finished) {
     take_rows();
+    if (BodyFilm* film = run.options.film; film && !run.result.tools[0].frames.empty())
+      if (const double t = run.result.tools[0].frames.back().t; film->is_due(t, false)) {
+        run.touch.copy_positions(x);
+        film->add(t, x);
+      }
     const auto done = static_cast<double>(run.result.step_us.size());
     if (run.options.progress && done > 0) run.options.progress(done / run.ticks);
     if (run.options.stop && run.options.stop->load()) stop = run.result.stopped = true;
@@ -213,7 +246,7 @@ void run_threads(const RunParts& run) {
     run.result.warnings.push_back(
         text("records: ", unrecorded.load(), " ticks were not recorded, the machine is too busy"));
   // Snapshots would stall the haptic loop: the end is what remains.
-  if (!run.result.step_us.empty()) run.result.snapshots.push_back(snapshot(run.touch, run.result));
+  if (!run.result.step_us.empty()) run.result.snapshots.push_back(Pictures(run).take());
 }
 
 }  // namespace kt

@@ -1,5 +1,7 @@
 #include "io/mesh/base64.hpp"
 
+#include <algorithm>
+
 namespace kt {
 namespace {
 
@@ -31,6 +33,18 @@ std::string from_base64(std::string_view in, std::size_t most) {
       have -= 8;
       out += static_cast<char>((bits >> have) & 0xFF);
     }
+  }
+  return out;
+}
+
+std::string to_base64(std::string_view bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    unsigned bits = 0;
+    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) out += k <= count ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
   }
   return out;
 }

@@ -8,4 +8,7 @@ namespace kt {
 /// padded in the middle, where one stream ends and the next begins; blanks are skipped.
 std::string from_base64(std::string_view in, std::size_t most);
 
+/// Padded, in one line.
+std::string to_base64(std::string_view bytes);
+
 }  // namespace kt

@@ -1,100 +1,14 @@
 """report.html of `kilotouch check`: one page that needs nothing else, for one mesh or for thousands."""
-import base64
-import html
-import io
 import json
+import math
 import os
 
-from report_parts.drawing import CAN_DRAW, matplotlib, np, plt
-from report_parts.inline import inline_json
-from report_parts.style import BLUE, GREEN, GREY, ORANGE, VERMILION
-from report_parts.notices import with_notice
+from report_parts.charts import histogram_chart
+from report_parts.pages import write_page
 from report_parts.thumbnail import thumbnail
-from report_parts.whole_file import write_whole
 
-SCRIPTS = ("/usr/share/javascript/jquery/jquery.min.js", "/usr/share/javascript/jquery-datatables/jquery.dataTables.min.js")
 STAGES = ("load", "doctor", "repair", "queries", "shots", "solid", "models", "local_models", "press", "drag", "energy")
-COLOURS = {"pass": GREEN, "degraded": ORANGE, "fail": VERMILION, "skipped": GREY}
 LARGE_PICTURES = 400  # of places where something failed: more would make the page heavy
-
-CSS = """
-body { font: 14px/1.45 system-ui, 'DejaVu Sans', sans-serif; color: #1a1a1a; margin: 1.4em 2em; }
-h1 { font-size: 1.6em; margin: 0; } h2 { margin: 1.4em 0 0.5em; font-size: 1.2em; } .sub { color: #555; margin: 0.1em 0 0; }
-.cards { display: flex; flex-wrap: wrap; gap: 0.7em; margin: 1em 0; }
-.card { border: 1px solid #ccc; border-radius: 8px; padding: 0.5em 1em; min-width: 110px; } .card b { display: block; font-size: 1.5em; }
-.card span { color: #555; } .pictures img { max-width: 100%; height: auto; }
-.stopped { background: #fff4e0; border-left: 5px solid #E69F00; padding: 0.5em 1em; } .bar { display: flex; height: 12px; border-radius: 6px; overflow: hidden; margin: 0.4em 0 1em; } .bar i { display: block; }
-.tools { display: flex; flex-wrap: wrap; gap: 0.6em; align-items: center; margin: 0.6em 0; }
-.tools button { font: inherit; padding: 0.2em 0.8em; border: 1px solid #bbb; border-radius: 14px; background: #fff; cursor: pointer; }
-.tools button.on { background: #1a1a1a; color: #fff; border-color: #1a1a1a; }
-.tools select { font: inherit; padding: 0.2em; }
-.tag { border-radius: 10px; padding: 0.05em 0.6em; color: #fff; font-weight: 600; white-space: nowrap; display: inline-block; }
-.pass { background: #00694c; } .degraded { background: #8a5a00; } .fail { background: #a83f00; } .skipped { background: #777; }
-table.dataTable { border-collapse: collapse; width: 100%; }
-table.dataTable th { text-align: left; border-bottom: 2px solid #999; padding: 0.3em 0.35em; cursor: pointer; white-space: nowrap; font-weight: 600; }
-table.dataTable td { border-bottom: 1px solid #e5e5e5; padding: 0.25em 0.35em; vertical-align: middle; }
-table.dataTable td.n, table.dataTable th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-table.dataTable tbody tr.row { cursor: pointer; } table.dataTable tbody tr.row:hover { background: #f3f7fa; }
-th.sorting_asc::after { content: ' ▲'; font-size: 0.7em; } th.sorting_desc::after { content: ' ▼'; font-size: 0.7em; }
-td img { display: block; } .why { font-size: 0.85em; min-width: 17em; max-width: 34em; overflow-wrap: break-word; } .path { min-width: 7em; max-width: 20em; overflow-wrap: anywhere; }
-.detail { display: flex; gap: 1.5em; flex-wrap: wrap; padding: 0.6em 0 1em; } .detail table { border-collapse: collapse; max-width: 900px; }
-.detail td { border-bottom: 1px solid #eee; padding: 0.2em 0.8em 0.2em 0; vertical-align: top; overflow-wrap: anywhere; } .detail pre { margin: 0; font-size: 0.85em; white-space: pre-wrap; color: #555; }
-.dataTables_length, .dataTables_filter, .dataTables_info { display: inline-block; margin-right: 2em; } .dataTables_paginate { float: right; }
-.dataTables_filter input { margin-left: 0.5em; font: inherit; padding: 0.2em 0.5em; width: 22em; } .paginate_button { padding: 0.15em 0.6em; cursor: pointer; } .paginate_button.current { font-weight: 700; text-decoration: underline; }
-.paginate_button.disabled { color: #bbb; cursor: default; } pre.command { background: #f4f4f4; padding: 0.6em 1em; border-radius: 6px; }
-"""
-
-SCRIPT = """
-const rows = JSON.parse(document.getElementById('rows').textContent);
-const escaped = s => String(s).replace(/[&<>"'`=\\/]/g, c => '&#' + c.charCodeAt(0) + ';');
-// Escaped for every use: DataTables makes elements of what it searches, too. It reads the text back from them.
-const words = d => escaped(d);
-const finite = v => typeof v === 'number' && isFinite(v);
-const number = (digits, factor) => (v, type) => type !== 'display' ? (finite(v) ? v : -1) : finite(v) ? String(+(v * (factor || 1)).toPrecision(digits)) : '–';
-const tag = v => '<span class="tag ' + (v in order || v === 'skipped' ? v : '') + '">' + escaped(v) + '</span>';
-const image = (src, alt) => /^data:image.png;base64,[A-Za-z0-9+/=]+$/.test(src) ? '<img alt="' + alt + '" src="' + src + '">' : '';
-const order = {fail: 0, degraded: 1, pass: 2};
-function detail(r) {
-  const where = w => w ? '<br>at (' + w.map(c => finite(c) ? +c.toPrecision(6) : 'NaN').join(', ') + ')' : '';
-  const stages = r.stages.map(s => '<tr><td>' + escaped(s[0]) + '</td><td>' + tag(s[1]) + '</td><td>' +
-    escaped(s[2]) + where(s[3]) + '</td><td><pre>' + escaped(s[4]) + '</pre></td></tr>').join('');
-  return '<div class=detail>' + image(r.large, 'where it failed') + '<table>' +
-    (r.told ? '<tr><td>real time</td><td></td><td colspan=2>' + escaped(r.told) + '</td></tr>' : '') + stages + '</table></div>';
-}
-$(function () {
-  const table = $('#table').DataTable({
-    data: rows, deferRender: true, autoWidth: false, pageLength: 50, lengthMenu: [25, 50, 100, 500], order: [[2, 'asc'], [1, 'asc']],
-    language: {search: 'search', lengthMenu: '_MENU_ a page', info: '_START_ – _END_ of _TOTAL_', infoFiltered: '(of _MAX_)', paginate: {previous: '‹', next: '›'}},
-    createdRow: tr => tr.classList.add('row'),
-    columns: [
-      {data: 'picture', orderable: false, searchable: false, render: d => image(d, '')},
-      {data: 'path', className: 'path', render: words},
-      {data: 'verdict', render: (d, type) => type === 'sort' ? order[d] : type === 'display' ? tag(d) : escaped(d)},
-      {data: 'stage', render: words},
-      {data: 'why', className: 'why', render: (d, type) => escaped(type === 'display' && d.length > 160 ? d.slice(0, 160) + ' …' : d)},
-      {data: 'triangles', className: 'n', render: number(7)},
-      {data: 'moved', className: 'n', render: number(2, 100)},
-      {data: 'error', className: 'n', render: number(2, 100)},
-      {data: 'off', className: 'n', render: number(2, 100)},
-      {data: 'buzz', className: 'n', render: number(2, 100)},
-      {data: 'step_us', className: 'n', render: number(3)},
-      {data: 'refresh_ms', className: 'n', render: number(3)},
-      {data: 'pace', render: (d, type) => type === 'display' ? escaped(d || '–') : d},
-      {data: 'cpu_s', className: 'n', render: number(3)}]});
-  let verdict = '', stage = '';
-  $.fn.dataTable.ext.search.push((s, d, i) => (!verdict || rows[i].verdict === verdict) && (!stage || rows[i].stage === stage));
-  $('.tools button').on('click', function () { $('.tools button').removeClass('on'); $(this).addClass('on'); verdict = this.dataset.verdict; table.draw(); });
-  $('#stage').on('change', function () { stage = this.value; table.draw(); });
-  $('#table tbody').on('click', 'tr.row', function () { const r = table.row(this); if (r.child.isShown()) r.child.hide(); else r.child(detail(r.data())).show(); });
-});
-"""
-
-HEADS = (("", ""), ("mesh", ""), ("verdict", ""), ("stage", "the first that is as bad as the verdict"), ("why", ""),
-         ("triangles", ""), ("moved %", "how far repair, decimation or wrapping moved the surface, of its size"),
-         ("certified %", "largest certified error of a local model's impedance"),
-         ("force %", "force of a press against the whole nonlinear body along the same path, larger of both models"),
-         ("buzz %", "force above 100 Hz over the mean, while dragged"), ("step µs", "99 of 100 haptic ticks take less"),
-         ("refresh ms", "median time to a new local model"), ("real time", "does the slower body keep up with 30 refreshes a second here?"), ("CPU s", "of the whole check"))
 
 
 def yes_no(value):
@@ -175,64 +89,20 @@ def table_rows(report, outlines):
     return out
 
 
-def histogram(axes, values, title, label, colour=BLUE):
-    axes.set_title(title)
-    axes.set_xlabel(label)
-    axes.set_ylabel("meshes")
-    positive = [v for v in values if v > 0]
-    if not positive:
-        axes.set_axis_off()
-        axes.text(0.5, 0.5, f"0 in all {len(values)} meshes", ha="center", va="center", transform=axes.transAxes, color=GREY)
-        return
-    low, high = min(positive), max(positive)
-    wide = high > 10 * low  # a scale in decades
-    low, high = low / 1.05, high * 1.05
-    axes.hist(positive, bins=np.geomspace(low, high, 25) if wide else np.linspace(low, high, 25), color=colour)
-    if wide:
-        axes.set_xscale("log")
-        axes.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
-    else:
-        axes.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(5))
-    axes.margins(y=0.25)  # room for the words
-    axes.yaxis.get_major_locator().set_params(integer=True)
-    zero = len(values) - len(positive)
-    axes.text(0.98, 0.95, f"{len(values)} meshes, median {float(format(np.median(values), '.2g')):g}" + (f"\n{zero} are 0" if zero else ""), ha="right", va="top",
-              transform=axes.transAxes, fontsize=9, color="#444444")
-
-
-HISTOGRAMS = (("step_us", 1, "Haptic tick", "99 of 100 ticks take less [µs]", BLUE), ("refresh_ms", 1, "New local model", "median [ms]", BLUE),
-              ("cpu_s", 1, "Whole check", "CPU time [s]", BLUE), ("error", 100, "Certified error of the local model", "% of the impedance, 0–500 Hz", ORANGE),
-              ("off", 100, "Held force against the nonlinear body", "%", ORANGE), ("buzz", 100, "Buzz while dragged", "% of the force", ORANGE))
+HISTOGRAMS = (("step_us", 1, "Haptic tick", "99 of 100 ticks take less [µs]"), ("refresh_ms", 1, "New local model", "median [ms]"),
+              ("cpu_s", 1, "Whole check", "CPU time [s]"), ("error", 100, "Certified error of the local model", "% of the impedance, 0–500 Hz"),
+              ("off", 100, "Held force against the nonlinear body", "%"), ("buzz", 100, "Buzz while dragged", "% of the force"))
 
 
 def histograms(rows):
-    """One for each quantity that some mesh has; none without any."""
-    shown = []
-    for key, factor, *words in HISTOGRAMS:
-        values = [abs(r[key]) * factor for r in rows if isinstance(r[key], (int, float)) and np.isfinite(r[key])]
+    """A chart for each quantity that some mesh has; none without any."""
+    out = []
+    for key, factor, title, label in HISTOGRAMS:
+        values = [abs(r[key]) * factor for r in rows if isinstance(r[key], (int, float)) and math.isfinite(r[key])]
         if values:
-            shown.append((key, values, words))
-    if not shown:
-        return ""
-    columns = min(3, len(shown))
-    lines = -(-len(shown) // columns)
-    figure, axes = plt.subplots(lines, columns, figsize=(4.7 * columns, 2.9 * lines), constrained_layout=True, squeeze=False)
-    for panel in axes.flat[len(shown):]:
-        panel.remove()
-    for panel, (key, values, (title, label, colour)) in zip(axes.flat, shown):
-        histogram(panel, values, title, label, colour)
-        if key == "step_us" and max(values) > 300:
-            panel.axvline(1000, color=VERMILION, linestyle=":")
-    out = io.BytesIO()
-    figure.savefig(out, format="png", dpi=80)
-    plt.close(figure)
-    return ("<h2>Times and errors</h2><div class=pictures><img alt='histograms of times and errors' src='data:image/png;base64,"
-            + base64.b64encode(out.getvalue()).decode("ascii") + "'></div>")
-
-
-def stopped_note(report):
-    left = report.get("left") or 0
-    return f"<p class=stopped>Stopped early: {left} mesh{'es' if left != 1 else ''} not checked. kilotouch check … --resume goes on.</p>" if left else ""
+            marks = [{"x": 1000, "colour": "vermilion", "dash": [4, 4], "words": "one tick"}] if key == "step_us" else []
+            out.append(histogram_chart(title, values, label, "meshes", marks=marks))
+    return out
 
 
 def cards(report):
@@ -241,32 +111,7 @@ def cards(report):
              (f"{t['cpu_s']:.0f} s", "CPU time")]
     if t.get("cpu_s_per_100000_triangles"):
         shown.append((f"{t['cpu_s_per_100000_triangles']:.0f} s", "CPU time per 10⁵ triangles"))
-    total = max(1, s["meshes"])
-    bar = "".join(f"<i style='width:{100 * s[v] / total}%;background:{COLOURS[v]}' title='{v}'></i>" for v in ("pass", "degraded", "fail"))
-    return "<div class=cards>" + "".join(f"<div class=card><b>{value}</b><span>{name}</span></div>" for value, name in shown) + f"</div><div class=bar>{bar}</div>"
-
-
-def failed_in(report):
-    by_stage = report["summary"].get("failed_in") or {}
-    if not by_stage:
-        return ""
-    return "<p class=sub>failed in: " + ", ".join(f"{html.escape(k)} {v}" for k, v in sorted(by_stage.items(), key=lambda e: -e[1])) + "</p>"
-
-
-def script_files():
-    """jQuery and DataTables, of Debian's libjs-jquery and libjs-jquery-datatables. Without them the table cannot be shown."""
-    if not all(os.path.exists(path) for path in SCRIPTS):
-        return None
-    scripts = (with_notice(name, open(path, encoding="utf-8").read()) for name, path in zip(("jQuery", "DataTables"), SCRIPTS))
-    return "".join("<script>" + script.replace("</script", "<\\/script") + "</script>" for script in scripts)
-
-
-def plain_table(rows):
-    """Where the scripts are missing."""
-    image = lambda source: f"<img alt='' src='{source}'>" if source else ""  # our own: thumbnail.py
-    lines = "".join(f"<tr><td>{image(r['picture'])}</td><td>{html.escape(r['path'])}</td>"
-                    f"<td><span class='tag {r['verdict']}'>{r['verdict']}</span></td><td>{html.escape(r['stage'])}</td><td>{html.escape(r['why'])}</td></tr>" for r in rows)
-    return f"<table class=dataTable><tr><th></th><th>mesh</th><th>verdict</th><th>stage</th><th>why</th></tr>{lines}</table>"
+    return shown
 
 
 def check_page(folder):
@@ -278,22 +123,8 @@ def check_page(folder):
     except OSError:
         outlines = {}
     rows = table_rows(report, outlines)
-    scripts = script_files()
     settings = ", ".join(f"{key} {yes_no(value) if isinstance(value, bool) else format(value, 'g') if isinstance(value, float) else value}" for key, value in report["settings"].items())
-    body = f"<h1>Mesh check</h1><p class=sub>kilotouch {html.escape(report['kilotouch'])}; {html.escape(settings)}</p>{stopped_note(report)}{cards(report)}{failed_in(report)}"
-    if scripts:
-        stages = "".join(f"<option>{name}</option>" for name in STAGES)
-        buttons = "".join(f"<button data-verdict='{v}' class='{'' if v else 'on'}'>{v or 'all'}</button>" for v in ("", "fail", "degraded", "pass"))
-        heads = "".join(f"<th title='{html.escape(hint)}'>{name}</th>" for name, hint in HEADS)
-        data = inline_json(rows)
-        body += (f"<div class=tools>{buttons}<select id=stage><option value=''>any stage</option>{stages}</select>"
-                 f"<span class=sub>a row opens its stages; places are in the file's own coordinates</span></div>"
-                 f"<table id=table class=dataTable><thead><tr>{heads}</tr></thead></table>")
-        body += histograms(rows) if CAN_DRAW else ""
-        body += f"<script type='application/json' id=rows>{data}</script>{scripts}<script>{SCRIPT}</script>"
-    else:
-        body += "<p class=sub>Not sortable: jQuery and DataTables are missing (Debian: libjs-jquery-datatables)</p>" + plain_table(rows)
-        body += histograms(rows) if CAN_DRAW else ""
-    page = (f"<!DOCTYPE html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'><title>Mesh check</title>"
-            f"<style>{CSS}</style></head><body>{body}</body></html>\n")
-    write_whole(os.path.join(folder, "report.html"), page)
+    total = max(1, report["summary"]["meshes"])
+    failed_in = sorted((report["summary"].get("failed_in") or {}).items(), key=lambda e: -e[1])
+    write_page(os.path.join(folder, "report.html"), "check.html", title="Mesh check", subtitle=f"kilotouch {report['kilotouch']}; {settings}", left=report.get("left") or 0, cards=cards(report),
+               shares=[(v, 100 * report["summary"][v] / total) for v in ("pass", "degraded", "fail")], failed_in=", ".join(f"{k} {v}" for k, v in failed_in), stages=STAGES, rows=rows, charts=histograms(rows))

@@ -1,9 +1,9 @@
 """The licence that has to travel with the JavaScript libraries that pages carry inside."""
 
 COPYRIGHT = {
+    "three.js": "Copyright (c) 2010-2019 three.js authors, https://threejs.org",
+    "OrbitControls of three.js": "Copyright (c) 2010-2019 three.js authors, https://threejs.org",
     "Chart.js": "Copyright (c) 2014-2022 Chart.js Contributors; contains @kurkle/color, Copyright (c) 2018-2021 Jukka Kurkela",
-    "jQuery": "Copyright OpenJS Foundation and other contributors, https://openjsf.org/",
-    "DataTables": "Copyright (c) 2008-2022 SpryMedia Limited, https://datatables.net/",
 }
 MIT = """\
 Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated documentation

@@ -1,13 +1,13 @@
 """paper.png and paper.html: the three drag experiments and what is claimed of them."""
-import html
 import os
 
-from report_parts.drawing import CAN_DRAW, matplotlib, plt
-from report_parts.pages import page, picture, write_page
+from report_parts.drawing import CAN_DRAW, matplotlib, np, plt
+from report_parts.charts import MODES, curve_chart, mode_bands
+from report_parts.pages import picture, write_page
 from report_parts.results import Run, read_json
 from report_parts.style import BLACK, BLUE, GREY, VERMILION
 from report_parts.trace_pictures import draw_forces, legend_below
-from report_parts.words import PLAIN, percent, with_unit, written
+from report_parts.words import FORCE, LENGTH, PLAIN, percent, with_unit, written
 from report_parts.whole_file import save_figure
 
 FOLDERS = ("slide", "stick", "stick_slip", "slide_extended", "stick_extended", "stick_slip_extended", "coulomb_slide", "coulomb")
@@ -90,37 +90,55 @@ def draw_paper(runs, path):
 
 LAW_COLUMNS = [  # (key in paper.json's table, name, how to write it)
     ("method", "method", PLAIN), ("law", "law", PLAIN), ("metric", "metric", PLAIN), ("mu", "friction μ", PLAIN), ("buzz", "buzz above 100 Hz", percent), ("crossing_jump", "jump at a mesh line", percent),
-    ("mean_n", "mean normal force", with_unit("N")), ("mean_t", "mean tangential force", with_unit("N")),
-    ("max_n", "largest normal force", with_unit("N")), ("max_t", "largest tangential force", with_unit("N")),
+    ("mean_n", "mean normal force", FORCE), ("mean_t", "mean tangential force", FORCE),
+    ("max_n", "largest normal force", FORCE), ("max_t", "largest tangential force", FORCE),
     ("reducer", "local model", PLAIN), ("refresh_hz", "refreshes a second", "{:.0f}".format),
-    ("refresh_jump", "jump at a refresh", percent), ("penetration_max_m", "deepest penetration", with_unit("µm", 1e6)), ("step_us_p50", "tick, median", with_unit("µs"))]
+    ("refresh_jump", "jump at a refresh", percent), ("penetration_max_m", "deepest penetration", LENGTH), ("step_us_p50", "tick, median", with_unit("µs"))]
 
 
 WORDS = ("method", "law", "metric", "integrator", "reducer")
 EXACT = "{:.9g}".format  # a claim may fail in the seventh digit
 
 
-def law_table(rows):
-    if not rows:
-        return ""
+def law_rows(rows):
+    """(columns, rows of texts); a column is (name, is it a number)."""
     named = {key: (name, write) for key, name, write in LAW_COLUMNS}
     keys = [key for key, _, _ in LAW_COLUMNS if any(key in row for row in rows)]
     rows = [dict(row, reducer=str(row["reducer"]).split(" {")[0]) if "reducer" in row else row for row in rows]  # without its frequencies
-    head = "".join(f"<th class='{'' if key in WORDS else 'number'}'>{html.escape(named.get(key, (key, PLAIN))[0])}</th>" for key in keys)
-    body = "".join("<tr>" + "".join(f"<td class='{'' if key in WORDS else 'number'}'>"
-                                    f"{written(row.get(key), named.get(key, (key, PLAIN))[1])}</td>" for key in keys) + "</tr>" for row in rows)
-    return ("<h2>Paper and extended method side by side</h2><p class=note>paper: springs alone, 10 refreshes a second and no early ones, "
-            "linearized where the body is, the wall of one ring, no replay, no blending. extended: this engine's defaults around the same drag.</p>"
-            f"<div class=wide><table class=laws><tr>{head}</tr>{body}</table></div>")
+    return ([(named[key][0], key not in WORDS) for key in keys], [[written(row.get(key), named[key][1]) for key in keys] for row in rows])
 
 
-def claim_table(claims):
-    if not claims:
-        return ""
-    rows = "".join(f"<tr><td>{html.escape(str(claim.get('text', '')))}</td><td class=number>{written(claim.get('value'), EXACT)}</td>"
-                   f"<td class=number>{written(claim.get('bound'), EXACT)}</td>"
-                   f"<td class={'good' if claim.get('holds') else 'bad'}>{'✓ holds' if claim.get('holds') else '✗ does not hold'}</td></tr>" for claim in claims)
-    return f"<h2>Claims checked</h2><table class=claims><tr><th>claim</th><th class=number>measured</th><th class=number>bound</th><th>result</th></tr>{rows}</table>"
+def claim_rows(claims):
+    return [{"text": str(claim.get("text", "")), "value": written(claim.get("value"), EXACT), "bound": written(claim.get("bound"), EXACT), "holds": bool(claim.get("holds"))} for claim in claims]
+
+
+def force_curves(trace, keep=slice(None)):
+    return [("normal force", "blue", trace["f_n"][keep], {"width": 2}), ("tangential force", "vermilion", trace["f_t"][keep], {"width": 2, "dash": [2, 2]})]
+
+
+def charts(runs):
+    """The panels of paper.png, to look into."""
+    out = []
+    for name, title in EXPERIMENTS:
+        trace = runs[name].trace
+        if trace is not None:
+            modes = {word: words for word, words in MODES.items() if (trace["mode"] == word).any()}
+            out.append(curve_chart(title, trace["t"], force_curves(trace), "[N]", bands=mode_bands(trace["t"], trace["mode"]), modes=modes))
+    trace = runs["stick_slip"].trace
+    at = largest_slip(trace) if trace is not None else None
+    if at is not None:
+        part = slice(max(0, at - 60), at + 60)
+        t = trace["t"][part]
+        out.append(curve_chart("One transition of stick-slip", t, force_curves(trace, part), "[N]", bands=mode_bands(t, trace["mode"][part]),
+                               marks=[{"x": float(trace["t"][at - 1]), "colour": "ink", "dash": [3, 3], "words": "sticks until here"}]))
+    for paper, ours, title in BESIDE:
+        one, other = runs[paper].trace, runs[ours].trace
+        if one is not None and other is not None:
+            keep = one["t"] >= one["t"][-1] - 0.3
+            beside = np.interp(one["t"][keep], other["t"], other["f_n"])
+            out.append(curve_chart(title, one["t"][keep], [("paper: its law and method", "vermilion", one["f_n"][keep], {"width": 1}),
+                                                           ("coulomb, extended method", "blue", beside, {"width": 2.4})], "[N]"))
+    return out
 
 
 def paper_report(folder, title):
@@ -132,12 +150,8 @@ def paper_report(folder, title):
         draw_paper(runs, os.path.join(folder, "paper.png"))
     claims = data.get("claims") or []
     held = sum(1 for claim in claims if claim.get("holds"))
-    subtitle = f"{held} of {len(claims)} claims hold" if claims else ""
-    body = picture(folder, "paper.png", "Top: the paper's three drag experiments, by the paper's method. Bottom: one transition from stick to slip, and the end of "
-                   "the drag without and with friction: the paper's law and the consistent law, one over the other.") if CAN_DRAW else ""
-    body += claim_table(claims) + law_table(data.get("table") or [])
-    commands = [str(run.summary["command"]) for run in runs.values() if run.summary.get("command")]
-    if data.get("command") or commands:
-        lines = [str(data["command"])] if data.get("command") else commands
-        body += f"<h2>Run it again</h2><pre>{html.escape(chr(10).join(lines))}</pre>"
-    write_page(os.path.join(folder, "paper.html"), page(title or "The paper's drag experiments", subtitle, body))
+    commands = [str(data["command"])] if data.get("command") else [str(run.summary["command"]) for run in runs.values() if run.summary.get("command")]
+    columns, rows = law_rows(data.get("table") or [])
+    write_page(os.path.join(folder, "paper.html"), "paper.html", title=title or "The paper's drag experiments",
+               subtitle=f"{held} of {len(claims)} claims hold" if claims else "", charts=charts(runs) if CAN_DRAW else [],
+               still=picture(folder, "paper.png") if CAN_DRAW else "", claims=claim_rows(claims), columns=columns, rows=rows, command="\n".join(commands))

@@ -1,11 +1,11 @@
 """The pictures of stability maps and stability.html: where each method works, degrades or fails."""
 import csv
-import html
 import math
 import os
 
 from report_parts.drawing import CAN_DRAW, matplotlib, np, plt
-from report_parts.pages import page, picture, write_page
+from report_parts.charts import short
+from report_parts.pages import picture, write_page
 from report_parts.results import read_json
 from report_parts.style import BLACK, BLUE, GREY, ORANGE, VERMILION
 from report_parts.trace_pictures import legend_below
@@ -185,29 +185,39 @@ def share(part, whole):
 
 
 def confusion_row(name, counts, seconds):
-    return (f"<tr><td>{html.escape(name)}</td><td class=number>{counts['points']}</td><td class=number>{counts['working']}</td>"
-            f"<td class=number>{counts['degraded']}</td><td class=number>{counts['failures']}</td>"
-            f"<td class=number>{share(counts['predicted'], counts['failures'])}</td>"
-            f"<td class=number>{share(counts['false_alarms'], counts['alarms'])}</td><td class=number>{seconds:.1f}</td></tr>")
+    return [name, counts["points"], counts["working"], counts["degraded"], counts["failures"], share(counts["predicted"], counts["failures"]),
+            share(counts["false_alarms"], counts["alarms"]), f"{seconds:.1f}"]
 
 
-def confusion_table(facts):
-    head = ("<tr><th>map</th><th class=number>runs</th><th class=number>work</th><th class=number>degrade</th><th class=number>fail</th>"
-            "<th class=number>failures predicted</th><th class=number>false among the alarms</th><th class=number>seconds</th></tr>")
-    rows = "".join(confusion_row(m["title"], m["confusion"], m["seconds"]) for m in facts["maps"])
-    if len(facts["maps"]) > 1:
-        rows += confusion_row("all maps", facts["sum"], facts["seconds"])
-    return f"<table>{head}{rows}</table>"
+def map_charts(one):
+    """A chart for each series of a map; lines of theory are dashed."""
+    out, (low_x, high_x, _, log_x), (low_y, high_y, _, log_y) = [], one.axis("x"), one.axis("y")
+    markers = {"works": "circle", "degrades": "rect", "fails": "crossRot"}
+    colours = {"works": "green", "degrades": "orange", "fails": "vermilion"}
+    for name in one.series or [""]:
+        points = [p for p in one.points if p["series"] == name and math.isfinite(p["x"]) and math.isfinite(p["y"])]
+        groups = [(words, verdict, [p for p in points if p["verdict"] == verdict], 4) for verdict, (_, _, _, words) in VERDICTS.items()]
+        groups += [("failed without having been predicted", "silent", [p for p in points if p["verdict"] == "fails" and not p["predicted_failure"]], 7),
+                   ("predicted to fail, but works", "false", [p for p in points if p["verdict"] == "works" and p["predicted_failure"]], 7)]
+        series = [{"label": words, "colour": colours.get(verdict, "ink" if verdict == "silent" else "blue"), "marker": markers.get(verdict, "triangle" if verdict == "silent" else "rectRot"), "radius": radius,
+                   "points": True, "x": [short(p["x"]) for p in chosen], "y": [short(p["y"]) for p in chosen], "notes": [p["why"] or verdict for p in chosen]} for words, verdict, chosen, radius in groups if chosen]
+        for i, ((owner, label, is_theory), line) in enumerate(one.lines.items()):
+            if owner in (name, ""):
+                x, y = zip(*line)
+                series.append({"label": label + ("" if is_theory or "measured" in label else " (measured)"), "colour": ["ink", "blue", "purple", "grey"][i % 4], "dash": [6, 3] if is_theory else [],
+                               "width": 2 if is_theory else 1.4, "x": [short(v) for v in x], "y": [short(v) for v in y]})
+        title = one.title[:1].upper() + one.title[1:]
+        out.append({"title": name or title, "heading": title, "series": series,
+                    "x": {"title": one.facts["x_name"], "log": log_x, "min": short(float(low_x)), "max": short(float(high_x))},
+                    "y": {"title": one.facts["y_name"], "log": log_y, "min": short(float(low_y)), "max": short(float(high_y))}, "size": "mid"})
+    return out
 
 
-def failures_list(one, most=6):
+def failures(one, most=6):
     """The failures that nothing announced: what is still to be done."""
     silent = [p for p in one.points if p["verdict"] == "fails" and not p["predicted_failure"]]
-    if not silent:
-        return ""
-    items = "".join(f"<li>{html.escape(p['series'])} at ({p['x']:.3g}, {p['y']:.3g}): {html.escape(p['why'])}</li>" for p in silent[:most])
-    more = f"<li>… and {len(silent) - most} more in {one.name}.csv</li>" if len(silent) > most else ""
-    return f"<div class=warnings><b>Failed without having been predicted</b><ul>{items}{more}</ul></div>"
+    out = [f"{p['series']} at ({p['x']:.3g}, {p['y']:.3g}): {p['why']}" for p in silent[:most]]
+    return out + ([f"… and {len(silent) - most} more in {one.name}.csv"] if len(silent) > most else [])
 
 
 def stability_report(folder, title):
@@ -219,14 +229,10 @@ def stability_report(folder, title):
         for one in maps:
             if one.points:
                 draw_map(one, os.path.join(folder, one.name))
-    body = ("<p>Each point is a run. The shade between the points is that of the nearest one. Solid lines: where the verdict changes, by "
-            "bisection. Dashed lines: theory. Before each run the engine was asked whether it would fail.</p>")
-    if facts.get("stopped"):
-        body += "<div class=warnings><b>Stopped early: not all runs were made</b></div>"
-    body += "<h2>Predicted and observed</h2>" + confusion_table(facts)
-    for one in maps:
-        body += f"<h2>{html.escape(one.title[:1].upper() + one.title[1:])}</h2>"
-        body += picture(folder, one.name + ".png", one.facts["claim"]) or f"<p>{html.escape(one.facts['claim'])}</p>"
-        body += failures_list(one)
-    body += f"<h2>Run it again</h2><pre>{html.escape(facts['command'])}</pre>"
-    write_page(os.path.join(folder, "stability.html"), page(title or "Where the methods work, and where they fail", "maps of kilotouch stability", body))
+    rows = [confusion_row(m["title"], m["confusion"], m["seconds"]) for m in facts["maps"]]
+    if len(rows) > 1:
+        rows.append(confusion_row("all maps", facts["sum"], facts["seconds"]))
+    shown = [{"name": one.name, "title": one.title[:1].upper() + one.title[1:], "claim": one.facts["claim"], "failures": failures(one), "still": picture(folder, one.name + ".png"),
+              "charts": map_charts(one) if CAN_DRAW and one.points else []} for one in maps]
+    write_page(os.path.join(folder, "stability.html"), "stability.html", title=title or "Where the methods work, and where they fail", subtitle="maps of kilotouch stability", stopped=facts.get("stopped"),
+               rows=rows, maps=shown, command=facts["command"])

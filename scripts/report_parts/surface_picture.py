@@ -104,6 +104,20 @@ def clipped(polygon, window):
     return polygon
 
 
+def joined_to(triangles, chosen, start):
+    """Of the chosen triangles (mask), those that hang together by nodes with number `start`: a close-up shows no loose pieces of
+    what is far along the surface and just within the box."""
+    label = np.arange(triangles.max() + 1)
+    parts = triangles[chosen]
+    while True:
+        least = label[parts].min(axis=1)
+        before = label.copy()
+        for corner in range(3):
+            np.minimum.at(label, parts[:, corner], least)
+        if (label == before).all():
+            return chosen & (label[triangles] == label[triangles[start, 0]]).all(axis=1)
+
+
 def draw_frame(axes, view, frame, camera, colour_of, window, zoom):
     """The surface and the tool in one collection, so that they hide each other correctly. `window`: (min, max) [m]."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -115,6 +129,9 @@ def draw_frame(axes, view, frame, camera, colour_of, window, zoom):
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     seen = ((normals @ camera.direction > 0) & (corners.max(axis=1) >= window[0]).all(axis=1)
             & (corners.min(axis=1) <= window[1]).all(axis=1))
+    if seen.any() and not (seen == (normals @ camera.direction > 0)).all():  # a close-up
+        away = np.linalg.norm(corners.mean(axis=1) - np.array(frame["tool"], float), axis=1)
+        seen = joined_to(triangles, seen, int(np.argmin(np.where(seen, away, np.inf))))
     corners = corners[seen]
     faces = shaded(corners, colour_of(moved[triangles[seen]].mean(axis=1)), camera.light)
     edges = 0.88 * faces
@@ -202,7 +219,7 @@ def draw_mesh(run, path):
     draw_frame(close, view, frames[worst], camera, scale.to_rgba, near, zoom=0.9)
     few_ticks(close, near)
     figure.text(0.03, 0.93, f"Close-up at t = {frames[worst]['t']:.2f} s", weight="bold", fontsize=12)
-    columns = 1 if small == 1 else 2
+    columns = 2 if small == 4 else 1  # no hole in the grid
     rows = math.ceil(small / columns)
     for i, frame in enumerate(frames):
         width, height = 0.40 / columns, 0.86 / rows
@@ -210,7 +227,7 @@ def draw_mesh(run, path):
         axes = figure.add_axes(box, projection="3d", computed_zorder=False)
         draw_frame(axes, view, frame, camera, scale.to_rgba, whole, zoom=1.02)
         axes.set_axis_off()
-        figure.text(box[0] + 0.02, box[1] + box[3] - 0.035, f"t = {frame['t']:.2f} s", fontsize=11)
+        figure.text(box[0] + 0.02, box[1] + box[3] - 0.05, f"t = {frame['t']:.2f} s", fontsize=11)
     figure.text(0.50, 0.93, "Whole object", weight="bold", fontsize=12)
     bar = figure.add_axes((0.915, 0.18, 0.016, 0.6))
     figure.colorbar(scale, cax=bar, label="displacement of the surface [mm]")

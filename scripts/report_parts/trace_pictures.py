@@ -1,8 +1,8 @@
-"""force.png, step_time.png and the comparison of several runs."""
+"""force.png."""
 import math
 
 from report_parts.drawing import matplotlib, np, plt
-from report_parts.style import BLACK, BLUE, GREEN, GREY, MODES, PURPLE, SKY, VERMILION
+from report_parts.style import BLACK, BLUE, GREEN, GREY, MODES, PURPLE, VERMILION
 from report_parts.words import figures
 from report_parts.whole_file import save_figure
 
@@ -66,21 +66,6 @@ def refresh_times(trace):
     return trace["t"][1:][np.diff(trace["model_frame"]) != 0]
 
 
-def tool_depth(trace):
-    """How far the tool has gone since first contact, along the way it came [m]; None without a contact."""
-    tool = np.column_stack([trace["tool_x"], trace["tool_y"], trace["tool_z"]])
-    touching = np.flatnonzero(trace["mode"] != "free")
-    if not len(touching):
-        return None
-    first = touching[0]
-    way = tool[first] - tool[max(0, first - 20)]
-    force = np.array([trace[f"force_{axis}"][touching].sum() for axis in "xyz"])
-    if np.linalg.norm(way) < 1e-12 or way @ force > 0:  # starts in contact, or glides in: against the force then
-        way = -force
-    length = np.linalg.norm(way)
-    return (tool - tool[first]) @ way / length if length > 0 else None
-
-
 def size_of_force(columns):
     return np.sqrt(sum(columns[f"force_{axis}"] ** 2 for axis in "xyz"))
 
@@ -107,10 +92,21 @@ def draw_second_tool(axes, trace):
     return handles
 
 
+def indentation(trace):
+    """[m]; not a number without contact. None from a folder of an older program."""
+    if trace is None or "indentation" not in trace:
+        return None
+    return np.where(trace["mode"] == "free", np.nan, trace["indentation"])
+
+
 def draw_force_figure(run, path):
     trace = run.trace
-    figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 6.4), sharex=True, gridspec_kw={"height_ratios": [2.4, 1]},
-                                         layout="constrained")
+    depth, second = indentation(trace), indentation(run.second_trace)
+    if depth is None:
+        figure, top = plt.subplots(figsize=(10, 4.6), layout="constrained")
+        bottom = None
+    else:
+        figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 6.4), sharex=True, gridspec_kw={"height_ratios": [2.4, 1]}, layout="constrained")
     handles = draw_forces(top, trace, run.friction(), modes=False)
     if run.second_trace is not None:
         handles += draw_second_tool(top, run.second_trace)
@@ -128,60 +124,17 @@ def draw_force_figure(run, path):
     top.set_title("Force over time" if run.second_trace is None else "Force on both tools over time")
     legend_below(figure, handles, columns=4)
 
-    depth = tool_depth(trace)
-    gap = 1e3 * trace["gap"]
-    if depth is not None:
-        bottom.plot(trace["t"], 1e3 * depth, color=BLACK, label="tool depth, from first contact", zorder=3)
-    bottom.plot(trace["t"], np.where(np.isfinite(gap), gap, np.nan), color=GREEN, lw=1.2, ls="--", label="gap to the surface",
-                zorder=3)
-    bottom.set_ylabel("distance [mm]")
-    bottom.set_xlabel("time [s]")
-    low, high = bottom.get_ylim()
-    bottom.set_ylim(low, high + 0.45 * (high - low))  # room for the legend
-    mode_strip(bottom, trace)
-    bottom.legend(loc="upper left", ncol=2, fontsize=10)
-    save_figure(figure, path)
-    plt.close(figure)
-
-
-def draw_step_times(run, path):
-    times = run.trace["step_us"]
-    times = times[np.isfinite(times) & (times > 0)]
-    if not len(times):
-        return False
-    tick = 1e6 * float(np.median(np.diff(run.trace["t"]))) if len(run.trace["t"]) > 1 else 1000.0
-    figure, axes = plt.subplots(figsize=(10, 4.4), layout="constrained")
-    low, high = times.min() / 1.2, max(times.max(), tick) * 1.35
-    bins = np.geomspace(low, high, 110)
-    counts, _, _ = axes.hist(times, bins=bins, color=SKY, edgecolor="white", linewidth=0.3)
-    axes.set(xscale="log", yscale="log", xlim=(low, high), ylim=(0.7, counts.max() * 2.2), ylabel="ticks")
-    axes.set_xlabel("time of a haptic tick [µs]")
-    axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.yaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda y, _: f"{y:g}"))
-    share = [np.percentile(times, p, method="inverted_cdf") for p in (50, 99, 99.9)]  # as summary.json has them
-    marks = [("median", share[0], BLACK, "-"), ("99 %", share[1], BLUE, "--"), ("99.9 %", share[2], VERMILION, "-."),
-             ("limit, one tick", tick, PURPLE, ":")]
-    for name, value, colour, style in marks:
-        axes.axvline(value, color=colour, ls=style, lw=1.6, label=f"{name}: {figures(value)} µs")
-    axes.set_title(f"Processor time of each of {len(times)} ticks (slowest {figures(times.max())} µs)")
-    legend_below(figure, axes.lines, columns=4)
-    save_figure(figure, path)
-    plt.close(figure)
-    return True
-
-
-def draw_comparison(runs, path):
-    """Normal and tangential forces of several runs over each other."""
-    figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 6), sharex=True, layout="constrained")
-    styles = [(BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (PURPLE, ":"), (BLACK, (0, (5, 1, 1, 1)))]
-    for i, run in enumerate(runs):
-        colour, dash = styles[i % len(styles)]
-        top.plot(run.trace["t"], run.trace["f_n"], color=colour, ls=dash, lw=1.4, label=run.name)
-        bottom.plot(run.trace["t"], run.trace["f_t"], color=colour, ls=dash, lw=1.4)
-    top.set_ylabel("normal force [N]")
-    bottom.set_ylabel("tangential force [N]")
-    bottom.set_xlabel("time [s]")
-    bottom.set_xlim(min(run.trace['t'][0] for run in runs), max(run.trace['t'][-1] for run in runs))
-    legend_below(figure, top.lines, columns=4)
+    if bottom is None:
+        top.set_xlabel("time [s]")
+    else:
+        bottom.plot(trace["t"], 1e3 * depth, color=BLACK, label="surface pushed in, along the contact normal", zorder=3)
+        if second is not None:
+            bottom.plot(run.second_trace["t"], 1e3 * second, color=GREEN, lw=1.2, ls="--", label="… by the second tool", zorder=3)
+        bottom.set_ylabel("indentation [mm]")
+        bottom.set_xlabel("time [s]")
+        low, high = bottom.get_ylim()
+        bottom.set_ylim(min(0, low), high + 0.35 * (high - low))  # room for the legend
+        mode_strip(bottom, trace)
+        bottom.legend(loc="upper left", ncol=2, fontsize=10)
     save_figure(figure, path)
     plt.close(figure)

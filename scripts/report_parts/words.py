@@ -1,5 +1,4 @@
 """summary.json as tables of words and numbers."""
-import html
 import math
 
 
@@ -29,13 +28,30 @@ def with_unit(unit_name, factor=1.0):
     return lambda value: f"{figures(factor * value if factor != 1.0 else value)} {unit_name}".strip()
 
 
+def with_floor(unit_name, steps):
+    """A size in the unit that suits it. `steps`: (factor, prefix) from large to small; what is less than the last is told as such:
+    9.9e-13 m says "< 1 nm", as no digit of it means anything."""
+    def write(value):
+        size = abs(value)
+        if size == 0 or not math.isfinite(size):
+            return f"{figures(float(value))} {unit_name}"
+        for factor, prefix in steps:
+            if size * factor >= 1:
+                return f"{figures(float(factor * value))} {prefix}{unit_name}"
+        return f"< 1 {steps[-1][1]}{unit_name}"
+    return write
+
+
+LENGTH = with_floor("m", [(1e3, "m"), (1e6, "µ"), (1e9, "n")])
+ENERGY = with_floor("J", [(1, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n")])
+FORCE = lambda value: f"{figures(value)} N" if value == 0 or abs(value) >= 1e-6 or not math.isfinite(value) else "< 1 µN"
 PLAIN = with_unit("")
 ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)])
     ("Force on the tool", [
-        ("force.mean_n", "normal force, mean", with_unit("N"), "pushes the tool out of the surface; over the steady drag"),
-        ("force.max_n", "normal force, largest", with_unit("N"), ""),
-        ("force.mean_t", "tangential force, mean", with_unit("N"), "resists the drag"),
-        ("force.max_t", "tangential force, largest", with_unit("N"), ""),
+        ("force.mean_n", "normal force, mean", FORCE, "pushes the tool out of the surface; over the steady drag"),
+        ("force.max_n", "normal force, largest", FORCE, ""),
+        ("force.mean_t", "tangential force, mean", FORCE, "resists the drag"),
+        ("force.max_t", "tangential force, largest", FORCE, ""),
         ("force.max_t_over_mu_n", "use of the friction cone", PLAIN, "largest tangential force over µ × normal force; Coulomb friction allows at most 1"),
         ("force.felt_t_over_mu_n", "… by the force that is felt", PLAIN, "the same of the force written to the device; the fade from one local model to the next may pass 1"),
         ("force.buzz", "buzz", percent, "vibration above 100 Hz over the mean force; people notice forces that differ by 7–10 %"),
@@ -60,8 +76,8 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("free_ticks_inside", "… ticks inside without contact", PLAIN, "the force is 0 there and should not be"),
         ("edge_ticks", "ticks at the patch's edge", PLAIN, "the tool was beyond the local model: contact goes on, coarsely"),
         ("contact_solver.unsolved_ticks", "ticks not solved exactly", PLAIN, "their forces meet Coulomb's law to less than six digits"),
-        ("penetration_max_m", "deepest penetration", with_unit("µm", 1e6), "of the tool below the deformed surface at the end of a tick"),
-        ("energy_min_j", "least energy taken from the hand", with_unit("µJ", 1e6), "negative: the device was given energy"),
+        ("penetration_max_m", "deepest penetration", LENGTH, "of the tool below the deformed surface at the end of a tick"),
+        ("energy_min_j", "least energy taken from the hand", ENERGY, "negative: the device was given energy"),
     ]),
     ("Time", [
         ("step_us.p50", "haptic tick, median", with_unit("µs"), "processor time; at 1 kHz there are 1000 µs"),
@@ -97,14 +113,15 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
     ]),
     ("The body's contacts with itself", [
         ("self_contact.contacts", "most pairs in contact", PLAIN, "vertex and triangle, or two edges, nearer than the reach"),
-        ("self_contact.nearest_m", "nearest pair", with_unit("µm", 1e6), "never 0: the surface does not pass through itself"),
-        ("self_contact.normal_n", "largest sum of normal forces", with_unit("N"), ""),
-        ("self_contact.mean_normal_n", "… mean", with_unit("N"), "of all global steps"),
+        ("self_contact.nearest_m", "nearest pair", LENGTH, "never 0: the surface does not pass through itself"),
+        ("self_contact.normal_n", "largest sum of normal forces", FORCE, ""),
+        ("self_contact.mean_normal_n", "… mean", FORCE, "of all global steps"),
         ("self_contact.intersections", "triangles that cross", PLAIN, "after any global step; must be 0"),
     ]),
     ("Against the reference", [
         ("reference.force_error", "force error", percent, "over the whole run, against the full model with a fine step"),
         ("reference.jnd_fraction", "time with a noticeable error", percent, "share of the run in which the force is off by more than 10 %"),
+        ("truth.force_error", "force error against the truth", percent, "the forces given with --truth"),
     ]),
 ]
 HEAD_KEYS = ("scene", "seed", "hash", "warnings", "notes", "trust", "real_time", "command", "settings", "contact")
@@ -128,33 +145,62 @@ def leaves(data, prefix=""):
             yield name, value
 
 
+# What a person notices of a force, and the setting that cures it where the run's own reasons name none. People tell forces apart that
+# differ by 7 to 10 %; key -> (words that a reason of the run's `trust` has, cure).
+PERHAPS, SURELY = 0.07, 0.10
+NOTICEABLE = {
+    "force.buzz": ("buzzes above 100 Hz", "raise object.model.damping.stiffness, or take finer cells (object.tetrahedralize.max_edge)"),
+    "force.crossing_jump": ("at an edge of", "set contact.surface to loop, or take finer cells (object.tetrahedralize.max_edge)"),
+    "force.refresh_jump": ("when a local", "set local.blend_ms to 12, or raise global.rate_hz, or move the tool more slowly"),
+    "local.expected_force_error": ("", "set local.tolerance lower, or local.reducer to condensed"),
+    "reference.force_error": ("", "raise global.rate_hz, set local.tolerance lower, or move the tool more slowly"),
+    "truth.force_error": ("", "take finer cells, 10-node elements (object.model.element tet10), or a higher global.rate_hz"),
+    "mesh_at_contact.force_factor": ("cells of", "take finer cells (object.tetrahedralize.max_edge)"),
+}
+
+
+def noticed(summary, key):
+    """(is it noticed: "", "perhaps" or "yes"; the setting that cures it) of a number of summary.json."""
+    value = look_up(summary, key)
+    if key not in NOTICEABLE or not isinstance(value, (int, float)) or not math.isfinite(value):
+        return "", ""
+    size = abs(value - 1) if key == "mesh_at_contact.force_factor" else abs(value)
+    if size <= PERHAPS:
+        return "", ""
+    words, cure = NOTICEABLE[key]
+    for reason in (look_up(summary, "trust.reasons") or []):
+        if words and words in str(reason.get("what")) and reason.get("cure"):
+            cure = str(reason["cure"])
+    return "yes" if size > SURELY else "perhaps", cure
+
+
 def written(value, write):
     """A cell: empty for what was not measured; a word stays a word where a number was due."""
     if value is None or value == "":
         return "–"
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return html.escape(write(value) if is_number else figures(value))
+    return write(value) if is_number else figures(value)
 
 
-def summary_table(runs):
-    """One row a quantity, one column a run, with what it means. Keys that have no words yet come last, as they are."""
-    many = len(runs) > 1
-    head = "".join(f"<th class=number>{html.escape(run.name)}</th>" for run in runs) if many else "<th class=number>value</th>"
-    out, known = [], set(HEAD_KEYS)
-    for group, rows in ROWS:
-        body = []
+def summary_groups(runs):
+    """The known numbers in groups: title and rows, each with its name, a text for every run, what it means, and of the first run
+    whether a person notices it and the cure. Groups and rows that no run has are left out."""
+    out = []
+    for title, rows in ROWS:
+        lines = []
         for key, name, write, meaning in rows:
-            known.add(key)
             values = [look_up(run.summary, key) for run in runs]
             if all(value in (None, "") for value in values):
                 continue
-            cells = "".join(f"<td class={'long' if isinstance(v, str) and len(v) > 16 else 'number'}>{written(v, write)}</td>" for v in values)
-            body.append(f"<tr><td>{html.escape(name)}</td>{cells}<td class=note>{html.escape(meaning)}</td></tr>")
-        if body:
-            out.append(f"<h3>{group}</h3><table class=numbers><tr><th>quantity</th>{head}<th>meaning</th></tr>{''.join(body)}</table>")
-    rest = [(key, value) for key, value in leaves(runs[0].summary)
+            level, cure = noticed(runs[0].summary, key)
+            lines.append({"name": name, "cells": [written(value, write) for value in values], "meaning": meaning, "noticed": level, "cure": cure})
+        if lines:
+            out.append({"title": title, "rows": lines})
+    return out
+
+
+def other_numbers(summary):
+    """[(key, text)] of what has no words above."""
+    known = {key for _, rows in ROWS for key, *_ in rows}
+    return [(key, written(value, PLAIN)) for key, value in leaves(summary)
             if key not in known and key.split(".")[0] not in HEAD_KEYS and not isinstance(value, list)]
-    if rest:
-        rows = "".join(f"<tr><td><code>{html.escape(key)}</code></td><td class=number>{written(value, PLAIN)}</td></tr>" for key, value in rest)
-        out.append(f"<h3>Other numbers of summary.json</h3><table><tr><th>key</th><th class=number>value</th></tr>{rows}</table>")
-    return "".join(out)

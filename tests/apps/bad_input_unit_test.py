@@ -233,6 +233,8 @@ CASES = [
          ["advise", "press"]),
         ("no session to replay", ["replay", "lost_session"], ["lost_session"]),
         ("not a session", ["replay", "session.json"], ["session.json", "scene"]),
+        ("a folder to compare that is not there", ["compare", "lost_run", "other_run"], ["lost_run", "no such folder"]),
+        ("one run to compare", ["compare", "lost_run"], ["RUN", "2"]),
         ("a check of nothing", ["check"], ["PATH"]),
         ("a check of what is not there", ["check", "nowhere"], ["nowhere"]),
         ("a part that does not exist", ["check", "ball.off", "--shard", "3/2"], ["3/2", "1 .. N"]),

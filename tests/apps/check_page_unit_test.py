@@ -9,8 +9,7 @@ import unittest
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "scripts"))
 sys.dont_write_bytecode = True
-from report_parts import check_page  # noqa: E402
-from report_parts.drawing import CAN_DRAW  # noqa: E402
+from report_parts import charts, check_page  # noqa: E402
 
 NAMES = check_page.STAGES
 
@@ -55,30 +54,24 @@ class CheckPage(unittest.TestCase):
         self.assertIn('"pace":"no"', page)
         self.assertIn("a refresh takes 61 ms of 33.3 (reduce 55)", page)
 
-    @unittest.skipUnless(CAN_DRAW, "needs matplotlib")
     def test_draws_no_histogram_of_nothing(self):
-        drawn = []
-        original, check_page.histogram = check_page.histogram, lambda axes, values, title, *rest: drawn.append(title)
-        try:
-            keys = ("step_us", "refresh_ms", "cpu_s", "error", "off", "buzz")
-            self.assertEqual(check_page.histograms([dict.fromkeys(keys)]), "")
-            check_page.histograms([{**dict.fromkeys(keys), "cpu_s": 2.0}])
-        finally:
-            check_page.histogram = original
-        self.assertEqual(drawn, ["Whole check"])
+        keys = ("step_us", "refresh_ms", "cpu_s", "error", "off", "buzz")
+        self.assertEqual(check_page.histograms([dict.fromkeys(keys)]), [])
+        self.assertEqual([c["title"] for c in check_page.histograms([{**dict.fromkeys(keys), "cpu_s": 2.0}])], ["Whole check"])
 
-    @unittest.skipUnless(CAN_DRAW, "needs matplotlib")
-    def test_labels_do_not_overlap(self):
-        plt = check_page.plt
-        for values in ([0.114, 0.12, 0.132], [20.0, 60.0], [1.0, 30.0, 5000.0], [5.0]):
-            figure, axes = plt.subplots(figsize=(4.7, 2.9))
-            check_page.histogram(axes, values, "title", "label")
-            figure.canvas.draw()
-            ends = [label.get_window_extent() for label in axes.get_xticklabels(which="both") if label.get_text()]
-            inside = sorted((box.x0, box.x1) for box in ends if box.width > 1)
-            plt.close(figure)
-            for (_, end), (start, _) in zip(inside, inside[1:]):
-                self.assertLess(end, start, values)
+    def test_a_histogram_counts_every_mesh_once(self):
+        for values in ([0.114, 0.12, 0.132], [20.0, 60.0], [1.0, 30.0, 5000.0], [5.0], [5.0, 5.0, 0.0], [1e-9, 1.0, 1e9], list(range(1, 500))):
+            chart = charts.histogram_chart("title", values, "label", "meshes")
+            steps = chart["series"][0]
+            self.assertEqual(sum(steps["y"]) // 2, sum(1 for v in values if v > 0), values)  # both ends of each stretch
+            self.assertEqual(steps["x"], sorted(steps["x"]))
+            if len({v for v in values if v > 0}) > 1:  # the least and the largest stand at the ends
+                self.assertTrue(steps["y"][0] > 0 and steps["y"][-1] > 0, values)
+            self.assertLessEqual(steps["x"][0], min(v for v in values if v > 0) * (1 + 1e-4))
+            self.assertGreaterEqual(steps["x"][-1], max(values) * (1 - 1e-4))
+            self.assertEqual(chart["x"]["log"], max(values) > 10 * min(v for v in values if v > 0))
+        self.assertIn("1 are 0", charts.histogram_chart("title", [5.0, 5.0, 0.0], "label", "meshes")["note"])
+        self.assertEqual(charts.histogram_chart("title", [0, 0], "label", "meshes")["empty"], "0 in all 2 meshes")
 
 
 if __name__ == "__main__":

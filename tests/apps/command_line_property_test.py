@@ -21,9 +21,9 @@ SCENE = os.path.join(ROOT, "scenes", "organ_drag.json")
 SHORT = ["--set", "duration=0.4", "--set", "tool.path.press_drag.press_time=0.1"]
 QUICK = [*SHORT, "--set", "local.reducer=condensed"]  # auto certifies eight local models first
 
-COMMANDS = ["run", "drag", "paper", "replay", "advise", "chart", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd", "stability"]
+COMMANDS = ["run", "drag", "paper", "replay", "compare", "advise", "chart", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd", "stability"]
 COLUMNS = ("t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
-           "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z").split(",")
+           "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z,indentation").split(",")
 SUMMARY = {  # key -> keys inside; None: a value
     "scene": None, "seed": None, "hash": None,
     "model": ["type", "material", "nodes", "tets", "springs", "triangles"],

@@ -197,7 +197,7 @@ class HostileInput(unittest.TestCase):
 
     @unittest.skipUnless(BROWSER, "needs chromium")
     def test_a_mesh_name_is_shown_and_not_run(self):
-        """In the cell, in DataTables' search and sorting, in the data's own script, and from rows of others."""
+        """In the cell, in search and sorting, in opened rows, in the data's own script, and from rows of others."""
         os.mkdir(self.path("lib"))
         evil = ["z&<img src=\"\u2029\" onerror=document.body.id='P2'>.off", "a'><svg onload=document.body.id=1>.off", "<!--<script>.off"]
         for name in evil:
@@ -212,9 +212,10 @@ class HostileInput(unittest.TestCase):
         self.kilotouch("check", "merge", "o", "--out", "m", status=1)
         with open(self.path("m", "report.html"), encoding="utf-8") as file:
             page = file.read()
-        # Searches, sorts and opens every row, once the table is there.
-        page = page.replace("</body>", "<script>$(function () { const t = $('#table').DataTable(); t.search('z&<im').draw(); t.search('').order([1, 'desc']).draw(); "
-                                       "$('#table tbody tr.row').click(); });</script></body>")
+        # Searches, sorts and opens every row.
+        page = page.replace("</body>", "<script>const s = byId('search'), look = w => { s.value = w; s.dispatchEvent(new Event('input')); }; look('z&<im'); "
+                                       "document.body.dataset.found = document.querySelectorAll('#table tr.row').length; look(''); table.order(1, true); "
+                                       "document.querySelectorAll('#table tr.row').forEach(r => r.click());</script></body>")
         with open(self.path("m", "opened.html"), "w", encoding="utf-8") as file:
             file.write(page)
         dom = subprocess.run([BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={self.path('c')}", "--virtual-time-budget=3000", "--dump-dom",
@@ -223,7 +224,8 @@ class HostileInput(unittest.TestCase):
         self.assertNotRegex(dom, r"<td[^>]*>[^<]*<(svg|b onclick)")
         for shown in ("&lt;!--&lt;script&gt;.off</td>", "foreign&lt;/script&gt;&lt;script&gt;", "z&amp;&lt;img src="):
             self.assertRegex(dom, '<td class="path[^"]*">' + shown)
-        self.assertEqual(dom.count('<div class="detail">'), 4)
+        self.assertEqual(dom.count('<div class="stages">'), 4)
+        self.assertIn('data-found="1"', dom)
 
     # ---- inputs
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "haptics/link/links.hpp"
+#include "haptics/session/body_film.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {
@@ -74,6 +75,8 @@ TEST(Lockstep, LookingDoesNotChangeTheRun) {
   EXPECT_TRUE(plain.tools[0].penetration.empty());
   options.check_contacts = true;
   options.snapshot_times = {0.05, 0.1, 0.3};
+  BodyFilm film(Session(small_scene()).model().mesh());
+  options.film = &film;
   double progress = 0;
   options.progress = [&](double share) { progress = share; };
   const SessionResult watched = run(small_scene(), options);
@@ -84,6 +87,7 @@ TEST(Lockstep, LookingDoesNotChangeTheRun) {
   EXPECT_NEAR(watched.snapshots[1].t, 0.1, 1e-9);
   EXPECT_EQ(watched.snapshots[2].tools[0], watched.tools[0].frames.back().pose.x);
   EXPECT_TRUE(watched.snapshots[2].x.allFinite());
+  EXPECT_GE(film.times().size(), static_cast<std::size_t>(small_scene().duration / film.interval()) - 1);
 }
 
 TEST(Lockstep, StopFlagEndsTheRunAndKeepsWhatIsThere) {
