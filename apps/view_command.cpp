@@ -86,13 +86,13 @@ void keep_mesh(const std::string& folder, const std::string& mesh) {
   }
 }
 
-std::string save(const std::string& dir, const Session& session, const SessionResult& result) {
+std::string save(const std::string& dir, const Session& session, const SessionResult& result, const BodyFilm& film) {
   const SavingResults until_saved;
   const std::string folder = next_folder(dir);
   make_folder(folder);
   auto summary = make_summary(session, result);
   summary["command"] = "kilotouch view";
-  write_run(folder, session, result, summary);
+  write_run(folder, session, result, summary, &film);
   keep_mesh(folder, session.scene().object.mesh);
   return folder;
 }
@@ -130,7 +130,9 @@ void view(const ViewArguments& a) {
   ViewOptions options;
   options.server = {a.listen, static_cast<unsigned short>(a.port), a.token};
   options.by_pointer = a.device == "pointer";
-  options.save = [dir = a.record](const Session& s, const SessionResult& r) { return save(dir, s, r); };
+  options.save = [dir = a.record](const Session& s, const SessionResult& r, const BodyFilm& f) {
+    return save(dir, s, r, f);
+  };
   for (const fs::path& file : files) options.scenes.push_back(file.stem().string());
   options.load_scene = [files](const std::string& name) {
     return load_scene(std::ranges::find_if(files, [&](const fs::path& f) { return f.stem() == name; })->string());

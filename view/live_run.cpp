@@ -79,6 +79,8 @@ void LiveRun::run_once() {
   options.pause = &pause_;
   options.target = target_;
   options.is_endless = by_pointer_;
+  BodyFilm film(session_.model().mesh());
+  if (options.keeps_records) options.film = &film;
   SessionResult result = session_.run(options);
   if (!options.keeps_records || result.tools[0].frames.empty()) return;
   {
@@ -86,7 +88,7 @@ void LiveRun::run_once() {
     records_ = false;
   }
   try {
-    told_(save_(session_, result), "");
+    told_(save_(session_, result, film), "");
   } catch (const std::exception& e) {
     told_("", e.what());
   }

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "haptics/device/moved_target.hpp"
+#include "haptics/session/body_film.hpp"
 #include "haptics/session/real_time.hpp"
 #include "haptics/session/session.hpp"
 #include "view/frame_bytes.hpp"
@@ -30,7 +31,7 @@ struct LiveStatus {
 class LiveRun final : private SessionWatcher {
  public:
   /// Writes a recording. @returns where it lies
-  using Save = std::function<std::string(const Session&, const SessionResult&)>;
+  using Save = std::function<std::string(const Session&, const SessionResult&, const BodyFilm&)>;
   /// Told of a recording: where it lies, or why it could not be written. In the run's own thread.
   using Told = std::function<void(const std::string& folder, const std::string& error)>;
 

@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"
 
 namespace kt {
@@ -38,8 +36,8 @@ void Playback::ticked(std::span<const LocalFrame> frames, double /*step_us*/, lo
   out.refreshes = refreshes_.back().refreshes;
   out.target = frames[0].pose.x;
   out.tools.assign(frames.begin(), frames.end());
-  VectorX x = touch_->slow().state().x;
-  touch_->fast().lay_patch_over(x);
+  VectorX x;
+  touch_->copy_positions_now(x);
   out.positions = pack_positions(x, shape_.nodes);
 }
 

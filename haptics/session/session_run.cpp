@@ -75,14 +75,10 @@ class Pictures {
   explicit Pictures(const RunParts& run) : run_(run) {}
 
   Snapshot take() {
-    const Touch& touch = run_.touch;
-    Snapshot out{touch.next_tick() * touch.h(), {}, touch.slow().state().x};
+    Touch& touch = run_.touch;
+    Snapshot out{touch.next_tick() * touch.h(), {}, {}};
     for (const ToolRun& tool : run_.result.tools) out.tools.push_back(tool.frames.back().pose.x);
-    const DeformableModel& model = touch.body().model();
-    if (!lead_) lead_.emplace(model.mesh(), model.fixed_nodes());
-    const VectorX before = out.x;
-    touch.fast().lay_patch_over(out.x);
-    lead_->fade(before, out.x);
+    touch.copy_positions_now(out.x);
     return out;
   }
 
@@ -96,7 +92,6 @@ class Pictures {
 
  private:
   const RunParts& run_;
-  std::optional<PatchLead> lead_;
   int model_frame_ = -1;
 };
 

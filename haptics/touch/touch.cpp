@@ -4,11 +4,13 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <optional>
 
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/keep_memory.hpp"
+#include "haptics/touch/patch_lead.hpp"
 
 namespace kt {
 namespace {
@@ -59,6 +61,11 @@ struct Touch::Parts {
   std::unique_ptr<LocalMotion> next_shape;  // of the ticking thread
   std::mutex watching;
   std::unique_ptr<LocalMotion> shown;  // of whoever watches
+  std::optional<PatchLead> lead;       // the same
+  void fade(const VectorX& before, VectorX& x) {
+    if (!lead) lead.emplace(body.model().mesh(), body.model().fixed_nodes());
+    lead->fade(before, x);
+  }
 };
 
 Touch::Touch(const Body& body, TouchOptions options) {
@@ -164,8 +171,19 @@ void Touch::copy_positions(VectorX& x) {
     p.free_shape.put(std::move(p.shown));
     p.shown = std::move(newer);
   }
+  const VectorX before = x;
   for (int i = 0; i < nodes; ++i)
     if (const int row = p.shown->row[i]; row >= 0) node(x, i) = node(p.shown->x, row);
+  p.fade(before, x);
+}
+
+void Touch::copy_positions_now(VectorX& x) {
+  Parts& p = *parts_;
+  const std::scoped_lock lock(p.watching);
+  x = p.side->state().x;
+  const VectorX before = x;
+  p.haptic.lay_patch_over(x);
+  p.fade(before, x);
 }
 
 void Touch::set(const std::string& key, double value) { parts_->side->set(key, value); }

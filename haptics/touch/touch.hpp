@@ -63,6 +63,7 @@ class Touch {
   /// Where the whole body is, for drawing: as the last refresh had it, with the part around the contact as it was some
   /// ticks ago. (3n) [m]. From any thread; never holds a tick up.
   void copy_positions(VectorX& x);
+  void copy_positions_now(VectorX& x);  ///< as they are now: while nobody ticks, without a thread of the body's own
 
   TouchStatus status() const;                        ///< from any thread
   void copy_refresh(RefreshPicture& picture) const;  ///< the patch and the error of the last refresh; from any thread

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "haptics/touch/patch_lead.hpp"
+
 namespace kt {
 namespace {
 
