@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.hpp"
@@ -74,10 +75,13 @@ class SessionFile {
 
   double speed(const Json& group, const std::string& prefix) const {
     constexpr double kFastest = 1e6;  // [m/s]
-    const Json value = group.contains("max_speed") ? group["max_speed"] : Json();
+    if (!group.contains("max_speed")) fail(prefix + "max_speed", "is missing");
+    const Json& value = group["max_speed"];
+    if (value.is_null()) return std::numeric_limits<double>::infinity();  // of a live device no bound is known
     const double speed = value.is_number() ? value.get<double>() : -1;
     if (!(speed >= 0 && speed <= kFastest))
-      fail(prefix + "max_speed", text("is ", shown_json(value), ", must be a number 0 .. ", kFastest, " m/s"));
+      fail(prefix + "max_speed",
+           text("is ", shown_json(value), ", must be a number 0 .. ", kFastest, " m/s, or null: no bound is known"));
     return speed;
   }
 

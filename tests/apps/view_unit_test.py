@@ -219,7 +219,8 @@ class Page(unittest.TestCase):
             folder = re.search(r"recorded in (\S+?);", self.message()).group(1)
             errors = [line for line in self.browser.get_log("browser") if line["level"] == "SEVERE"]
             self.assertEqual(errors, [])
-            session = json.load(open(os.path.join(folder, "session.json"), encoding="utf-8"))
+            with open(os.path.join(folder, "session.json"), encoding="utf-8") as file:
+                session = json.load(file)
             self.assertGreaterEqual(len(session["setting_changes"]), 1)
             replay = subprocess.run([KILOTOUCH, "replay", folder], capture_output=True, text=True, timeout=300)
             self.assertIn("bit for bit", replay.stdout, replay.stderr)
