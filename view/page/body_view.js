@@ -15,8 +15,11 @@ class BodyView {
   // container: an element with a size. Needs THREE and THREE.OrbitControls.
   constructor(container) {
     this.container = container;
-    this.renderer = new THREE.WebGLRenderer({antialias: true, alpha: true, preserveDrawingBuffer: true});
-    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
+    // Where a picture is drawn by the processor, smooth edges cost most of its time, and the body needs that processor too.
+    this.isSoftware = BodyView.isDrawnBySoftware();
+    this.renderer = new THREE.WebGLRenderer({antialias: !this.isSoftware, alpha: true, preserveDrawingBuffer: true});
+    this.sharpness = this.isSoftware ? 0.75 : 1;  // pixels of the picture to one of the screen
+    this.setSharpness(this.sharpness);
     container.appendChild(this.renderer.domElement);
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(35, 1, 0.001, 10);
@@ -35,6 +38,29 @@ class BodyView {
     this.isOld = true;   // the picture
     this.resize();
     new ResizeObserver(() => this.resize()).observe(container);
+  }
+
+  static isDrawnBySoftware() {
+    const gl = document.createElement('canvas').getContext('webgl');
+    const names = gl && gl.getExtension('WEBGL_debug_renderer_info');
+    return Boolean(names) && /swiftshader|llvmpipe|software/i.test(gl.getParameter(names.UNMASKED_RENDERER_WEBGL));
+  }
+
+  // Every edge has two triangles.
+  static isClosed(triangles) {
+    const seen = new Map();
+    for (let i = 0; i < triangles.length; ++i) {
+      const a = triangles[i], b = triangles[i % 3 === 2 ? i - 2 : i + 1], key = Math.min(a, b) * 4294967296 + Math.max(a, b);
+      seen.set(key, (seen.get(key) || 0) + 1);
+    }
+    for (const n of seen.values()) if (n !== 2) return false;
+    return true;
+  }
+
+  setSharpness(sharpness) {
+    this.sharpness = sharpness;
+    this.renderer.setPixelRatio(sharpness * Math.min(2, window.devicePixelRatio || 1));
+    this.isOld = true;
   }
 
   resize() {
@@ -63,8 +89,10 @@ class BodyView {
     geometry.setAttribute('position', this.position);
     geometry.setAttribute('color', this.paint);
     geometry.computeVertexNormals();
-    const material = new THREE.MeshPhongMaterial({vertexColors: THREE.VertexColors, flatShading: !smooth, side: THREE.DoubleSide,
-                                                  shininess: 12, specular: 0x0c0c0c});
+    // Backs are drawn of an open surface only: they cost as much as the fronts.
+    const look = {vertexColors: THREE.VertexColors, side: BodyView.isClosed(body.triangles) ? THREE.FrontSide : THREE.DoubleSide};
+    const material = smooth ? new THREE.MeshLambertMaterial(look)
+                            : new THREE.MeshPhongMaterial({...look, flatShading: true, shininess: 12, specular: 0x0c0c0c});
     this.mesh = new THREE.Mesh(geometry, material);
     this.mesh.frustumCulled = false;
     this.scene.add(this.mesh);

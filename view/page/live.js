@@ -186,7 +186,7 @@ function seek(t) {
 }
 plot.onSeek = t => { if (state.hello && state.hello.mode === 'session') seek(t); };
 
-let last = performance.now(), legendAt = 0;
+let last = performance.now(), legendAt = 0, plotAt = 0, shown = null;
 function animate(now) {
   requestAnimationFrame(animate);
   const dt = Math.min(0.1, (now - last) / 1000);
@@ -206,7 +206,7 @@ function animate(now) {
   if (frame && view.mesh && frame.positions.length === view.x.length) {
     state.next = null;
     view.update(frame, {hand: state.hello.mode === 'live' && state.hello.by_pointer});
-    showNow(frame);
+    shown = frame;
     if (frame.echo > state.shown && state.hello.mode === 'live') {
       state.shown = frame.echo;
       state.lag.push(performance.now() - frame.stamp);
@@ -214,8 +214,9 @@ function animate(now) {
     }
   }
   if (view.draw()) ++state.frames;
-  plot.draw();
-  if (now > legendAt) { showLegend(); legendAt = now + 250; }
+  // Numbers and the plot are read, not felt: fewer a second leave the time to the body. A cursor in the plot moves with it.
+  if (now > plotAt || (state.hello.mode === 'session' && frame)) { plot.draw(); plotAt = now + (view.isSoftware ? 200 : 50); }
+  if (now > legendAt) { showLegend(); if (shown) showNow(shown); legendAt = now + 200; }
 }
 
 // Buttons and keys.
