@@ -9,6 +9,12 @@ import subprocess
 import tempfile
 import unittest
 
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    webdriver = None
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 BROWSER = shutil.which("chromium")
@@ -16,8 +22,10 @@ NEEDED = [BROWSER or "", "/usr/share/javascript/chart.js/chart.min.js", "/usr/sh
 EVIL = "a <img src=x onerror=document.body.id='P1'> drag"
 
 # Runs in the page after its own scripts, and leaves what it saw as JSON in a text.
-LOOK = """<script>
-const seen = {}, wait = ms => new Promise(done => setTimeout(done, ms));
+LOOK = """
+const report = arguments[0], seen = {};
+// A while, and until what it brought is drawn.
+const wait = async ms => { await new Promise(done => setTimeout(done, ms)); await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))); };
 (async () => {
   await wait(300);
   const cursor = i => document.querySelectorAll('.cursor')[i].style.transform, readout = () => document.querySelector('.readout').textContent;
@@ -39,12 +47,12 @@ const seen = {}, wait = ms => new Promise(done => setTimeout(done, ms));
   document.getElementById('play').click();
   seen.played = Number(slider.value);
   seen.id = document.body.id;
-  const out = document.createElement('output'); out.id = 'seen'; out.textContent = JSON.stringify(seen); document.body.append(out);
+  report(JSON.stringify(seen));
 })();
-</script></body>"""
+"""
 
 
-@unittest.skipUnless(all(os.path.exists(path) for path in NEEDED), "needs chromium, Chart.js, three.js, Jinja2 and matplotlib")
+@unittest.skipUnless(webdriver and all(os.path.exists(path) for path in NEEDED), "needs chromium, python3-selenium, Chart.js, three.js, Jinja2 and matplotlib")
 class RunPage(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -63,14 +71,17 @@ class RunPage(unittest.TestCase):
         cls.temporary.cleanup()
 
     def look(self, width, height):
-        path = os.path.join(self.folder, "opened.html")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(self.page.replace("</body>", LOOK))
-        dom = subprocess.run([BROWSER, "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", f"--user-data-dir={self.folder}/c", f"--window-size={width},{height}",
-                              "--virtual-time-budget=12000", "--dump-dom", "file://" + path], capture_output=True, text=True, timeout=120).stdout
-        found = re.search(r'<output id="seen">(.*?)</output>', dom)
-        self.assertTrue(found, dom[-2000:])
-        return json.loads(found[1])
+        options = webdriver.chrome.options.Options()
+        for option in ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"]:
+            options.add_argument(option)
+        browser = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+        try:
+            browser.set_script_timeout(120)
+            browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
+            browser.get("file://" + os.path.join(self.folder, "o", "report.html"))
+            return json.loads(browser.execute_async_script(LOOK))
+        finally:
+            browser.quit()
 
     def test_player_and_plots_share_their_time(self):
         seen = self.look(1400, 1000)
@@ -88,7 +99,7 @@ class RunPage(unittest.TestCase):
         self.assertGreater(seen["played"], seen["pressed"][1] + 20)
 
     def test_fits_a_phone(self):
-        seen = self.look(390, 844)  # the window of headless Chromium is at least 500 wide
+        seen = self.look(390, 844)
         self.assertLessEqual(*seen["width"])
 
     def test_is_small_and_alone(self):
