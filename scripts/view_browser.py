@@ -4,9 +4,6 @@ import os
 import re
 import subprocess
 
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
-
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PROGRAM = os.path.join(ROOT, "build", "release", "kilotouch")
 
@@ -29,6 +26,8 @@ def serve(program, what, *options):
 @contextlib.contextmanager
 def browser(width, height):
     """Chromium; it draws by software where there is no graphics processor."""
+    from selenium import webdriver  # here: who only serves needs no browser
+    from selenium.webdriver.chrome.service import Service
     options = webdriver.chrome.options.Options()
     for option in ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage",
                    f"--window-size={width},{height}"]:

@@ -30,7 +30,7 @@ class MovedTarget {
     constexpr double kSample = 1.0 / 60;  // [s] between two places
     read();
     const Vec3 way = newest_ - x_;
-    const double length = way.norm(), most = std::min(fastest_ * h, length * h / kSample);
+    const double length = way.norm(), most = std::min(fastest_ * h, length * std::min(1.0, h / kSample));
     if (length > 0) x_ += (most / length) * way;
     return x_;
   }

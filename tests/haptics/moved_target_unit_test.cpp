@@ -19,6 +19,13 @@ TEST(MovedTarget, IsNeverFasterThanItMayBe) {
   EXPECT_NEAR((before - Vec3(0.1, 0, 0)).norm(), 0, 1e-6);
 }
 
+// A tick that is longer than a sample arrives, and goes no further.
+TEST(MovedTarget, ALongStepDoesNotOvershoot) {
+  MovedTarget target(Vec3::Zero(), 1e9);
+  target.move({0.1, 0, 0});
+  EXPECT_NEAR((target.step(0.05) - Vec3(0.1, 0, 0)).norm(), 0, 1e-15);
+}
+
 TEST(MovedTarget, WhatIsNotFiniteIsLeftOut) {
   MovedTarget target({1, 2, 3}, 0.25);
   target.move({std::numeric_limits<double>::quiet_NaN(), 0, 0});
@@ -29,17 +36,14 @@ TEST(MovedTarget, WhatIsNotFiniteIsLeftOut) {
 // Places are written whole: all three numbers of one, whatever the other thread does.
 TEST(MovedTarget, NoPlaceIsReadInHalves) {
   MovedTarget target(Vec3::Zero(), 1e9);
-  std::atomic<bool> stop{false};
-  std::thread writer([&] {
-    for (double v = 0; !stop; v = v < 1e6 ? v + 1 : 0) target.move({v, v, v});
+  const std::jthread writer([&](const std::stop_token& stop) {
+    for (double v = 0; !stop.stop_requested(); v = v < 1e6 ? v + 1 : 0) target.move({v, v, v});
   });
   for (int i = 0; i < 200000; ++i) {
     const Vec3 x = target.step(1);  // long enough to arrive
     ASSERT_NEAR(x[0], x[1], 1e-6);
     ASSERT_NEAR(x[0], x[2], 1e-6);
   }
-  stop = true;
-  writer.join();
 }
 
 }  // namespace
