@@ -24,7 +24,7 @@ endfunction()
 set(kt_off)
 foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
              "CGAL=io/([a-z]+/)?[a-z_]*cgal" "CGAL=collision/broad/cgal" "TETGEN=io/([a-z]+/)?[a-z_]*tetgen"
-             "NETGEN=io/([a-z]+/)?[a-z_]*netgen" "ZLIB=io/([a-z]+/)?[a-z_]*zlib")
+             "NETGEN=io/([a-z]+/)?[a-z_]*netgen" "ZLIB=io/([a-z]+/)?[a-z_]*zlib" "BEAST=haptics/driver/haply")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)
@@ -50,11 +50,12 @@ kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
 kt_library(io DIRS io/files io/mesh io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
            ALONE _cgal io/mesh/ply.cpp io/mesh/stl.cpp io/mesh/medit io/files/json_batch io/files/json_file io/scene/json_rules)
-kt_library(haptics DIRS haptics/contact haptics/device haptics/link haptics/tick haptics/methods haptics/refresh haptics/touch
+kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/link haptics/tick haptics/methods haptics/refresh haptics/touch
                             haptics/setup haptics/predict haptics/session haptics/study haptics/advise
            WITHOUT ${kt_off}
            ALONE haptics/tick/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
                  haptics/advise/advise_bodies haptics/study/press.cpp haptics/study/run_doubts haptics/session/real_time
+                 haptics/driver/haply
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
 kt_library(api DIRS api DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics)
@@ -72,11 +73,12 @@ foreach(target kt_api kt_shared)
 endforeach()
 
 # Which optional parts are in, as 0/1 macros for the .def tables.
-foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN)
+foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN BEAST)
   target_compile_definitions(kt_core PUBLIC KT_WITH_${option}=$<BOOL:${KT_WITH_${option}}>)
 endforeach()
 
 target_link_libraries(kt_io PRIVATE $<BUILD_INTERFACE:kt_hardened>)
+target_link_libraries(kt_haptics PRIVATE ${CMAKE_DL_LIBS})  # vendors' libraries of devices are loaded where they are used
 
 kt_precompile(kt_core)
 foreach(name collision self_contact models haptics)

@@ -9,6 +9,10 @@ namespace kt {
 #define DEVICE(name, available, option, what) std::unique_ptr<HapticDevice> make_##name##_device(const DeviceOptions&);
 #include "haptics/device/device.def"
 #undef DEVICE
+#define KT_MAKE_IF_1(name) return make_##name##_device(options);
+#define KT_MAKE_IF_0(name)
+#define KT_MAKE_IF(available, name) KT_MAKE_IF_(available, name)
+#define KT_MAKE_IF_(available, name) KT_MAKE_IF_##available(name)
 
 std::vector<BackendInfo> device_backends() {
   return {
@@ -18,12 +22,34 @@ std::vector<BackendInfo> device_backends() {
   };
 }
 
-std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceOptions& options) {
-#define DEVICE(known, available, option, what) \
-  if (name == #known) return make_##known##_device(options);
+std::vector<BackendInfo> live_device_backends() {
+  return {
+#define DEVICE(name, available, option, what)
+#define LIVE_DEVICE(name, available, option, what) {#name, what, available != 0, option},
 #include "haptics/device/device.def"
 #undef DEVICE
+  };
+}
+
+const char* name_of(DeviceHealth health) noexcept {
+  switch (health) {
+    case DeviceHealth::ok: return "ok";
+    case DeviceHealth::stale: return "stale";
+    case DeviceHealth::gone: return "gone";
+    case DeviceHealth::fault: return "fault";
+    case DeviceHealth::uncalibrated: return "uncalibrated";
+  }
+  return "";
+}
+
+std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceOptions& options) {
   require_backend("device", name, device_backends());
+#define DEVICE(known, available, option, what) \
+  if (name == #known) {                        \
+    KT_MAKE_IF(available, known)               \
+  }
+#include "haptics/device/device.def"
+#undef DEVICE
   return nullptr;
 }
 

@@ -2,37 +2,64 @@
 // Where the tool is, and where its force goes. Backends: device.def.
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/backend.hpp"
+#include "core/base/settings.hpp"
 #include "haptics/device/tool_turn.hpp"
 
 namespace kt {
 
-class MovedTarget;  // haptics/device/moved_target.hpp
+class MovedTarget;   // haptics/device/moved_target.hpp
+struct DeviceSlots;  // haptics/driver/device_slots.hpp
 
-/// What a device is, as far as it is known.
+/// What a device is, as far as it is known. Forces and ways are the device's own, before any scaling.
 struct DeviceInfo {
   double max_force = std::numeric_limits<double>::infinity();  ///< [N]
   double delay = 0;                                            ///< from write() until the force acts [s]
   bool yields = false;                                         ///< it moves with the force: energy goes back and forth
   bool gives_torque = false;                                   ///< else the torque that is written goes nowhere
+  bool is_live = false;                                        ///< somebody holds it: every force is made safe
+  bool gives_force = true;                                     ///< else it is moved and nothing is felt
+  bool senses_turn = false;                                    ///< its poses have an orientation
+  // 0: not known.
+  double max_torque = 0;        ///< [N m]
+  double continuous_force = 0;  ///< that it can give for as long as one likes [N]
+  double max_stiffness = 0;     ///< that its maker names [N/m]
+  double max_damping = 0;       ///< the same [N s/m]
+  double damping = 0;           ///< of its own [N s/m]
+  double encoder_step = 0;      ///< [m]
+  double workspace_radius = 0;  ///< [m]
+  std::string name{}, serial{};
 };
 
 /// Whether a device's poses can be relied upon now.
 enum class DeviceHealth { ok, stale, gone, fault, uncalibrated };
+const char* name_of(DeviceHealth health) noexcept;
 
-/// A device in the world frame. pose(), write() and health() run in the haptic tick: no allocation, no exception.
+/// How a device is, at the pose that was taken last.
+struct DeviceState {
+  DeviceHealth health = DeviceHealth::ok;
+  double age = 0;           ///< of the pose [s]
+  unsigned buttons = 0;     ///< bit 0: the first
+  double delay = 0;         ///< from a force that was written until it acted, as the device told last [s]
+  unsigned delays = 0;      ///< how many were told
+  std::optional<Vec3> v{};  ///< the device's own velocity, in the world's frame, at the device's scale [m/s]
+};
+
+/// A device in the world frame. pose(), state() and write() run in the haptic tick: no allocation, no exception.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
   /// Where the tool is at time t [s]; called with ascending t, once a tick.
   virtual Pose pose(double t) noexcept = 0;
-  /// Takes what acts on the tool for the next h [s]. Callers pass the force through safe_force first.
+  virtual DeviceState state() const noexcept { return {}; }
+  /// Takes what acts on the tool for the next h [s]; of a live device at the device's scale, along the world's axes.
+  /// Callers pass it through SafetyChain first.
   virtual void write(const Wrench& wrench, double h) noexcept = 0;
   virtual DeviceInfo info() const = 0;
-  virtual DeviceHealth health() const noexcept { return DeviceHealth::ok; }
   /// Upper bound of the speed [m/s]: how far the tool gets until the next refresh.
   virtual double max_speed() const = 0;
 };
@@ -64,9 +91,13 @@ struct DeviceOptions {
   double max_force = 7.9;                 ///< [N] what the simulated device can give
   std::shared_ptr<MovedTarget> target{};  ///< hand: instead of the path's later points: another thread moves it
   DeviceInfo info = {};                   ///< recorded: of the device that was played on
+  DeviceSettings live{};                  ///< of a live device
+  Vec3 over = Vec3::Zero();               ///< live, without an origin: where the tool is when the device is opened [m]
+  std::shared_ptr<DeviceSlots> slots{};   ///< pushed: what the user's own loop fills; none: a new one
 };
 
 std::vector<BackendInfo> device_backends();
+std::vector<BackendInfo> live_device_backends();  ///< those that tool.path.device names
 std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceOptions& options);
 
 /// What may be written to a device: the force, or of one that is too large the limit in its direction (limited = true),

@@ -150,7 +150,7 @@ HandAtDevice::HandAtDevice(std::unique_ptr<HapticDevice> device, double most_dam
 Vec3 HandAtDevice::give(LocalFrame& frame, double h) noexcept {
   const Vec3 wanted = frame.force;
   bool cut = false;
-  if (device_->health() != DeviceHealth::ok) {  // it is not where its pose says: what is felt there is not its force
+  if (device_->state().health != DeviceHealth::ok) {  // it is not where its pose says: what is felt there is not its force
     frame.force.setZero();
     frame.torque.setZero();
   }

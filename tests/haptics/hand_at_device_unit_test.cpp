@@ -17,7 +17,7 @@ class Fake final : public HapticDevice {
   Pose pose(double) noexcept override { return {}; }
   void write(const Wrench& wrench, double) noexcept override { seen_.written = wrench; }
   DeviceInfo info() const override { return {.max_force = 2}; }
-  DeviceHealth health() const noexcept override { return seen_.health; }
+  DeviceState state() const noexcept override { return {.health = seen_.health}; }
   double max_speed() const override { return 1; }
 
  private:

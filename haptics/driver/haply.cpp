@@ -1,0 +1,5 @@
+// Haply Inverse3.
+#include "haptics/driver/live_device.hpp"
+namespace kt {
+std::unique_ptr<HapticDevice> make_haply_device(const DeviceOptions& options) { return make_live_device(options, nullptr); }
+}  // namespace kt

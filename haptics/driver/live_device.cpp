@@ -1,0 +1,99 @@
+#include "haptics/driver/live_device.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+namespace kt {
+
+std::int64_t monotonic_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+namespace {
+
+Vec3 vector(const double (&v)[3]) noexcept { return {v[0], v[1], v[2]}; }
+
+class LiveDevice final : public HapticDevice {
+ public:
+  LiveDevice(const DeviceOptions& o, OpenDriver open)
+      : slots_(o.slots ? o.slots : std::make_shared<DeviceSlots>()), driver_(open(o.live, *slots_)) {
+    info_ = driver_->info();
+    info_.is_live = true;
+    info_.yields = info_.gives_force;
+    frame_.r = device_axes(o.live.axes);
+    frame_.scale = o.live.scale;
+    first_reading(o.live.name);
+    frame_.origin = o.live.origin.value_or(frame_.origin_for(vector(reading_.x), o.over));
+    take();
+  }
+
+  Pose pose(double) noexcept override {
+    take();
+    return pose_;
+  }
+  DeviceState state() const noexcept override { return state_; }
+
+  void write(const Wrench& wrench, double) noexcept override {
+    DeviceOrder order;
+    const Vec3 force = frame_.r.transpose() * wrench.force, torque = frame_.r.transpose() * wrench.torque;
+    for (int i = 0; i < 3; ++i) {
+      order.force[i] = force[i];
+      order.torque[i] = torque[i];
+    }
+    if (!order.is_finite()) order = {};
+    order.at_ns = monotonic_ns();
+    order.count = ++orders_;
+    slots_->order.put(order);
+  }
+  DeviceInfo info() const override { return info_; }
+  double max_speed() const override { return std::numeric_limits<double>::infinity(); }
+
+ private:
+  void first_reading(const std::string& name) {
+    for (int i = 0; i < 200; ++i) {
+      if (slots_->reading.read(reading_) && reading_.count > 0) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    throw InputError(text("tool.path.device: ", name, " \"", info_.name,
+                          "\" is open, but has sent no pose for 2 s; is it switched on, and calibrated?"));
+  }
+
+  void take() noexcept {
+    slots_->reading.read(reading_);
+    const double age = 1e-9 * static_cast<double>(monotonic_ns() - reading_.at_ns);
+    state_.age = std::max(0.0, age);
+    state_.health = slots_->health.load(std::memory_order_relaxed);
+    if (state_.health == DeviceHealth::ok && age > kOldestPose) state_.health = DeviceHealth::stale;
+    state_.buttons = static_cast<unsigned>(reading_.buttons);
+    state_.delay = reading_.delay;
+    state_.delays = static_cast<unsigned>(reading_.delays);
+    const Vec3 v = vector(reading_.v);
+    state_.v.reset();
+    if (v.allFinite()) state_.v = frame_.r * v;
+    if (!reading_.is_finite()) return;  // of a driver that lets it pass
+    const Quaternion turn(reading_.turn[0], reading_.turn[1], reading_.turn[2], reading_.turn[3]);
+    pose_ = {frame_.to_world(vector(reading_.x)), frame_.to_world(turn)};
+  }
+
+  std::shared_ptr<DeviceSlots> slots_;
+  std::unique_ptr<DeviceDriver> driver_;  // after the slots: its thread ends first
+  DeviceInfo info_;
+  DeviceFrame frame_;
+  DeviceReading reading_;
+  DeviceState state_;
+  Pose pose_;
+  std::uint64_t orders_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<HapticDevice> make_live_device(const DeviceOptions& options, OpenDriver open) {
+  return std::make_unique<LiveDevice>(options, open);
+}
+
+}  // namespace kt
