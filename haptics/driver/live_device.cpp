@@ -22,6 +22,7 @@ class LiveDevice final : public HapticDevice {
  public:
   LiveDevice(const DeviceOptions& o, OpenDriver open)
       : slots_(o.slots ? o.slots : std::make_shared<DeviceSlots>()), driver_(open(o.live, *slots_)) {
+    let_go_on_fatal_signals();
     info_ = driver_->info();
     info_.is_live = true;
     info_.yields = info_.gives_force;
@@ -51,6 +52,7 @@ class LiveDevice final : public HapticDevice {
     slots_->order.put(order);
   }
   DeviceInfo info() const override { return info_; }
+  Vec3 origin() const override { return frame_.origin; }
   double max_speed() const override { return std::numeric_limits<double>::infinity(); }
 
  private:
