@@ -9,6 +9,7 @@ namespace {
 constexpr double kUsualForce = 3;     // [N] of a live device that says nothing: a firm push of a finger
 constexpr double kUsualTorque = 0.1;  // [N m] the same
 constexpr double kOldest = 5e-3;      // [s] of a pose
+constexpr double kMostDelay = 0.05;   // [s] that is measured
 constexpr double kLongest = 10;       // [s] of the mean that a motor's heat is
 
 DeviceInfo limits_of(const SafetyOptions& o) {
@@ -47,7 +48,13 @@ SafetyChain::SafetyChain(const SafetyOptions& options)
       closing_(std::max(options.h, kZeroWithin - kOldest - 2 * options.h)),
       gate_(options.device.is_live ? 0 : 1) {
   if (limits_.yields)
-    passivity_.emplace(PassivityOptions{o_.most_damping, o_.h, limits_.delay, limits_.max_force});
+    passivity_.emplace(PassivityOptions{.most_damping = o_.most_damping,
+                                        .h = o_.h,
+                                        .delay = limits_.delay,
+                                        .max_force = limits_.max_force,
+                                        .most_delay = limits_.is_live ? kMostDelay : 0,
+                                        .axes_apart = limits_.is_live,
+                                        .encoder_step = limits_.is_live ? limits_.encoder_step : 0});
 }
 
 /// Why the gate has to be shut now; open: it need not.
@@ -103,6 +110,14 @@ double SafetyChain::allowed(double dt) noexcept {
   return lasting + (limits_.max_force - lasting) * std::clamp((1 - warm) / (1 - kFree), 0.0, 1.0);
 }
 
+PortKnowledge SafetyChain::known(const LocalFrame& frame, const DeviceState& state) const noexcept {
+  PortKnowledge out;
+  if (!limits_.is_live) return out;  // of a simulated hand there is its encoder alone
+  if (frame.f_n > 0) out.normal = frame.normal;
+  out.velocity = state.v;
+  return out;
+}
+
 Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const DeviceState& state, double dt) noexcept {
   ++counts_.ticks;
   const bool is_live = limits_.is_live;
@@ -121,7 +136,7 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
   // Passivity.
   bool limited = false;
   if (passivity_)
-    force = passivity_->tick(device.x / o_.scale, force);
+    force = passivity_->tick(device.x / o_.scale, force, is_live ? dt : o_.h, known(frame, state));
   else
     force = safe_force(force, limits_, limited);
   if (passivity_) limited = passivity_->limited();
@@ -141,6 +156,7 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
     torque = torque_ + shortened(torque - torque_, std::max(most_turn, limits_.max_torque * dt / closing_));
     if (gate_ == 0) torque.setZero();
     torque_ = torque;
+    if (passivity_) passivity_->written(force);
     if (gate_ < 1) frame.flags |= kGated;
     if (!is_there) frame.flags |= kStalePose;
     counts_.gated += gate_ < 1;

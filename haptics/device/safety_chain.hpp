@@ -64,6 +64,7 @@ class SafetyChain {
   static constexpr double kOpening = 0.5;       ///< [s]
 
  private:
+  PortKnowledge known(const LocalFrame& frame, const DeviceState& state) const noexcept;
   GateReason look(const LocalFrame& frame, const DeviceState& state) noexcept;
   void move_gate(double dt) noexcept;
   Vec3 slewed(const Vec3& force, double dt, LocalFrame& frame) noexcept;
