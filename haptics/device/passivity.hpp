@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 
+#include "collision/shape/pose.hpp"
 #include "haptics/device/delayed_forces.hpp"
 #include "haptics/device/quantized_velocity.hpp"
 
