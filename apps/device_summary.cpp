@@ -33,7 +33,11 @@ Json device_json(const ToolRun& tool) {
   out["gives_torque"] = run.info.gives_torque;
   out["origin_m"] = {run.origin.x(), run.origin.y(), run.origin.z()};
   out["pose_age_ms"] = {{"p50", known(1e3 * percentile(age, 0.5))}, {"p99", known(1e3 * percentile(age, 0.99))}};
-  out["delay_ms"] = known(1e3 * run.delay);
+  out["delay_ms"] = {{"reckoned", 1e3 * run.delay.delay},
+                     {"measured", run.delay.measured},
+                     {"p50", known(1e3 * run.delay.p50)},
+                     {"p99", known(1e3 * run.delay.p99)}};
+  out["coupling_n_per_m"] = known(run.coupling);
   out["gate"] = name_of(run.gate);
   out["ticks"] = {{"gated", s.gated}, {"stale", s.stale},           {"slewed", s.slewed},
                   {"limited", s.limited}, {"not_finite", s.not_finite}, {"shut", s.shut}};
@@ -48,7 +52,9 @@ std::string device_line(const Json& d) {
                          short_number(d["max_force_n"]), " N, gave up to ", short_number(d["most_force_n"]), " N");
   if (!d["pose_age_ms"]["p50"].is_null())
     out += text("; pose age ", short_number(d["pose_age_ms"]["p50"]), " ms, p99 ", short_number(d["pose_age_ms"]["p99"]));
-  if (!d["delay_ms"].is_null()) out += text("; force after ", short_number(d["delay_ms"]), " ms");
+  if (!d["delay_ms"]["p50"].is_null())
+    out += text("; forces act after ", short_number(d["delay_ms"]["p50"]), " ms, p99 ", short_number(d["delay_ms"]["p99"]));
+  if (!d["coupling_n_per_m"].is_null()) out += text("; coupling ", short_number(d["coupling_n_per_m"]), " N/m");
   return out + text("; gate not open in ", d["ticks"]["gated"], " ticks, poses stale in ", d["ticks"]["stale"],
                     "; at the end: ", d["gate"].get<std::string>());
 }

@@ -9,10 +9,11 @@ class GuardedDevice {
   GuardedDevice(std::unique_ptr<HapticDevice> device, SafetyOptions options)
       : device_(std::move(device)), chain_(with_info(std::move(options), *device_)) {}
 
-  Pose pose(double t) noexcept {
+  /// Where the tool is to go at time t [s], `dt` after the last call.
+  Pose pose(double t, double dt) noexcept {
     at_ = device_->pose(t);
     state_ = device_->state();
-    return at_;
+    return chain_.tool(at_, dt);
   }
 
   /// Writes what the device may be given of the frame's force, and puts that in the frame. Returns the model's force.

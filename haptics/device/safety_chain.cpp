@@ -9,7 +9,6 @@ namespace {
 constexpr double kUsualForce = 3;     // [N] of a live device that says nothing: a firm push of a finger
 constexpr double kUsualTorque = 0.1;  // [N m] the same
 constexpr double kOldest = 5e-3;      // [s] of a pose
-constexpr double kMostDelay = 0.05;   // [s] that is measured
 constexpr double kLongest = 10;       // [s] of the mean that a motor's heat is
 
 DeviceInfo limits_of(const SafetyOptions& o) {
@@ -17,6 +16,14 @@ DeviceInfo limits_of(const SafetyOptions& o) {
   if (out.is_live) out.max_force = std::min(out.max_force, o.max_force.value_or(kUsualForce));
   if (out.is_live && !(out.max_torque > 0)) out.max_torque = kUsualTorque;
   return out;
+}
+
+double coupling_of(const SafetyOptions& o) noexcept {
+  if (!o.device.is_live || !o.device.gives_force) return 0;
+  if (o.coupling) return *o.coupling;
+  const double damping = o.damping > 0 ? o.damping : o.device.damping;
+  const double delay = MeasuredDelay(o.h, o.delay.value_or(o.device.delay > 0 ? o.device.delay : -1)).estimate().delay;
+  return coupling_stiffness(damping, o.device.max_stiffness, o.h, delay);
 }
 
 Vec3 shortened(const Vec3& v, double most) noexcept {
@@ -45,16 +52,34 @@ const char* name_of(GateReason reason) noexcept {
 SafetyChain::SafetyChain(const SafetyOptions& options)
     : o_(options),
       limits_(limits_of(options)),
+      coupling_({.stiffness = coupling_of(options)}),
+      measured_(options.h, options.delay.value_or(options.device.delay > 0 ? options.device.delay : -1)),
+      delay_(measured_.estimate()),
       closing_(std::max(options.h, kZeroWithin - kOldest - 2 * options.h)),
       gate_(options.device.is_live ? 0 : 1) {
+  if (!limits_.is_live) delay_ = {.delay = limits_.delay};
   if (limits_.yields)
     passivity_.emplace(PassivityOptions{.most_damping = o_.most_damping,
                                         .h = o_.h,
-                                        .delay = limits_.delay,
+                                        .delay = delay_.delay,
                                         .max_force = limits_.max_force,
-                                        .most_delay = limits_.is_live ? kMostDelay : 0,
+                                        .most_delay = limits_.is_live ? MeasuredDelay::kMost + 2 * o_.h : 0,
                                         .axes_apart = limits_.is_live,
                                         .encoder_step = limits_.is_live ? limits_.encoder_step : 0});
+}
+
+Pose SafetyChain::tool(const Pose& device, double dt) noexcept {
+  if (!(coupling_.stiffness() > 0)) return device;
+  return {o_.scale * coupling_.tool(device.x / o_.scale, dt), device.r};
+}
+
+/// Of a live device: from what it acknowledges, looked at four times a second.
+void SafetyChain::follow_delay(const DeviceState& state) noexcept {
+  if (state.delays != delays_) measured_.add(state.delay);
+  delays_ = state.delays;
+  if (counts_.ticks % std::max(1, static_cast<int>(0.25 / o_.h)) != 0) return;
+  delay_ = measured_.estimate();
+  if (passivity_) passivity_->set_delay(delay_.delay);
 }
 
 /// Why the gate has to be shut now; open: it need not.
@@ -133,7 +158,8 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
     force.setZero();
     torque.setZero();
   }
-  // Passivity.
+  if (is_live) follow_delay(state);
+  if (coupling_.stiffness() > 0) force = coupling_.force(force);
   bool limited = false;
   if (passivity_)
     force = passivity_->tick(device.x / o_.scale, force, is_live ? dt : o_.h, known(frame, state));

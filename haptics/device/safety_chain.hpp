@@ -1,6 +1,6 @@
 #pragma once
-// Every force of every device goes through here, in one order: finite, passivity, gate, slew, clamp, booking. On the
-// device's side of any scaling: what a hand is given.
+// Every force of every device goes through here, in one order: finite, coupling, passivity, gate, slew, clamp, booking.
+// On the device's side of any scaling: what a hand is given.
 //
 // A device that somebody holds (DeviceInfo::is_live) has a gate. It is shut until the device is healthy, its button is
 // held, and the tool is outside the body or being let out; it opens over half a second, and shuts so fast that the force
@@ -8,7 +8,9 @@
 #include <optional>
 
 #include "haptics/device/haptic_device.hpp"
+#include "haptics/device/measured_delay.hpp"
 #include "haptics/device/passivity.hpp"
+#include "haptics/device/virtual_coupling.hpp"
 #include "haptics/tick/local_frame.hpp"
 
 namespace kt {
@@ -22,6 +24,9 @@ struct SafetyOptions {
   std::optional<double> max_force;  ///< [N]; none: 3 N of a live device; the device's own limit holds as well
   double max_slew = 200;          ///< [N/s] of a live device
   unsigned deadman = 0;           ///< buttons of which one has to be held; 0: none
+  double damping = 0;             ///< of the device, as its user has measured it [N s/m]; 0: as the device tells
+  std::optional<double> delay;    ///< until a force acts [s]; none: as the device tells, or measured
+  std::optional<double> coupling;  ///< between device and tool [N/m]; 0: none; not given: chosen, of a live device
 };
 
 /// Why a gate is shut.
@@ -45,7 +50,12 @@ class SafetyChain {
  public:
   explicit SafetyChain(const SafetyOptions& options);
 
-  /// What to write to the device for the frame, whose force, torque and flags become what was really given (the force
+  /// Where the tool goes for a device that is there, in the world's frame: there, but for the coupling's stretch. Before
+  /// the tick.
+  /// @param dt  since the last call [s], > 0
+  Pose tool(const Pose& device, double dt) noexcept;
+
+  /// After the tick. What to write to the device for the frame, whose force, torque and flags become what was really given (the force
   /// at the tool's scale). No allocation, no clock.
   /// @param device  where the device is, in the world's frame and at the tool's scale
   /// @param dt      since the last call [s], > 0
@@ -58,6 +68,8 @@ class SafetyChain {
   GateReason reason() const noexcept { return reason_; }
   const SafetyCounts& counts() const noexcept { return counts_; }
   const std::optional<PassivityControl>& passivity() const noexcept { return passivity_; }
+  double coupling() const noexcept { return coupling_.stiffness(); }  ///< [N/m] at the device; 0: none
+  const DelayEstimate& delay() const noexcept { return delay_; }
   double max_force() const noexcept { return limits_.max_force; }  ///< [N] at the device
 
   static constexpr double kZeroWithin = 20e-3;  ///< [s] after the last fresh pose, or the last tick
@@ -66,6 +78,7 @@ class SafetyChain {
  private:
   PortKnowledge known(const LocalFrame& frame, const DeviceState& state) const noexcept;
   GateReason look(const LocalFrame& frame, const DeviceState& state) noexcept;
+  void follow_delay(const DeviceState& state) noexcept;
   void move_gate(double dt) noexcept;
   Vec3 slewed(const Vec3& force, double dt, LocalFrame& frame) noexcept;
   double allowed(double dt) noexcept;
@@ -73,6 +86,10 @@ class SafetyChain {
   SafetyOptions o_;
   DeviceInfo limits_;  // the device's, with the force that the scene allows
   std::optional<PassivityControl> passivity_;  // of a device that moves with the force
+  VirtualCoupling coupling_;
+  MeasuredDelay measured_;
+  DelayEstimate delay_;
+  unsigned delays_ = 0;  // that the device has told
   Vec3 written_ = Vec3::Zero(), torque_ = Vec3::Zero();
   double closing_;   // [s]
   double gate_ = 0, heat_ = 0;

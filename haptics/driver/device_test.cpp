@@ -77,12 +77,13 @@ DeviceTest test_device(HapticDevice& device, const DeviceTestOptions& options) {
     out.pose_age.push_back(state.age);
     if (state.delays != delays) out.delay.push_back(state.delay);
     delays = state.delays;
-    LocalFrame frame;
-    frame.pose = at;
-    const double depth = wall - at.x.z() / scale;
-    if (depth > 0) frame.force.z() = options.wall_stiffness * depth / safety.force_scale;
-    const Wrench given = chain.make_safe(frame, at, state, i == 0 ? options.h : std::max(1e-9, 1e-9 * static_cast<double>(now - before)));
+    const double dt = i == 0 ? options.h : std::max(1e-9, 1e-9 * static_cast<double>(now - before));
     before = now;
+    LocalFrame frame;
+    frame.pose = chain.tool(at, dt);
+    const double depth = wall - frame.pose.x.z() / scale;
+    if (depth > 0) frame.force.z() = options.wall_stiffness * depth / safety.force_scale;
+    const Wrench given = chain.make_safe(frame, at, state, dt);
     device.write(given, options.h);
     out.deepest = std::max(out.deepest, depth);
     ripple.add(chain.gate() == 1 ? given.force.z() : 0);

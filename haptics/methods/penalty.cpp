@@ -146,7 +146,7 @@ class Penalty final : public HapticMethod {
 
   ToolShape tool_;
   double h_, t_ = 0;
-  VirtualCoupling coupling_;
+  ProxyCoupling coupling_;
   std::unique_ptr<ContactSolver> solver_;
   LocalMotion motion_;  // room, for the refresh
   std::unique_ptr<PreparedLocalModel> model_;

@@ -111,7 +111,7 @@ std::optional<PassivityRun> energy_of(const SafetyChain& chain) {
 DeviceRun device_run(const GuardedDevice& device, const SceneTool& tool) {
   const SafetyChain& chain = device.chain();
   return {tool.path.device->name, device.device().info(), chain.max_force(), device.device().origin(),
-          chain.counts(),         chain.reason(),         device.state().delay};
+          chain.counts(),         chain.reason(),         chain.delay(), chain.coupling()};
 }
 
 void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, ContactWatch* watch, SessionResult& out) {
@@ -212,6 +212,9 @@ SafetyOptions Session::safety_options(const SceneTool& tool) const {
   out.max_force = device.max_force;
   out.max_slew = device.max_slew;
   out.deadman = button_mask(device.deadman);
+  out.damping = device.damping;
+  if (device.delay_ms) out.delay = 1e-3 * *device.delay_ms;
+  out.coupling = device.coupling;
   return out;
 }
 

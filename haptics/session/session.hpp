@@ -42,7 +42,8 @@ struct DeviceRun {
   Vec3 origin = Vec3::Zero();  ///< of the device's zero [m]
   SafetyCounts safety;
   GateReason gate = GateReason::open;  ///< at the end
-  double delay = 0;                    ///< measured last [s]; 0: never
+  DelayEstimate delay;
+  double coupling = 0;  ///< [N/m] at the end; 0: none
 };
 
 /// One tool in a run.

@@ -37,8 +37,9 @@ class DeviceTick {
   void step(TickRow& row, bool refresh) noexcept {
     const double h = run_.touch.h(), t_end = (run_.touch.next_tick() + 1) * h;
     const std::size_t count = run_.devices.size();
+    const double dt = since_last(h);
     std::array<Pose, kMaxTools> poses;
-    for (std::size_t k = 0; k < count; ++k) poses[k] = run_.devices[k].pose(t_end);
+    for (std::size_t k = 0; k < count; ++k) poses[k] = run_.devices[k].pose(t_end, dt);
     if (refresh) run_.touch.refresh_if_due();
     const auto& counts = run_.options.count_allocations;
     const long long before = counts ? counts() : 0;
@@ -51,10 +52,9 @@ class DeviceTick {
     // What is recorded, counted as work and judged is what the hand is given.
     for (std::size_t k = 0; k < count; ++k) {
       row.frames[k] = frames[k];
-      row.model_force[k] = run_.devices[k].give(row.frames[k], h, since(h));
+      row.model_force[k] = run_.devices[k].give(row.frames[k], h, dt);
       row.pose_age[k] = run_.devices[k].state().age;
     }
-    written_ns_ = now_ns_;
   }
   /// A device that somebody holds has not been there for so long that it will not come back.
   bool has_lost_a_device() const noexcept {
@@ -64,16 +64,16 @@ class DeviceTick {
   long long allocations() const { return run_.options.count_allocations ? allocations_ : -1; }
 
  private:
-  /// [s] since forces were written last: of devices that somebody holds by the clock.
-  double since(double h) noexcept {
+  /// [s] since the tick before: of devices that somebody holds by the clock.
+  double since_last(double h) noexcept {
     if (!is_live_) return h;
-    now_ns_ = monotonic_ns();
-    return written_ns_ == 0 ? h : std::max(1e-9, 1e-9 * static_cast<double>(now_ns_ - written_ns_));
+    const std::int64_t before = std::exchange(began_ns_, monotonic_ns());
+    return before == 0 ? h : std::max(1e-9, 1e-9 * static_cast<double>(began_ns_ - before));
   }
 
   const RunParts& run_;
   bool is_live_;
-  std::int64_t written_ns_ = 0, now_ns_ = 0;
+  std::int64_t began_ns_ = 0;
   long long allocations_ = 0;
 };
 

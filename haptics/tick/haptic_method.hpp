@@ -39,7 +39,7 @@ class HapticMethod {
 };
 
 /// Spring and damper between the tool and its proxy on the surface (method `penalty`).
-struct VirtualCoupling {
+struct ProxyCoupling {
   double stiffness = 200;  ///< [N/m], > 0
   double damping = 0;      ///< [N s/m], >= 0
 };
@@ -49,7 +49,7 @@ struct HapticMethodOptions {
   double h = 1e-3;                            ///< haptic step [s]
   std::string law = "coulomb";                ///< contact.law
   Friction friction;
-  VirtualCoupling coupling;
+  ProxyCoupling coupling;
   std::vector<Friction> friction_of_triangle{};  ///< of the surface; empty: `friction` everywhere
   double blend = 0;                              ///< multirate: over which a new local model's force fades in [s]
 };

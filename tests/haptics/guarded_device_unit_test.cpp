@@ -30,7 +30,7 @@ TEST(GuardedDevice, GivesNothingToADeviceWhosePosesCannotBeReliedUpon) {
   const auto give = [&](DeviceHealth health) {
     seen.health = health;
     LocalFrame frame;
-    hand.pose(0);
+    hand.pose(0, 1e-3);
     frame.force = {0, 0, 3};
     frame.torque = {0.1, 0, 0};
     EXPECT_EQ(hand.give(frame, 1e-3, 1e-3), Vec3(0, 0, 3)) << "the model's own stays on record";

@@ -16,7 +16,7 @@ const Vec3 kPlace(0.0412, 0.0263, kTop);  // on its surface, inside a triangle
 /// A method over a body at rest that never hears of the contact: each refresh brings the same linear body.
 class Bench {
  public:
-  Bench(const std::string& method, double mu, const VirtualCoupling& coupling = {}) {
+  Bench(const std::string& method, double mu, const ProxyCoupling& coupling = {}) {
     HapticMethodOptions options;
     options.tools[0] = kPointTool;
     options.friction = {mu, mu};
@@ -203,7 +203,7 @@ TEST(Legacy, FeelsNoContactThatTheRefreshDidNotSee) {
 }
 
 TEST(Penalty, StaticForceIsCouplingAndBodyInSeries) {
-  const VirtualCoupling coupling{.stiffness = 150, .damping = 0.02};
+  const ProxyCoupling coupling{.stiffness = 150, .damping = 0.02};
   Bench bench("penalty", 0, coupling);
   const Vec3 start = kPlace + Vec3(0, 0, 0.0002), down = kPlace - Vec3(0, 0, 0.0005);
   bench.refresh(start);

@@ -55,6 +55,7 @@ TEST(SafetyChain, WhateverComesTheForceIsFiniteLimitedSlewedAndZeroInTime) {
   int opened = 0, zeroed = 0;
   for (int device = 0; device < 20; ++device) {
     SafetyOptions o;
+    if (device % 2 == 0) o.coupling = 0;
     o.device = live(device % 3 == 0 ? std::numeric_limits<double>::infinity() : 1 + 0.5 * device);
     o.device.continuous_force = device % 4 == 0 ? 0.4 : 0;
     o.h = device % 5 == 0 ? 2.5e-4 : device % 5 == 1 ? 4e-3 : 1e-3;
@@ -97,6 +98,7 @@ TEST(SafetyChain, WhateverComesTheForceIsFiniteLimitedSlewedAndZeroInTime) {
         fresh_age = 0;
       }
       const Pose pose{wild.place(), Quaternion::Identity()};
+      ASSERT_TRUE(chain.tool(pose, dt).is_finite());
       const Wrench out = chain.make_safe(frame, pose, state, dt);
       ASSERT_TRUE(out.force.allFinite() && out.torque.allFinite()) << device << ' ' << i;
       ASSERT_LE(out.force.norm(), limit) << device << ' ' << i;
@@ -124,6 +126,7 @@ TEST(SafetyChain, WhateverComesTheForceIsFiniteLimitedSlewedAndZeroInTime) {
 /// Opens over half a second, and a fresh start after trouble is as gentle.
 TEST(SafetyChain, TheGateOpensSlowlyAndShutsWithin20ms) {
   SafetyOptions o;
+  o.coupling = 0;
   o.device = live(3);
   SafetyChain chain(o);
   const auto tick = [&](double age) {
@@ -147,6 +150,7 @@ TEST(SafetyChain, TheGateOpensSlowlyAndShutsWithin20ms) {
 /// Energy is counted of what was written, not of what was asked for: see the observer's own tests for the rest.
 TEST(SafetyChain, WarmMotorsAreGivenWhatTheyCanBear) {
   SafetyOptions o;
+  o.coupling = 0;
   o.device = live(3);
   o.device.continuous_force = 1;
   SafetyChain chain(o);
@@ -189,6 +193,7 @@ TEST(SafetyChain, EachReasonShutsTheGate) {
                         {GateReason::open, {.buttons = 1}, kPushedOut}};
   for (const Case& c : cases) {
     SafetyOptions o;
+    o.coupling = 0;
     o.device = live();
     o.deadman = 1;
     SafetyChain chain(o);
