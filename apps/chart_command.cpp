@@ -45,6 +45,10 @@ void check_scene(const std::string& file) {
     throw InputError(text(file,
                           ": tool.path.hand: the hand answers to the force, so that every method has a path of its "
                           "own; a chart needs press_drag, waypoints or a recording"));
+  if (scene.tool.path.device)
+    throw InputError(text(file,
+                          ": tool.path.device: whoever holds the device goes another way each time; a chart needs "
+                          "press_drag, waypoints or a recording: record a session and chart its recording.csv"));
   if (scene.global.self_contact)
     throw InputError(text(file,
                           ": global.self_contact: the full model in fine steps, which is the truth of the chart, "

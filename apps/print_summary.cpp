@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <iostream>
 
+#include "apps/device_summary.hpp"
 #include "core/base/error.hpp"
 
 namespace kt {
@@ -64,6 +65,9 @@ void print_summary(const Json& s) {
   std::cout << s["scene"].get<std::string>() << '\n';
   line("force", force_line(s["force"]));
   if (s.contains("second_tool")) line("second tool", force_line(s["second_tool"]["force"]));
+  if (s.contains("device")) line("device", device_line(s["device"]));
+  if (s.contains("second_tool") && s["second_tool"].contains("device"))
+    line("second device", device_line(s["second_tool"]["device"]));
   line("real time", s["real_time"]["told"].get<std::string>());
   print_trust(s["trust"]);
   line("body", body_line(s["model"]));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <numeric>
 
+#include "apps/device_summary.hpp"
 #include "apps/view_json.hpp"
 #include "core/base/error.hpp"
 #include "core/linear/kernels.hpp"
@@ -375,7 +376,9 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["contact_lost"] = contact_was_lost(result, keeps_outside(scene));
   out["contact_solver"] = contact_solver_json(result.tools[0].frames);
   out["energy_min_j"] = force.energy_min;
+  if (result.tools[0].device) out["device"] = device_json(result.tools[0]);
   if (result.tools.size() > 1) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
+  if (result.tools.size() > 1 && result.tools[1].device) out["second_tool"]["device"] = device_json(result.tools[1]);
   out["step_us"] = percentiles(result.step_us, true);
   out["tick_period_share"] = period_shares_json(result.step_us, scene.local.rate_hz);
   if (!result.lateness_us.empty()) {
@@ -400,7 +403,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["mesh_at_contact"] = mesh_at_contact_json(width);
   out["real_time"] = real_time_json(judge_real_time(scene, result));
   std::vector<std::string> warnings = run_warnings(result, keeps_outside(scene));
-  const bool is_scripted = !session.path().empty() && !scene.tool.path.hand;  // then it was predicted
+  const bool is_scripted = !session.path().empty() && !scene.tool.path.hand && !scene.tool.path.device;  // then it was predicted
   if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));
   std::vector<ForceMetrics> forces{force};
   if (result.tools.size() > 1)

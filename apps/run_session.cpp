@@ -63,7 +63,7 @@ std::function<void(double)> progress_bar(const std::string& title, Piped piped) 
 /// The start and the place at each tick of a tool that no force moves; none for a hand, which answers.
 static std::optional<PosePath> planned_path(const Session& session) {
   const Scene& scene = session.scene();
-  if (scene.tool.path.hand) return {};
+  if (scene.tool.path.hand || scene.tool.path.device) return {};
   const double h = 1 / scene.local.rate_hz;
   const auto device = scene_device(scene, scene.tool, session.paths()[0]);
   const auto ticks = static_cast<int>(std::llround(scene.duration * scene.local.rate_hz));
@@ -136,7 +136,7 @@ static Session make_session(const Scene& scene, const std::string& file) {
 int run_exit_code(const RunOutcome& outcome) {
   const SessionResult& result = outcome.result;
   const bool is_lost = outcome.summary.at("contact_lost").get<bool>();
-  return result.stopped || is_lost || contacts_were_too_many(result) ? 1 : 0;
+  return result.stopped || result.device_lost || is_lost || contacts_were_too_many(result) ? 1 : 0;
 }
 
 static void save(const RunSettings& settings, const Session& session, const RunOutcome& run,

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "apps/commands.hpp"
+#include "haptics/driver/let_go.hpp"
 #include "io/files/leftovers.hpp"
 
 namespace kt {
@@ -37,6 +38,7 @@ bool came_again(const sigset_t& signals, double seconds) {
 }
 
 [[noreturn]] void end_now(const std::string& note) {
+  let_go_and_wait();
   remove_leftovers();  // children die with this process
   std::fprintf(stderr, "kilotouch: %s: %s\n", stop_signal_name().c_str(), note.c_str());
   ::_exit(128 + received);

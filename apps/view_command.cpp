@@ -7,6 +7,7 @@
 
 #include "apps/commands.hpp"
 #include "core/base/error.hpp"
+#include "haptics/device/haptic_device.hpp"
 
 #if KT_WITH_BEAST
 #include "apps/allocation_counter.hpp"
@@ -118,10 +119,23 @@ std::string examine(const std::string& file) {
 
 void check(const ViewArguments& a) {
   if (a.port < 0 || a.port > 65535) throw InputError(text("--port is ", a.port, ", must be 0 .. 65535"));
-  if (a.device != "pointer" && a.device != "scene") throw_unknown("device", a.device, {"pointer", "scene"});
+  std::vector<std::string> devices{"pointer", "scene"};
+  for (const BackendInfo& live : live_device_backends())
+    if (live.name != "pushed") devices.push_back(live.name);
+  if (std::ranges::find(devices, a.device) == devices.end()) throw_unknown("device", a.device, devices);
   const auto is_plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_'; };
   if (!std::ranges::all_of(a.token, is_plain))
     throw InputError("--token: only letters, digits, - and _, as it is part of an address");
+}
+
+/// The scene with its first tool on a live device, when one is named.
+Scene with_device(Scene scene, const std::string& device) {
+  if (device == "pointer" || device == "scene") return scene;
+  if (scene.tool.path.device && scene.tool.path.device->name == device) return scene;  // with its settings
+  DeviceSettings settings;
+  settings.name = device;
+  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}, .device = settings};
+  return scene;
 }
 
 void view(const ViewArguments& a) {
@@ -134,10 +148,13 @@ void view(const ViewArguments& a) {
     return save(dir, s, r, f);
   };
   for (const fs::path& file : files) options.scenes.push_back(file.stem().string());
-  options.load_scene = [files](const std::string& name) {
-    return load_scene(std::ranges::find_if(files, [&](const fs::path& f) { return f.stem() == name; })->string());
+  options.load_scene = [files, device = a.device](const std::string& name) {
+    const auto file = std::ranges::find_if(files, [&](const fs::path& f) { return f.stem() == name; });
+    return with_device(load_scene(file->string()), device);
   };
-  options.scene_of_mesh = [](const std::string& file) { return scene_of_mesh(file, {}); };
+  options.scene_of_mesh = [device = a.device](const std::string& file) {
+    return with_device(scene_of_mesh(file, {}), device);
+  };
   options.examine = examine;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   options.stop = &stop_requested();
@@ -155,7 +172,7 @@ void view(const ViewArguments& a) {
   }
   const std::vector<std::string> meshes = readable_mesh_extensions();
   const bool is_mesh = std::ranges::find(meshes, mesh_extension(a.what)) != meshes.end();
-  view_scene(is_mesh ? scene_of_mesh(a.what, a.set) : load_scene(a.what, a.set), options);
+  view_scene(with_device(is_mesh ? scene_of_mesh(a.what, a.set) : load_scene(a.what, a.set), a.device), options);
 }
 
 #else
@@ -178,7 +195,7 @@ void add_view_command(CLI::App& app, int&) {
   command->add_option("--listen", a->listen, "address; others than this computer's own need --token")
       ->capture_default_str();
   command->add_option("--token", a->token, "that the page's address must have");
-  command->add_option("--device", a->device, "what moves the tool: pointer (the page's), scene (the scene's path)")
+  command->add_option("--device", a->device, "what moves the tool: pointer (the page's), scene (the scene's path), or a haptic device: haply ...")
       ->capture_default_str();
   command->add_option("--record", a->record, "folder for recordings")->capture_default_str();
   command->add_flag("--open", a->open, "open the page in this computer's browser");

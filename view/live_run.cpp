@@ -78,7 +78,7 @@ void LiveRun::run_once() {
   options.stop = &stop_;
   options.pause = &pause_;
   options.target = target_;
-  options.is_endless = by_pointer_;
+  options.is_endless = by_pointer_ || is_live(session_.scene());
   BodyFilm film(session_.model().mesh());
   if (options.keeps_records) options.film = &film;
   SessionResult result = session_.run(options);
@@ -228,6 +228,8 @@ LiveStatus LiveRun::status() {
   out.ticks = ticks_;
   out.misses = misses_;
   out.allocations = allocations_;
+  if (is_live(session_.scene()) && !newest_.tools.empty())
+    out.gate = (newest_.tools[0].flags & kGated) != 0 ? "shut" : "open";
   out.is_paused = pause_;
   out.is_recording = records_;
   out.error = error_.empty() ? out.touch.error : error_;

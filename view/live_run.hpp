@@ -22,6 +22,7 @@ struct LiveStatus {
   double tick_p50_us = 0, tick_p99_us = 0;  ///< of the last ticks
   long long ticks = 0, misses = 0;          ///< since the start; whose time was over the period
   long long allocations = 0;                ///< in the ticks
+  std::string gate;                         ///< of a device that somebody holds: open, shut; empty: there is none
   RealTime real_time;                       ///< over the last seconds
   double frame_us = 0;                      ///< CPU time of the server for a picture
   bool is_paused = false, is_recording = false;

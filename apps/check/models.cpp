@@ -68,7 +68,7 @@ Scene body_scene(const std::string& model, double young, const std::vector<int>&
   out.object.model.young = young;
   out.object.model.damping.mass = kDamping;
   out.tool.radius = 0.004;
-  out.tool.path = {.press_drag = {}, .waypoints = std::vector<Waypoint>{{}}, .recording = {}, .hand = {}};
+  out.tool.path = {.press_drag = {}, .waypoints = std::vector<Waypoint>{{}}, .recording = {}, .hand = {}, .device = {}};
   return out;
 }
 

@@ -51,7 +51,7 @@ Scene shot(const std::string& method, double speed, double thickness, const Mesh
   scene.duration = 1e-3 * std::ceil(1e3 * (to + kHold));
   scene.object.fixed = {.below = {}, .box = {}, .nodes = border_nodes(mesh)};
   scene.tool.radius = kRadius;
-  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}};
+  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}, .device = {}};
   scene.tool.path.waypoints = std::vector<Waypoint>{{0, over + start * Vec3::UnitZ()},
                                                     {from, over + start * Vec3::UnitZ()},
                                                     {to, over + end * Vec3::UnitZ()},

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "core/body/state.hpp"
+#include "haptics/device/energy_bounding.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/device/passivity.hpp"
+#include "haptics/device/virtual_coupling.hpp"
 
 namespace kt {
 namespace {
@@ -50,6 +52,10 @@ MapVerdict judge_ripple(const WallRun& run, std::string& why) {
 }
 
 WallRun press_wall(const HandLoop& loop, double most_damping) {
+  return press_wall(loop, WallPort{.most_damping = most_damping, .delay = loop.delay});
+}
+
+WallRun press_wall(const HandLoop& loop, const WallPort& port) {
   DeviceOptions options;
   options.path = {{0, {0, 0, kDepth}}, {kApproach, {0, 0, -kDepth}}};
   options.h = loop.h;
@@ -58,7 +64,9 @@ WallRun press_wall(const HandLoop& loop, double most_damping) {
   options.hand_damping = loop.hand_damping;
   options.hand_delay = loop.delay;
   const auto device = make_device("hand", options);
-  PassivityControl passivity({most_damping, loop.h, loop.delay, device->info().max_force});
+  PassivityControl passivity({port.most_damping, loop.h, port.delay, device->info().max_force});
+  VirtualCoupling coupling({.stiffness = port.coupling, .adapts = port.adapts});
+  EnergyBounding bounding(kCouplingShare * port.bounded_damping, loop.h, port.delay);
   const auto ticks = static_cast<int>(std::lround(duration(loop) / loop.h));
   std::vector<double> forces, places;
   WallRun out;
@@ -66,11 +74,14 @@ WallRun press_wall(const HandLoop& loop, double most_damping) {
   double before = 0;
   for (int i = 0; i < ticks; ++i) {
     const Vec3 x = device->pose((i + 1) * loop.h).x;
-    const double rate = i > 0 ? (x.z() - before) / loop.h : 0;
-    before = x.z();
+    const double z = coupling.tool(x, loop.h).z();
+    const double rate = i > 0 ? (z - before) / loop.h : 0;
+    before = z;
     // It pushes only: a wall does not stick.
-    const double force = x.z() < 0 ? std::max(0.0, -loop.wall_stiffness * x.z() - loop.wall_damping * rate) : 0;
-    const Vec3 shown = passivity.tick(x, Vec3(0, 0, force));
+    const double wall = z < 0 ? std::max(0.0, -loop.wall_stiffness * z - loop.wall_damping * rate) : 0;
+    Vec3 force = coupling.force({0, 0, wall});
+    if (port.bounded_damping > 0) force = bounding.tick(x, force);
+    const Vec3 shown = passivity.tick(x, force);
     device->write({.force = shown}, loop.h);
     forces.push_back(shown.z());
     places.push_back(x.z());
@@ -78,7 +89,10 @@ WallRun press_wall(const HandLoop& loop, double most_damping) {
   }
   out.ripple = swing_of(forces, 0.75, 1).ripple();
   out.ripple_before = swing_of(forces, 0.5, 0.75).ripple();
-  out.swing = swing_of(places, 0.75, 1).size;
+  const Swing depth = swing_of(places, 0.75, 1);
+  out.swing = depth.size;
+  out.felt = depth.mean > 0 ? swing_of(forces, 0.75, 1).mean / depth.mean : 0;
+  out.coupling = coupling.stiffness();
   out.damped_ticks = passivity.damped_ticks();
   out.returned = std::max(0.0, -passivity.least());
   out.hash = hash.value();

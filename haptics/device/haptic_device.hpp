@@ -56,6 +56,7 @@ class HapticDevice {
   /// Where the tool is at time t [s]; called with ascending t, once a tick.
   virtual Pose pose(double t) noexcept = 0;
   virtual DeviceState state() const noexcept { return {}; }
+  virtual Vec3 origin() const { return Vec3::Zero(); }  ///< where the device's own zero lies [m]
   /// Takes what acts on the tool for the next h [s]; of a live device at the device's scale, along the world's axes.
   /// Callers pass it through SafetyChain first.
   virtual void write(const Wrench& wrench, double h) noexcept = 0;

@@ -6,11 +6,13 @@
 // 1/2 (f_before - f) . way more than the spring had, in every tick. While a body is pressed in, its own stored energy
 // hides that from the observer of the whole energy, so what the hold gives is counted by itself, too (the reference
 // energy of Ryu, Preusche, Hannaford and Hirzinger 2005, with the trapezoid rule for the body's own energy).
-#include <algorithm>
-#include <cmath>
-#include <vector>
+#include <array>
+#include <limits>
+#include <optional>
 
-#include "haptics/device/haptic_device.hpp"
+#include "collision/shape/pose.hpp"
+#include "haptics/device/delayed_forces.hpp"
+#include "haptics/device/quantized_velocity.hpp"
 
 namespace kt {
 
@@ -19,78 +21,83 @@ struct PassivityOptions {
   double h = 1e-3;          ///< tick [s]
   double delay = 0;         ///< until a written force acts [s]
   double max_force = std::numeric_limits<double>::infinity();  ///< that the device can give [N]
+  double most_delay = 0;    ///< that set_delay() may be given [s]; less than `delay`: that
+  bool axes_apart = false;  ///< the normal's debt and the tangent's are counted and paid by themselves
+  double encoder_step = 0;  ///< [m]; > 0: the damper's velocity is that of QuantizedVelocity, not a tick's difference
 };
 
-/// At one device. No allocation after construction, no clock.
+/// What is known at a tick beside the position.
+struct PortKnowledge {
+  std::optional<Vec3> normal{};    ///< of the contact, of length one; none: the direction of the force
+  std::optional<Vec3> velocity{};  ///< of the device itself [m/s]; none: from its positions
+};
+
+/// At one device; for torques with angles in place of positions (TurnSum): [N m], [rad], [N m s/rad]. No allocation
+/// after construction, no clock.
 class PassivityControl {
  public:
-  explicit PassivityControl(const PassivityOptions& o) : o_(o) {
-    const double ticks = std::max(0.0, o.delay) / o.h;
-    late_ = ticks - static_cast<double>(static_cast<long>(ticks * (1 + 1e-12)));
-    late_ = std::max(0.0, late_);
-    written_.assign(static_cast<std::size_t>(ticks * (1 + 1e-12)) + 2, Vec3::Zero());
-  }
+  explicit PassivityControl(const PassivityOptions& o);
 
   /// The force to write at a tick that found the device at x [m], when the body asks for `wanted` [N]. What the device
   /// cannot give the hand has never felt: a spring that is cut to the limit is counted as it was cut.
-  Vec3 tick(const Vec3& x, const Vec3& wanted) noexcept {
-    const DeviceInfo limits{.max_force = o_.max_force};
-    bool cut = false, damper_cut = false;
-    const Vec3 force = safe_force(wanted, limits, cut);
-    const Vec3 way = started_ ? Vec3(x - x_) : Vec3(Vec3::Zero());
-    started_ = true;
-    x_ = x;
-    // The force that acted during the last tick: its newest part came `delay` late.
-    const std::size_t n = written_.size();
-    const Vec3 acted = late_ * written_[n - 1] + (1 - late_) * written_[n - 2];
-    const double given = acted.dot(way), had = 0.5 * (force_ + force).dot(way);
-    taken_ -= given;
-    least_ = std::min(least_, taken_);
-    most_ = std::max(most_, taken_);
-    constexpr double kRoundoff = 1e-12;
-    by_hold_ += given - had;
-    debt_ = std::max(0.0, debt_ + given - had - kRoundoff * std::abs(had));
-    most_debt_ = std::max(most_debt_, debt_);
-    const Vec3 change = force - force_;
-    force_ = force;
-    const Vec3 out = safe_force(force - damping_for(way, change) * way / o_.h, limits, damper_cut);
-    limited_ = cut || damper_cut;
-    std::move_backward(written_.begin(), written_.end() - 1, written_.end());
-    written_.front() = out;
-    return out;
-  }
+  /// @param dt  since the tick before [s], > 0; first overload: as it should be
+  Vec3 tick(const Vec3& x, const Vec3& wanted) noexcept { return tick(x, wanted, o_.h); }
+  Vec3 tick(const Vec3& x, const Vec3& wanted, double dt, const PortKnowledge& known = {}) noexcept;
 
-  double taken() const { return taken_; }            ///< from the hand so far [J]; negative: the hand was given energy
-  double least() const { return least_; }            ///< smallest so far [J]
-  double most() const { return most_; }              ///< largest so far [J]
+  /// What later stages left of the force that tick() returned, before the next tick: that is counted, and the part of
+  /// the body's spring that they cut off is one that the hand has never felt. Not called: all of it was given.
+  void written(const Vec3& force) noexcept;
+
+  /// From now on, until a written force acts [s]; at most PassivityOptions::most_delay.
+  void set_delay(double delay) noexcept { forces_.set_delay(delay); }
+  double delay() const noexcept { return forces_.delay(); }
+  void set_most_damping(double most) noexcept { o_.most_damping = most; }
+
+  double taken() const { return taken_; }  ///< from the hand so far [J]; negative: the hand was given energy
+  double least() const { return least_; }  ///< smallest so far [J]
+  double most() const { return most_; }    ///< largest so far [J]
+  double debt() const { return debt_[0] + debt_[1]; }  ///< that the hold gave away and was not taken back, now [J]
+  double debt(int axis) const { return debt_[axis]; }  ///< 0: normal, or of all when they are not apart; 1: tangent
   double most_debt() const { return most_debt_; }    ///< largest sum that the hold gave away and was not taken back [J]
   double given_by_hold() const { return by_hold_; }  ///< all that the hold gave away, less what was taken back [J]
   int damped_ticks() const { return damped_ticks_; }
   bool limited() const { return limited_; }    ///< the last tick's force was cut to what the device can give
-  double damping() const { return damping_; }  ///< of the last tick [N s/m]
+  double damping() const { return damping_; }  ///< of the last tick, the larger of the two axes' [N s/m]
 
  private:
-  /// That dissipates the debt in one more tick like the last one; but no more than a few times what a spring as stiff
-  /// as the one just felt needs. An old debt paid in one tick in which the encoder moved by one step is a blow.
-  double damping_for(const Vec3& way, const Vec3& change) noexcept {
-    constexpr double kHaste = 2;
-    damping_ = 0;
-    const double owed = std::max(debt_, -taken_);
-    const double square = way.squaredNorm();
-    if (o_.most_damping <= 0 || !(owed > 0) || !(square > 0)) return 0;
-    const double felt = std::sqrt(change.squaredNorm() / square);
-    damping_ = std::min({o_.most_damping, owed * o_.h / square, kHaste * felt * (0.5 * o_.h + o_.delay)});
-    ++damped_ticks_;
-    return damping_;
-  }
+  using Axes = std::array<Vec3, 2>;
+  Axes split(const Vec3& v) const noexcept;
+  void count(const Vec3& cut) noexcept;
+  double damping_for(double owed, double square, double felt_square, double dt) noexcept;
+  Vec3 damper(const Vec3& way, const Vec3& change, double dt, const PortKnowledge& known) noexcept;
 
   PassivityOptions o_;
-  double late_ = 0;            // share of a tick in which an older force still acts
-  std::vector<Vec3> written_;  // newest first
+  DelayedForces forces_;
+  QuantizedVelocity velocity_;
   Vec3 x_ = Vec3::Zero(), force_ = Vec3::Zero();
+  Vec3 normal_ = Vec3::UnitZ();
   bool started_ = false, limited_ = false;
-  double taken_ = 0, least_ = 0, most_ = 0, debt_ = 0, most_debt_ = 0, by_hold_ = 0, damping_ = 0;
+  double taken_ = 0, least_ = 0, most_ = 0, most_debt_ = 0, by_hold_ = 0, damping_ = 0;
+  std::array<double, 2> debt_{};
   int damped_ticks_ = 0;
+  /// The tick that was counted last: what written() counts once more.
+  struct Counted {
+    Vec3 way = Vec3::Zero(), acted = Vec3::Zero(), spring = Vec3::Zero();  ///< spring: sum at the tick's two ends [N]
+    std::array<double, 2> debt{};
+    double by_hold = 0, most_debt = 0;
+    Vec3 out = Vec3::Zero();
+  } last_;
+};
+
+/// The way that a tool has turned, as a vector: what PassivityControl takes for a position.
+class TurnSum {
+ public:
+  /// @returns sum of the rotation vectors from tick to tick, in the world [rad]; its work with a torque is the tool's
+  Vec3 add(const Quaternion& r) noexcept;
+
+ private:
+  std::optional<Quaternion> before_;
+  Vec3 sum_ = Vec3::Zero();
 };
 
 }  // namespace kt

@@ -22,10 +22,12 @@ class LiveDevice final : public HapticDevice {
  public:
   LiveDevice(const DeviceOptions& o, OpenDriver open)
       : slots_(o.slots ? o.slots : std::make_shared<DeviceSlots>()), driver_(open(o.live, *slots_)) {
+    let_go_on_fatal_signals();
     info_ = driver_->info();
     info_.is_live = true;
     info_.yields = info_.gives_force;
     frame_.r = device_axes(o.live.axes);
+    mount_ = rotation(o.turn.turn);
     frame_.scale = o.live.scale;
     first_reading(o.live.name);
     frame_.origin = o.live.origin.value_or(frame_.origin_for(vector(reading_.x), o.over));
@@ -51,6 +53,7 @@ class LiveDevice final : public HapticDevice {
     slots_->order.put(order);
   }
   DeviceInfo info() const override { return info_; }
+  Vec3 origin() const override { return frame_.origin; }
   double max_speed() const override { return std::numeric_limits<double>::infinity(); }
 
  private:
@@ -77,13 +80,14 @@ class LiveDevice final : public HapticDevice {
     if (v.allFinite()) state_.v = frame_.r * v;
     if (!reading_.is_finite()) return;  // of a driver that lets it pass
     const Quaternion turn(reading_.turn[0], reading_.turn[1], reading_.turn[2], reading_.turn[3]);
-    pose_ = {frame_.to_world(vector(reading_.x)), frame_.to_world(turn)};
+    pose_ = {frame_.to_world(vector(reading_.x)), info_.senses_turn ? frame_.to_world(turn) * mount_ : mount_};
   }
 
   std::shared_ptr<DeviceSlots> slots_;
   std::unique_ptr<DeviceDriver> driver_;  // after the slots: its thread ends first
   DeviceInfo info_;
   DeviceFrame frame_;
+  Quaternion mount_ = Quaternion::Identity();  // of the tool on the stylus; without a sensed turn, in the world
   DeviceReading reading_;
   DeviceState state_;
   Pose pose_;

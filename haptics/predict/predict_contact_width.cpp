@@ -6,7 +6,7 @@ namespace kt {
 
 /// A hand gets less deep than its target: its contact is measured after the run.
 void predict_contact_width(const BuiltScene& built, std::vector<Prediction>& out) {
-  if (built.path().empty() || built.scene().tool.path.hand) return;
+  if (built.path().empty() || built.scene().tool.path.hand || built.scene().tool.path.device) return;
   std::vector<Vec3> places;
   for (const TimedPoint& p : built.path())
     if (p.t <= built.scene().duration) places.push_back(p.x);

@@ -86,6 +86,17 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
                               " ticks: the check fell too far behind"));
   };
   std::ranges::for_each(result.tools, warn_of_loss);
+  for (const ToolRun& tool : result.tools) {
+    if (!tool.device) continue;
+    const SafetyCounts& s = tool.device->safety;
+    if (s.shut > 0 || tool.device->gate != GateReason::open)
+      warnings.push_back(text(who(tool), "the device's gate was shut: ", s.gated, " of ", s.ticks,
+                              " ticks had no force or a part of it, it shut ", s.shut, " times; at the end ",
+                              name_of(tool.device->gate)));
+  }
+  if (result.device_lost)
+    warnings.push_back(text("the device was lost in tick ", result.tools[0].frames.size(),
+                            ", after 10 s without it: the force was zero; is it still plugged in and switched on?"));
   if (result.stopped) warnings.push_back(text("stopped early, after ", result.tools[0].frames.size(), " ticks"));
   return warnings;
 }

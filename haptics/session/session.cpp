@@ -102,19 +102,34 @@ class Watched {
   SessionWatcher* watcher_;
 };
 
-void finish_tools(std::vector<HandAtDevice>& hands, ContactWatch* watch, SessionResult& out) {
+std::optional<PassivityRun> energy_of(const SafetyChain& chain) {
+  if (!chain.passivity()) return {};
+  const PassivityControl& p = *chain.passivity();
+  return PassivityRun{p.least(), p.most(), p.most_debt(), p.given_by_hold(), p.damped_ticks()};
+}
+
+DeviceRun device_run(const GuardedDevice& device, const SceneTool& tool) {
+  const SafetyChain& chain = device.chain();
+  return {tool.path.device->name, device.device().info(), chain.max_force(), device.device().origin(),
+          chain.counts(),         chain.reason(),         device.state().delay};
+}
+
+void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, ContactWatch* watch, SessionResult& out) {
   StateHash hash;
   for (std::size_t k = 0; k < out.tools.size(); ++k) {
     ToolRun& tool = out.tools[k];
-    for (const LocalFrame& f : tool.frames) {
+    const bool is_live = devices[k].device().info().is_live;
+    for (std::size_t i = 0; i < tool.frames.size(); ++i) {
+      const LocalFrame& f = tool.frames[i];
       hash.add(f.pose.x);
-      hash.add(f.force);
+      hash.add(is_live ? tool.model_force[i] : f.force);  // what a gate let through went by the clock: no replay has it
       hash.add(f.toi);
       hash.add(static_cast<int>(f.mode));
       hash.add(f.triangle);
     }
-    tool.limited_forces = hands[k].limited_forces();
-    tool.passivity = hands[k].energy();
+    tool.limited_forces = devices[k].chain().counts().limited;
+    tool.passivity = energy_of(devices[k].chain());
+    if (is_live) tool.device = device_run(devices[k], k == 0 ? scene.tool : *scene.second_tool);
     if (!watch) continue;
     tool.penetration = watch->take_penetration(k);
     tool.penetration.resize(tool.frames.size());
@@ -125,6 +140,11 @@ void finish_tools(std::vector<HandAtDevice>& hands, ContactWatch* watch, Session
 }
 
 }  // namespace
+
+unsigned button_mask(const std::string& deadman) {
+  if (deadman == "none") return 0;
+  return deadman == "any" ? ~0u : 1u << (deadman[0] - '1');
+}
 
 std::vector<Vec3> places_of(const ToolRun& run) {
   std::vector<Vec3> out{run.start.x};
@@ -168,10 +188,30 @@ std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions
   std::vector<std::unique_ptr<HapticDevice>> out;
   for (std::size_t k = 0; k < tools().size(); ++k) {
     const SceneTool& tool = k == 0 ? scene().tool : *scene().second_tool;
-    out.push_back(scene_device(scene(), tool, paths()[k], k == 0 ? options.target : nullptr));
-    if (k < options.tool_paths.size())
-      out[k] = played_again(options.tool_paths[k], tool, out[k]->info(), 1 / scene().local.rate_hz);
+    const bool is_replayed = k < options.tool_paths.size();
+    DeviceInfo info;
+    if (!is_replayed || !tool.path.device) {
+      out.push_back(scene_device(scene(), tool, paths()[k], k == 0 ? options.target : nullptr, options.pushed));
+      info = out[k]->info();
+    } else {
+      out.emplace_back();
+    }
+    if (is_replayed) out[k] = played_again(options.tool_paths[k], tool, info, 1 / scene().local.rate_hz);
   }
+  return out;
+}
+
+SafetyOptions Session::safety_options(const SceneTool& tool) const {
+  SafetyOptions out;
+  out.h = 1 / scene().local.rate_hz;
+  out.most_damping = scene().local.passivity_damping;
+  if (!tool.path.device) return out;
+  const DeviceSettings& device = *tool.path.device;
+  out.scale = device.scale;
+  out.force_scale = device.force_scale;
+  out.max_force = device.max_force;
+  out.max_slew = device.max_slew;
+  out.deadman = button_mask(device.deadman);
   return out;
 }
 
@@ -204,12 +244,12 @@ SessionResult Session::run(const SessionOptions& options) {
   touch.observe(&recorder);
   touch.slow().refresher().look_for_crossings = options.check_contacts && !threaded;
   touch.place(start);
-  std::vector<HandAtDevice> hands;
+  std::vector<GuardedDevice> guarded;
   for (std::size_t k = 0; k < tools().size(); ++k)
-    hands.emplace_back(std::move(devices[k]), scene().local.passivity_damping, h);
+    guarded.emplace_back(std::move(devices[k]), safety_options(k == 0 ? scene().tool : *scene().second_tool));
   int ticks = static_cast<int>(std::llround(scene().duration * scene().local.rate_hz));
   if (options.is_endless) ticks = std::numeric_limits<int>::max();
-  const RunParts parts{options, ticks, touch, hands, watch ? &*watch : nullptr, result};
+  const RunParts parts{options, ticks, touch, guarded, watch ? &*watch : nullptr, result};
   {
     const Watched watched(options.watcher, touch);
     threaded ? run_threads(parts) : run_lockstep(parts);
@@ -222,7 +262,7 @@ SessionResult Session::run(const SessionOptions& options) {
   }
 
   if (watch) watch->finish(touch.fast().model());
-  finish_tools(hands, watch ? &*watch : nullptr, result);
+  finish_tools(scene(), guarded, watch ? &*watch : nullptr, result);
   result.last_dof = touch.fast().model().model.dof();
   result.last_patch_vertices = touch.fast().model().model.patch.num_vertices();
   const Refresher& refresher = touch.slow().refresher();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "haptics/device/safety_chain.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"
@@ -33,6 +34,17 @@ struct PassivityRun {
   int damped_ticks = 0;  ///< in which the controller added damping
 };
 
+/// A device that somebody held.
+struct DeviceRun {
+  std::string name;            ///< in device.def
+  DeviceInfo info;             ///< as the device told it
+  double max_force = 0;        ///< that it was given at most [N], of the device and the scene
+  Vec3 origin = Vec3::Zero();  ///< of the device's zero [m]
+  SafetyCounts safety;
+  GateReason gate = GateReason::open;  ///< at the end
+  double delay = 0;                    ///< measured last [s]; 0: never
+};
+
 /// One tool in a run.
 struct ToolRun {
   Pose start;                       ///< before the first tick
@@ -44,6 +56,8 @@ struct ToolRun {
   LostContact lost;
   double max_speed = 0;                   ///< bound of its speed that the patches were made for [m/s]
   std::optional<PassivityRun> passivity;  ///< of a device that moves with the force
+  std::optional<DeviceRun> device;        ///< that somebody held
+  std::vector<double> pose_age;           ///< of such a device at each tick [s]
 };
 
 /// The start and the place at the end of each tick [m].
@@ -71,6 +85,7 @@ struct SessionResult {
   int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
   long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
   bool stopped = false;                        ///< by the stop flag
+  bool device_lost = false;                    ///< a device that somebody held did not come back for 10 s
   bool real_time_scheduling = false;           ///< thread link: SCHED_FIFO was granted
   std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools
 };
@@ -106,12 +121,16 @@ struct SessionOptions {
   bool is_endless = false;                       ///< until it is stopped; the scene's duration is then what it took
   bool keeps_records = true;                     ///< else the result has no frames and no times of ticks
   const std::atomic<bool>* pause = nullptr;      ///< two threads: while true, no time passes
+  std::shared_ptr<DeviceSlots> pushed;           ///< device pushed: poses from outside, forces to there
   std::shared_ptr<MovedTarget> target;           ///< of the first tool, which a hand is to hold: moved from outside
 };
 
 /// What repeats a run in lockstep, whatever its clock and its user decided. Tools go the scene's way again: where a
 /// device decided, tool_paths are to be added.
 SessionOptions replay_of(const SessionResult& run);
+
+/// Buttons of which one has to be held: "none" is 0, "any" all, "1" the first.
+unsigned button_mask(const std::string& deadman);
 
 /// A scene that can be run, as often as one likes: each time from its start on. Throws InputError.
 class Session : public BuiltScene {
@@ -125,6 +144,7 @@ class Session : public BuiltScene {
 
  private:
   std::vector<std::unique_ptr<HapticDevice>> devices(const SessionOptions& options) const;
+  SafetyOptions safety_options(const SceneTool& tool) const;
   std::optional<BandPowers> followed_motion() const;
   std::vector<Prediction> predictions_;
 };

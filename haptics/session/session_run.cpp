@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "haptics/driver/device_slots.hpp"
 #include "haptics/link/ring.hpp"
 #include "haptics/session/body_film.hpp"
 #include "haptics/touch/process_time.hpp"
@@ -19,6 +20,7 @@ namespace {
 struct TickRow {
   std::array<LocalFrame, kMaxTools> frames;
   std::array<Vec3, kMaxTools> model_force;
+  std::array<double, kMaxTools> pose_age;  // [s]
   double step_us = 0, lateness_us = 0;
   long long allocations = 0;
 };
@@ -26,14 +28,17 @@ struct TickRow {
 /// The devices' tick: poses from them, forces to them.
 class DeviceTick {
  public:
-  explicit DeviceTick(const RunParts& run) : run_(run) {}
+  explicit DeviceTick(const RunParts& run)
+      : run_(run), is_live_(std::ranges::any_of(run.devices, [](const GuardedDevice& d) {
+          return d.device().info().is_live;
+        })) {}
 
   /// @param refresh  the refresh that is due first, whose time is not the tick's
   void step(TickRow& row, bool refresh) noexcept {
     const double h = run_.touch.h(), t_end = (run_.touch.next_tick() + 1) * h;
-    const std::size_t count = run_.hands.size();
+    const std::size_t count = run_.devices.size();
     std::array<Pose, kMaxTools> poses;
-    for (std::size_t k = 0; k < count; ++k) poses[k] = run_.hands[k].pose(t_end);
+    for (std::size_t k = 0; k < count; ++k) poses[k] = run_.devices[k].pose(t_end);
     if (refresh) run_.touch.refresh_if_due();
     const auto& counts = run_.options.count_allocations;
     const long long before = counts ? counts() : 0;
@@ -46,13 +51,29 @@ class DeviceTick {
     // What is recorded, counted as work and judged is what the hand is given.
     for (std::size_t k = 0; k < count; ++k) {
       row.frames[k] = frames[k];
-      row.model_force[k] = run_.hands[k].give(row.frames[k], h);
+      row.model_force[k] = run_.devices[k].give(row.frames[k], h, since(h));
+      row.pose_age[k] = run_.devices[k].state().age;
     }
+    written_ns_ = now_ns_;
+  }
+  /// A device that somebody holds has not been there for so long that it will not come back.
+  bool has_lost_a_device() const noexcept {
+    constexpr double kPatience = 10;  // [s]
+    return std::ranges::any_of(run_.devices, [](const GuardedDevice& d) { return d.gone_for() > kPatience; });
   }
   long long allocations() const { return run_.options.count_allocations ? allocations_ : -1; }
 
  private:
+  /// [s] since forces were written last: of devices that somebody holds by the clock.
+  double since(double h) noexcept {
+    if (!is_live_) return h;
+    now_ns_ = monotonic_ns();
+    return written_ns_ == 0 ? h : std::max(1e-9, 1e-9 * static_cast<double>(now_ns_ - written_ns_));
+  }
+
   const RunParts& run_;
+  bool is_live_;
+  std::int64_t written_ns_ = 0, now_ns_ = 0;
   long long allocations_ = 0;
 };
 
@@ -65,6 +86,7 @@ void record(const TickRow& row, const RunParts& run) {
   for (std::size_t k = 0; k < out.tools.size(); ++k) {
     out.tools[k].frames.push_back(row.frames[k]);
     out.tools[k].model_force.push_back(row.model_force[k]);
+    if (run.devices[k].device().info().is_live) out.tools[k].pose_age.push_back(row.pose_age[k]);
   }
   out.step_us.push_back(row.step_us);
 }
@@ -142,30 +164,6 @@ class WallClock {
 
 }  // namespace
 
-HandAtDevice::HandAtDevice(std::unique_ptr<HapticDevice> device, double most_damping, double h)
-    : device_(std::move(device)), info_(device_->info()) {
-  if (info_.yields) passivity_.emplace(PassivityOptions{most_damping, h, info_.delay, info_.max_force});
-}
-
-Vec3 HandAtDevice::give(LocalFrame& frame, double h) noexcept {
-  const Vec3 wanted = frame.force;
-  bool cut = false;
-  if (device_->state().health != DeviceHealth::ok) {  // it is not where its pose says: what is felt there is not its force
-    frame.force.setZero();
-    frame.torque.setZero();
-  }
-  frame.force = passivity_ ? passivity_->tick(frame.pose.x, frame.force) : safe_force(frame.force, info_, cut);
-  limited_ += passivity_ ? passivity_->limited() : cut;
-  device_->write({frame.force, frame.torque}, h);
-  return wanted;
-}
-
-std::optional<PassivityRun> HandAtDevice::energy() const {
-  if (!passivity_) return {};
-  return PassivityRun{passivity_->least(), passivity_->most(), passivity_->most_debt(), passivity_->given_by_hold(),
-                      passivity_->damped_ticks()};
-}
-
 void run_lockstep(const RunParts& run) {
   DeviceTick devices(run);
   Pictures pictures(run);
@@ -201,6 +199,10 @@ void run_threads(const RunParts& run) {
     WallClock clock(run.touch.h());
     TickRow row;
     for (int tick = 0; tick < run.ticks && !stop && !run.touch.error(); ++tick) {
+      if (devices.has_lost_a_device()) {
+        run.result.device_lost = true;
+        break;
+      }
       if (pause && pause->load()) {
         while (pause->load() && !stop) std::this_thread::sleep_for(std::chrono::milliseconds(2));
         clock.restart(tick);

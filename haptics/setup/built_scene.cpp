@@ -23,6 +23,7 @@ BuiltScene::BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> mode
 BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
     : scene_(scene), options_(std::move(options)), body_(std::move(body)), tools_(shapes_of(options_)) {
   scene_.local = options_.local;
+  if (is_live(scene_)) scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
   warnings_ = unused_settings(scene_);
   std::ranges::copy(body_.notes(), std::back_inserter(warnings_));
   friction_ = scene_friction(scene_.contact, body_.surface(), body_.model().mesh().x, warnings_);
@@ -37,7 +38,7 @@ void BuiltScene::follow(std::vector<TimedPoint> path) {
   if (path.empty() || !(path.back().t > 0)) throw InputError("tool.path: takes no time");
   std::vector<Waypoint> waypoints;
   for (const TimedPoint& p : path) waypoints.push_back({p.t, p.x});
-  scene_.tool.path = {.press_drag = {}, .waypoints = std::move(waypoints), .recording = {}, .hand = {}};
+  scene_.tool.path = {.press_drag = {}, .waypoints = std::move(waypoints), .recording = {}, .hand = {}, .device = {}};
   scene_.duration = path.back().t;
   paths_[0] = {std::move(path), {}};
   scene_device(scene_, scene_.tool, paths_[0]);  // a wrong path is found now and not by run()
@@ -50,7 +51,7 @@ void BuiltScene::hold() {
   if (!scene_.tool.path.hand)
     hand.damping = 2 * std::sqrt(hand.stiffness * hand.mass);  // critical: nobody is there to damp it
   hand.target = {{0, start}, {1, start}};
-  scene_.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = std::move(hand)};
+  scene_.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = std::move(hand), .device = {}};
   paths_[0] = {{{0, start}, {1, start}}, {}};
 }
 

@@ -4,6 +4,7 @@
 #include "collision/held/moving_tool.hpp"
 #include "haptics/device/press_drag.hpp"
 #include "haptics/device/recording.hpp"
+#include "haptics/driver/device_frame.hpp"
 #include "haptics/link/links.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/setup/session_parts.hpp"
@@ -65,6 +66,15 @@ PressDragOptions press_drag_options(const PressDrag& p, const SceneTool& tool, c
   return out;
 }
 
+/// Above the middle of the body [m], clear of it.
+Vec3 over_the_middle(const Mesh& body, int axis, double radius) {
+  constexpr double kClear = 0.1;  // of the body's extent
+  const Bounds box = bounds(body);
+  Vec3 out = box.centre();
+  out[axis] += 0.5 * box.size()[axis] + radius + kClear * box.size().maxCoeff();
+  return out;
+}
+
 /// @param name   of the tool in the scene
 /// @param other  path of a tool from which a place that is chosen stays `apart` [m]
 ToolPath scene_path(const Scene& scene, const SceneTool& tool, const std::string& name, const ToolShape& shape,
@@ -87,7 +97,17 @@ ToolPath scene_path(const Scene& scene, const SceneTool& tool, const std::string
     return {make_press_drag(body, shape, options), {}};
   }
   if (p.waypoints) return {to_path(*p.waypoints), {}};
+  if (p.device) {
+    require_backend(name + ".path.device.name", p.device->name, live_device_backends());
+    device_axes(p.device->axes);
+    return {{{0, over_the_middle(body, pressing_axis(scene.object.fixed), shape.radius)}}, {}};
+  }
   return {p.hand ? to_path(p.hand->target) : std::vector<TimedPoint>(), {}};
+}
+
+/// A wrong path is found now and not by run(). A device that somebody holds is opened when the run begins.
+void try_device(const Scene& scene, const SceneTool& tool, const ToolPath& path) {
+  if (!tool.path.device) scene_device(scene, tool, path);
 }
 
 /// Tools pass through one another unseen: where they do so all the time, one lies in the other's place.
@@ -113,13 +133,19 @@ std::vector<BackendInfo> link_backends() {
 }
 
 std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool, const ToolPath& path,
-                                           std::shared_ptr<MovedTarget> target) {
+                                           std::shared_ptr<MovedTarget> target, std::shared_ptr<DeviceSlots> pushed) {
   const ScenePath& p = tool.path;
   DeviceOptions options;
   options.h = 1 / scene.local.rate_hz;
   options.path = path.points;
   options.poses = path.poses;
   options.turn = {tool.turn, tool.spin};
+  if (p.device) {
+    options.live = *p.device;
+    options.over = path.points.front().x;
+    options.slots = std::move(pushed);
+    return make_device(p.device->name, options);
+  }
   if (p.recording) return make_device("recorded", options);
   if (!p.hand) return make_device("scripted", options);
   options.hand_stiffness = p.hand->stiffness;
@@ -144,14 +170,18 @@ std::unique_ptr<HapticDevice> played_again(const ToolPath& path, const SceneTool
 std::vector<ToolPath> scene_paths(const Scene& scene, std::span<const ToolShape> shapes, const Mesh& body,
                                   std::vector<std::string>& warnings) {
   std::vector<ToolPath> out{scene_path(scene, scene.tool, "tool", shapes[0], body, warnings)};
-  scene_device(scene, scene.tool, out[0]);  // a wrong path is found now and not by run()
+  try_device(scene, scene.tool, out[0]);
   if (!scene.second_tool) return out;
   const double apart = least_apart(shapes);
   out.push_back(
       scene_path(scene, *scene.second_tool, "second_tool", shapes[1], body, warnings, out[0].points, 2 * apart));
-  scene_device(scene, *scene.second_tool, out[1]);
+  try_device(scene, *scene.second_tool, out[1]);
   check_apart(out[0].points, out[1].points, apart, warnings);
   return out;
+}
+
+bool is_live(const Scene& scene) {
+  return scene.tool.path.device || (scene.second_tool && scene.second_tool->path.device);
 }
 
 BodyOptions body_options(const Scene& scene) {

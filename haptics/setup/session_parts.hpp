@@ -12,6 +12,9 @@ struct ToolPath {
   std::vector<TimedPose> poses;  ///< as many, of a recording with orientations; else empty: tool.turn and tool.spin
 };
 
+/// Whether somebody holds one of the tools.
+bool is_live(const Scene& scene);
+
 BodyOptions body_options(const Scene& scene);
 
 /// Loads the tools' meshes. Throws InputError for what only the tables of several libraries together can judge.
@@ -19,12 +22,15 @@ TouchOptions touch_options(const Scene& scene);
 
 /// A path for each tool. Throws InputError for one that no device can follow.
 /// @param body  as it is at the start
+/// Of a live device one point: where the tool is when the device is opened, unless the scene has its origin.
 std::vector<ToolPath> scene_paths(const Scene& scene, std::span<const ToolShape> shapes, const Mesh& body,
                                   std::vector<std::string>& warnings);
 
+/// Of a device that somebody holds: opens it. Throws InputError for one that is not there.
 /// @param target  of a hand, that another thread moves; none: the path's
 std::unique_ptr<HapticDevice> scene_device(const Scene& scene, const SceneTool& tool, const ToolPath& path,
-                                           std::shared_ptr<MovedTarget> target = nullptr);
+                                           std::shared_ptr<MovedTarget> target = nullptr,
+                                           std::shared_ptr<DeviceSlots> pushed = nullptr);
 
 /// The way that a tool took on a device. Its force leaves as it did then, and goes nowhere.
 std::unique_ptr<HapticDevice> played_again(const ToolPath& path, const SceneTool& tool, const DeviceInfo& info,

@@ -149,9 +149,10 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
     out.unread("local.catch_up", l.catch_up, d.catch_up, reason);
     out.unread("local.blend_ms", l.blend_ms, d.blend_ms, reason);
   }
-  const bool is_held = scene.tool.path.hand || (scene.second_tool && scene.second_tool->path.hand);
+  const auto yields = [](const SceneTool& tool) { return tool.path.hand || tool.path.device; };
+  const bool is_held = yields(scene.tool) || (scene.second_tool && yields(*scene.second_tool));
   if (!is_held)
-    out.unread("local.passivity_damping", l.passivity_damping, d.passivity_damping, "no tool's path is a hand");
+    out.unread("local.passivity_damping", l.passivity_damping, d.passivity_damping, "no tool's path is a hand or a device");
 }
 
 void look_at_link(const Scene& scene, Finder& out) {

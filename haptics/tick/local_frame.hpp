@@ -19,6 +19,9 @@ enum LocalFlag : unsigned {
   kNoModel = 512,           ///< nothing is touched: there is no local model yet
   kBadPose = 1024,          ///< the tool's pose was not finite, or far beyond any body: it stayed where it was
   kLateTick = 2048,         ///< more time had passed than is caught up with in one call
+  kGated = 4096,            ///< a device's gate was not fully open: the force that was given is a part of the model's
+  kSlewed = 8192,           ///< the force given was held back from changing faster than the device is allowed
+  kStalePose = 16384,       ///< the device's pose was too old, or the device was not there
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick

@@ -128,6 +128,7 @@ struct ScenePath {
   std::optional<std::vector<Waypoint>> waypoints;
   std::optional<std::string> recording;  ///< file; relative to the scene file in the file, resolved once loaded
   std::optional<SceneHand> hand;
+  std::optional<DeviceSettings> device;  ///< somebody holds it
   bool operator==(const ScenePath&) const = default;
 };
 

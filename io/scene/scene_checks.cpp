@@ -84,6 +84,7 @@ Found check_tool(const SceneTool& tool, const std::string& name) {
     return JsonProblem{name + ".path.press_drag.direction", "is zero: which way does the tool go?"};
   if (path.waypoints) return check_times(*path.waypoints, name + ".path.waypoints");
   if (path.hand) return check_times(path.hand->target, name + ".path.hand.target");
+  if (path.device && path.device->origin) return check_vector(*path.device->origin, name + ".path.device.origin");
   return std::nullopt;
 }
 

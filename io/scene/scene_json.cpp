@@ -92,11 +92,31 @@ void fields(A& a, SceneHand& s) {
   a("target", s.target);
 }
 template <class A>
+void fields(A& a, DeviceSettings& s) {
+  a("name", s.name);
+  a("address", s.address);
+  a("id", s.id);
+  a("library", s.library);
+  a("origin", s.origin);
+  a("axes", s.axes);
+  a("scale", s.scale);
+  a("force_scale", s.force_scale);
+  a("max_force", s.max_force);
+  a("max_slew", s.max_slew);
+  a("damping", s.damping);
+  a("delay_ms", s.delay_ms);
+  a("coupling", s.coupling);
+  a("deadman", s.deadman);
+  a("speed", s.speed);
+  a("service_damping", s.service_damping);
+}
+template <class A>
 void fields(A& a, ScenePath& s) {
   a("press_drag", s.press_drag);
   a("waypoints", s.waypoints);
   a("recording", s.recording);
   a("hand", s.hand);
+  a("device", s.device);
 }
 template <class A>
 void fields(A& a, SceneTool& s) {
@@ -315,6 +335,15 @@ void settle_unit(nlohmann::json& document, const std::string& group) {
     }
 }
 
+/// A coupling by its name: none is a stiffness of 0, one that is chosen is not given.
+void settle_coupling(nlohmann::json& document, const std::string& group) {
+  const auto path = nlohmann::json::json_pointer("/" + group + "/path/device");
+  if (!document.contains(path) || !document[path].contains("coupling")) return;
+  nlohmann::json& device = document[path];
+  if (device["coupling"] == "off") device["coupling"] = 0;
+  if (device["coupling"] == "auto") device.erase("coupling");
+}
+
 /// Self-contact takes steps that are solved to the end, unless the file names others (and the session refuses).
 void settle_integrator(nlohmann::json& document) {
   if (!document.contains("global") || !document["global"].contains("self_contact")) return;
@@ -330,6 +359,7 @@ Scene scene_from_json(const nlohmann::json& document) {
   settle_integrator(settled);
   settle_calibrate(settled);
   for (const char* group : {"object", "tool", "second_tool"}) settle_unit(settled, group);
+  for (const char* group : {"tool", "second_tool"}) settle_coupling(settled, group);
   Scene scene;
   Reader reader(settled);
   fields(reader, scene);

@@ -106,7 +106,7 @@ function showStatus(s) {
     ['model age at its adoption', s.late_ticks + ' ticks'], ['reducer', s.reducer], ['coordinates', s.dof], ['patch', s.patch_vertices + ' vertices'],
     ['force error to expect', percent(s.expected_force_error), s.expected_force_error > 0.08], ['certified error of the model', percent(s.certified_error)],
     ['tick, median / 99 %', `${s.tick_p50_us.toFixed(0)} / ${s.tick_p99_us.toFixed(0)} µs`], ['ticks over their period', `${s.misses} of ${s.ticks}`, s.misses > 0],
-    ['allocations in ticks', s.allocations, s.allocations > 0], ['pages', s.pages], ['pointer to picture', state.lag.length ? state.lag[state.lag.length >> 1].toFixed(0) + ' ms' : '–']]);
+    ...(s.gate ? [['the device\'s gate', s.gate, s.gate !== 'open']] : []), ['allocations in ticks', s.allocations, s.allocations > 0], ['pages', s.pages], ['pointer to picture', state.lag.length ? state.lag[state.lag.length >> 1].toFixed(0) + ' ms' : '–']]);
   pointer.mayMove = s.has_tool && state.hello.by_pointer;
   element('take').hidden = s.has_tool || !state.hello.by_pointer;
   for (const id of ['pause', 'reset', 'record', 'lift']) element(id).disabled = !s.has_tool;

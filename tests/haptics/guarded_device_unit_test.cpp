@@ -1,7 +1,7 @@
 // What a device is given: the force, limited; nothing while its poses cannot be relied upon.
 #include <gtest/gtest.h>
 
-#include "haptics/session/session_run.hpp"
+#include "haptics/device/guarded_device.hpp"
 
 namespace kt {
 namespace {
@@ -24,15 +24,16 @@ class Fake final : public HapticDevice {
   Seen& seen_;
 };
 
-TEST(HandAtDevice, GivesNothingToADeviceWhosePosesCannotBeReliedUpon) {
+TEST(GuardedDevice, GivesNothingToADeviceWhosePosesCannotBeReliedUpon) {
   Seen seen;
-  HandAtDevice hand(std::make_unique<Fake>(seen), 0, 1e-3);
+  GuardedDevice hand(std::make_unique<Fake>(seen), {.h = 1e-3});
   const auto give = [&](DeviceHealth health) {
     seen.health = health;
     LocalFrame frame;
+    hand.pose(0);
     frame.force = {0, 0, 3};
     frame.torque = {0.1, 0, 0};
-    EXPECT_EQ(hand.give(frame, 1e-3), Vec3(0, 0, 3)) << "the model's own stays on record";
+    EXPECT_EQ(hand.give(frame, 1e-3, 1e-3), Vec3(0, 0, 3)) << "the model's own stays on record";
     EXPECT_EQ(frame.force, seen.written.force) << "what is recorded is what was written";
     return seen.written;
   };

@@ -1,0 +1,219 @@
+// kilotouch device list | test NAME | identify NAME: haptic devices without a scene.
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.hpp"
+#include "apps/words.hpp"
+#include "core/base/error.hpp"
+#include "haptics/driver/device_test.hpp"
+#include "haptics/driver/find_devices.hpp"
+#include "haptics/session/session.hpp"
+#include "io/files/json_file.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct DeviceArguments {
+  DeviceSettings device;
+  std::string json;
+  double seconds = 10, rate_hz = 1000, wall = 200, max_force = 0;
+};
+
+std::string shown(double value, const char* format = "%.3g") {
+  char out[32];
+  std::snprintf(out, sizeof out, format, value);
+  return out;
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json percentiles_ms(const std::vector<double>& sorted) {
+  return {{"p50", number(1e3 * percentile(sorted, 0.5))}, {"p99", number(1e3 * percentile(sorted, 0.99))},
+          {"max", number(1e3 * percentile(sorted, 1))}};
+}
+
+void print_row(const std::string& name, const std::string& content) {
+  std::cout << "  " << name << std::string(name.size() < 18 ? 18 - name.size() : 1, ' ') << content << '\n';
+}
+
+std::unique_ptr<HapticDevice> open_device(const DeviceArguments& a) {
+  require_backend("device", a.device.name, live_device_backends());
+  if (a.device.name == "pushed")
+    throw InputError("device pushed: has no device; it is for programs that embed the engine");
+  DeviceOptions options;
+  options.live = a.device;
+  options.h = 1 / a.rate_hz;
+  return make_device(a.device.name, options);
+}
+
+SafetyOptions safety_of(const DeviceArguments& a) {
+  SafetyOptions out;
+  if (a.max_force > 0) out.max_force = a.max_force;
+  out.max_slew = a.device.max_slew;
+  out.deadman = button_mask(a.device.deadman);
+  return out;
+}
+
+void check(const DeviceArguments& a) {
+  const auto range = [](const char* name, double value, double least, double most) {
+    if (!(value >= least && value <= most))
+      throw InputError(text(name, " is ", value, ", must be ", least, " .. ", most));
+  };
+  range("--seconds", a.seconds, 0.1, 3600);
+  range("--rate", a.rate_hz, 100, 10000);
+  range("--wall", a.wall, 1, 5000);
+  if (a.max_force != 0) range("--max-force", a.max_force, 0.01, 40);
+}
+
+void list_devices(const DeviceArguments& a) {
+  Json json = Json::array();
+  for (const BackendInfo& backend : live_device_backends()) {
+    if (backend.name == "pushed") continue;
+    if (!backend.available) {
+      print_row(backend.name, text("not in this build: configure with -D", backend.option, "=ON"));
+      continue;
+    }
+    const std::vector<FoundDevice> found = find_devices(backend.name, a.device);
+    if (found.empty()) print_row(backend.name, "none found");
+    for (const FoundDevice& one : found) {
+      print_row(one.backend, one.trouble.empty() ? text(one.name, "  id ", one.id) : one.trouble);
+      json.push_back({{"backend", one.backend}, {"id", one.id}, {"name", one.name}, {"trouble", one.trouble}});
+    }
+  }
+  write_json(a.json, json_text(Json{{"devices", json}}, 2) + "\n");
+}
+
+Json info_json(const DeviceInfo& info) {
+  const auto known = [](double v) { return v > 0 && std::isfinite(v) ? Json(v) : Json(nullptr); };
+  return {{"name", info.name},
+          {"serial", info.serial},
+          {"max_force_n", known(info.max_force)},
+          {"continuous_force_n", known(info.continuous_force)},
+          {"max_stiffness_n_per_m", known(info.max_stiffness)},
+          {"max_damping_ns_per_m", known(info.max_damping)},
+          {"gives_force", info.gives_force},
+          {"gives_torque", info.gives_torque},
+          {"senses_turn", info.senses_turn}};
+}
+
+Json test_json(const DeviceArguments& a, const DeviceInfo& info, const DeviceTest& t) {
+  Json out{{"device", a.device.name}, {"info", info_json(info)}, {"ticks", t.ticks}, {"seconds", t.seconds}};
+  out["readings_per_s"] = t.readings_per_s;
+  out["pose_age_ms"] = percentiles_ms(t.pose_age);
+  out["delay_ms"] = percentiles_ms(t.delay);
+  out["lateness_ms"] = percentiles_ms(t.lateness);
+  out["deepest_m"] = t.deepest;
+  out["ripple"] = number(t.ripple);
+  out["energy_given_j"] = t.given;
+  out["most_force_n"] = t.safety.most_force;
+  out["most_slew_n_per_s"] = t.safety.most_slew;
+  out["gate"] = name_of(t.gate);
+  out["ticks_stale"] = t.safety.stale;
+  return out;
+}
+
+/// What stands in the way of a good touch; empty: nothing does.
+std::vector<std::string> troubles(const DeviceArguments& a, const DeviceInfo& info, const DeviceTest& t) {
+  std::vector<std::string> out;
+  const double h = 1 / a.rate_hz;
+  if (t.gate != GateReason::open) out.push_back(text("no force at the end: ", name_of(t.gate)));
+  if (t.safety.stale > t.ticks / 1000)
+    out.push_back(text("poses were older than 5 ms in ", t.safety.stale, " of ", t.ticks,
+                       " ticks: the device's driver or this computer is held up (kilotouch device test --machine)"));
+  if (t.readings_per_s < 0.9 * a.rate_hz)
+    out.push_back(text("fresh poses came ", shown(t.readings_per_s), " times a second, ticks ", a.rate_hz,
+                       " times: lower local.rate_hz, or see to the device's service"));
+  if (percentile(t.lateness, 0.99) > h)
+    out.push_back(text("one tick in a hundred came more than a period late (", shown(1e3 * percentile(t.lateness, 0.99)),
+                       " ms): kilotouch device test --machine says why"));
+  if (info.gives_force && t.deepest > 0 && t.ripple > 0.1)
+    out.push_back(text("the force on the wall swung by ", shown(100 * t.ripple),
+                       " % of its mean: kilotouch device identify, and then tool.path.device.damping"));
+  if (info.gives_force && !(t.deepest > 0)) out.push_back("the wall was not touched: press the device down by 1 cm");
+  return out;
+}
+
+void test(const DeviceArguments& a, int& exit_code) {
+  check(a);
+  const auto device = open_device(a);
+  const DeviceInfo info = device->info();
+  print_row("device", text(a.device.name, ": ", info.name, info.serial.empty() ? "" : " " + info.serial));
+  print_row("limits", text("force ", std::isfinite(info.max_force) ? shown(info.max_force) + " N" : "not told",
+                           info.continuous_force > 0 ? ", for long " + shown(info.continuous_force) + " N" : "",
+                           info.max_stiffness > 0 ? ", stiffness " + shown(info.max_stiffness) + " N/m" : ""));
+  if (info.gives_force)
+    std::cout << "a wall of " << a.wall << " N/m lies 1 cm below: press on it, lightly; " << a.seconds << " s\n";
+  DeviceTestOptions options;
+  options.seconds = a.seconds;
+  options.h = 1 / a.rate_hz;
+  options.wall_stiffness = a.wall;
+  options.safety = safety_of(a);
+  options.stop = &stop_requested();
+  if (!is_quiet())
+    options.progress = [](double t, const Pose& at, const DeviceState& state, double force, double gate) {
+      std::fprintf(stderr, "  %4.1f s  at (%7.2f %7.2f %7.2f) mm  %s, pose %.2f ms old, buttons %x, force %.2f N, gate %.2f\n", t,
+                   1e3 * at.x.x(), 1e3 * at.x.y(), 1e3 * at.x.z(), name_of(state.health), 1e3 * state.age, state.buttons,
+                   force, gate);
+    };
+  const DeviceTest t = test_device(*device, options);
+  const auto ms = [](const std::vector<double>& sorted) {
+    return text("median ", shown(1e3 * percentile(sorted, 0.5)), " ms, p99 ", shown(1e3 * percentile(sorted, 0.99)),
+                " ms, most ", shown(1e3 * percentile(sorted, 1)), " ms");
+  };
+  const Vec3 way = 1e3 * (t.high - t.low);
+  print_row("fresh poses", text(shown(t.readings_per_s, "%.0f"), " a second"));
+  print_row("pose age", ms(t.pose_age));
+  print_row("delay of forces", t.delay.empty() ? "the device tells none" : ms(t.delay));
+  print_row("ticks late by", ms(t.lateness));
+  print_row("moved through", text(shown(way.x()), " x ", shown(way.y()), " x ", shown(way.z()), " mm"));
+  print_row("force", text("up to ", shown(t.safety.most_force), " N, changed by up to ", shown(t.safety.most_slew),
+                          " N/s; limited in ", t.safety.limited, " of ", t.ticks, " ticks"));
+  if (t.deepest > 0)
+    print_row("wall", text(shown(1e3 * t.deepest), " mm deep",
+                           std::isfinite(t.ripple) ? text(", force swings by ", shown(100 * t.ripple), " %") : ""));
+  print_row("energy", text("at most ", shown(1e3 * t.given), " mJ given to the hand"));
+  const std::vector<std::string> found = troubles(a, info, t);
+  for (const std::string& trouble : found) print_row("trouble", trouble);
+  if (found.empty()) print_row("verdict", "good");
+  exit_code = found.empty() ? 0 : 1;
+  Json json = test_json(a, info, t);
+  json["troubles"] = found;
+  write_json(a.json, json_text(json, 2) + "\n");
+}
+
+void add_device_options(CLI::App& command, DeviceArguments& a) {
+  command.add_option("--address", a.device.address, "haply: of its service, ws://HOST:PORT; spnav: of its socket");
+  command.add_option("--id", a.device.id, "serial number or id, where there are several");
+  command.add_option("--library", a.device.library, "the vendor's library, a file");
+}
+
+}  // namespace
+
+void add_device_command(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("device", "haptic devices: what is there, can it be relied upon, what it is like");
+  command->require_subcommand(1);
+  auto a = std::make_shared<DeviceArguments>();
+
+  auto* list = command->add_subcommand("list", "devices that are there, and what stands in the way of the others");
+  add_device_options(*list, *a);
+  add_json_option(*list, a->json, "the devices");
+  list->footer("Example:\n  kilotouch device list");
+  list->callback([a] { list_devices(*a); });
+
+  auto* test_command = command->add_subcommand("test", "press a device on a soft wall, and measure");
+  test_command->add_option("NAME", a->device.name, "haply openhaptics forcedimension spnav")->required();
+  add_device_options(*test_command, *a);
+  test_command->add_option("--seconds", a->seconds, "how long")->capture_default_str();
+  test_command->add_option("--rate", a->rate_hz, "of the ticks, Hz")->capture_default_str();
+  test_command->add_option("--wall", a->wall, "stiffness, N/m")->capture_default_str();
+  test_command->add_option("--max-force", a->max_force, "N; 0: 3 N, or what the device can give if that is less");
+  add_json_option(*test_command, a->json, "the figures");
+  test_command->footer("Example:\n  kilotouch device test haply --wall 300");
+  test_command->callback([a, &exit_code] { test(*a, exit_code); });
+}
+
+}  // namespace kt

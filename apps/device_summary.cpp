@@ -1,0 +1,56 @@
+#include "apps/device_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.hpp"
+#include "haptics/driver/device_test.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json known(double value) { return value > 0 && std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+std::string short_number(const Json& value) {
+  char out[32];
+  std::snprintf(out, sizeof out, "%.3g", value.get<double>());
+  return out;
+}
+
+}  // namespace
+
+Json device_json(const ToolRun& tool) {
+  const DeviceRun& run = *tool.device;
+  const SafetyCounts& s = run.safety;
+  std::vector<double> age = tool.pose_age;
+  std::ranges::sort(age);
+  Json out{{"backend", run.name}, {"name", run.info.name}, {"serial", run.info.serial}};
+  out["max_force_n"] = run.max_force;
+  out["continuous_force_n"] = known(run.info.continuous_force);
+  out["gives_force"] = run.info.gives_force;
+  out["gives_torque"] = run.info.gives_torque;
+  out["origin_m"] = {run.origin.x(), run.origin.y(), run.origin.z()};
+  out["pose_age_ms"] = {{"p50", known(1e3 * percentile(age, 0.5))}, {"p99", known(1e3 * percentile(age, 0.99))}};
+  out["delay_ms"] = known(1e3 * run.delay);
+  out["gate"] = name_of(run.gate);
+  out["ticks"] = {{"gated", s.gated}, {"stale", s.stale},           {"slewed", s.slewed},
+                  {"limited", s.limited}, {"not_finite", s.not_finite}, {"shut", s.shut}};
+  out["most_force_n"] = s.most_force;
+  out["most_slew_n_per_s"] = s.most_slew;
+  return out;
+}
+
+std::string device_line(const Json& d) {
+  const std::string serial = d["serial"].get<std::string>();
+  std::string out = text(d["name"].get<std::string>(), serial.empty() ? "" : " " + serial, ": at most ",
+                         short_number(d["max_force_n"]), " N, gave up to ", short_number(d["most_force_n"]), " N");
+  if (!d["pose_age_ms"]["p50"].is_null())
+    out += text("; pose age ", short_number(d["pose_age_ms"]["p50"]), " ms, p99 ", short_number(d["pose_age_ms"]["p99"]));
+  if (!d["delay_ms"].is_null()) out += text("; force after ", short_number(d["delay_ms"]), " ms");
+  return out + text("; gate not open in ", d["ticks"]["gated"], " ticks, poses stale in ", d["ticks"]["stale"],
+                    "; at the end: ", d["gate"].get<std::string>());
+}
+
+}  // namespace kt

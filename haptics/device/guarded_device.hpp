@@ -1,0 +1,45 @@
+#pragma once
+// A device at its tool: poses from it, forces to it through the safety chain.
+#include "haptics/device/safety_chain.hpp"
+
+namespace kt {
+
+class GuardedDevice {
+ public:
+  GuardedDevice(std::unique_ptr<HapticDevice> device, SafetyOptions options)
+      : device_(std::move(device)), chain_(with_info(std::move(options), *device_)) {}
+
+  Pose pose(double t) noexcept {
+    at_ = device_->pose(t);
+    state_ = device_->state();
+    return at_;
+  }
+
+  /// Writes what the device may be given of the frame's force, and puts that in the frame. Returns the model's force.
+  /// @param dt  since the last call [s]
+  Vec3 give(LocalFrame& frame, double h, double dt) noexcept {
+    const Vec3 wanted = frame.force;
+    device_->write(chain_.make_safe(frame, at_, state_, dt), h);
+    const bool is_gone = state_.health == DeviceHealth::gone || state_.health == DeviceHealth::fault;
+    gone_for_ = is_gone ? gone_for_ + dt : 0;
+    return wanted;
+  }
+
+  const HapticDevice& device() const noexcept { return *device_; }
+  const DeviceState& state() const noexcept { return state_; }
+  const SafetyChain& chain() const noexcept { return chain_; }
+  double gone_for() const noexcept { return gone_for_; }  ///< [s]
+
+ private:
+  static SafetyOptions with_info(SafetyOptions options, const HapticDevice& device) {
+    options.device = device.info();
+    return options;
+  }
+  std::unique_ptr<HapticDevice> device_;
+  SafetyChain chain_;
+  Pose at_;
+  DeviceState state_;
+  double gone_for_ = 0;
+};
+
+}  // namespace kt

@@ -1,0 +1,174 @@
+#include "haptics/device/safety_chain.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kt {
+namespace {
+
+constexpr double kUsualForce = 3;     // [N] of a live device that says nothing: a firm push of a finger
+constexpr double kUsualTorque = 0.1;  // [N m] the same
+constexpr double kOldest = 5e-3;      // [s] of a pose
+constexpr double kMostDelay = 0.05;   // [s] that is measured
+constexpr double kLongest = 10;       // [s] of the mean that a motor's heat is
+
+DeviceInfo limits_of(const SafetyOptions& o) {
+  DeviceInfo out = o.device;
+  if (out.is_live) out.max_force = std::min(out.max_force, o.max_force.value_or(kUsualForce));
+  if (out.is_live && !(out.max_torque > 0)) out.max_torque = kUsualTorque;
+  return out;
+}
+
+Vec3 shortened(const Vec3& v, double most) noexcept {
+  const double size = v.norm();
+  return size > most ? Vec3(most / size * v) : v;
+}
+
+}  // namespace
+
+const char* name_of(GateReason reason) noexcept {
+  switch (reason) {
+    case GateReason::open: return "open";
+    case GateReason::stale_pose: return "the device's pose is older than 5 ms";
+    case GateReason::gone: return "the device is gone";
+    case GateReason::fault: return "the device reports a fault";
+    case GateReason::uncalibrated: return "the device is not calibrated";
+    case GateReason::button: return "the dead-man button is not held";
+    case GateReason::no_model: return "there is no local model yet";
+    case GateReason::stale_model: return "the body has not followed for long";
+    case GateReason::inside: return "the tool is inside the body";
+    case GateReason::late_ticks: return "ticks come at less than half their rate";
+  }
+  return "";
+}
+
+SafetyChain::SafetyChain(const SafetyOptions& options)
+    : o_(options),
+      limits_(limits_of(options)),
+      closing_(std::max(options.h, kZeroWithin - kOldest - 2 * options.h)),
+      gate_(options.device.is_live ? 0 : 1) {
+  if (limits_.yields)
+    passivity_.emplace(PassivityOptions{.most_damping = o_.most_damping,
+                                        .h = o_.h,
+                                        .delay = limits_.delay,
+                                        .max_force = limits_.max_force,
+                                        .most_delay = limits_.is_live ? kMostDelay : 0,
+                                        .axes_apart = limits_.is_live,
+                                        .encoder_step = limits_.is_live ? limits_.encoder_step : 0});
+}
+
+/// Why the gate has to be shut now; open: it need not.
+GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) noexcept {
+  if (is_stopping_) return GateReason::gone;
+  switch (state.health) {
+    case DeviceHealth::ok: break;
+    case DeviceHealth::stale: return GateReason::stale_pose;
+    case DeviceHealth::gone: return GateReason::gone;
+    case DeviceHealth::fault: return GateReason::fault;
+    case DeviceHealth::uncalibrated: return GateReason::uncalibrated;
+  }
+  if (!(state.age <= kOldest)) return GateReason::stale_pose;
+  if ((frame.flags & kBadPose) != 0) return GateReason::stale_pose;
+  if (o_.deadman != 0 && (state.buttons & o_.deadman) == 0) return GateReason::button;
+  if ((frame.flags & (kStaleModel | kBodyFailed)) != 0) return GateReason::stale_model;
+  if (slow_ticks_ >= 3) return GateReason::late_ticks;
+  if (gate_ > 0) return GateReason::open;
+  // To open it, more: there is something to touch, and the tool is not inside without being let out.
+  if ((frame.flags & kNoModel) != 0) return GateReason::no_model;
+  if ((frame.flags & (kNotFinite | kLostAnchor)) != 0) return GateReason::inside;
+  return GateReason::open;
+}
+
+void SafetyChain::move_gate(double dt) noexcept {
+  if (dt >= kZeroWithin) gate_ = 0;  // nobody ticked: the device has been let go by its own thread
+  const double before = gate_;
+  gate_ += reason_ == GateReason::open ? std::min(dt, o_.h) / kOpening : -dt / closing_;
+  gate_ = std::clamp(gate_, 0.0, 1.0);
+  if (before == 1 && gate_ < 1) ++counts_.shut;
+}
+
+/// Not faster than max_slew; while the gate shuts, as fast as it has to.
+Vec3 SafetyChain::slewed(const Vec3& force, double dt, LocalFrame& frame) noexcept {
+  const bool shuts = reason_ != GateReason::open;
+  const double slew = shuts ? std::max(o_.max_slew, limits_.max_force / closing_) : o_.max_slew;
+  const double most = slew * (shuts ? dt : std::min(dt, o_.h));
+  const Vec3 change = force - written_;
+  if (!(change.norm() > most)) return force;
+  frame.flags |= kSlewed;
+  ++counts_.slewed;
+  return written_ + shortened(change, most);
+}
+
+/// Force that the device may give now [N]: a motor warms with its square, and what it can bear for long is what it may
+/// give once it is warm.
+double SafetyChain::allowed(double dt) noexcept {
+  const double lasting = limits_.continuous_force;
+  if (!(lasting > 0) || lasting >= limits_.max_force) return limits_.max_force;
+  heat_ += std::min(1.0, dt / kLongest) * (written_.squaredNorm() - heat_);
+  const double warm = heat_ / (lasting * lasting);  // 1: no more than `lasting` from now on
+  constexpr double kFree = 0.8;
+  return lasting + (limits_.max_force - lasting) * std::clamp((1 - warm) / (1 - kFree), 0.0, 1.0);
+}
+
+PortKnowledge SafetyChain::known(const LocalFrame& frame, const DeviceState& state) const noexcept {
+  PortKnowledge out;
+  if (!limits_.is_live) return out;  // of a simulated hand there is its encoder alone
+  if (frame.f_n > 0) out.normal = frame.normal;
+  out.velocity = state.v;
+  return out;
+}
+
+Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const DeviceState& state, double dt) noexcept {
+  ++counts_.ticks;
+  const bool is_live = limits_.is_live;
+  Vec3 force = o_.force_scale * frame.force, torque = o_.force_scale * frame.torque;
+  // Finite.
+  const bool is_finite = force.allFinite() && torque.allFinite();
+  counts_.not_finite += !is_finite;
+  const bool is_there = state.health == DeviceHealth::ok && state.age <= kOldest;
+  counts_.stale += !is_there;
+  if (!is_finite || !limits_.gives_force) force.setZero();
+  if (!is_finite || (is_live && !limits_.gives_torque)) torque.setZero();
+  if (!is_live && !is_there) {  // it is not where its pose says: what is felt there is not its force
+    force.setZero();
+    torque.setZero();
+  }
+  // Passivity.
+  bool limited = false;
+  if (passivity_)
+    force = passivity_->tick(device.x / o_.scale, force, is_live ? dt : o_.h, known(frame, state));
+  else
+    force = safe_force(force, limits_, limited);
+  if (passivity_) limited = passivity_->limited();
+  if (is_live) {
+    slow_ticks_ = dt > 2 * o_.h ? slow_ticks_ + 1 : 0;
+    reason_ = look(frame, state);
+    move_gate(dt);
+    if (dt >= kZeroWithin) written_.setZero();
+    force = slewed(gate_ * force, dt, frame);
+    bool warm = false;
+    DeviceInfo now = {};
+    now.max_force = allowed(dt);
+    force = safe_force(force, now, warm);
+    limited = limited || warm;
+    torque = shortened(gate_ * torque, limits_.max_torque);
+    const double most_turn = limits_.max_torque / (limits_.max_force / std::max(o_.max_slew, 1e-9)) * dt;
+    torque = torque_ + shortened(torque - torque_, std::max(most_turn, limits_.max_torque * dt / closing_));
+    if (gate_ == 0) torque.setZero();
+    torque_ = torque;
+    if (passivity_) passivity_->written(force);
+    if (gate_ < 1) frame.flags |= kGated;
+    if (!is_there) frame.flags |= kStalePose;
+    counts_.gated += gate_ < 1;
+  }
+  // Booked.
+  counts_.limited += limited;
+  counts_.most_force = std::max(counts_.most_force, force.norm());
+  if (counts_.ticks > 1 && dt > 0) counts_.most_slew = std::max(counts_.most_slew, (force - written_).norm() / dt);
+  written_ = force;
+  frame.force = force / o_.force_scale;
+  frame.torque = torque / o_.force_scale;
+  return {force, torque};
+}
+
+}  // namespace kt

@@ -1,0 +1,85 @@
+#pragma once
+// Every force of every device goes through here, in one order: finite, passivity, gate, slew, clamp, booking. On the
+// device's side of any scaling: what a hand is given.
+//
+// A device that somebody holds (DeviceInfo::is_live) has a gate. It is shut until the device is healthy, its button is
+// held, and the tool is outside the body or being let out; it opens over half a second, and shuts so fast that the force
+// is zero 20 ms after the last fresh pose.
+#include <optional>
+
+#include "haptics/device/haptic_device.hpp"
+#include "haptics/device/passivity.hpp"
+#include "haptics/tick/local_frame.hpp"
+
+namespace kt {
+
+struct SafetyOptions {
+  DeviceInfo device;
+  double h = 1e-3;                ///< tick [s]
+  double most_damping = 0;        ///< that passivity control may add [N s/m]; 0: it only watches
+  double scale = 1;               ///< way of the tool / way of the device
+  double force_scale = 1;         ///< force at the device / force on the tool
+  std::optional<double> max_force;  ///< [N]; none: 3 N of a live device; the device's own limit holds as well
+  double max_slew = 200;          ///< [N/s] of a live device
+  unsigned deadman = 0;           ///< buttons of which one has to be held; 0: none
+};
+
+/// Why a gate is shut.
+enum class GateReason { open, stale_pose, gone, fault, uncalibrated, button, no_model, stale_model, inside, late_ticks };
+const char* name_of(GateReason reason) noexcept;
+
+/// What the chain did so far, in ticks.
+struct SafetyCounts {
+  int ticks = 0;
+  int not_finite = 0;  ///< force or torque asked for was no number
+  int limited = 0;     ///< cut to what the device can give, or may give for long
+  int slewed = 0;      ///< held back from rising faster than max_slew
+  int gated = 0;       ///< with the gate not fully open
+  int stale = 0;       ///< whose pose was too old, or the device not there
+  int shut = 0;        ///< how often an open gate began to shut
+  double most_force = 0;  ///< written [N]
+  double most_slew = 0;   ///< from tick to tick [N/s]
+};
+
+class SafetyChain {
+ public:
+  explicit SafetyChain(const SafetyOptions& options);
+
+  /// What to write to the device for the frame, whose force, torque and flags become what was really given (the force
+  /// at the tool's scale). No allocation, no clock.
+  /// @param device  where the device is, in the world's frame and at the tool's scale
+  /// @param dt      since the last call [s], > 0
+  Wrench make_safe(LocalFrame& frame, const Pose& device, const DeviceState& state, double dt) noexcept;
+
+  /// The process ends, or the tool is put down: the gate shuts and stays so.
+  void shut() noexcept { is_stopping_ = true; }
+
+  double gate() const noexcept { return gate_; }  ///< 0 shut .. 1 open
+  GateReason reason() const noexcept { return reason_; }
+  const SafetyCounts& counts() const noexcept { return counts_; }
+  const std::optional<PassivityControl>& passivity() const noexcept { return passivity_; }
+  double max_force() const noexcept { return limits_.max_force; }  ///< [N] at the device
+
+  static constexpr double kZeroWithin = 20e-3;  ///< [s] after the last fresh pose, or the last tick
+  static constexpr double kOpening = 0.5;       ///< [s]
+
+ private:
+  PortKnowledge known(const LocalFrame& frame, const DeviceState& state) const noexcept;
+  GateReason look(const LocalFrame& frame, const DeviceState& state) noexcept;
+  void move_gate(double dt) noexcept;
+  Vec3 slewed(const Vec3& force, double dt, LocalFrame& frame) noexcept;
+  double allowed(double dt) noexcept;
+
+  SafetyOptions o_;
+  DeviceInfo limits_;  // the device's, with the force that the scene allows
+  std::optional<PassivityControl> passivity_;  // of a device that moves with the force
+  Vec3 written_ = Vec3::Zero(), torque_ = Vec3::Zero();
+  double closing_;   // [s]
+  double gate_ = 0, heat_ = 0;
+  int slow_ticks_ = 0;
+  bool is_stopping_ = false;
+  GateReason reason_ = GateReason::no_model;
+  SafetyCounts counts_;
+};
+
+}  // namespace kt
