@@ -77,7 +77,8 @@ bool may_include(const std::string& from, const std::string& to) {
   if (is_in(from, "api")) return is_in_any(to, {"api", "haptics"}) || is_in_any(to, kMiddle);
   if (is_in(from, "view")) return is_in_any(to, {"view", "haptics", "self_contact"}) || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
-  if (is_in_any(from, {"bench", "apps/check"}) && is_in(to, "tests/support")) return true;  // the same truths
+  if (is_in_any(from, {"bench", "apps/check"}) && is_in_any(to, {"tests/support", "tests/fakes"}))
+    return true;  // the same truths
   if (is_in(from, "apps") && is_in(to, "view")) return true;
   for (const char* leaf : {"apps", "bench"})
     if (is_in(from, leaf))

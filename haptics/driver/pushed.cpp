@@ -17,9 +17,12 @@ std::unique_ptr<DeviceDriver> open_pushed(const DeviceSettings&, DeviceSlots&) {
 
 std::unique_ptr<HapticDevice> make_pushed_device(const DeviceOptions& options) {
   if (!options.slots)
-    throw InputError("tool.path.device.name pushed: nobody pushes; it is for programs that embed the engine and give "
-                     "SessionOptions::pushed");
+    throw InputError(
+        "tool.path.device.name pushed: nobody pushes; it is for programs that embed the engine and give "
+        "SessionOptions::pushed");
   return make_live_device(options, open_pushed);
 }
+
+std::vector<FoundDevice> find_pushed_devices(const DeviceSettings&) { return {}; }
 
 }  // namespace kt
