@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "core/body/state.hpp"
+#include "haptics/device/device_coupling.hpp"
 #include "haptics/device/energy_bounding.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/device/passivity.hpp"
-#include "haptics/device/virtual_coupling.hpp"
 
 namespace kt {
 namespace {
@@ -52,10 +52,10 @@ MapVerdict judge_ripple(const WallRun& run, std::string& why) {
 }
 
 WallRun press_wall(const HandLoop& loop, double most_damping) {
-  return press_wall(loop, WallPort{.most_damping = most_damping, .delay = loop.delay});
+  return press_wall(loop, HandPort{.most_damping = most_damping, .delay = loop.delay});
 }
 
-WallRun press_wall(const HandLoop& loop, const WallPort& port) {
+WallRun press_wall(const HandLoop& loop, const HandPort& port) {
   DeviceOptions options;
   options.path = {{0, {0, 0, kDepth}}, {kApproach, {0, 0, -kDepth}}};
   options.h = loop.h;
@@ -65,7 +65,7 @@ WallRun press_wall(const HandLoop& loop, const WallPort& port) {
   options.hand_delay = loop.delay;
   const auto device = make_device("hand", options);
   PassivityControl passivity({port.most_damping, loop.h, port.delay, device->info().max_force});
-  VirtualCoupling coupling({.stiffness = port.coupling, .adapts = port.adapts});
+  DeviceCoupling coupling({.stiffness = port.coupling, .adapts = port.adapts});
   EnergyBounding bounding(kCouplingShare * port.bounded_damping, loop.h, port.delay);
   const auto ticks = static_cast<int>(std::lround(duration(loop) / loop.h));
   std::vector<double> forces, places;

@@ -25,17 +25,8 @@ struct WallRun {
 /// @param most_damping  of passivity control [N s/m]; 0: none
 WallRun press_wall(const HandLoop& loop, double most_damping);
 
-/// What stands between the wall and a device that was told about, rightly or wrongly.
-struct WallPort {
-  double most_damping = 0;     ///< of passivity control [N s/m]; 0: none
-  double coupling = 0;         ///< stiffness of a virtual coupling at the start [N/m]; 0: none
-  bool adapts = false;         ///< the coupling softens while the energy debt grows
-  double bounded_damping = 0;  ///< of energy bounding: what it thinks the device damps [N s/m]; 0: none
-  double delay = 0;            ///< that all of them think a force takes until it acts [s]
-};
-
-/// The same with one of these, or several.
-WallRun press_wall(const HandLoop& loop, const WallPort& port);
+/// The same with more between wall and device than passivity control.
+WallRun press_wall(const HandLoop& loop, const HandPort& port);
 
 /// Forces that should have come to rest: fails when they swing on or the tool bounces; degrades while a swing that dies
 /// out can be felt, or the encoder's steps.

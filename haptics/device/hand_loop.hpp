@@ -14,6 +14,20 @@ struct HandLoop {
   double h = 1e-3, delay = 0;                                 ///< tick; until the force acts [s]
 };
 
+/// What stands between the wall and the device, and what it was told of the device, rightly or wrongly.
+struct HandPort {
+  double most_damping = 0;     ///< of passivity control [N s/m]; 0: none
+  double coupling = 0;         ///< stiffness of a virtual coupling [N/m]; 0: none
+  bool adapts = false;         ///< the coupling softens while the device swings
+  double bounded_damping = 0;  ///< of energy bounding: what the device is said to damp [N s/m]; 0: none
+  double delay = 0;            ///< that a force is said to take until it acts [s]
+};
+
+/// Stiffness that is felt through a coupling [N/m]: two springs in series.
+inline double felt_stiffness(double wall, double coupling) {
+  return coupling > 0 ? wall * coupling / (wall + coupling) : wall;
+}
+
 /// Damping of the device that makes the loop passive [N s/m].
 inline double passive_damping(const HandLoop& loop) {
   return loop.wall_stiffness * (0.5 * loop.h + loop.delay) + loop.wall_damping;

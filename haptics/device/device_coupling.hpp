@@ -30,9 +30,9 @@ constexpr double kUnknownStiffness = 1000;
 double coupling_stiffness(double device_damping, double nominal, double h, double delay) noexcept;
 
 /// At one device. In each tick tool(), then the body, then force(). No allocation, no clock.
-class VirtualCoupling {
+class DeviceCoupling {
  public:
-  explicit VirtualCoupling(const CouplingOptions& o);
+  explicit DeviceCoupling(const CouplingOptions& o);
 
   /// Where the tool goes in this tick, for a device that is at x [m], dt [s] after the tick before.
   Vec3 tool(const Vec3& x, double dt) noexcept;

@@ -1,4 +1,4 @@
-#include "haptics/device/virtual_coupling.hpp"
+#include "haptics/device/device_coupling.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ double coupling_stiffness(double device_damping, double nominal, double h, doubl
   return out;
 }
 
-void VirtualCoupling::Felt::add(const Vec3& step, const Vec3& df) noexcept {
+void DeviceCoupling::Felt::add(const Vec3& step, const Vec3& df) noexcept {
   constexpr double kKeeps = 0.9;
   constexpr double kLeast = 1e-7;  // [m] below it the force changes for other reasons
   if (step.squaredNorm() < kLeast * kLeast) return;
@@ -22,9 +22,9 @@ void VirtualCoupling::Felt::add(const Vec3& step, const Vec3& df) noexcept {
   square = kKeeps * square + step.squaredNorm();
 }
 
-VirtualCoupling::VirtualCoupling(const CouplingOptions& o) : o_(o), k_(o.stiffness), goal_(o.stiffness) {}
+DeviceCoupling::DeviceCoupling(const CouplingOptions& o) : o_(o), k_(o.stiffness), goal_(o.stiffness) {}
 
-Vec3 VirtualCoupling::tool(const Vec3& x, double dt) noexcept {
+Vec3 DeviceCoupling::tool(const Vec3& x, double dt) noexcept {
   constexpr double kMargin = 1.5;    // on the stiffness felt
   constexpr double kCreep = 0.1;     // [m/s] that the coupling may always stretch by
   constexpr double kStiffest = 1e4;  // body / coupling
@@ -62,7 +62,7 @@ Vec3 VirtualCoupling::tool(const Vec3& x, double dt) noexcept {
   return tool_;
 }
 
-Vec3 VirtualCoupling::force(const Vec3& body_force) noexcept {
+Vec3 DeviceCoupling::force(const Vec3& body_force) noexcept {
   if (!(k_ > 0)) return body_force;
   const Vec3 df = body_force - body_;
   touches_ = body_force.squaredNorm() > 0;
@@ -78,7 +78,7 @@ Vec3 VirtualCoupling::force(const Vec3& body_force) noexcept {
 
 /// Half as stiff, over a while, when the device swings on in contact; back by 10 % a second out of contact: a spring
 /// that is made stiffer while it is stretched gives energy, and would only begin to swing again.
-void VirtualCoupling::adapt(double dt) noexcept {
+void DeviceCoupling::adapt(double dt) noexcept {
   constexpr double kBack = 0.1;      // [1/s]
   constexpr double kSoftens = 0.02;  // [s] in which it is halved
   constexpr double kSoftest = 1.0 / 64;
