@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "haptics/device/real_time_thread.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"
@@ -71,7 +72,7 @@ struct SessionResult {
   int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
   long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
   bool stopped = false;                        ///< by the stop flag
-  bool real_time_scheduling = false;           ///< thread link: SCHED_FIFO was granted
+  RealTimeGrant real_time{};                   ///< thread link: what the ticking thread was granted
   std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools
 };
 
