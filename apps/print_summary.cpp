@@ -28,6 +28,15 @@ std::string force_line(const Json& force) {
               newtons("mean_t"), " N, largest ", newtons("max_t"), " N");
 }
 
+/// The processor's time of a tick, of the time that there is for one.
+std::string tick_line(const Json& s) {
+  const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
+  return text("median ", number(value("step_us", "p50"), "%.3g"), " us, ",
+              number(100 * value("tick_period_share", "p50"), "%.3g"), " % of its period; 99 of 100 within ",
+              number(100 * value("tick_period_share", "p99"), "%.3g"), " %; ", s["deadline_misses"], " of ",
+              s["ticks"]["total"], " over it");
+}
+
 std::string body_line(const Json& model) {
   const auto mm = [&](int i) { return number(1e3 * model["size_m"][i].get<double>(), "%.3g"); };
   return text(mm(0), " x ", mm(1), " x ", mm(2), " mm, one unit of the mesh file is ",
@@ -69,6 +78,8 @@ void print_summary(const Json& s) {
   if (s.contains("second_tool") && s["second_tool"].contains("device"))
     line("second device", device_line(s["second_tool"]["device"]));
   line("real time", s["real_time"]["told"].get<std::string>());
+  line("haptic tick", tick_line(s));
+  if (s["real_time"].contains("thread")) line("its thread", s["real_time"]["thread"].get<std::string>());
   print_trust(s["trust"]);
   line("body", body_line(s["model"]));
   print_reference(s);
@@ -137,10 +148,9 @@ void print_details(const nlohmann::ordered_json& s) {
                                                      : text("; ", touch["intersections"], " intersections")));
   }
   if (s.contains("lateness_us"))
-    line("lateness",
-         text("median ", number(value("lateness_us", "p50"), "%.3g"), " us, p99.9 ",
-              number(value("lateness_us", "p999"), "%.3g"), " us; ", s["platform_gaps"],
-              " platform gaps over 1 ms; SCHED_FIFO ", s["real_time_scheduling"].get<bool>() ? "yes" : "no"));
+    line("lateness", text("median ", number(value("lateness_us", "p50"), "%.3g"), " us, p99.9 ",
+                          number(value("lateness_us", "p999"), "%.3g"), " us; ", s["platform_gaps"],
+                          " platform gaps over a period"));
   line("refresh", text("global step ", number(value("global_ms", "p50"), "%.3g"), " ms, linearize and reduce ",
                        number(value("refresh_ms", "p50"), "%.3g"), " ms (medians)"));
   line("hash", s["hash"].get<std::string>());

@@ -228,6 +228,14 @@ Json real_time_json(const RealTime& r) {
           {"told", r.told()}};
 }
 
+/// Of the thread that ticks against the wall clock.
+Json thread_json(const RealTimeGrant& g) {
+  return {{"scheduler", g.scheduler()},   {"priority", g.priority},
+          {"locked", g.locked},           {"core", g.core < 0 ? Json(nullptr) : Json(g.core)},
+          {"page_faults", g.page_faults}, {"major_page_faults", g.major_page_faults},
+          {"why_not", g.why_not},         {"thread", g.told()}};
+}
+
 /// The mesh's cells against the width of the contact, along the way that the first tool took.
 Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
   if (!w) return nullptr;
@@ -383,9 +391,9 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["tick_period_share"] = period_shares_json(result.step_us, scene.local.rate_hz);
   if (!result.lateness_us.empty()) {
     out["lateness_us"] = percentiles(result.lateness_us, true);
-    out["platform_gaps"] =
-        std::count_if(result.lateness_us.begin(), result.lateness_us.end(), [](double late) { return late > 1000; });
-    out["real_time_scheduling"] = result.real_time_scheduling;
+    out["platform_gaps"] = std::count_if(result.lateness_us.begin(), result.lateness_us.end(),
+                                         [&](double late) { return late * scene.local.rate_hz > 1e6; });
+    out["real_time_scheduling"] = result.real_time.priority > 0;
   }
   out["global_ms"] = percentiles(result.refresh.global_ms, false);
   out["refresh_ms"] = percentiles(result.refresh.refresh_ms, false);
@@ -402,6 +410,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
   const std::optional<ContactWidth> width = find_contact_width(session, way);
   out["mesh_at_contact"] = mesh_at_contact_json(width);
   out["real_time"] = real_time_json(judge_real_time(scene, result));
+  if (!result.lateness_us.empty()) out["real_time"].update(thread_json(result.real_time));
   std::vector<std::string> warnings = run_warnings(result, keeps_outside(scene));
   const bool is_scripted = !session.path().empty() && !scene.tool.path.hand && !scene.tool.path.device;  // then it was predicted
   if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));

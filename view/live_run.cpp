@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "core/base/error.hpp"
+#include "core/base/ticks.hpp"
 #include "haptics/study/metrics.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/live_settings.hpp"
@@ -12,10 +13,10 @@
 namespace kt {
 namespace {
 
-constexpr double kSeconds = 3;           // that gauges look back
-constexpr double kRetreat = 0.015;       // [m] from the body when nobody holds the pointer
-constexpr double kLongest = 600;         // [s] of a recording
-constexpr std::size_t kMostTicks = 600;  // of the plot in one frame: a page that was away gets the newest
+constexpr double kSeconds = 3;      // that gauges look back
+constexpr double kRetreat = 0.015;  // [m] from the body when nobody holds the pointer
+constexpr double kLongest = 600;    // [s] of a recording
+constexpr double kMostTime = 0.6;   // [s] of the plot in one frame: a page that was away gets the newest
 
 Scene in_threads(Scene scene) {
   scene.link.type = "thread";
@@ -112,7 +113,9 @@ void LiveRun::ticked(std::span<const LocalFrame> frames, double step_us, long lo
   const std::scoped_lock lock(guard_);
   newest_.tools.assign(frames.begin(), frames.end());
   newest_.t = frames[0].t;
-  if (newest_.ticks.size() >= kMostTicks) newest_.ticks.erase(newest_.ticks.begin());
+  const int most = ticks_in(kMostTime, session_.scene().local.rate_hz, 16);
+  if (static_cast<int>(newest_.ticks.size()) >= most)  // not one at a time: each moves all the others
+    newest_.ticks.erase(newest_.ticks.begin(), newest_.ticks.begin() + most / 4);
   newest_.ticks.push_back({static_cast<float>(frames[0].f_n), static_cast<float>(frames[0].f_t), frames[0].mode});
   const auto kept = static_cast<std::size_t>(kSeconds * session_.scene().local.rate_hz);
   if (step_us_.size() < kept)

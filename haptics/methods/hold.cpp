@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/ticks.hpp"
 #include "haptics/tick/local_simulation.hpp"
 
 namespace kt {
@@ -14,7 +15,7 @@ class Hold final : public HapticMethod {
   explicit Hold(const HapticMethodOptions& options)
       : body_(options.tools[0], options.h,
               make_contact_solver(options.law, options.friction, options.friction_of_triangle)),
-        past_(kRemembered) {}
+        past_(static_cast<std::size_t>(ticks_in(kRemembered, 1 / options.h, 1024, 1 << 18))) {}
 
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override {
     held_ = at_time(next->model.t);
@@ -23,7 +24,7 @@ class Hold final : public HapticMethod {
 
   LocalFrame step(const ToolSweep& sweep) noexcept override {
     LocalFrame frame = body_.step(sweep);
-    past_[++ticks_ % kRemembered] = frame;
+    past_[static_cast<std::size_t>(++ticks_) % past_.size()] = frame;
     frame.force = held_.force;
     frame.f_n = held_.f_n;
     frame.f_t = held_.f_t;
@@ -41,13 +42,13 @@ class Hold final : public HapticMethod {
   const ToolShape& tool() const noexcept override { return body_.tool(); }
 
  private:
-  static constexpr long long kRemembered = 1024;  // ticks: a model that was on its way for longer gets the oldest
+  static constexpr double kRemembered = 1.024;  // [s]: a model that was on its way for longer gets the oldest
 
   /// The frame that ended at time t: a model linearized then was linearized at that pose of the tool.
   LocalFrame at_time(double t) const noexcept {
     const long long wanted = std::llround(t / body_.h());
-    const long long tick = std::clamp(wanted, std::max(0LL, ticks_ - kRemembered + 1), ticks_);
-    return past_[tick % kRemembered];
+    const auto kept = static_cast<long long>(past_.size());
+    return past_[static_cast<std::size_t>(std::clamp(wanted, std::max(0LL, ticks_ - kept + 1), ticks_) % kept)];
   }
 
   LocalSimulation body_;

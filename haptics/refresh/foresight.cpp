@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/base/ticks.hpp"
 
 namespace kt {
 
@@ -27,7 +28,7 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
 
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool) {
   if (reports.size() < 2) return Vec3::Zero();
-  const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, kVelocityTicks);
+  const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, ticks_in(kVelocityTime, rate_hz));
   const Vec3 way = reports.back().tools[tool].pose.x - reports[reports.size() - 1 - ticks].tools[tool].pose.x;
   return rate_hz / static_cast<double>(ticks) * way;
 }

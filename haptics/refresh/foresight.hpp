@@ -18,10 +18,11 @@ namespace kt {
 std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
                                     int tool = 0);
 
-/// The tool's mean velocity [m/s] over the last reports, up to kVelocityTicks of them; zero for fewer than two.
+/// The tool's mean velocity [m/s] over the last reports, up to kVelocityTime of them; zero for fewer than two.
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool = 0);
 
-constexpr int kVelocityTicks = 10;  ///< a hand's tremor, about 10 Hz, is followed; the noise of its encoder is not
+constexpr double kVelocityTime =
+    0.01;  ///< [s] a hand's tremor, about 10 Hz, is followed; the noise of its encoder is not
 
 /// The contacts after the tool has moved by `step` [m]. What sticks goes with it on its triangle. What slides moves
 /// over the undeformed surface by as much, to the nearest triangle that faces the tool.

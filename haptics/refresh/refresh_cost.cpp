@@ -1,9 +1,15 @@
 #include "haptics/refresh/refresh_cost.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace kt {
+
+double tick_budget_us(const TouchOptions& options) {
+  constexpr double kRoom = 0.8;  // of the period: the rest is for the ticks that take longer than the usual one
+  return std::min(options.local.budget_us, kRoom * 1e6 / options.local.rate_hz);
+}
 
 double refresh_budget_ms(const TouchOptions& options) {
   constexpr double kRoom = 0.8;  // of the interval: some refreshes take longer than the usual one

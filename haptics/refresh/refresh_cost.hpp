@@ -11,6 +11,10 @@ inline bool models_come_late(const TouchOptions& options) {
   return options.link.type == "thread" || options.link.charge_refreshes != "none";
 }
 
+/// CPU time that there is for a tick [us]: local.budget_us, and at rates above 4 kHz no more than four fifths of the
+/// period.
+double tick_budget_us(const TouchOptions& options);
+
 /// CPU time that there is for a refresh [ms]; infinity: any.
 double refresh_budget_ms(const TouchOptions& options);
 

@@ -61,7 +61,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       global_(model, global_integrator(options.global, self_contact), 1 / options.global.rate_hz, start),
       choice_(options.local.reducer, options.local.rings,
               {.tolerance = options.local.tolerance,
-               .budget_us = options.local.budget_us,
+               .budget_us = tick_budget_us(options),
                .refresh_per_tick = options.global.rate_hz / options.local.rate_hz,
                .whole = self_contact != nullptr,
                .refresh_budget_ms = refresh_budget_ms(options),

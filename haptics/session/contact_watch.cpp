@@ -1,15 +1,19 @@
 #include "haptics/session/contact_watch.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace kt {
 
-constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers: thousands of ticks of a usual local model
+constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers at 1 kHz: thousands of ticks of a usual local model
+constexpr double kMostTimes = 4;                         // at faster rates
 
-ContactWatch::ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later)
+ContactWatch::ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later, double h)
     : tools_(tools.size()),
       check_(surface, tools),
-      record_(later ? std::make_unique<MotionRecord>(kRecorded) : nullptr) {}
+      record_(later ? std::make_unique<MotionRecord>(static_cast<std::size_t>(std::clamp(1e-3 / h, 1.0, kMostTimes)) *
+                                                     kRecorded)
+                    : nullptr) {}
 
 void ContactWatch::adopted(const PreparedLocalModel& model) noexcept {
   if (!record_) check_.take(model);

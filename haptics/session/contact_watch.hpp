@@ -13,7 +13,8 @@ class ContactWatch final : public ModelObserver {
  public:
   /// @param surface  of the whole body; borrowed
   /// @param later    the ticking thread only notes what there is to look at
-  ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later);
+  /// @param h        tick [s]: the notes have room for a time, not for a number of ticks
+  ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later, double h);
 
   void adopted(const PreparedLocalModel& model) noexcept override;
   /// A tick is done; for whoever ticks to call, outside the tick's time. No allocation when it is looked at later.

@@ -241,7 +241,7 @@ SessionResult Session::run(const SessionOptions& options) {
     touched.tools[k].max_speed = tool.max_speed;
   }
   std::optional<ContactWatch> watch;
-  if (options.check_contacts) watch.emplace(body().surface(), tools(), threaded);
+  if (options.check_contacts) watch.emplace(body().surface(), tools(), threaded, h);
   RunRecorder recorder(watch ? &*watch : nullptr, options, result);
   Touch touch(body(), touched);
   touch.observe(&recorder);

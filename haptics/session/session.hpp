@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "haptics/device/real_time_thread.hpp"
 #include "haptics/device/safety_chain.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
@@ -87,7 +88,7 @@ struct SessionResult {
   long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
   bool stopped = false;                        ///< by the stop flag
   bool device_lost = false;                    ///< a device that somebody held did not come back for 10 s
-  bool real_time_scheduling = false;           ///< thread link: SCHED_FIFO was granted
+  RealTimeGrant real_time{};                   ///< thread link: what the ticking thread was granted
   std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools
 };
 

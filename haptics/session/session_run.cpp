@@ -1,13 +1,13 @@
 #include "haptics/session/session_run.hpp"
 
-#include <pthread.h>
-#include <sched.h>
 #include <time.h>
 
 #include <algorithm>
 #include <cmath>
 #include <thread>
 
+#include "core/base/ticks.hpp"
+#include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/link/ring.hpp"
 #include "haptics/session/body_film.hpp"
@@ -132,12 +132,6 @@ double difference_us(const timespec& a, const timespec& b) {
   return 1e6 * static_cast<double>(a.tv_sec - b.tv_sec) + 1e-3 * static_cast<double>(a.tv_nsec - b.tv_nsec);
 }
 
-bool ask_for_real_time() {
-  sched_param param{};
-  param.sched_priority = 50;
-  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
-}
-
 /// A tick a period of the wall clock.
 class WallClock {
  public:
@@ -190,14 +184,16 @@ void run_lockstep(const RunParts& run) {
 void run_threads(const RunParts& run) {
   run.touch.start();
   DeviceTick devices(run);
-  Ring<TickRow> rows(8192);
+  constexpr double kUnread = 4;  // [s] that this thread may be away
+  Ring<TickRow> rows(static_cast<std::size_t>(ticks_in(kUnread, 1 / run.touch.h(), 8192, 1 << 16)));
   std::atomic<bool> stop{false}, finished{false};
   std::atomic<int> unrecorded{0};
   const std::atomic<bool>* const pause = run.options.pause;
   std::thread haptic([&] {
-    run.result.real_time_scheduling = ask_for_real_time();
+    RealTimeThread on_time;
     WallClock clock(run.touch.h());
     TickRow row;
+    on_time.start();
     for (int tick = 0; tick < run.ticks && !stop && !run.touch.error(); ++tick) {
       if (devices.has_lost_a_device()) {
         run.result.device_lost = true;
@@ -211,6 +207,8 @@ void run_threads(const RunParts& run) {
       devices.step(row, false);
       if (!rows.push(row)) ++unrecorded;
     }
+    on_time.stop();
+    run.result.real_time = on_time.grant();
     finished = true;
   });
   const auto take_rows = [&] {

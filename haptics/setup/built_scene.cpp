@@ -10,6 +10,22 @@
 #include "haptics/setup/unused_settings.hpp"
 
 namespace kt {
+namespace {
+
+/// Below, a stiff contact is felt as steps and swings in the hand (Colgate and Schenkel 1997); above, a tick's own work
+/// does not fit, and no device takes its forces. Choi and Tan (2004) ask for 5 to 10 kHz where textures are to be
+/// clean.
+void warn_of_rate(double rate_hz, std::vector<std::string>& warnings) {
+  constexpr double kLeast = 250, kMost = 10000;
+  if (rate_hz < kLeast)
+    warnings.push_back(text("local.rate_hz is ", rate_hz, ": below ", kLeast,
+                            " Hz a hand feels the steps of the force, and a stiff contact swings; usual are 1000 Hz"));
+  if (rate_hz > kMost)
+    warnings.push_back(text("local.rate_hz is ", rate_hz, ": above ", kMost, " Hz a tick has less than ", 1e6 / kMost,
+                            " us, and no device takes forces as fast; textures need 5000 to 10000 Hz"));
+}
+
+}  // namespace
 
 // In braces, in order: what is wrong with a setting is told before the mesh is filled.
 BuiltScene::BuiltScene(const Scene& scene) : BuiltScene{scene, touch_options(scene), Body(body_options(scene))} {}
@@ -25,6 +41,7 @@ BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
   scene_.local = options_.local;
   if (is_live(scene_)) scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
   warnings_ = unused_settings(scene_);
+  warn_of_rate(scene_.local.rate_hz, warnings_);
   std::ranges::copy(body_.notes(), std::back_inserter(warnings_));
   friction_ = scene_friction(scene_.contact, body_.surface(), body_.model().mesh().x, warnings_);
   notes_ = warnings_;

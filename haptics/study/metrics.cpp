@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/ticks.hpp"
+
 namespace kt {
 namespace {
 
 constexpr double kBuzzCutoff = 100;      // [Hz]
 constexpr double kAfterRefresh = 0.005;  // [s] the bump of a refresh has its own figure and is no buzz
+constexpr double kJump = 0.001;          // [s] over which a sudden change is one: a tick of the usual rate
 constexpr double kSeldom = 0.015;        // [s] unless they come more often: then their bumps are what buzzes
 
 /// One pass of the second-order Butterworth high-pass (bilinear transform), started at rest on the first value.
@@ -60,6 +63,21 @@ double largest_felt_ratio(std::span<const LocalFrame> frames) {
   return out;
 }
 
+/// How much the force changes from before tick i to it, over a millisecond: what a contact's impulse is in one tick, in
+/// a shorter one is a higher and shorter peak, of which a hand feels as much. At rates of 1 kHz and below: of that
+/// tick.
+double jump_at(std::span<const LocalFrame> frames, std::size_t i, std::size_t window) {
+  const auto mean = [&](std::size_t begin, std::size_t end) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = begin; k < end; ++k) sum += frames[k].force;
+    return Vec3(sum / static_cast<double>(end - begin));
+  };
+  std::size_t begin = i - 1, end = i + 1;
+  while (begin > 0 && i - begin < window && in_contact(frames[begin - 1])) --begin;
+  while (end < frames.size() && end - i < window && in_contact(frames[end])) ++end;
+  return (mean(i, end) - mean(begin, i)).norm();
+}
+
 }  // namespace
 
 std::vector<double> high_pass(std::span<const double> values, double cutoff_hz, double rate_hz) {
@@ -77,6 +95,7 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
   out.felt_t_over_n = largest_felt_ratio(frames);
   double work = 0, steady_force = 0, buzz = 0;
   int touching = 0, steady = 0;
+  const auto window = static_cast<std::size_t>(ticks_in(kJump, 1 / h));
   std::size_t stretch_begin = 0;
   const auto close_stretch = [&](std::size_t end) {
     if (end > stretch_begin + 8) buzz += buzz_energy(frames.subspan(stretch_begin, end - stretch_begin), h);
@@ -121,11 +140,10 @@ ForceMetrics measure_forces(std::span<const LocalFrame> frames, double steady_fr
     }
     out.crossings += f.triangle != before.triangle;
     if (f.t <= steady_from) continue;
-    const double jump = (f.force - before.force).norm();
     if (f.model_frame != before.model_frame)
-      out.refresh_jump = std::max(out.refresh_jump, jump);
+      out.refresh_jump = std::max(out.refresh_jump, jump_at(frames, i, window));
     else if (f.facet != before.facet)
-      out.crossing_jump = std::max(out.crossing_jump, jump);
+      out.crossing_jump = std::max(out.crossing_jump, jump_at(frames, i, window));
   }
   if (stretch_open) close_stretch(frames.size());
   if (touching > 0) {

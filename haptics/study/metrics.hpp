@@ -15,7 +15,7 @@ struct ForceMetrics {
                              ///< one contact and a force above 5 % of the mean; 100 where it pulls
   double buzz = 0;           ///< RMS of the force above 100 Hz in steady contact (not within 5 ms
                              ///< of a refresh) / mean force
-  double crossing_jump = 0;  ///< largest |dF| over one tick at a triangle crossing / mean force
+  double crossing_jump = 0;  ///< largest |dF| over 1 ms (a tick at least) at a triangle crossing / mean force
   double refresh_jump = 0;   ///< the same at a model refresh
   double energy_min = 0;     ///< min over t of the work done by the tool on the body [J]; < 0: energy came out
   int ticks_free = 0, ticks_stick = 0, ticks_slide = 0, ticks_frictional_slide = 0;

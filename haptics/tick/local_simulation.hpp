@@ -16,7 +16,7 @@ namespace kt {
 /// A tool, what a tick has found about it, and what goes on from tick to tick.
 struct TouchingTool {
   TouchingTool(const ToolShape& shape, double h, double fade)
-      : moving(shape), reach(tool_reach(shape)), blend(h, fade) {}
+      : moving(shape), reach(tool_reach(shape)), blend(h, fade), push(h) {}
   MovingTool moving;
   double reach;  ///< tool_reach() [m]
   ForceBlend blend;

@@ -8,6 +8,9 @@ namespace kt {
 
 class PushForce {
  public:
+  /// @param h  tick [s]
+  explicit PushForce(double h = 1e-3) noexcept : ms_(1e3 * h) {}
+
   /// The tool was found inside; from its first touch on, steps are limited.
   void begin() noexcept {
     touched_ = touched_ && is_on_;
@@ -24,6 +27,7 @@ class PushForce {
  private:
   bool is_on_ = false, touched_ = false;
   Vec3 last_ = Vec3::Zero();
+  double ms_;  // of a tick
 };
 
 }  // namespace kt

@@ -3,15 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/ticks.hpp"
+
 namespace kt {
 namespace {
 
 constexpr double kFarthest = 1e6;  // [m], as places in a scene
 
-/// Ticks that a model may be late and still be brought to the present.
+/// Ticks that a model may be late and still be brought to the present. A replay does at once what the body's thread did
+/// from its reports, however late it was.
 std::size_t history_ticks(const TouchOptions& options) {
-  constexpr std::size_t kUsual = 4096;
-  return kUsual + static_cast<std::size_t>(std::llround(1e-3 * options.link.latency_ms * options.local.rate_hz)) +
+  constexpr double kUsual = 4.096;  // [s]
+  int usual = ticks_in(kUsual, options.local.rate_hz, 4096, 1 << 18);
+  for (const RefreshEvent& e : options.replay.refreshes)
+    usual = std::max(usual, e.adopted_tick - std::min(e.linearized_tick, e.started_tick) + 1);
+  return static_cast<std::size_t>(usual) +
+         static_cast<std::size_t>(std::llround(1e-3 * options.link.latency_ms * options.local.rate_hz)) +
          static_cast<std::size_t>(ticks_per_refresh(options));
 }
 

@@ -80,7 +80,7 @@ class LockstepLink final : public BodyLink {
         motion_(make_local_motion(static_cast<int>(body.state().x.size()) / 3)),
         catches_up_(catches_up(body.options())) {
     body_.observe(observer);
-    constexpr std::size_t kMost = 1024;  // of slower rates the first interval makes room for the others
+    constexpr std::size_t kMost = 8192;  // of slower rates the first interval makes room for the others
     reports_.reserve(std::min(kMost, 2 * static_cast<std::size_t>(ticks_per_refresh(body.options()))));
   }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <thread>
 
+#include "core/base/ticks.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/link/ring.hpp"
 #include "haptics/touch/body_link.hpp"
@@ -24,18 +25,27 @@ struct Parcel {
   std::unique_ptr<PreparedLocalModel> model;
 };
 
-constexpr std::size_t kReports = 4096;     // seconds that a refresh may take
+constexpr double kLongest = 2;  // [s] that a refresh may take: reports of as many ticks wait for it
+constexpr int kFewestReports = 4096, kMostReports = 1 << 15;  // each 5 KB
 constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are looked at: before a refresh; while none is due
 constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
-constexpr int kSoon = 2;                   // ticks until the next refresh is due: the body asks for the motion
-constexpr int kMost = 4;  // ticks that are caught up with in one: a tick is some 20 us, there is room for them
+constexpr double kSoon = 0.002;            // [s] until the next refresh is due: the body asks for the motion
+
+/// Past ticks that a new local model catches up with in one of the present, which is to keep its period: each takes
+/// some 40 us. At least two, or it never gets there.
+int most_caught_up(const TouchOptions& options) {
+  constexpr double kTick = 40e-6, kRoom = 0.8;
+  return std::clamp(static_cast<int>(kRoom * tick_length(options) / kTick) - 1, 2, 4);
+}
 
 class ThreadLink final : public BodyLink {
  public:
   ThreadLink(BodySide& body, HapticSide& side, const SurfaceFriction& friction, ModelObserver* observer)
       : body_(body),
         observer_(observer),
-        up_(kReports),
+        up_(static_cast<std::size_t>(ticks_in(kLongest, body.options().local.rate_hz, kFewestReports, kMostReports))),
+        soon_(ticks_in(kSoon, body.options().local.rate_hz, 2)),
+        most_caught_up_(most_caught_up(body.options())),
         catches_up_(catches_up(body.options())),
         catch_up_(shapes_of(body.options()), tick_length(body.options()), catch_up_solver(body.options(), friction)),
         interval_(ticks_per_refresh(body.options())) {
@@ -55,7 +65,7 @@ class ThreadLink final : public BodyLink {
     }
     // A model is taken only when the used one can be handed back: freeing is not for this thread.
     if (!arrived_ && used_.is_empty()) arrived_ = down_.take();
-    if (!arrived_ || (catches_up_ && !side.catch_up(arrived_->model, arrived_->at_tick, kMost))) return;
+    if (!arrived_ || (catches_up_ && !side.catch_up(arrived_->model, arrived_->at_tick, most_caught_up_))) return;
     arrived_->adopted_tick = side.next_tick();
     arrived_->model = side.adopt(std::move(arrived_->model));
     if (observer_) observer_->adopted(side.model());
@@ -100,7 +110,7 @@ class ThreadLink final : public BodyLink {
 
   /// The refresher always works for the latest moment that the haptic side has sent its motion of.
   void refresh_when_due() {
-    const bool is_due = !pending_.empty() && (pending_.back().tick + kSoon >= last_ + interval_ ||
+    const bool is_due = !pending_.empty() && (pending_.back().tick + soon_ >= last_ + interval_ ||
                                               (body_.options().global.early_refresh && pending_.back().left_patch));
     if (is_due && !spare_motions_.empty() && free_motion_.is_empty()) {
       free_motion_.put(std::move(spare_motions_.back()));
@@ -194,6 +204,7 @@ class ThreadLink final : public BodyLink {
   ModelObserver* observer_;
   Mailbox<Parcel> down_, used_;
   Ring<LocalReport> up_;
+  int soon_, most_caught_up_;  // ticks
   bool catches_up_;
   CatchUp catch_up_;                                         // of the body's thread
   int interval_, last_ = 0;                                  // ticks to the next refresh; of the last one

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include "core/base/ticks.hpp"
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/touch/body_link.hpp"
@@ -15,7 +16,7 @@
 namespace kt {
 namespace {
 
-constexpr int kShapeEvery = 16;  // ticks between two shapes for pictures
+constexpr double kShapeEvery = 0.016;  // [s] between two shapes for pictures
 
 TouchOptions checked(TouchOptions options) {
   check_options(options);
@@ -38,6 +39,7 @@ struct Touch::Parts {
         side(std::make_unique<BodySide>(body, options)) {
     const double slow = std::max(options.stale_s, 4 / options.global.rate_hz) + 1e-3 * options.link.latency_ms;
     stale_ticks = static_cast<int>(std::llround(slow * options.local.rate_hz));
+    shape_every = ticks_in(kShapeEvery, options.local.rate_hz);
   }
   std::span<LocalFrame> all_frames() noexcept { return {frames.data(), haptic.num_tools()}; }
   std::span<const LocalFrame> tick(std::span<const Pose> tools) noexcept;
@@ -54,7 +56,7 @@ struct Touch::Parts {
   std::array<LocalFrame, kMaxTools> frames;
   bool is_placed = false;
   double owed = 0;  // [s] that have passed and were not stepped
-  int stale_ticks = 0;
+  int stale_ticks = 0, shape_every = 1;
   // The shape of the contact's surroundings, for copy_positions().
   std::atomic<bool> is_watched{false};
   Mailbox<LocalMotion> shape, free_shape;
@@ -121,7 +123,7 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   if (haptic.has_model() && haptic.next_tick() - haptic.model_tick() > stale_ticks) flags |= kStaleModel;
   if (flags != 0)
     for (LocalFrame& frame : out) frame.flags |= flags;
-  if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % kShapeEvery == 0) show_shape();
+  if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % shape_every == 0) show_shape();
   return out;
 }
 
@@ -133,7 +135,7 @@ std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) 
   if (std::isfinite(dt) && dt > 0) p.owed += dt;
   const double steps = std::floor(p.owed / h() + 0.5);
   p.owed -= steps * h();
-  const int count = static_cast<int>(std::min<double>(steps, kMostSteps));
+  const int count = static_cast<int>(std::min<double>(steps, most_steps()));
   std::array<Pose, kMaxTools> from, at;
   for (std::size_t k = 0; k < out.size(); ++k) from[k] = p.haptic.poses()[k];
   for (int i = 1; i <= count; ++i) {
@@ -197,6 +199,7 @@ const Body& Touch::body() const { return parts_->body; }
 const TouchOptions& Touch::options() const { return parts_->options; }
 std::size_t Touch::num_tools() const { return parts_->haptic.num_tools(); }
 int Touch::next_tick() const noexcept { return parts_->haptic.next_tick(); }
+int Touch::most_steps() const noexcept { return ticks_in(kMostTime, parts_->options.local.rate_hz, kMostSteps); }
 double Touch::h() const noexcept { return parts_->haptic.h(); }
 std::exception_ptr Touch::error() const noexcept { return parts_->link ? parts_->link->error() : nullptr; }
 void Touch::observe(ModelObserver* observer) { parts_->observer = observer; }

@@ -44,11 +44,13 @@ class Touch {
   const LocalFrame& tick(const Pose& tool) noexcept { return tick(std::span(&tool, 1))[0]; }
 
   /// The same for a loop that does not keep the rate: `dt` [s] have passed since the last call, in which the tools came
-  /// here evenly. As many steps of 1 / local.rate_hz as fit are done, also none; more than kMostSteps are left out
-  /// (kLateTick).
+  /// here evenly. As many steps of 1 / local.rate_hz as fit are done, also none; more than most_steps() are left
+  /// out (kLateTick).
   std::span<const LocalFrame> tick(std::span<const Pose> tools, double dt) noexcept;
   const LocalFrame& tick(const Pose& tool, double dt) noexcept { return tick(std::span(&tool, 1), dt)[0]; }
-  static constexpr int kMostSteps = 20;
+  static constexpr double kMostTime = 0.02;  ///< [s] that one call makes up for: a picture of a slow screen
+  static constexpr int kMostSteps = 20;      ///< or so many steps, where these last longer
+  int most_steps() const noexcept;           ///< of one call
 
   /// What tick() would do first: without start(), the refresh that is due. To take its time apart from the tick's.
   void refresh_if_due() noexcept;

@@ -2,6 +2,8 @@
 
 #include <utility>  // Boost 1.74's awaitable.hpp forgets it
 
+#include <poll.h>
+
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
@@ -36,10 +38,10 @@ struct FakeHaply::Parts {
   explicit Parts(FakeHaplyOptions o) : options(std::move(o)), acceptor(context), began(seconds()) {
     if (!options.target) options.target = [](double) { return Vec3(0, -0.12, 0.15); };
     x = options.target(0);
-    const tcp::endpoint at(boost::asio::ip::address_v4::loopback(), options.port);
-    acceptor.open(at.protocol());
+    const tcp::endpoint here(boost::asio::ip::address_v4::loopback(), options.port);
+    acceptor.open(here.protocol());
     acceptor.set_option(tcp::acceptor::reuse_address(true));
-    acceptor.bind(at);
+    acceptor.bind(here);
     acceptor.listen();
     options.port = acceptor.local_endpoint().port();
     acceptor.non_blocking(true);
