@@ -5,8 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
+#include "apps/machine_report.hpp"
 #include "apps/words.hpp"
 #include "core/base/error.hpp"
+#include "haptics/driver/device_identify.hpp"
 #include "haptics/driver/device_test.hpp"
 #include "haptics/driver/find_devices.hpp"
 #include "haptics/session/session.hpp"
@@ -20,6 +22,7 @@ using Json = nlohmann::ordered_json;
 struct DeviceArguments {
   DeviceSettings device;
   std::string json;
+  bool of_machine = false, is_busy = false;
   double seconds = 10, rate_hz = 1000, wall = 200, max_force = 0;
 };
 
@@ -185,6 +188,51 @@ void test(const DeviceArguments& a, int& exit_code) {
   write_json(a.json, json_text(json, 2) + "\n");
 }
 
+void identify(const DeviceArguments& a, int& exit_code) {
+  check(a);
+  const auto device = open_device(a);
+  const DeviceInfo info = device->info();
+  print_row("device", text(a.device.name, ": ", info.name, info.serial.empty() ? "" : " " + info.serial));
+  std::cout << "let go of the device: a spring of " << kReleaseStiffness << " N/m moves it by 15 mm\n";
+  IdentifyOptions options;
+  options.h = 1 / a.rate_hz;
+  options.safety = safety_of(a);
+  options.stop = &stop_requested();
+  const DeviceFit fit = identify_device(*device, options);
+  const auto with_error = [](double value, double error) { return text(shown(value), " +- ", shown(error, "%.2g")); };
+  print_row("damping", with_error(fit.damping, fit.damping_error) + " N.s/m");
+  print_row("mass", with_error(fit.mass, fit.mass_error) + " kg");
+  print_row("delay", with_error(1e3 * fit.delay, 1e3 * fit.delay_error) + " ms");
+  if (fit.is_good())
+    print_row("to the scene", text("\"damping\": ", shown(fit.damping), ", \"delay_ms\": ", shown(1e3 * fit.delay),
+                                   " in tool.path.device"));
+  else
+    print_row("not to be used", fit.refusal);
+  exit_code = fit.is_good() ? 0 : 1;
+  const Json json{{"device", a.device.name},
+                  {"info", info_json(info)},
+                  {"damping_ns_per_m", number(fit.damping)},
+                  {"damping_error", number(fit.damping_error)},
+                  {"mass_kg", number(fit.mass)},
+                  {"mass_error", number(fit.mass_error)},
+                  {"delay_ms", number(1e3 * fit.delay)},
+                  {"delay_error", number(1e3 * fit.delay_error)},
+                  {"residual_m", number(fit.residual)},
+                  {"refusal", fit.is_good() ? Json(nullptr) : Json(fit.refusal)}};
+  write_json(a.json, json_text(json, 2) + "\n");
+}
+
+void test_computer(const DeviceArguments& a, int& exit_code) {
+  MachineTestOptions options;
+  options.seconds = std::min(a.seconds, 3.0);
+  options.busy = a.is_busy;
+  options.stop = &stop_requested();
+  const MachineReport report = test_machine(options);
+  std::cout << machine_text(report);
+  write_json(a.json, json_text(machine_json(report), 2) + "\n");
+  exit_code = report.fastest_kept_hz() >= 1000 ? 0 : 1;
+}
+
 void add_device_options(CLI::App& command, DeviceArguments& a) {
   command.add_option("--address", a.device.address, "haply: of its service, ws://HOST:PORT; spnav: of its socket");
   command.add_option("--id", a.device.id, "serial number or id, where there are several");
@@ -205,7 +253,9 @@ void add_device_command(CLI::App& app, int& exit_code) {
   list->callback([a] { list_devices(*a); });
 
   auto* test_command = command->add_subcommand("test", "press a device on a soft wall, and measure");
-  test_command->add_option("NAME", a->device.name, "haply openhaptics forcedimension spnav")->required();
+  test_command->add_option("NAME", a->device.name, "haply openhaptics forcedimension spnav");
+  test_command->add_flag("--machine", a->of_machine, "no device: whether this computer keeps 1, 4 and 8 kHz");
+  test_command->add_flag("--busy", a->is_busy, "--machine: while every core has other work");
   add_device_options(*test_command, *a);
   test_command->add_option("--seconds", a->seconds, "how long")->capture_default_str();
   test_command->add_option("--rate", a->rate_hz, "of the ticks, Hz")->capture_default_str();
@@ -213,7 +263,20 @@ void add_device_command(CLI::App& app, int& exit_code) {
   test_command->add_option("--max-force", a->max_force, "N; 0: 3 N, or what the device can give if that is less");
   add_json_option(*test_command, a->json, "the figures");
   test_command->footer("Example:\n  kilotouch device test haply --wall 300");
-  test_command->callback([a, &exit_code] { test(*a, exit_code); });
+  test_command->callback([a, &exit_code] {
+    if (a->of_machine == !a->device.name.empty())
+      throw InputError("device test: name a device, or give --machine");
+    a->of_machine ? test_computer(*a, exit_code) : test(*a, exit_code);
+  });
+
+  auto* identify_command = command->add_subcommand("identify", "damping, mass and delay of a device, hands off");
+  identify_command->add_option("NAME", a->device.name, "haply openhaptics forcedimension")->required();
+  add_device_options(*identify_command, *a);
+  identify_command->add_option("--rate", a->rate_hz, "of the ticks, Hz")->capture_default_str();
+  identify_command->add_option("--max-force", a->max_force, "N; 0: 3 N, or what the device can give if that is less");
+  add_json_option(*identify_command, a->json, "the figures");
+  identify_command->footer("Example:\n  kilotouch device identify haply");
+  identify_command->callback([a, &exit_code] { identify(*a, exit_code); });
 }
 
 }  // namespace kt

@@ -10,7 +10,7 @@
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/device/measured_delay.hpp"
 #include "haptics/device/passivity.hpp"
-#include "haptics/device/virtual_coupling.hpp"
+#include "haptics/device/device_coupling.hpp"
 #include "haptics/tick/local_frame.hpp"
 
 namespace kt {
@@ -86,7 +86,7 @@ class SafetyChain {
   SafetyOptions o_;
   DeviceInfo limits_;  // the device's, with the force that the scene allows
   std::optional<PassivityControl> passivity_;  // of a device that moves with the force
-  VirtualCoupling coupling_;
+  DeviceCoupling coupling_;
   MeasuredDelay measured_;
   DelayEstimate delay_;
   unsigned delays_ = 0;  // that the device has told

@@ -1,20 +1,13 @@
 #include "haptics/driver/device_test.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "haptics/driver/device_slots.hpp"
+#include "haptics/driver/sleep_until.hpp"
 
 namespace kt {
 namespace {
-
-void sleep_until(std::int64_t due_ns) {
-  const timespec due{static_cast<time_t>(due_ns / 1'000'000'000), static_cast<long>(due_ns % 1'000'000'000)};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0) {
-  }
-}
 
 /// Largest minus smallest over the mean of the force, over the last half second in the wall.
 class Ripple {
@@ -66,7 +59,7 @@ DeviceTest test_device(HapticDevice& device, const DeviceTestOptions& options) {
   int fresh = 0;
   for (int i = 0; i < ticks && !(options.stop && options.stop->load()); ++i) {
     const std::int64_t due = began + i * period;
-    sleep_until(due);
+    sleep_until_ns(due);
     const std::int64_t now = monotonic_ns();
     out.lateness.push_back(1e-9 * static_cast<double>(now - due));
     const Pose at = device.pose(1e-9 * static_cast<double>(now - began));
