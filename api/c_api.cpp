@@ -4,13 +4,26 @@
 
 #include "api/kilotouch.h"
 #include "api/kilotouch.hpp"
+#include "haptics/setup/scene_safety.hpp"
 
 const char* kt::version() noexcept { return KT_VERSION; }
 
 struct kt_touch {
-  kt_touch(kt::Body made, const kt::TouchOptions& options) : body(std::move(made)), touch(body, options) {}
+  kt_touch(kt::Body made, const kt::TouchOptions& options, const kt::Scene& scene)
+      : body(std::move(made)), touch(body, options) {
+    guards.emplace_back(guard_of(scene, scene.tool));
+    if (scene.second_tool) guards.emplace_back(guard_of(scene, *scene.second_tool));
+  }
+  /// Of a device that the caller has: kt_tick_device.
+  static kt::SafetyOptions guard_of(const kt::Scene& scene, kt::SceneTool tool) {
+    if (!tool.path.device) tool.path.device.emplace();
+    kt::SafetyOptions out = kt::safety_options(scene, tool);
+    out.device.is_live = out.device.yields = out.device.gives_torque = true;
+    return out;
+  }
   kt::Body body;
   kt::Touch touch;
+  std::vector<kt::SafetyChain> guards;
 };
 
 namespace {
@@ -77,7 +90,7 @@ kt_touch* opened(F&& open) noexcept {
 template <class MakeBody>
 kt_touch* touch_of(const kt::Scene& scene, MakeBody&& make_body) {
   const kt::TouchOptions options = kt::touch_options(scene);
-  return new kt_touch(make_body(), options);
+  return new kt_touch(make_body(), options, scene);
 }
 
 /// Element i of a caller's array, whose elements may be shorter or longer than ours.
@@ -217,6 +230,34 @@ kt_status kt_tick(kt_touch* touch, const kt_pose* tools, size_t count, kt_frame*
 
 kt_status kt_tick_after(kt_touch* touch, const kt_pose* tools, size_t count, double seconds, kt_frame* frames) {
   return ticked(touch, tools, count, frames, [&](auto poses) { return touch->touch.tick(poses, seconds); });
+}
+
+kt_status kt_tick_device(kt_touch* touch, const kt_pose* tools, const kt_device* devices, size_t count, double seconds,
+                         kt_frame* frames) {
+  if (!devices) return misuse("kt_tick_device: a null pointer");
+  if (!(seconds > 0)) return misuse("kt_tick_device: seconds must be above 0");
+  if (devices->size < sizeof(kt_device)) return misuse("kt_device.size: set it to sizeof(kt_device)");
+  std::array<kt::LocalFrame, kt::kMaxTools> given;
+  return ticked(touch, tools, count, frames, [&](std::span<const kt::Pose> poses) {
+    std::array<kt::Pose, kt::kMaxTools> to;
+    for (std::size_t k = 0; k < count; ++k) to[k] = touch->guards[k].tool(poses[k], seconds);
+    const std::span<const kt::LocalFrame> body = touch->touch.tick(std::span<const kt::Pose>(to.data(), count));
+    for (std::size_t k = 0; k < count; ++k) {
+      const kt_device& d = *at(devices, k);
+      const bool is_known = d.health >= KT_DEVICE_OK && d.health <= KT_DEVICE_UNCALIBRATED;
+      const kt::DeviceState state{
+          .health = is_known ? static_cast<kt::DeviceHealth>(d.health) : kt::DeviceHealth::fault,
+          .age = d.age,
+          .buttons = d.buttons,
+          .delay = d.delay,
+          .delays = d.delays};
+      given[k] = body[k];
+      const kt::Wrench out = touch->guards[k].make_safe(given[k], poses[k], state, seconds);
+      given[k].force = out.force;
+      given[k].torque = out.torque;
+    }
+    return std::span<const kt::LocalFrame>(given.data(), count);
+  });
 }
 
 kt_status kt_triangles(kt_touch* touch, uint32_t* out, size_t room, size_t* needed) {

@@ -45,7 +45,11 @@ enum {
   KT_BODY_FAILED = 256,      /* the body's simulation has ended with an error; the last local model goes on */
   KT_NO_MODEL = 512,         /* nothing is touched: there is no local model yet */
   KT_BAD_POSE = 1024,        /* the pose was not finite: the tool stayed where it was */
-  KT_LATE_TICK = 2048        /* more time had passed than is caught up with in one call */
+  KT_LATE_TICK = 2048,       /* more time had passed than is caught up with in one call */
+  /* Of kt_tick_device: */
+  KT_GATED = 4096,           /* the gate was not fully open: the force is a part of the body's, or none */
+  KT_SLEWED = 8192,          /* the force was held back from changing faster than the device is allowed */
+  KT_STALE_POSE = 16384      /* the device's pose was too old, or the device was not there */
 };
 
 enum { KT_FREE = 0, KT_STICK = 1, KT_SLIDE = 2, KT_FRICTIONAL_SLIDE = 3 }; /* kt_frame.mode */
@@ -56,6 +60,17 @@ typedef struct kt_pose {
   double x[3];      /* reference point [m] */
   double turn[4];   /* unit quaternion w x y z, from the tool's frame to the world's */
 } kt_pose;
+
+enum { KT_DEVICE_OK = 0, KT_DEVICE_STALE = 1, KT_DEVICE_GONE = 2, KT_DEVICE_FAULT = 3, KT_DEVICE_UNCALIBRATED = 4 };
+
+typedef struct kt_device {
+  uint32_t size;    /* sizeof(kt_device) */
+  uint32_t buttons; /* bit 0: the first */
+  int32_t health;   /* KT_DEVICE_OK and so on */
+  uint32_t delays;  /* how many were measured so far, for the next; 0: none ever */
+  double age;       /* of the pose [s] */
+  double delay;     /* from a force that was written until it acted, as it was measured last [s] */
+} kt_device;
 
 typedef struct kt_frame {
   uint32_t size;  /* sizeof(kt_frame) */
@@ -99,6 +114,14 @@ KT_API kt_status kt_stop(kt_touch* touch);
 KT_API kt_status kt_tick(kt_touch* touch, const kt_pose* tools, size_t count, kt_frame* frames);
 /* The same after `seconds`, for a loop that does not keep the rate. */
 KT_API kt_status kt_tick_after(kt_touch* touch, const kt_pose* tools, size_t count, double seconds, kt_frame* frames);
+
+/* One tick for devices that somebody holds (scene: tool.path.device, name pushed, with its limits; without it 3 N). The
+ * frames' forces and torques are what is to be written to the devices now: finite, within limits and slew, made passive,
+ * zero until a gate has opened and 20 ms after the last fresh pose (docs/devices.md). Call it each period of
+ * local.rate_hz. Poses are in the world's frame, forces at the device's side of force_scale.
+ * seconds: since the last call. */
+KT_API kt_status kt_tick_device(kt_touch* touch, const kt_pose* tools, const kt_device* devices, size_t count,
+                                double seconds, kt_frame* frames);
 
 /* The surface, for drawing: indices once, positions as often as wanted. `room` numbers are there; `needed` is filled. */
 KT_API kt_status kt_triangles(kt_touch* touch, uint32_t* out, size_t room, size_t* needed);

@@ -11,7 +11,7 @@
 #include "haptics/driver/device_identify.hpp"
 #include "haptics/driver/device_test.hpp"
 #include "haptics/driver/find_devices.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/setup/scene_safety.hpp"
 #include "io/files/json_file.hpp"
 
 namespace kt {
@@ -35,7 +35,8 @@ std::string shown(double value, const char* format = "%.3g") {
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json percentiles_ms(const std::vector<double>& sorted) {
-  return {{"p50", number(1e3 * percentile(sorted, 0.5))}, {"p99", number(1e3 * percentile(sorted, 0.99))},
+  return {{"p50", number(1e3 * percentile(sorted, 0.5))},
+          {"p99", number(1e3 * percentile(sorted, 0.99))},
           {"max", number(1e3 * percentile(sorted, 1))}};
 }
 
@@ -131,8 +132,8 @@ std::vector<std::string> troubles(const DeviceArguments& a, const DeviceInfo& in
     out.push_back(text("fresh poses came ", shown(t.readings_per_s), " times a second, ticks ", a.rate_hz,
                        " times: lower local.rate_hz, or see to the device's service"));
   if (percentile(t.lateness, 0.99) > h)
-    out.push_back(text("one tick in a hundred came more than a period late (", shown(1e3 * percentile(t.lateness, 0.99)),
-                       " ms): kilotouch device test --machine says why"));
+    out.push_back(text("one tick in a hundred came more than a period late (",
+                       shown(1e3 * percentile(t.lateness, 0.99)), " ms): kilotouch device test --machine says why"));
   if (info.gives_force && t.deepest > 0 && t.ripple > 0.1)
     out.push_back(text("the force on the wall swung by ", shown(100 * t.ripple),
                        " % of its mean: kilotouch device identify, and then tool.path.device.damping"));
@@ -158,9 +159,10 @@ void test(const DeviceArguments& a, int& exit_code) {
   options.stop = &stop_requested();
   if (!is_quiet())
     options.progress = [](double t, const Pose& at, const DeviceState& state, double force, double gate) {
-      std::fprintf(stderr, "  %4.1f s  at (%7.2f %7.2f %7.2f) mm  %s, pose %.2f ms old, buttons %x, force %.2f N, gate %.2f\n", t,
-                   1e3 * at.x.x(), 1e3 * at.x.y(), 1e3 * at.x.z(), name_of(state.health), 1e3 * state.age, state.buttons,
-                   force, gate);
+      std::fprintf(stderr,
+                   "  %4.1f s  at (%7.2f %7.2f %7.2f) mm  %s, pose %.2f ms old, buttons %x, force %.2f N, gate %.2f\n",
+                   t, 1e3 * at.x.x(), 1e3 * at.x.y(), 1e3 * at.x.z(), name_of(state.health), 1e3 * state.age,
+                   state.buttons, force, gate);
     };
   const DeviceTest t = test_device(*device, options);
   const auto ms = [](const std::vector<double>& sorted) {
@@ -264,8 +266,7 @@ void add_device_command(CLI::App& app, int& exit_code) {
   add_json_option(*test_command, a->json, "the figures");
   test_command->footer("Example:\n  kilotouch device test haply --wall 300");
   test_command->callback([a, &exit_code] {
-    if (a->of_machine == !a->device.name.empty())
-      throw InputError("device test: name a device, or give --machine");
+    if (a->of_machine == !a->device.name.empty()) throw InputError("device test: name a device, or give --machine");
     a->of_machine ? test_computer(*a, exit_code) : test(*a, exit_code);
   });
 

@@ -39,7 +39,7 @@ Json device_json(const ToolRun& tool) {
                      {"p99", known(1e3 * run.delay.p99)}};
   out["coupling_n_per_m"] = known(run.coupling);
   out["gate"] = name_of(run.gate);
-  out["ticks"] = {{"gated", s.gated}, {"stale", s.stale},           {"slewed", s.slewed},
+  out["ticks"] = {{"gated", s.gated},     {"stale", s.stale},           {"slewed", s.slewed},
                   {"limited", s.limited}, {"not_finite", s.not_finite}, {"shut", s.shut}};
   out["most_force_n"] = s.most_force;
   out["most_slew_n_per_s"] = s.most_slew;
@@ -51,9 +51,11 @@ std::string device_line(const Json& d) {
   std::string out = text(d["name"].get<std::string>(), serial.empty() ? "" : " " + serial, ": at most ",
                          short_number(d["max_force_n"]), " N, gave up to ", short_number(d["most_force_n"]), " N");
   if (!d["pose_age_ms"]["p50"].is_null())
-    out += text("; pose age ", short_number(d["pose_age_ms"]["p50"]), " ms, p99 ", short_number(d["pose_age_ms"]["p99"]));
+    out +=
+        text("; pose age ", short_number(d["pose_age_ms"]["p50"]), " ms, p99 ", short_number(d["pose_age_ms"]["p99"]));
   if (!d["delay_ms"]["p50"].is_null())
-    out += text("; forces act after ", short_number(d["delay_ms"]["p50"]), " ms, p99 ", short_number(d["delay_ms"]["p99"]));
+    out += text("; forces act after ", short_number(d["delay_ms"]["p50"]), " ms, p99 ",
+                short_number(d["delay_ms"]["p99"]));
   if (!d["coupling_n_per_m"].is_null()) out += text("; coupling ", short_number(d["coupling_n_per_m"]), " N/m");
   return out + text("; gate not open in ", d["ticks"]["gated"], " ticks, poses stale in ", d["ticks"]["stale"],
                     "; at the end: ", d["gate"].get<std::string>());

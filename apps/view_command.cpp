@@ -195,7 +195,9 @@ void add_view_command(CLI::App& app, int&) {
   command->add_option("--listen", a->listen, "address; others than this computer's own need --token")
       ->capture_default_str();
   command->add_option("--token", a->token, "that the page's address must have");
-  command->add_option("--device", a->device, "what moves the tool: pointer (the page's), scene (the scene's path), or a haptic device: haply ...")
+  command
+      ->add_option("--device", a->device,
+                   "what moves the tool: pointer (the page's), scene (the scene's path), or a haptic device: haply ...")
       ->capture_default_str();
   command->add_option("--record", a->record, "folder for recordings")->capture_default_str();
   command->add_flag("--open", a->open, "open the page in this computer's browser");

@@ -26,7 +26,7 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
     {"haptics",
      {{"options", "contact", "device", "link"},
       {"tick"},
-      {"methods", "refresh"},
+      {"methods", "refresh", "driver"},
       {"touch"},
       {"setup"},
       {"predict"},
@@ -98,14 +98,15 @@ const std::vector<Home> kHomes{
     {"OpenMesh/", "io/surface/[a-z_]*openmesh\\.cpp"},
     {"CGAL/", "(io|collision)/[a-z]+/[a-z_]*cgal\\.cpp"},
     {"nglib", "io/solid/tetrahedralize_netgen\\.cpp"},
-    {"nlohmann/", "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*|view/page_[a-z]+\\.cpp"},
+    {"nlohmann/", "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*|view/page_[a-z]+\\.cpp|"
+                  "haptics/driver/haply_messages\\.cpp|tests/(fakes|haptics)/haply_[a-z_]*\\.cpp"},
     {"valijson/", "io/scene/json_schema\\.cpp"},
     {"zlib.h", "io/mesh/inflate_zlib\\.cpp"},
     {"CLI/", "apps/.*"},
     {"benchmark/", "bench/.*"},
     {"gtest/", "tests/.*"},
     {"gmock/", "tests/.*"},
-    {"boost/", "view/server\\.cpp"},
+    {"boost/", "view/server\\.cpp|haptics/driver/haply\\.cpp|tests/fakes/haply_service\\.cpp"},
     {"tbb/", "core/base/parallel\\.cpp"},
 };
 

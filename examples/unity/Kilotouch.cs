@@ -13,7 +13,8 @@ public static class Kilotouch {
   [Flags]
   public enum Flags : uint {
     EventsExhausted = 1, LeftPatch = 2, LostAnchor = 4, RigidContact = 8, NotFinite = 16, ContactsExhausted = 32,
-    PushedOut = 64, StaleModel = 128, BodyFailed = 256, NoModel = 512, BadPose = 1024, LateTick = 2048
+    PushedOut = 64, StaleModel = 128, BodyFailed = 256, NoModel = 512, BadPose = 1024, LateTick = 2048, Gated = 4096, Slewed = 8192,
+    StalePose = 16384
   }
 
   [StructLayout(LayoutKind.Sequential)]
@@ -26,6 +27,20 @@ public static class Kilotouch {
       return new Pose {
         size = (uint)Marshal.SizeOf(typeof(Pose)), x = new[] { x, y, z }, turn = new[] { 1.0, 0, 0, 0 }
       };
+    }
+  }
+
+  public enum Health { Ok = 0, Stale = 1, Gone = 2, Fault = 3, Uncalibrated = 4 }
+
+  [StructLayout(LayoutKind.Sequential)]
+  public struct Device {
+    public uint size, buttons;
+    public Health health;
+    public uint delays;
+    public double age, delay;  // s
+
+    public static Device WithPoseOf(double age) {
+      return new Device { size = (uint)Marshal.SizeOf(typeof(Device)), age = age };
     }
   }
 
@@ -77,6 +92,9 @@ public static class Kilotouch {
   [DllImport(Library)]
   public static extern Status kt_tick_after(
       IntPtr touch, [In] Pose[] tools, UIntPtr count, double seconds, [In, Out] Frame[] frames);
+  [DllImport(Library)]
+  public static extern Status kt_tick_device(
+      IntPtr touch, [In] Pose[] tools, [In] Device[] devices, UIntPtr count, double seconds, [In, Out] Frame[] frames);
   [DllImport(Library)]
   public static extern Status kt_triangles(
       IntPtr touch, uint[] result, UIntPtr room, out UIntPtr needed);

@@ -33,11 +33,16 @@ std::vector<BackendInfo> live_device_backends() {
 
 const char* name_of(DeviceHealth health) noexcept {
   switch (health) {
-    case DeviceHealth::ok: return "ok";
-    case DeviceHealth::stale: return "stale";
-    case DeviceHealth::gone: return "gone";
-    case DeviceHealth::fault: return "fault";
-    case DeviceHealth::uncalibrated: return "uncalibrated";
+    case DeviceHealth::ok:
+      return "ok";
+    case DeviceHealth::stale:
+      return "stale";
+    case DeviceHealth::gone:
+      return "gone";
+    case DeviceHealth::fault:
+      return "fault";
+    case DeviceHealth::uncalibrated:
+      return "uncalibrated";
   }
   return "";
 }

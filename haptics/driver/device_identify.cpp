@@ -14,8 +14,7 @@ DeviceFit identify_device(HapticDevice& device, const IdentifyOptions& options) 
   safety.h = options.h;
   safety.most_damping = 0;
   safety.coupling = 0;
-  if (!safety.device.gives_force)
-    return {.refusal = "it gives no force: there is no loop to be kept from swinging"};
+  if (!safety.device.gives_force) return {.refusal = "it gives no force: there is no loop to be kept from swinging"};
   SafetyChain chain(safety);
   const double scale = safety.scale;
   const auto place = [&](const Pose& pose) { return pose.x[options.axis] / scale; };

@@ -60,7 +60,9 @@ struct DeviceSlots {
   /// is the watchdog outside the tick: a driver's thread goes on when the tick hangs.
   DeviceOrder wanted(std::int64_t now_ns) const noexcept {
     DeviceOrder out;
-    if (are_devices_let_go() || !order.read(out) || out.at_ns == 0 || now_ns - out.at_ns > kOldestOrder_ns || !out.is_finite()) return {};
+    if (are_devices_let_go() || !order.read(out) || out.at_ns == 0 || now_ns - out.at_ns > kOldestOrder_ns ||
+        !out.is_finite())
+      return {};
     return out;
   }
 };

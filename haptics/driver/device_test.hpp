@@ -4,18 +4,19 @@
 #include <functional>
 #include <vector>
 
-#include "haptics/device/safety_chain.hpp"
+#include "haptics/driver/safety_chain.hpp"
 
 namespace kt {
 
 struct DeviceTestOptions {
   double seconds = 10;
-  double h = 1e-3;                       ///< tick [s]
-  double wall_stiffness = 200;           ///< [N/m] at the device's scale
-  double wall_below = 0.01;              ///< [m] under where the device is when the test begins, world's z
-  SafetyOptions safety;                  ///< its device and h are filled in
+  double h = 1e-3;              ///< tick [s]
+  double wall_stiffness = 200;  ///< [N/m] at the device's scale
+  double wall_below = 0.01;     ///< [m] under where the device is when the test begins, world's z
+  SafetyOptions safety;         ///< its device and h are filled in
   const std::atomic<bool>* stop = nullptr;
-  std::function<void(double t, const Pose&, const DeviceState&, double force, double gate)> progress;  ///< twice a second
+  std::function<void(double t, const Pose&, const DeviceState&, double force, double gate)>
+      progress;  ///< twice a second
 };
 
 /// Sorted lists; times in seconds.
@@ -27,12 +28,12 @@ struct DeviceTest {
   std::vector<double> lateness;  ///< of the ticks
   double readings_per_s = 0;     ///< fresh poses
   SafetyCounts safety;
-  GateReason gate = GateReason::open;                  ///< at the end
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();        ///< that it was moved through [m]
-  unsigned buttons = 0;                                ///< that were pressed
-  double deepest = 0;                                  ///< in the wall [m]
-  double ripple = 0;                                   ///< of the force at rest in the wall, share; NaN: never at rest
-  double given = 0;                                    ///< most energy that the hand was given [J]
+  GateReason gate = GateReason::open;            ///< at the end
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  ///< that it was moved through [m]
+  unsigned buttons = 0;                          ///< that were pressed
+  double deepest = 0;                            ///< in the wall [m]
+  double ripple = 0;                             ///< of the force at rest in the wall, share; NaN: never at rest
+  double given = 0;                              ///< most energy that the hand was given [J]
 };
 
 /// @param device  open; borrowed

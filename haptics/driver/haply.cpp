@@ -2,12 +2,12 @@
 // inventory the service sends one state for each message that it gets: our rate is the rate.
 #include <utility>  // Boost 1.74's awaitable.hpp forgets it
 
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
-#include <array>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -205,7 +205,8 @@ class Connection {
     const bool is_read = slots_.order.read(newest);
     const bool is_new = is_read && newest.count != last_order_.count;
     if (is_new) {
-      if (last_order_.at_ns != 0) period_ns_ = std::clamp<std::int64_t>(newest.at_ns - last_order_.at_ns, 100'000, 20'000'000);
+      if (last_order_.at_ns != 0)
+        period_ns_ = std::clamp<std::int64_t>(newest.at_ns - last_order_.at_ns, 100'000, 20'000'000);
       last_order_ = newest;
       asked_ = false;
     }
@@ -217,7 +218,9 @@ class Connection {
       if (!is_new) asked_ = true;
       send_force(slots_.wanted(now));
     }
-    const std::int64_t wake = is_stopped ? now + kSlowest / 2 : asked_ ? std::max(next + kLook / 3, now + kLook) : next - kAhead;
+    const std::int64_t wake = is_stopped ? now + kSlowest / 2
+                              : asked_   ? std::max(next + kLook / 3, now + kLook)
+                                         : next - kAhead;
     schedule(microseconds(std::max<std::int64_t>(kLook, wake - now) / 1000));
   }
 
@@ -290,7 +293,8 @@ class Connection {
 /// The id that is meant among those that are there.
 std::string choose(const HaplyState& inventory, const std::string& id) {
   if (inventory.devices.empty())
-    throw InputError("tool.path.device: the Haply Inverse Service lists no Inverse3; is it plugged in and switched on?");
+    throw InputError(
+        "tool.path.device: the Haply Inverse Service lists no Inverse3; is it plugged in and switched on?");
   if (id.empty() && inventory.devices.size() == 1) return inventory.devices.front();
   if (id.empty())
     throw InputError(text("tool.path.device.id: there are several Inverse3: ", join(inventory.devices), "; name one"));

@@ -86,7 +86,8 @@ HaplyState read_haply_state(const std::string& message, const std::string& id) {
       out.devices.push_back(its);
       out.models.push_back(word(member(device, "config", "device_info")));
       if (out.models.back().empty())
-        if (const json* const info = member(device, "config", "device_info")) out.models.back() = word(member(*info, "model"));
+        if (const json* const info = member(device, "config", "device_info"))
+          out.models.back() = word(member(*info, "model"));
       if (!(id.empty() ? out.devices.size() == 1 : its == id)) continue;
       out.x = vector(member(device, "state", "cursor_position"));
       out.v = vector(member(device, "state", "cursor_velocity"));
@@ -113,8 +114,6 @@ std::string haply_force(const std::string& id, const double (&force)[3]) {
   return out.dump();
 }
 
-std::string haply_question() {
-  return json{{"session", {{"force_render_full_state", json::object()}}}}.dump();
-}
+std::string haply_question() { return json{{"session", {{"force_render_full_state", json::object()}}}}.dump(); }
 
 }  // namespace kt

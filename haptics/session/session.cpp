@@ -10,6 +10,7 @@
 #include "haptics/session/real_time.hpp"
 #include "haptics/session/session_run.hpp"
 #include "haptics/setup/path_excitation.hpp"
+#include "haptics/setup/scene_safety.hpp"
 
 namespace kt {
 namespace {
@@ -111,7 +112,7 @@ std::optional<PassivityRun> energy_of(const SafetyChain& chain) {
 DeviceRun device_run(const GuardedDevice& device, const SceneTool& tool) {
   const SafetyChain& chain = device.chain();
   return {tool.path.device->name, device.device().info(), chain.max_force(), device.device().origin(),
-          chain.counts(),         chain.reason(),         chain.delay(), chain.coupling()};
+          chain.counts(),         chain.reason(),         chain.delay(),     chain.coupling()};
 }
 
 void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, ContactWatch* watch, SessionResult& out) {
@@ -140,11 +141,6 @@ void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, Conta
 }
 
 }  // namespace
-
-unsigned button_mask(const std::string& deadman) {
-  if (deadman == "none") return 0;
-  return deadman == "any" ? ~0u : 1u << (deadman[0] - '1');
-}
 
 std::vector<Vec3> places_of(const ToolRun& run) {
   std::vector<Vec3> out{run.start.x};
@@ -201,23 +197,6 @@ std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions
   return out;
 }
 
-SafetyOptions Session::safety_options(const SceneTool& tool) const {
-  SafetyOptions out;
-  out.h = 1 / scene().local.rate_hz;
-  out.most_damping = scene().local.passivity_damping;
-  if (!tool.path.device) return out;
-  const DeviceSettings& device = *tool.path.device;
-  out.scale = device.scale;
-  out.force_scale = device.force_scale;
-  out.max_force = device.max_force;
-  out.max_slew = device.max_slew;
-  out.deadman = button_mask(device.deadman);
-  out.damping = device.damping;
-  if (device.delay_ms) out.delay = 1e-3 * *device.delay_ms;
-  out.coupling = device.coupling;
-  return out;
-}
-
 SessionResult Session::run(const SessionOptions& options) {
   SessionResult result;
   result.warnings = warnings();
@@ -249,7 +228,7 @@ SessionResult Session::run(const SessionOptions& options) {
   touch.place(start);
   std::vector<GuardedDevice> guarded;
   for (std::size_t k = 0; k < tools().size(); ++k)
-    guarded.emplace_back(std::move(devices[k]), safety_options(k == 0 ? scene().tool : *scene().second_tool));
+    guarded.emplace_back(std::move(devices[k]), safety_options(scene(), k == 0 ? scene().tool : *scene().second_tool));
   int ticks = static_cast<int>(std::llround(scene().duration * scene().local.rate_hz));
   if (options.is_endless) ticks = std::numeric_limits<int>::max();
   const RunParts parts{options, ticks, touch, guarded, watch ? &*watch : nullptr, result};

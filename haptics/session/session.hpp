@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "haptics/device/real_time_thread.hpp"
-#include "haptics/device/safety_chain.hpp"
+#include "haptics/driver/safety_chain.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"
@@ -131,9 +131,6 @@ struct SessionOptions {
 /// device decided, tool_paths are to be added.
 SessionOptions replay_of(const SessionResult& run);
 
-/// Buttons of which one has to be held: "none" is 0, "any" all, "1" the first.
-unsigned button_mask(const std::string& deadman);
-
 /// A scene that can be run, as often as one likes: each time from its start on. Throws InputError.
 class Session : public BuiltScene {
  public:
@@ -146,7 +143,6 @@ class Session : public BuiltScene {
 
  private:
   std::vector<std::unique_ptr<HapticDevice>> devices(const SessionOptions& options) const;
-  SafetyOptions safety_options(const SceneTool& tool) const;
   std::optional<BandPowers> followed_motion() const;
   std::vector<Prediction> predictions_;
 };

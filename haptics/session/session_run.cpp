@@ -29,9 +29,8 @@ struct TickRow {
 class DeviceTick {
  public:
   explicit DeviceTick(const RunParts& run)
-      : run_(run), is_live_(std::ranges::any_of(run.devices, [](const GuardedDevice& d) {
-          return d.device().info().is_live;
-        })) {}
+      : run_(run),
+        is_live_(std::ranges::any_of(run.devices, [](const GuardedDevice& d) { return d.device().info().is_live; })) {}
 
   /// @param refresh  the refresh that is due first, whose time is not the tick's
   void step(TickRow& row, bool refresh) noexcept {

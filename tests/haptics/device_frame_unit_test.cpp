@@ -17,7 +17,8 @@ TEST(DeviceFrame, AxesAreNamedFromTheWorldsSide) {
   EXPECT_EQ(r * Vec3(1, 2, 3), Vec3(1, -3, 2)) << "the world's y is the device's -z, its z the device's y";
   const DeviceFrame frame{r, {0.1, 0.2, 0.3}, 4};
   EXPECT_TRUE(frame.to_world(Vec3(0.01, 0.02, 0.03)).isApprox(Vec3(0.14, 0.08, 0.38)));
-  EXPECT_TRUE(frame.to_world(Quaternion(Eigen::AngleAxisd(1, Vec3::UnitY()))).isApprox(Quaternion(r) * Quaternion(Eigen::AngleAxisd(1, Vec3::UnitY()))));
+  EXPECT_TRUE(frame.to_world(Quaternion(Eigen::AngleAxisd(1, Vec3::UnitY())))
+                  .isApprox(Quaternion(r) * Quaternion(Eigen::AngleAxisd(1, Vec3::UnitY()))));
   EXPECT_TRUE((frame.origin_for({1, 2, 3}, {5, 6, 7}) + 4 * r * Vec3(1, 2, 3)).isApprox(Vec3(5, 6, 7)));
 }
 

@@ -1,7 +1,7 @@
 // What a device is given: the force, limited; nothing while its poses cannot be relied upon.
 #include <gtest/gtest.h>
 
-#include "haptics/device/guarded_device.hpp"
+#include "haptics/driver/guarded_device.hpp"
 
 namespace kt {
 namespace {

@@ -48,7 +48,8 @@ TEST(HaplyMessages, WhatIsMissingOrNoNumberIsNotThere) {
       // 1e999 is no JSON number for some parsers
     }
   }
-  for (const char* grip : {"null", "{\"w\":0,\"x\":0,\"y\":0,\"z\":0}", "{\"w\":7,\"x\":0,\"y\":0,\"z\":0}", "{\"w\":1}"})
+  for (const char* grip :
+       {"null", "{\"w\":0,\"x\":0,\"y\":0,\"z\":0}", "{\"w\":7,\"x\":0,\"y\":0,\"z\":0}", "{\"w\":1}"})
     EXPECT_FALSE(read_haply_state(text(R"({"verse_grip":[{"state":{"orientation":)", grip, "}}]}"), "").turn) << grip;
   for (const char* list : {"null", "7", "[7]", "[null]", "[{}]", "[{\"device_id\":7}]", "{}"})
     EXPECT_TRUE(read_haply_state(text("{\"inverse3\":", list, "}"), "").devices.empty()) << list;
@@ -56,7 +57,8 @@ TEST(HaplyMessages, WhatIsMissingOrNoNumberIsNotThere) {
 
 TEST(HaplyMessages, EveryCutOfAMessageIsToldOrRead) {
   const std::string whole = kInventory;
-  for (std::size_t n = 0; n < whole.size(); ++n) EXPECT_THROW(read_haply_state(whole.substr(0, n), ""), InputError) << n;
+  for (std::size_t n = 0; n < whole.size(); ++n)
+    EXPECT_THROW(read_haply_state(whole.substr(0, n), ""), InputError) << n;
   for (const char* other : {"", "[]", "7", "\"x\"", "null", "{\"a\":NaN}"})
     EXPECT_THROW(read_haply_state(other, ""), InputError) << other;
 }

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <thread>
 
-#include "haptics/device/guarded_device.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/driver/device_test.hpp"
+#include "haptics/driver/guarded_device.hpp"
 #include "tests/fakes/haply_service.hpp"
 
 namespace kt {
@@ -115,8 +115,10 @@ TEST(Haply, WhenTheTickHangsTheDeviceIsLetGo) {
   bool was_zero = false;
   for (const HeardForce& h : service.heard()) {
     if (h.t <= stopped) continue;
-    if (h.force.isZero(0)) was_zero = true;
-    else last_force = h.t;
+    if (h.force.isZero(0))
+      was_zero = true;
+    else
+      last_force = h.t;
   }
   EXPECT_TRUE(was_zero);
   EXPECT_LT(last_force - stopped, 0.1) << "20 ms, on a machine that is not busy";
@@ -133,7 +135,8 @@ TEST(Haply, WhatIsNotThereIsToldInOneLine) {
   };
   DeviceOptions nobody;
   nobody.live.address = "ws://localhost:1";
-  EXPECT_NE(error(nobody).find("ws://localhost:1: Connection refused; is the Haply Inverse Service running"), std::string::npos)
+  EXPECT_NE(error(nobody).find("ws://localhost:1: Connection refused; is the Haply Inverse Service running"),
+            std::string::npos)
       << error(nobody);
   nobody.live.address = "http://x";
   EXPECT_NE(error(nobody).find("must be ws://HOST:PORT"), std::string::npos);

@@ -1,6 +1,6 @@
 #pragma once
 // A device at its tool: poses from it, forces to it through the safety chain.
-#include "haptics/device/safety_chain.hpp"
+#include "haptics/driver/safety_chain.hpp"
 
 namespace kt {
 

@@ -3,45 +3,56 @@
 // On the device's side of any scaling: what a hand is given.
 //
 // A device that somebody holds (DeviceInfo::is_live) has a gate. It is shut until the device is healthy, its button is
-// held, and the tool is outside the body or being let out; it opens over half a second, and shuts so fast that the force
-// is zero 20 ms after the last fresh pose.
+// held, and the tool is outside the body or being let out; it opens over half a second, and shuts so fast that the
+// force is zero 20 ms after the last fresh pose.
 #include <optional>
 
+#include "haptics/device/device_coupling.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/device/measured_delay.hpp"
 #include "haptics/device/passivity.hpp"
-#include "haptics/device/device_coupling.hpp"
 #include "haptics/tick/local_frame.hpp"
 
 namespace kt {
 
 struct SafetyOptions {
   DeviceInfo device;
-  double h = 1e-3;                ///< tick [s]
-  double most_damping = 0;        ///< that passivity control may add [N s/m]; 0: it only watches
-  double scale = 1;               ///< way of the tool / way of the device
-  double force_scale = 1;         ///< force at the device / force on the tool
+  double h = 1e-3;                  ///< tick [s]
+  double most_damping = 0;          ///< that passivity control may add [N s/m]; 0: it only watches
+  double scale = 1;                 ///< way of the tool / way of the device
+  double force_scale = 1;           ///< force at the device / force on the tool
   std::optional<double> max_force;  ///< [N]; none: 3 N of a live device; the device's own limit holds as well
-  double max_slew = 200;          ///< [N/s] of a live device
-  unsigned deadman = 0;           ///< buttons of which one has to be held; 0: none
-  double damping = 0;             ///< of the device, as its user has measured it [N s/m]; 0: as the device tells
-  std::optional<double> delay;    ///< until a force acts [s]; none: as the device tells, or measured
-  std::optional<double> coupling;  ///< between device and tool [N/m]; 0: none; not given: chosen, of a live device
+  double max_slew = 200;            ///< [N/s] of a live device
+  unsigned deadman = 0;             ///< buttons of which one has to be held; 0: none
+  double damping = 0;               ///< of the device, as its user has measured it [N s/m]; 0: as the device tells
+  std::optional<double> delay;      ///< until a force acts [s]; none: as the device tells, or measured
+  std::optional<double> coupling;   ///< between device and tool [N/m]; 0: none; not given: chosen, of a live device
 };
 
 /// Why a gate is shut.
-enum class GateReason { open, stale_pose, gone, fault, uncalibrated, button, no_model, stale_model, inside, late_ticks };
+enum class GateReason {
+  open,
+  stale_pose,
+  gone,
+  fault,
+  uncalibrated,
+  button,
+  no_model,
+  stale_model,
+  inside,
+  late_ticks
+};
 const char* name_of(GateReason reason) noexcept;
 
 /// What the chain did so far, in ticks.
 struct SafetyCounts {
   int ticks = 0;
-  int not_finite = 0;  ///< force or torque asked for was no number
-  int limited = 0;     ///< cut to what the device can give, or may give for long
-  int slewed = 0;      ///< held back from rising faster than max_slew
-  int gated = 0;       ///< with the gate not fully open
-  int stale = 0;       ///< whose pose was too old, or the device not there
-  int shut = 0;        ///< how often an open gate began to shut
+  int not_finite = 0;     ///< force or torque asked for was no number
+  int limited = 0;        ///< cut to what the device can give, or may give for long
+  int slewed = 0;         ///< held back from rising faster than max_slew
+  int gated = 0;          ///< with the gate not fully open
+  int stale = 0;          ///< whose pose was too old, or the device not there
+  int shut = 0;           ///< how often an open gate began to shut
   double most_force = 0;  ///< written [N]
   double most_slew = 0;   ///< from tick to tick [N/s]
 };
@@ -50,13 +61,13 @@ class SafetyChain {
  public:
   explicit SafetyChain(const SafetyOptions& options);
 
-  /// Where the tool goes for a device that is there, in the world's frame: there, but for the coupling's stretch. Before
-  /// the tick.
+  /// Where the tool goes for a device that is there, in the world's frame: there, but for the coupling's stretch.
+  /// Before the tick.
   /// @param dt  since the last call [s], > 0
   Pose tool(const Pose& device, double dt) noexcept;
 
-  /// After the tick. What to write to the device for the frame, whose force, torque and flags become what was really given (the force
-  /// at the tool's scale). No allocation, no clock.
+  /// After the tick. What to write to the device for the frame, whose force, torque and flags become what was really
+  /// given (the force at the tool's scale). No allocation, no clock.
   /// @param device  where the device is, in the world's frame and at the tool's scale
   /// @param dt      since the last call [s], > 0
   Wrench make_safe(LocalFrame& frame, const Pose& device, const DeviceState& state, double dt) noexcept;
@@ -84,14 +95,14 @@ class SafetyChain {
   double allowed(double dt) noexcept;
 
   SafetyOptions o_;
-  DeviceInfo limits_;  // the device's, with the force that the scene allows
+  DeviceInfo limits_;                          // the device's, with the force that the scene allows
   std::optional<PassivityControl> passivity_;  // of a device that moves with the force
   DeviceCoupling coupling_;
   MeasuredDelay measured_;
   DelayEstimate delay_;
   unsigned delays_ = 0;  // that the device has told
   Vec3 written_ = Vec3::Zero(), torque_ = Vec3::Zero();
-  double closing_;   // [s]
+  double closing_;  // [s]
   double gate_ = 0, heat_ = 0;
   int slow_ticks_ = 0;
   bool is_stopping_ = false;

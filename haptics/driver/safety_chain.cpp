@@ -1,4 +1,4 @@
-#include "haptics/device/safety_chain.hpp"
+#include "haptics/driver/safety_chain.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,16 +35,26 @@ Vec3 shortened(const Vec3& v, double most) noexcept {
 
 const char* name_of(GateReason reason) noexcept {
   switch (reason) {
-    case GateReason::open: return "open";
-    case GateReason::stale_pose: return "the device's pose is older than 5 ms";
-    case GateReason::gone: return "the device is gone";
-    case GateReason::fault: return "the device reports a fault";
-    case GateReason::uncalibrated: return "the device is not calibrated";
-    case GateReason::button: return "the dead-man button is not held";
-    case GateReason::no_model: return "there is no local model yet";
-    case GateReason::stale_model: return "the body has not followed for long";
-    case GateReason::inside: return "the tool is inside the body";
-    case GateReason::late_ticks: return "ticks come at less than half their rate";
+    case GateReason::open:
+      return "open";
+    case GateReason::stale_pose:
+      return "the device's pose is older than 5 ms";
+    case GateReason::gone:
+      return "the device is gone";
+    case GateReason::fault:
+      return "the device reports a fault";
+    case GateReason::uncalibrated:
+      return "the device is not calibrated";
+    case GateReason::button:
+      return "the dead-man button is not held";
+    case GateReason::no_model:
+      return "there is no local model yet";
+    case GateReason::stale_model:
+      return "the body has not followed for long";
+    case GateReason::inside:
+      return "the tool is inside the body";
+    case GateReason::late_ticks:
+      return "ticks come at less than half their rate";
   }
   return "";
 }
@@ -86,11 +96,16 @@ void SafetyChain::follow_delay(const DeviceState& state) noexcept {
 GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) noexcept {
   if (is_stopping_) return GateReason::gone;
   switch (state.health) {
-    case DeviceHealth::ok: break;
-    case DeviceHealth::stale: return GateReason::stale_pose;
-    case DeviceHealth::gone: return GateReason::gone;
-    case DeviceHealth::fault: return GateReason::fault;
-    case DeviceHealth::uncalibrated: return GateReason::uncalibrated;
+    case DeviceHealth::ok:
+      break;
+    case DeviceHealth::stale:
+      return GateReason::stale_pose;
+    case DeviceHealth::gone:
+      return GateReason::gone;
+    case DeviceHealth::fault:
+      return GateReason::fault;
+    case DeviceHealth::uncalibrated:
+      return GateReason::uncalibrated;
   }
   if (!(state.age <= kOldest)) return GateReason::stale_pose;
   if ((frame.flags & kBadPose) != 0) return GateReason::stale_pose;
