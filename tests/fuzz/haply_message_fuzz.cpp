@@ -1,0 +1,32 @@
+// Messages of the Inverse Service: each is read, or one InputError; whatever is read is finite.
+//
+//     scripts/fuzz haply_message_fuzz
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "haptics/driver/haply_messages.hpp"
+
+namespace {
+
+void require(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "not so: %s\n", what);
+  std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    const kt::HaplyState s = kt::read_haply_state(std::string(reinterpret_cast<const char*>(data), size), "049D");
+    require(!s.x || s.x->allFinite(), "a place is one");
+    require(!s.v || s.v->allFinite(), "a velocity is one");
+    require(!s.force || s.force->allFinite(), "a force is one");
+    require(!s.turn || std::abs(s.turn->norm() - 1) < 1e-9, "a turn has length one");
+    require(s.devices.size() == s.models.size(), "each device says what it is");
+  } catch (const kt::InputError&) {
+  }
+  return 0;
+}
