@@ -148,11 +148,10 @@ struct FakeHaply::Parts {
       device["status"] = {{"calibrated", fault != HaplyFault::uncalibrated}};
       out["inverse3"].push_back(device);
     }
-    out["wireless_verse_grip"] = json::array(
-        {{{"device_id", "61"},
-          {"state",
-           {{"orientation", {{"w", 1.0}, {"x", 0.0}, {"y", 0.0}, {"z", 0.0}}},
-            {"buttons", {{"a", is_held.load()}, {"b", false}, {"c", false}}}}}}});
+    out["wireless_verse_grip"] = json::array({{{"device_id", "61"},
+                                               {"state",
+                                                {{"orientation", {{"w", 1.0}, {"x", 0.0}, {"y", 0.0}, {"z", 0.0}}},
+                                                 {"buttons", {{"a", is_held.load()}, {"b", false}, {"c", false}}}}}}});
     return out.dump();
   }
 

@@ -14,12 +14,12 @@ namespace kt {
 enum class HaplyFault { none, silent, nan, truncated, saturated, no_device, uncalibrated };
 
 struct FakeHaplyOptions {
-  unsigned short port = 0;                                   ///< 0: any that is free
-  std::vector<std::string> ids{"049D"};                      ///< of the devices that are listed
-  double mass = 0.1, damping = 3, stiffness = 300;           ///< hand and device [kg], [N s/m], [N/m]
-  double delay = 0.5e-3;                                     ///< from a message to the motors [s]
-  double encoder_step = 1e-5;                                ///< [m]
-  std::function<Vec3(double t)> target;                      ///< device's frame [m]; none: (0, -0.12, 0.15), at rest
+  unsigned short port = 0;                          ///< 0: any that is free
+  std::vector<std::string> ids{"049D"};             ///< of the devices that are listed
+  double mass = 0.1, damping = 3, stiffness = 300;  ///< hand and device [kg], [N s/m], [N/m]
+  double delay = 0.5e-3;                            ///< from a message to the motors [s]
+  double encoder_step = 1e-5;                       ///< [m]
+  std::function<Vec3(double t)> target;             ///< device's frame [m]; none: (0, -0.12, 0.15), at rest
 };
 
 /// What the device was told.
@@ -34,16 +34,16 @@ class FakeHaply {
   ~FakeHaply();
 
   unsigned short port() const;
-  std::string address() const;             ///< ws://localhost:PORT
-  void set_fault(HaplyFault fault);        ///< from now on
-  void hang(int milliseconds);             ///< no answer so long
-  void die();                              ///< the connection is cut, and none is taken
-  void live();                             ///< connections are taken again
-  double now() const;                      ///< [s] since the service began
-  std::vector<HeardForce> heard() const;   ///< a copy
-  Vec3 place() const;                      ///< of the device now
-  double most_energy_given() const;        ///< largest work of the device on the hand so far [J]; >= 0
-  int connections() const;                 ///< so far
+  std::string address() const;            ///< ws://localhost:PORT
+  void set_fault(HaplyFault fault);       ///< from now on
+  void hang(int milliseconds);            ///< no answer so long
+  void die();                             ///< the connection is cut, and none is taken
+  void live();                            ///< connections are taken again
+  double now() const;                     ///< [s] since the service began
+  std::vector<HeardForce> heard() const;  ///< a copy
+  Vec3 place() const;                     ///< of the device now
+  double most_energy_given() const;       ///< largest work of the device on the hand so far [J]; >= 0
+  int connections() const;                ///< so far
 
  private:
   struct Parts;

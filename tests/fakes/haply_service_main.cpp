@@ -2,8 +2,8 @@
 //   fake_haply_service PORT [MASS DAMPING STIFFNESS DELAY_MS [DEPTH_MM RADIUS_MM PERIOD_S]]
 // A hand holds the device: it goes DEPTH_MM down within a second and then round a circle of RADIUS_MM. At the end, and
 // every 5 s, a line of what the device was told.
-#include <csignal>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
@@ -42,10 +42,11 @@ int main(int argc, char** argv) {
       most = std::max(most, heard[k].force.norm());
       if (k > 0) slew = std::max(slew, (heard[k].force - heard[k - 1].force).norm());
     }
-    std::printf("t %.0f s: %zu messages, connections %d, largest force %.4g N, largest step %.4g N, all finite: %s, "
-                "most energy given to the hand %.4g mJ\n",
-                service.now(), heard.size(), service.connections(), most, slew, finite ? "yes" : "no",
-                1e3 * service.most_energy_given());
+    std::printf(
+        "t %.0f s: %zu messages, connections %d, largest force %.4g N, largest step %.4g N, all finite: %s, "
+        "most energy given to the hand %.4g mJ\n",
+        service.now(), heard.size(), service.connections(), most, slew, finite ? "yes" : "no",
+        1e3 * service.most_energy_given());
     std::fflush(stdout);
   }
 }
