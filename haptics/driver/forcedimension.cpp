@@ -161,7 +161,7 @@ class ForceDimension final : public DeviceDriver {
     tried_at_ = monotonic_ns();
   }
 
-  /// Twice a second, the same device: by its serial number when others are there too.
+  /// Five times a second, the same device: by its serial number when others are there too.
   bool reopen() noexcept {
     if (monotonic_ns() - tried_at_ < kRetry_ns) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -183,7 +183,7 @@ class ForceDimension final : public DeviceDriver {
   }
 
   static constexpr int kTooSoon = 1;
-  static constexpr std::int64_t kRetry_ns = 500'000'000;
+  static constexpr std::int64_t kRetry_ns = 200'000'000;
 
   DeviceSlots& slots_;
   dhd::Library dhd_;

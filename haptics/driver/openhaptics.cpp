@@ -176,7 +176,7 @@ class HdServo {
     put_reading(slots_, reading_, turn, static_cast<unsigned>(buttons), now);
   }
 
-  static constexpr int kCalibrationEvery = 100;
+  static constexpr int kCalibrationEvery = 10;
 
   const hd::Library& hd_;
   const unsigned device_;

@@ -205,12 +205,12 @@ TEST(ForceDimension, ForcesThatTheControllerSwitchedOffAreAFault) {
   EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::ok; }));
   device.forces_off = 5;  // USB
   EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::gone; }));
-  device.forces_off = 2;  // too fast: on again after half a second
+  device.forces_off = 2;  // too fast: on again 0.2 s later
   EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::fault; }));
   EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::ok; }));
   device.forces_off = 6;  // the dead man's switch is not ours
   EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::fault; }));
-  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  std::this_thread::sleep_for(std::chrono::milliseconds(250));
   EXPECT_EQ(device.forces_off, 6);
 }
 

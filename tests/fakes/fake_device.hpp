@@ -9,9 +9,15 @@
 
 namespace kt::fake {
 
+inline std::int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
 enum class Fault { none, nan, hang, dead, gone, uncalibrated, saturated };
 
-/// A force [N] that the device was given in a servo period that began at that time.
+/// A force [N] that the device was given, and when.
 struct Given {
   std::int64_t at_ns;
   double f[3];
@@ -31,19 +37,13 @@ struct Device {
   std::array<Given, kMost> log;
   std::atomic<std::size_t> given{0};
 
-  void get(std::int64_t at_ns, double fx, double fy, double fz) {
+  void get(double fx, double fy, double fz) {
     const std::size_t i = given.load(std::memory_order_relaxed);
     if (i == kMost) return;
-    log[i] = {at_ns, {fx, fy, fz}};
+    log[i] = {now_ns(), {fx, fy, fz}};
     given.store(i + 1, std::memory_order_release);
   }
 };
-
-inline std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 inline void sleep_until_ns(std::int64_t at) {
   const timespec until{at / 1'000'000'000, at % 1'000'000'000};

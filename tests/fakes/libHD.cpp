@@ -26,7 +26,6 @@ int (*callback)(void*) = nullptr;
 void* callback_data = nullptr;
 std::atomic<bool> is_running{false};
 std::thread scheduler;
-std::int64_t frame_at = 0;
 bool is_calibrated_by_hand = false;
 
 void report(unsigned code) {
@@ -39,8 +38,8 @@ void run() {
   while (is_running) {
     switch (device.fault.load()) {
       case Fault::hang:  // once
-        device.fault = Fault::none;
         kt::fake::sleep_until_ns(kt::fake::now_ns() + 200'000'000);
+        device.fault = Fault::none;
         break;
       case Fault::dead:
         kt::fake::sleep_until_ns(kt::fake::now_ns() + 5'000'000);
@@ -85,7 +84,7 @@ unsigned hdInitDevice(const char* name) {
 }
 void hdDisableDevice(unsigned) { ++device.closed; }
 void hdMakeCurrentDevice(unsigned) {}
-void hdBeginFrame(unsigned) { frame_at = kt::fake::now_ns(); }
+void hdBeginFrame(unsigned) {}
 void hdEndFrame(unsigned) {}
 void hdGetDoublev(unsigned name, double* out) {
   const double bad = std::numeric_limits<double>::quiet_NaN();
@@ -142,7 +141,7 @@ void hdGetIntegerv(unsigned name, int* out) {
 }
 const char* hdGetString(unsigned name) { return name == 0x2501 ? "Fake Touch" : name == 0x2504 ? "220-1" : ""; }
 void hdSetDoublev(unsigned name, const double* f) {
-  if (name == 0x2700) device.get(frame_at, f[0], f[1], f[2]);
+  if (name == 0x2700) device.get(f[0], f[1], f[2]);
 }
 void hdEnable(unsigned name) {
   if (name == 0x4000) device.is_force_on = true;

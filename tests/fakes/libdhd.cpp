@@ -10,14 +10,14 @@ using kt::fake::Device;
 using kt::fake::Fault;
 
 Device device;
-std::int64_t due = 0, turn_at = 0;
+std::int64_t due = 0;
 bool is_open[2] = {};
 
 /// The bus; false: the device is not there.
 bool wait_for_bus() {
   if (device.fault == Fault::hang) {  // once
-    device.fault = Fault::none;
     kt::fake::sleep_until_ns(kt::fake::now_ns() + 200'000'000);
+    device.fault = Fault::none;
   }
   if (device.fault == Fault::dead || device.fault == Fault::gone) return false;
   due = std::max(due + 1'000'000, kt::fake::now_ns());
@@ -57,7 +57,6 @@ int dhdEnableForce(unsigned char on, char) {
 int dhdSetGravityCompensation(int, char) { return 0; }
 double dhdGetMaxForce(char) { return -1; }
 int dhdGetPosition(double* x, double* y, double* z, char) {
-  turn_at = kt::fake::now_ns();
   if (!wait_for_bus()) return -1;
   const bool is_bad = device.fault == Fault::nan;
   if (is_bad) device.is_bad_pose_asked = true;
@@ -86,7 +85,7 @@ int dhdGetStatus(int* out, char) {
 }
 int dhdSetForce(double x, double y, double z, char) {
   if (device.fault == Fault::dead || device.fault == Fault::gone) return -1;
-  device.get(turn_at, x, y, z);
+  device.get(x, y, z);
   return device.fault == Fault::saturated ? 2 : 0;
 }
 int dhdSetForceAndTorqueAndGripperForce(double x, double y, double z, double, double, double, double, char id) {

@@ -20,6 +20,12 @@ if(NOT out MATCHES "0\\.5 s: normal 0\\.[0-9]*[1-9][0-9]* N, friction 0\\.[0-9]*
   message(FATAL_ERROR "the consumer printed no force")
 endif()
 
+run(${work}/build/own_device)
+message("${out}")
+if(NOT out MATCHES "at most [0-2]\\.[0-9]*[1-9][0-9]* N; at the end 0\\.000 N, as the device's pose is older")
+  message(FATAL_ERROR "the device was given no force, or one that stayed")
+endif()
+
 foreach(example own_loop own_model c_loop)
   run(${work}/build/${example})
   message("${out}")
