@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "haptics/device/safety_chain.hpp"
+#include "haptics/driver/safety_chain.hpp"
 #include "haptics/driver/live_device.hpp"
 #include "tests/fakes/fake_library.hpp"
 
