@@ -5,6 +5,7 @@
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
+#include "haptics/touch/report_list.hpp"
 
 namespace kt {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 /// Ticks that a new local model is stepped beside the old one before it takes over: the parts of the body that it
 /// follows and the old one did not start from rest. Without them its first forces can be a quarter off.
 constexpr int kRunIn = 4;
+constexpr std::size_t kMostReports = 8192;  // of slower rates the first interval makes room for the others
 
 /// A local model on its way.
 struct Parcel {
@@ -77,11 +79,10 @@ class LockstepLink final : public BodyLink {
       : body_(body),
         observer_(observer),
         schedule_(body.options()),
+        reports_(std::min<std::size_t>(kMostReports, 2 * static_cast<std::size_t>(ticks_per_refresh(body.options())))),
         motion_(make_local_motion(static_cast<int>(body.state().x.size()) / 3)),
         catches_up_(catches_up(body.options())) {
     body_.observe(observer);
-    constexpr std::size_t kMost = 8192;  // of slower rates the first interval makes room for the others
-    reports_.reserve(std::min(kMost, 2 * static_cast<std::size_t>(ticks_per_refresh(body.options()))));
   }
 
   void before_tick(HapticSide& side) noexcept override {
@@ -110,7 +111,7 @@ class LockstepLink final : public BodyLink {
   }
 
   void after_tick(HapticSide&, const LocalReport& report) noexcept override {
-    if (!error_) reports_.push_back(report);
+    if (!error_) reports_.add(report);
   }
   void stop() override { body_.finish(); }
   std::exception_ptr error() const noexcept override { return error_; }
@@ -121,7 +122,7 @@ class LockstepLink final : public BodyLink {
     const TouchOptions& options = body_.options();
     // At the edge of the patch, a new one is asked for once; the answer takes its time.
     const bool wanted =
-        !reports_.empty() && reports_.back().left_patch && on_the_way_.empty() && options.global.early_refresh;
+        !reports_.empty() && reports_.all().back().left_patch && on_the_way_.empty() && options.global.early_refresh;
     if (!schedule_.is_due(tick, wanted)) return;
     RefreshEvent event = schedule_.take(tick);
     const bool goes_on = tick > 0 && catches_up_;
@@ -129,7 +130,7 @@ class LockstepLink final : public BodyLink {
     if (goes_on) event.started_tick = motion_.tick;
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
-    auto model = body_.refresh(event, side.poses(), reports_, goes_on ? &motion_ : nullptr, [] { return 0.0; });
+    auto model = body_.refresh(event, side.poses(), reports_.all(), goes_on ? &motion_ : nullptr, [] { return 0.0; });
     const double took_ms = body_.last_cpu_ms();
     if (!schedule_.is_replayed() && tick > 0) {
       schedule_.charge(tick, charged_ticks(options, took_ms, predicted_ms), event);
@@ -146,7 +147,7 @@ class LockstepLink final : public BodyLink {
   ModelObserver* observer_;
   Schedule schedule_;
   std::deque<Parcel> on_the_way_;
-  std::vector<LocalReport> reports_;
+  ReportList reports_;
   LocalMotion motion_;
   bool catches_up_, has_start_ = false;
   int prepared_ = -1;
