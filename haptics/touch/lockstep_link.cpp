@@ -2,6 +2,7 @@
 #include <deque>
 #include <random>
 
+#include "core/base/ticks.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
@@ -10,9 +11,9 @@
 namespace kt {
 namespace {
 
-/// Ticks that a new local model is stepped beside the old one before it takes over: the parts of the body that it
+/// [s] that a new local model is stepped beside the old one before it takes over: the parts of the body that it
 /// follows and the old one did not start from rest. Without them its first forces can be a quarter off.
-constexpr int kRunIn = 4;
+constexpr double kRunIn = 0.004;
 constexpr std::size_t kMostReports = 8192;  // of slower rates the first interval makes room for the others
 
 /// A local model on its way.
@@ -28,6 +29,7 @@ class Schedule {
   explicit Schedule(const TouchOptions& options)
       : options_(options),
         latency_(static_cast<int>(std::llround(options.link.latency_ms * 1e-3 * options.local.rate_hz))),
+        run_in_(ticks_in(kRunIn, options.local.rate_hz)),
         random_(options.seed) {}
 
   bool is_replayed() const { return !options_.replay.refreshes.empty(); }
@@ -63,12 +65,12 @@ class Schedule {
     const std::vector<RefreshEvent>& replayed = options_.replay.refreshes;
     if (is_replayed()) return next_ < replayed.size() && replayed[next_].started_tick == tick;
     if (models_come_late(options_)) return false;  // later than it takes to run in
-    return tick == std::max(last_ + 1, due_ - std::max(0, kRunIn - latency_));
+    return tick == std::max(last_ + 1, due_ - std::max(0, run_in_ - latency_));
   }
 
  private:
   const TouchOptions& options_;
-  int latency_, due_ = 0, last_ = 0, busy_until_ = 0;
+  int latency_, run_in_, due_ = 0, last_ = 0, busy_until_ = 0;
   std::size_t next_ = 0;
   std::mt19937_64 random_;
 };
