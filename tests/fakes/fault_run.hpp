@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "haptics/driver/safety_chain.hpp"
 #include "haptics/driver/live_device.hpp"
+#include "haptics/driver/safety_chain.hpp"
 #include "tests/fakes/fake_library.hpp"
 
 namespace kt::fake {
@@ -19,6 +19,9 @@ struct FaultCase {
   Fault fault;
   Ours ours;
   bool shuts;  ///< the force has to become zero
+  bool shuts_for(const std::string& backend) const {
+    return shuts || (fault == Fault::saturated && backend == "openhaptics");  // an error there, and none at the other
+  }
 };
 
 inline constexpr FaultCase kFaultCases[] = {
@@ -62,6 +65,11 @@ class PressedWall {
   }
   void tick_for(double seconds) {
     tick_until(now_ns() + static_cast<std::int64_t>(1e9 * seconds), [] { return false; });
+  }
+  /// As a run ends: the gate shuts first.
+  void put_down() {
+    chain_.shut();
+    tick_for(0.03);
   }
   double late_ms() const { return late_ms_; }
   void forget_lateness() { late_ms_ = 0; }
@@ -135,6 +143,7 @@ inline FaultResult run_fault(const std::string& backend, const FaultCase& c, con
   if (live) {
     wall.tick_until(until + 3'000'000'000, [&] { return stylus.given > at_end && last_force() > 0.01; });
     out.back_ms = last_force() > 0.01 ? ms(now_ns() - until) : NAN;
+    wall.put_down();
   } else {
     out.back_ms = NAN;
   }
