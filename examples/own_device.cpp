@@ -48,8 +48,8 @@ int main() {
     const auto now = std::chrono::steady_clock::now();
     if (device.read(pose, state)) read = now;
     state.age = std::chrono::duration<double>(now - read).count();  // an old pose shuts the gate: zero within 20 ms
-    kt::LocalFrame frame = touch.tick(pose);
     const double dt = std::max(1e-9, std::chrono::duration<double>(now - before).count());
+    kt::LocalFrame frame = touch.tick(chain.tool(pose, dt));
     device.write(chain.make_safe(frame, pose, state, dt).force);
     before = now;
   }

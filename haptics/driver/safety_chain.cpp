@@ -80,6 +80,7 @@ SafetyChain::SafetyChain(const SafetyOptions& options)
 
 Pose SafetyChain::tool(const Pose& device, double dt) noexcept {
   if (!(coupling_.stiffness() > 0)) return device;
+  is_coupled_ = true;
   return {o_.scale * coupling_.tool(device.x / o_.scale, dt), device.r};
 }
 
@@ -174,7 +175,8 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
     torque.setZero();
   }
   if (is_live) follow_delay(state);
-  if (coupling_.stiffness() > 0) force = coupling_.force(force);
+  if (is_coupled_) force = coupling_.force(force);
+  is_coupled_ = false;
   bool limited = false;
   if (passivity_)
     force = passivity_->tick(device.x / o_.scale, force, is_live ? dt : o_.h, known(frame, state));

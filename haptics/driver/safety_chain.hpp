@@ -16,17 +16,17 @@
 namespace kt {
 
 struct SafetyOptions {
-  DeviceInfo device;
-  double h = 1e-3;                  ///< tick [s]
-  double most_damping = 0;          ///< that passivity control may add [N s/m]; 0: it only watches
-  double scale = 1;                 ///< way of the tool / way of the device
-  double force_scale = 1;           ///< force at the device / force on the tool
-  std::optional<double> max_force;  ///< [N]; none: 3 N of a live device; the device's own limit holds as well
-  double max_slew = 200;            ///< [N/s] of a live device
-  unsigned deadman = 0;             ///< buttons of which one has to be held; 0: none
-  double damping = 0;               ///< of the device, as its user has measured it [N s/m]; 0: as the device tells
-  std::optional<double> delay;      ///< until a force acts [s]; none: as the device tells, or measured
-  std::optional<double> coupling;   ///< between device and tool [N/m]; 0: none; not given: chosen, of a live device
+  DeviceInfo device{};
+  double h = 1e-3;                    ///< tick [s]
+  double most_damping = 0;            ///< that passivity control may add [N s/m]; 0: it only watches
+  double scale = 1;                   ///< way of the tool / way of the device
+  double force_scale = 1;             ///< force at the device / force on the tool
+  std::optional<double> max_force{};  ///< [N]; none: 3 N of a live device; the device's own limit holds as well
+  double max_slew = 200;              ///< [N/s] of a live device
+  unsigned deadman = 0;               ///< buttons of which one has to be held; 0: none
+  double damping = 0;                 ///< of the device, as its user has measured it [N s/m]; 0: as the device tells
+  std::optional<double> delay{};      ///< until a force acts [s]; none: as the device tells, or measured
+  std::optional<double> coupling{};   ///< between device and tool [N/m]; 0: none; not given: chosen, of a live device
 };
 
 /// Why a gate is shut.
@@ -62,7 +62,7 @@ class SafetyChain {
   explicit SafetyChain(const SafetyOptions& options);
 
   /// Where the tool goes for a device that is there, in the world's frame: there, but for the coupling's stretch.
-  /// Before the tick.
+  /// Before the tick; who leaves it out has no coupling.
   /// @param dt  since the last call [s], > 0
   Pose tool(const Pose& device, double dt) noexcept;
 
@@ -105,7 +105,7 @@ class SafetyChain {
   double closing_;  // [s]
   double gate_ = 0, heat_ = 0;
   int slow_ticks_ = 0;
-  bool is_stopping_ = false;
+  bool is_stopping_ = false, is_coupled_ = false;  // the latter: tool() was called for this tick
   GateReason reason_ = GateReason::no_model;
   SafetyCounts counts_;
 };

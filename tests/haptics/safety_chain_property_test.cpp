@@ -114,7 +114,9 @@ TEST(SafetyChain, WhateverComesTheForceIsFiniteLimitedSlewedAndZeroInTime) {
         ASSERT_TRUE(out.force.isZero(0) && out.torque.isZero(0)) << device << ' ' << i << ": " << fresh_age << " s";
         ++zeroed;
       }
-      if (chain.gate() == 0) ASSERT_TRUE(out.force.isZero(0));
+      if (chain.gate() == 0) {
+        ASSERT_TRUE(out.force.isZero(0));
+      }
       opened += chain.gate() == 1;
       before = out.force;
     }
