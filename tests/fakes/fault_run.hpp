@@ -48,7 +48,7 @@ struct FaultTimes {
   double before = 0.8, fault = 0.3, force = 1;
 };
 
-/// The hand: presses 0 to 6 mm into a wall of 500 N/m, at the world's z = 0, twice a second.
+/// The hand: presses 0 to 20 mm into a wall of 500 N/m, at the world's z = 0, twice a second.
 class PressedWall {
  public:
   PressedWall(HapticDevice& device, Device& stylus) : device_(device), stylus_(stylus), chain_(options(device)) {}
@@ -89,13 +89,14 @@ class PressedWall {
     before_ = now;
     const double t = 1e-9 * static_cast<double>(now - begin_);
     const double angle = 4 * static_cast<double>(EIGEN_PI) * t;
-    stylus_.x[2] = -0.003 * (1 + std::sin(angle));
+    stylus_.x[2] = -0.01 * (1 + std::sin(angle));
     LocalFrame frame;
-    frame.pose = device_.pose(t);
+    const Pose at = device_.pose(t);
+    frame.pose = chain_.tool(at, dt);
     frame.force.z() = std::max(0.0, -500 * frame.pose.x.z());
     if (frame.force.z() > 0) frame.normal = Vec3::UnitZ();
     frame.f_n = frame.force.z();
-    device_.write(chain_.make_safe(frame, frame.pose, device_.state(), dt), 1e-3);
+    device_.write(chain_.make_safe(frame, at, device_.state(), dt), 1e-3);
   }
 
   HapticDevice& device_;

@@ -85,6 +85,7 @@ int dhdGetStatus(int* out, char) {
   return 0;
 }
 int dhdSetForce(double x, double y, double z, char) {
+  if (device.fault == Fault::gone) device.get(0, 0, 0);
   if (device.fault == Fault::dead || device.fault == Fault::gone) return -1;
   device.get(x, y, z);
   return device.fault == Fault::saturated ? 2 : 0;
