@@ -14,7 +14,7 @@ int main() {
     for (const kt::fake::FaultCase& c : kt::fake::kFaultCases) {
       const kt::fake::FaultResult r = kt::fake::run_fault(backend, c, {});
       std::printf("%-15s %-14s %9.3f %9.3f %10.1f %11.1f %15.1f %12.1f%s%s\n", backend, c.name, r.most_force,
-                  r.most_step, c.shuts ? r.zero_ms : NAN, r.back_ms, r.late_ms, r.silent_ms,
+                  r.most_step, c.shuts_for(backend) ? r.zero_ms : NAN, r.back_ms, r.late_ms, r.silent_ms,
                   r.was_finite ? "" : "  NOT FINITE", r.were_zeros_last ? "" : "  NO ZEROS AT THE END");
       std::fflush(stdout);
     }

@@ -78,6 +78,21 @@ TEST_P(ForceDevice, GivesTheForceAlongItsOwnAxes) {
   }));
 }
 
+TEST_P(ForceDevice, AnOrderThatGrewOldWhileItHungIsNotGiven) {
+  const auto device = open();
+  EXPECT_TRUE(becomes([&] {
+    device->write({.force = {0, 0, 1}}, 1e-3);
+    return gets({0, 0, 1});
+  }));
+  const std::int64_t last_order = fake::now_ns();
+  const std::size_t from = got_->given;
+  got_->fault = Fault::hang;  // and nobody writes an order meanwhile
+  EXPECT_TRUE(becomes([&] { return got_->fault == Fault::none; }));
+  EXPECT_TRUE(becomes([&] { return got_->given > from + 5 && gets({0, 0, 0}); }));
+  for (std::size_t i = from; i < got_->given; ++i)
+    ASSERT_TRUE(got_->log[i].f[2] == 0 || got_->log[i].at_ns < last_order + 40'000'000) << "20 ms, and some to spare";
+}
+
 TEST_P(ForceDevice, SaysWhatItIs) {
   const DeviceInfo info = open()->info();
   EXPECT_TRUE(info.is_live && info.yields && info.gives_force && info.senses_turn);

@@ -19,6 +19,7 @@ bool wait_for_bus() {
     kt::fake::sleep_until_ns(kt::fake::now_ns() + 200'000'000);
     device.fault = Fault::none;
   }
+  if (device.fault == Fault::gone) device.get(0, 0, 0);  // no bus, no power
   if (device.fault == Fault::dead || device.fault == Fault::gone) return false;
   due = std::max(due + 1'000'000, kt::fake::now_ns());
   kt::fake::sleep_until_ns(due);
@@ -84,6 +85,7 @@ int dhdGetStatus(int* out, char) {
   return 0;
 }
 int dhdSetForce(double x, double y, double z, char) {
+  if (device.fault == Fault::gone) device.get(0, 0, 0);
   if (device.fault == Fault::dead || device.fault == Fault::gone) return -1;
   device.get(x, y, z);
   return device.fault == Fault::saturated ? 2 : 0;
