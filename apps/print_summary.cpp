@@ -78,9 +78,9 @@ void print_summary(const Json& s) {
   if (s.contains("second_tool") && s["second_tool"].contains("device"))
     line("second device", device_line(s["second_tool"]["device"]));
   line("real time", s["real_time"]["told"].get<std::string>());
+  print_trust(s["trust"]);
   line("haptic tick", tick_line(s));
   if (s["real_time"].contains("thread")) line("its thread", s["real_time"]["thread"].get<std::string>());
-  print_trust(s["trust"]);
   line("body", body_line(s["model"]));
   print_reference(s);
   for (const Json& note : s["notes"]) std::cout << "  warning: " << note.get<std::string>() << '\n';

@@ -14,7 +14,7 @@ class ContactWatch final : public ModelObserver {
   /// @param surface  of the whole body; borrowed
   /// @param later    the ticking thread only notes what there is to look at
   /// @param h        tick [s]: the notes have room for a time, not for a number of ticks
-  ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later, double h);
+  ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later, double h = 1e-3);
 
   void adopted(const PreparedLocalModel& model) noexcept override;
   /// A tick is done; for whoever ticks to call, outside the tick's time. No allocation when it is looked at later.
