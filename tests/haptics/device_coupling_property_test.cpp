@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "apps/allocation_counter.hpp"
 #include "haptics/device/energy_bounding.hpp"
 #include "haptics/device/hand_loop.hpp"
@@ -11,7 +13,7 @@
 namespace kt {
 namespace {
 
-constexpr double kTick = 1e-3;
+constexpr double kMillisecond = 1e-3;
 
 /// Half space below z = 0 with Coulomb friction: a spring to where the tool first touched, which slides along.
 class Ground {
@@ -49,7 +51,7 @@ TEST(DeviceCoupling, AWallIsFeltInSeriesWithItWhateverItsStiffness) {
       double least = 1, most = 0;
       for (int i = 0; i < 400; ++i) {
         const double z = 1e-3 - std::min(5e-5 * i, 1e-3 + kDepth);
-        tool = coupling.tool({0, 0, z}, kTick);
+        tool = coupling.tool({0, 0, z}, kMillisecond);
         force = coupling.force(ground.force(tool));
         if (i < 300) continue;
         least = std::min(least, force.z());
@@ -71,7 +73,7 @@ TEST(DeviceCoupling, WithoutContactTheToolIsTheDevice) {
   for (int i = 0; i < 3000; ++i) {
     // Dips into the ground now and then.
     x = Vec3(1e-3 * s.uniform(-1, 1), 0, 4e-3 * std::cos(0.02 * i) + 2e-3);
-    const Vec3 tool = coupling.tool(x, kTick);
+    const Vec3 tool = coupling.tool(x, kMillisecond);
     const Vec3 body = ground.force(tool);
     const Vec3 force = coupling.force(body);
     if (body.isZero(0)) {
@@ -93,7 +95,7 @@ TEST(DeviceCoupling, NoForceIsStifferThanItInAnyTickOnceThereIsContact) {
     for (int i = 0; i < 3000; ++i) {
       if (i % 50 == 0) target = s.uniform(-4e-3, -1e-3);
       z += 0.03 * (target - z);
-      const Vec3 tool = coupling.tool({0, 0, z}, kTick);
+      const Vec3 tool = coupling.tool({0, 0, z}, kMillisecond);
       const Vec3 force = coupling.force(ground.force(tool));
       // Never beyond the spring's force for the device's whole depth, nor the series' by more than the body is late.
       EXPECT_LE(force.z(), k * std::max(0.0, -z) + 1e-12) << wall << ' ' << i;
@@ -111,8 +113,8 @@ TEST(DeviceCoupling, ASlidingToolIsNotDragged) {
     Ground ground(wall, kMu);
     Vec3 force, tool, x;
     for (int i = 0; i < 1500; ++i) {
-      x = Vec3(i > 200 ? kSpeed * kTick * (i - 200) : 0, 0, std::max(-2e-3, 1e-3 - 2e-5 * i));
-      tool = coupling.tool(x, kTick);
+      x = Vec3(i > 200 ? kSpeed * kMillisecond * (i - 200) : 0, 0, std::max(-2e-3, 1e-3 - 2e-5 * i));
+      tool = coupling.tool(x, kMillisecond);
       force = coupling.force(ground.force(tool), normal_is_known ? Vec3(0, 0, 1) : Vec3(0, 0, 0));
       if (i < 600) continue;
       EXPECT_NEAR(force.x(), -kMu * force.z(), 0.03 * kMu * force.z()) << "Coulomb's, no more: " << wall;
@@ -126,7 +128,7 @@ TEST(DeviceCoupling, ABodyThatComesToAStillToolPushesTheDeviceNoFasterThanItCome
   double before = 0;
   for (int i = 0; i < 300; ++i) {
     const double surface = std::min(2e-3, 1e-5 * i) - 5e-4;  // rises at 10 mm/s to a device at 0
-    const Vec3 tool = coupling.tool(Vec3::Zero(), kTick);
+    const Vec3 tool = coupling.tool(Vec3::Zero(), kMillisecond);
     const Vec3 force = coupling.force({0, 0, 2e4 * std::max(0.0, surface - tool.z())});
     // 0.1 m/s is what it may stretch by; contact that is lost and found in neighbouring ticks counts twice.
     EXPECT_LE(std::abs(force.z() - before), 200 * 2e-4) << i;
@@ -136,12 +138,12 @@ TEST(DeviceCoupling, ABodyThatComesToAStillToolPushesTheDeviceNoFasterThanItCome
 }
 
 TEST(DeviceCoupling, IsChosenFromWhatIsKnown) {
-  EXPECT_NEAR(coupling_stiffness(1, 0, kTick, 0.8e-3), 0.8 / 1.3e-3, 1e-9);
-  EXPECT_EQ(coupling_stiffness(1, 400, kTick, 0.8e-3), 400) << "the device's own if that is less";
-  EXPECT_EQ(coupling_stiffness(0, 400, kTick, 0.8e-3), 400);
-  EXPECT_EQ(coupling_stiffness(0, 0, kTick, 0.8e-3), kUnknownStiffness);
+  EXPECT_NEAR(coupling_stiffness(1, 0, kMillisecond, 0.8e-3), 0.8 / 1.3e-3, 1e-9);
+  EXPECT_EQ(coupling_stiffness(1, 400, kMillisecond, 0.8e-3), 400) << "the device's own if that is less";
+  EXPECT_EQ(coupling_stiffness(0, 400, kMillisecond, 0.8e-3), 400);
+  EXPECT_EQ(coupling_stiffness(0, 0, kMillisecond, 0.8e-3), kUnknownStiffness);
   DeviceCoupling none({});
-  EXPECT_EQ(none.tool({1, 2, 3}, kTick), Vec3(1, 2, 3));
+  EXPECT_EQ(none.tool({1, 2, 3}, kMillisecond), Vec3(1, 2, 3));
   EXPECT_EQ(none.force({0, 0, 5}), Vec3(0, 0, 5)) << "without one the body's force is the device's";
 }
 
@@ -150,8 +152,8 @@ TEST(DeviceCoupling, SoftensWhileTheDeviceSwingsAndNotForAHandThatMoves) {
     DeviceCoupling coupling({.stiffness = 800, .adapts = adapts});
     Ground ground(5000);
     for (int i = 0; i < 1500; ++i) {
-      const Vec3 x(0, 0, -3e-3 + size * std::sin(2 * 3.14159265358979 * hz * i * kTick));
-      coupling.force(ground.force(coupling.tool(x, kTick)));
+      const Vec3 x(0, 0, -3e-3 + size * std::sin(2 * 3.14159265358979 * hz * i * kMillisecond));
+      coupling.force(ground.force(coupling.tool(x, kMillisecond)));
     }
     return coupling.stiffness();
   };
@@ -163,21 +165,21 @@ TEST(DeviceCoupling, SoftensWhileTheDeviceSwingsAndNotForAHandThatMoves) {
 
 TEST(DeviceCoupling, DoesNotAllocate) {
   DeviceCoupling coupling({300, 0.01, true});
-  EnergyBounding bounding(1, kTick, 1e-3);
+  EnergyBounding bounding(1, kMillisecond, 1e-3);
   Ground ground(3000, 0.2);
   const long long before = thread_allocations();
   for (int i = 0; i < 1000; ++i) {
     const Vec3 x(1e-4 * i, 0, -2e-3 * std::sin(0.1 * i));
-    bounding.tick(x, coupling.force(ground.force(coupling.tool(x, kTick))));
+    bounding.tick(x, coupling.force(ground.force(coupling.tool(x, kMillisecond))));
   }
   EXPECT_EQ(thread_allocations(), before);
 }
 
 TEST(EnergyBounding, IsAWallOfTheStiffnessThatTheDeviceHolds) {
   constexpr double kDelay = 1e-3, kDamping = 0.6;
-  const double bound = kDamping / (0.5 * kTick + kDelay);
+  const double bound = kDamping / (0.5 * kMillisecond + kDelay);
   for (const double wall : {0.2 * bound, 0.9 * bound, 2 * bound, 50 * bound}) {
-    EnergyBounding bounding(kDamping, kTick, kDelay);
+    EnergyBounding bounding(kDamping, kMillisecond, kDelay);
     Ground ground(wall);
     double in = 0, z = 5e-4, force = 0, given = 0;
     for (int i = 0; i < 1200; ++i) {
@@ -197,7 +199,7 @@ TEST(EnergyBounding, IsAWallOfTheStiffnessThatTheDeviceHolds) {
 }
 
 TEST(EnergyBounding, LetsGoOfABodyThatIsNoLongerThere) {
-  EnergyBounding bounding(1, kTick, 0);
+  EnergyBounding bounding(1, kMillisecond, 0);
   double force = 0;
   for (int i = 0; i < 100; ++i) force = bounding.tick({0, 0, -1e-5 * i}, {0, 0, 1e3 * 1e-5 * i}).z();
   EXPECT_GT(force, 0.5);
