@@ -3,8 +3,9 @@
 namespace kt {
 namespace {
 
-constexpr double kStep = 0.1;     // [N] in a millisecond, from nothing: what a soft body's push stays below
-constexpr double kGrowth = 0.05;  // of the last force, in a millisecond: below what people tell apart, and 1 kN is there after 0.15 s
+constexpr double kStep = 0.1;  // [N] in a millisecond, from nothing: what a soft body's push stays below
+constexpr double kGrowth =
+    0.05;  // of the last force, in a millisecond: below what people tell apart, and 1 kN is there after 0.15 s
 
 }  // namespace
 
