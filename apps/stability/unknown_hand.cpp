@@ -83,7 +83,10 @@ RayResult ray(const Delays& delay, const Column& column, double damping, const M
   const HandPort port = port_of(column.what, damping, delay.told);
   const auto fails = [&](double stiffness) {
     loop.wall_stiffness = stiffness;
-    MapPoint p{.series = series, .x = damping, .y = stiffness};
+    MapPoint p;
+    p.series = series;
+    p.x = damping;
+    p.y = stiffness;
     if (const auto prediction = predict_limit_cycle(loop, port)) {
       p.predicted_failure = true;
       p.prediction = prediction->message;

@@ -62,12 +62,12 @@ Vec3 DeviceCoupling::tool(const Vec3& x, double dt) noexcept {
   return tool_;
 }
 
-Vec3 DeviceCoupling::force(const Vec3& body_force) noexcept {
+Vec3 DeviceCoupling::force(const Vec3& body_force, const Vec3& normal) noexcept {
   if (!(k_ > 0)) return body_force;
   const Vec3 df = body_force - body_;
   touches_ = body_force.squaredNorm() > 0;
   if (touches_) {
-    normal_ = body_force.normalized();
+    normal_ = normal.squaredNorm() > 0 ? normal : Vec3(body_force.normalized());
     const Vec3 step_normal = along(step_);
     felt_normal_.add(step_normal, df);
     felt_tangent_.add(step_ - step_normal, df);

@@ -17,7 +17,8 @@ namespace kt {
 struct CouplingOptions {
   double stiffness = 0;  ///< k_c [N/m]; 0: no coupling, the tool is the device
   double damping = 0;    ///< beside the spring [N s/m]; it counts in full against the device's damping
-  bool adapts = true;    ///< softer while the device swings on in contact
+  bool adapts = false;   ///< softer while the device swings on in contact: holds more when a device damps well and its
+                         ///< delay is told wrong, less when it damps hardly (docs/stability_haptics.md)
 };
 
 /// Share of the device's damping that the coupling's stiffness uses.
@@ -37,7 +38,9 @@ class DeviceCoupling {
   /// Where the tool goes in this tick, for a device that is at x [m], dt [s] after the tick before.
   Vec3 tool(const Vec3& x, double dt) noexcept;
   /// What the device is given [N], when the body gave `body_force` on the tool.
-  Vec3 force(const Vec3& body_force) noexcept;
+  /// @param normal  of the contact, of length one; zero: that of the force, whose friction then tilts it: a tool that
+  ///                slides is dragged when the body is more than some ten times as stiff as the coupling
+  Vec3 force(const Vec3& body_force, const Vec3& normal = Vec3::Zero()) noexcept;
 
   double stiffness() const noexcept { return k_; }  ///< now [N/m]
   Vec3 stretch() const noexcept { return e_; }      ///< tool - device [m]

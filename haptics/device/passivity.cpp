@@ -23,13 +23,14 @@ Vec3 PassivityControl::tick(const Vec3& x, const Vec3& wanted, double dt, const 
     else if (const double size = force.norm(); size > 0)
       normal_ = force / size;
   }
-  last_ = {way, forces_.acted(dt), force_ + force, debt_, by_hold_, most_debt_, force};
+  const Vec3 shown = share_ < 1 ? Vec3(share_ * force) : force;  // as far as later stages did not cut the last one
+  last_ = {way, forces_.acted(dt), force_ + shown, debt_, by_hold_, most_debt_, force, force};
   taken_ -= last_.acted.dot(way);
   least_ = std::min(least_, taken_);
   most_ = std::max(most_, taken_);
   count(Vec3::Zero());
-  const Vec3 change = force - force_;
-  force_ = force;
+  const Vec3 change = shown - force_;
+  force_ = shown;
   last_.out = safe_force(force - damper(way, change, dt, known), limits, damper_cut);
   limited_ = cut || damper_cut;
   forces_.put(last_.out);
@@ -37,13 +38,18 @@ Vec3 PassivityControl::tick(const Vec3& x, const Vec3& wanted, double dt, const 
 }
 
 void PassivityControl::written(const Vec3& force) noexcept {
-  if (force == last_.out) return;
-  const Vec3 cut = force - last_.out;
+  const double square = last_.out.squaredNorm();
+  const double share = square > 0 ? std::clamp(force.dot(last_.out) / square, 0.0, 1.0) : share_;
+  if (force == last_.out && share_ == 1) return;
+  // The damper was cut as the rest was; what else is missing is missing of the spring.
+  const Vec3 spring = force == last_.out ? last_.wanted : Vec3(force + share * (last_.wanted - last_.out));
+  share_ = force == last_.out ? 1 : share;
   forces_.correct(force);
-  force_ += cut;
-  count(cut);
+  count(spring - force_);
+  last_.spring += spring - force_;
+  force_ = spring;
+  last_.wanted += force - last_.out;
   last_.out = force;
-  last_.spring += cut;
 }
 
 /// The part that the hold gave of the last tick's work, when its spring was cut by so much at the end.

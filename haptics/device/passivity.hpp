@@ -77,6 +77,7 @@ class PassivityControl {
   Vec3 x_ = Vec3::Zero(), force_ = Vec3::Zero();
   Vec3 normal_ = Vec3::UnitZ();
   bool started_ = false, limited_ = false;
+  double share_ = 1;  // that later stages left of the last force
   double taken_ = 0, least_ = 0, most_ = 0, most_debt_ = 0, by_hold_ = 0, damping_ = 0;
   std::array<double, 2> debt_{};
   int damped_ticks_ = 0;
@@ -85,7 +86,7 @@ class PassivityControl {
     Vec3 way = Vec3::Zero(), acted = Vec3::Zero(), spring = Vec3::Zero();  ///< spring: sum at the tick's two ends [N]
     std::array<double, 2> debt{};
     double by_hold = 0, most_debt = 0;
-    Vec3 out = Vec3::Zero();
+    Vec3 wanted = Vec3::Zero(), out = Vec3::Zero();
   } last_;
 };
 

@@ -24,10 +24,11 @@ bool QuantizedVelocity::is_straight(int ticks) const noexcept {
 }
 
 int QuantizedVelocity::window(double fine) const noexcept {
+  constexpr double kRoundoff = 1 + 1e-9;
   int ticks = std::min(1, count_ - 1);
   while (ticks > 0 && ticks + 1 < count_) {
     const double t = t_[newest_] - t_[back(ticks)];
-    if (t > 0 && step_ <= fine * t) break;
+    if (t > 0 && step_ <= fine * t * kRoundoff) break;
     if (t_[newest_] > t_[back(ticks + 1)] && !is_straight(ticks + 1)) break;
     ++ticks;
   }

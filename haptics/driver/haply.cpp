@@ -92,9 +92,7 @@ class Connection {
       while (failed == asio::error::would_block && std::chrono::steady_clock::now() < until && !is_closing_)
         context_.run_one_for(milliseconds(20));
       if (failed == asio::error::would_block) {
-        beast::get_lowest_layer(socket_).cancel();
-        context_.restart();
-        context_.run();
+        beast::get_lowest_layer(socket_).close();
         throw boost::system::system_error(asio::error::timed_out);
       }
       if (failed) throw boost::system::system_error(failed);
@@ -260,6 +258,7 @@ class Connection {
     error_code none;
     beast::get_lowest_layer(socket_).socket().shutdown(tcp::socket::shutdown_both, none);
     beast::get_lowest_layer(socket_).close();
+    context_.stop();  // the socket's own timers would keep it for seconds
   }
 
   struct Sent {

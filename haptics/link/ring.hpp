@@ -24,6 +24,10 @@ class Ring {
     begin_.store(begin + 1, std::memory_order_release);
     return true;
   }
+  /// For the reader: what is there at least.
+  std::size_t size() const noexcept {
+    return end_.load(std::memory_order_acquire) - begin_.load(std::memory_order_relaxed);
+  }
 
  private:
   std::vector<T> items_;

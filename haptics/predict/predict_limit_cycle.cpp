@@ -15,21 +15,23 @@ std::optional<Prediction> predict_limit_cycle(const HandLoop& loop, const HandPo
   constexpr double kMargin = 1.08;
   // What passivity control adds comes late, and only while the loop gives energy: measured, a third of it counts.
   constexpr double kCounts = 1.0 / 3;
-  // A coupling that swings lets go of the wall, which is not stiff then: measured, up to twice that stands.
-  constexpr double kLetsGo = 2;
+  // A coupling that swings lets go of the wall, which is not stiff then: measured, up to so much more is held.
+  constexpr double kLetsGo = 1.4;
+  const bool coupled = port.coupling > 0;
+  if (coupled && port.adapts) return {};  // how soft it gets nobody knows before
   HandLoop felt = loop;
   felt.wall_stiffness = felt_stiffness(loop.wall_stiffness, port.coupling);
   if (port.bounded_damping > 0)
     felt.wall_stiffness =
         std::min(felt.wall_stiffness, kCouplingShare * port.bounded_damping / (0.5 * loop.h + port.delay));
   HandLoop stiffer = felt;
-  stiffer.wall_stiffness *= kMargin;
-  stiffer.wall_damping *= kMargin;
+  stiffer.wall_stiffness *= coupled ? 1 / kLetsGo : kMargin;
+  stiffer.wall_damping *= coupled ? 1 / kLetsGo : kMargin;
   if (loop_growth(stiffer) < 1) return {};
   if (port.most_damping > 0) {
     // It takes back what a force gives that acts when it is said to: the rest of the delay is the device's.
     const double untold = felt.wall_stiffness * std::max(0.0, loop.delay - port.delay);
-    const bool told = untold <= (port.coupling > 0 ? kLetsGo : 1 / kMargin) * loop.hand_damping;
+    const bool told = untold <= (coupled ? kLetsGo : 1 / kMargin) * loop.hand_damping;
     if (told && passive_damping(felt) <= loop.hand_damping + kCounts * port.most_damping) return {};
   }
   return Prediction{"hand", text("tool.path.hand: a limit cycle, the contact's ", loop.wall_stiffness,

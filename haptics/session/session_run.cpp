@@ -183,7 +183,7 @@ void run_lockstep(const RunParts& run) {
 void run_threads(const RunParts& run) {
   run.touch.start();
   DeviceTick devices(run);
-  constexpr double kUnread = 4;  // [s] that this thread may be away
+  constexpr double kUnread = 2;  // [s] that this thread may be away
   Ring<TickRow> rows(static_cast<std::size_t>(ticks_in(kUnread, 1 / run.touch.h(), 8192, 1 << 16)));
   std::atomic<bool> stop{false}, finished{false};
   std::atomic<int> unrecorded{0};

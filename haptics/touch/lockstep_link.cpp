@@ -2,16 +2,19 @@
 #include <deque>
 #include <random>
 
+#include "core/base/ticks.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
+#include "haptics/touch/report_list.hpp"
 
 namespace kt {
 namespace {
 
-/// Ticks that a new local model is stepped beside the old one before it takes over: the parts of the body that it
+/// [s] that a new local model is stepped beside the old one before it takes over: the parts of the body that it
 /// follows and the old one did not start from rest. Without them its first forces can be a quarter off.
-constexpr int kRunIn = 4;
+constexpr double kRunIn = 0.004;
+constexpr std::size_t kMostReports = 8192;  // of slower rates the first interval makes room for the others
 
 /// A local model on its way.
 struct Parcel {
@@ -26,6 +29,7 @@ class Schedule {
   explicit Schedule(const TouchOptions& options)
       : options_(options),
         latency_(static_cast<int>(std::llround(options.link.latency_ms * 1e-3 * options.local.rate_hz))),
+        run_in_(ticks_in(kRunIn, options.local.rate_hz)),
         random_(options.seed) {}
 
   bool is_replayed() const { return !options_.replay.refreshes.empty(); }
@@ -61,12 +65,12 @@ class Schedule {
     const std::vector<RefreshEvent>& replayed = options_.replay.refreshes;
     if (is_replayed()) return next_ < replayed.size() && replayed[next_].started_tick == tick;
     if (models_come_late(options_)) return false;  // later than it takes to run in
-    return tick == std::max(last_ + 1, due_ - std::max(0, kRunIn - latency_));
+    return tick == std::max(last_ + 1, due_ - std::max(0, run_in_ - latency_));
   }
 
  private:
   const TouchOptions& options_;
-  int latency_, due_ = 0, last_ = 0, busy_until_ = 0;
+  int latency_, run_in_, due_ = 0, last_ = 0, busy_until_ = 0;
   std::size_t next_ = 0;
   std::mt19937_64 random_;
 };
@@ -77,11 +81,10 @@ class LockstepLink final : public BodyLink {
       : body_(body),
         observer_(observer),
         schedule_(body.options()),
+        reports_(std::min<std::size_t>(kMostReports, 2 * static_cast<std::size_t>(ticks_per_refresh(body.options())))),
         motion_(make_local_motion(static_cast<int>(body.state().x.size()) / 3)),
         catches_up_(catches_up(body.options())) {
     body_.observe(observer);
-    constexpr std::size_t kMost = 8192;  // of slower rates the first interval makes room for the others
-    reports_.reserve(std::min(kMost, 2 * static_cast<std::size_t>(ticks_per_refresh(body.options()))));
   }
 
   void before_tick(HapticSide& side) noexcept override {
@@ -110,7 +113,7 @@ class LockstepLink final : public BodyLink {
   }
 
   void after_tick(HapticSide&, const LocalReport& report) noexcept override {
-    if (!error_) reports_.push_back(report);
+    if (!error_) reports_.add(report);
   }
   void stop() override { body_.finish(); }
   std::exception_ptr error() const noexcept override { return error_; }
@@ -121,7 +124,7 @@ class LockstepLink final : public BodyLink {
     const TouchOptions& options = body_.options();
     // At the edge of the patch, a new one is asked for once; the answer takes its time.
     const bool wanted =
-        !reports_.empty() && reports_.back().left_patch && on_the_way_.empty() && options.global.early_refresh;
+        !reports_.empty() && reports_.all().back().left_patch && on_the_way_.empty() && options.global.early_refresh;
     if (!schedule_.is_due(tick, wanted)) return;
     RefreshEvent event = schedule_.take(tick);
     const bool goes_on = tick > 0 && catches_up_;
@@ -129,7 +132,7 @@ class LockstepLink final : public BodyLink {
     if (goes_on) event.started_tick = motion_.tick;
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
-    auto model = body_.refresh(event, side.poses(), reports_, goes_on ? &motion_ : nullptr, [] { return 0.0; });
+    auto model = body_.refresh(event, side.poses(), reports_.all(), goes_on ? &motion_ : nullptr, [] { return 0.0; });
     const double took_ms = body_.last_cpu_ms();
     if (!schedule_.is_replayed() && tick > 0) {
       schedule_.charge(tick, charged_ticks(options, took_ms, predicted_ms), event);
@@ -146,7 +149,7 @@ class LockstepLink final : public BodyLink {
   ModelObserver* observer_;
   Schedule schedule_;
   std::deque<Parcel> on_the_way_;
-  std::vector<LocalReport> reports_;
+  ReportList reports_;
   LocalMotion motion_;
   bool catches_up_, has_start_ = false;
   int prepared_ = -1;

@@ -14,6 +14,7 @@
 #include "haptics/link/ring.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
+#include "haptics/touch/report_list.hpp"
 
 namespace kt {
 namespace {
@@ -25,7 +26,7 @@ struct Parcel {
   std::unique_ptr<PreparedLocalModel> model;
 };
 
-constexpr double kLongest = 2;  // [s] that a refresh may take: reports of as many ticks wait for it
+constexpr double kLongest = 1;  // [s] that a refresh may take: reports of as many ticks wait for it
 constexpr int kFewestReports = 4096, kMostReports = 1 << 15;  // each 5 KB
 constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are looked at: before a refresh; while none is due
 constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
@@ -110,8 +111,9 @@ class ThreadLink final : public BodyLink {
 
   /// The refresher always works for the latest moment that the haptic side has sent its motion of.
   void refresh_when_due() {
-    const bool is_due = !pending_.empty() && (pending_.back().tick + soon_ >= last_ + interval_ ||
-                                              (body_.options().global.early_refresh && pending_.back().left_patch));
+    const bool is_due =
+        !pending_.empty() && (pending_.all().back().tick + soon_ >= last_ + interval_ ||
+                              (body_.options().global.early_refresh && pending_.all().back().left_patch));
     if (is_due && !spare_motions_.empty() && free_motion_.is_empty()) {
       free_motion_.put(std::move(spare_motions_.back()));
       spare_motions_.pop_back();
@@ -125,18 +127,19 @@ class ThreadLink final : public BodyLink {
     const int tick = newest_ ? newest_->tick : last_;
     const bool cannot_wait =
         body_.options().global.early_refresh &&
-        std::ranges::any_of(pending_, [&](const LocalReport& r) { return r.tick < tick && r.left_patch; });
+        std::ranges::any_of(pending_.all(), [&](const LocalReport& r) { return r.tick < tick && r.left_patch; });
     if (tick <= last_ || (tick < last_ + interval_ && !cannot_wait)) {
       if (!look_back(kBetween)) std::this_thread::sleep_for(std::chrono::microseconds(300));
       return;
     }
     std::size_t count = 0;
-    while (count < pending_.size() && pending_[count].tick < tick) ++count;
+    const std::span<const LocalReport> waiting = pending_.all();
+    while (count < waiting.size() && waiting[count].tick < tick) ++count;
     if (count == 0) {  // they were lost
       last_ = tick;
       return;
     }
-    const std::span<const LocalReport> reports(pending_.data(), count);
+    const std::span<const LocalReport> reports = waiting.first(count);
     auto parcel = std::make_unique<Parcel>();
     parcel->linearized_tick = parcel->at_tick = tick;
     std::vector<Pose> at = poses_in(reports.back());
@@ -144,7 +147,7 @@ class ThreadLink final : public BodyLink {
         body_.refresh({tick, -1}, at, reports, catches_up_ ? newest_.get() : nullptr, [this] { return ticking_ms(); });
     body_.refresher().charge(body_.last_cpu_ms());
     interval_ = body_.refresher().next_interval(ticks_per_refresh(body_.options()));
-    pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(count));
+    pending_.drop(count);
     if (catches_up_) bring_near(*parcel, std::move(at));
     down_.put(std::move(parcel));
     last_ = tick;
@@ -169,9 +172,9 @@ class ThreadLink final : public BodyLink {
     return true;
   }
 
+  /// What is there; not what comes meanwhile, or a thread that gets little of the processor does nothing else.
   void receive() {
-    LocalReport item;
-    while (up_.pop(item)) pending_.push_back(item);
+    for (std::size_t n = up_.size(); n > 0 && up_.pop(pending_.next()); --n) pending_.keep_next();
   }
 
   std::vector<Pose> poses_in(const LocalReport& report) const {
@@ -188,9 +191,10 @@ class ThreadLink final : public BodyLink {
     std::size_t next = 0;
     for (int round = 0; round < 8; ++round) {
       receive();
-      if (next == pending_.size()) return;
-      for (; next < pending_.size(); ++next) {
-        const LocalReport& report = pending_[next];
+      const std::span<const LocalReport> waiting = pending_.all();
+      if (next == waiting.size()) return;
+      for (; next < waiting.size(); ++next) {
+        const LocalReport& report = waiting[next];
         if (report.tick != parcel.at_tick) return;  // one was lost: the haptic side has its own record
         for (std::size_t k = 0; k < at.size(); ++k) sweeps[k] = {at[k], report.tools[k].pose};
         catch_up_.step(parcel.model, sweeps);
@@ -208,7 +212,7 @@ class ThreadLink final : public BodyLink {
   bool catches_up_;
   CatchUp catch_up_;                                         // of the body's thread
   int interval_, last_ = 0;                                  // ticks to the next refresh; of the last one
-  std::vector<LocalReport> pending_;                         // not taken into a refresh yet
+  ReportList pending_{kFewestReports};                       // not taken into a refresh yet
   std::unique_ptr<Parcel> arrived_;                          // of the ticking thread: not adopted yet
   Mailbox<LocalMotion> motion_, free_motion_;                // written; to be written over
   std::unique_ptr<LocalMotion> next_motion_;                 // of the ticking thread

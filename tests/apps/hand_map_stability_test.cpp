@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/stability/wall_loop.hpp"
+#include "haptics/device/device_coupling.hpp"
+#include "haptics/device/measured_delay.hpp"
 #include "haptics/predict/predict_hand.hpp"
 
 namespace kt {
@@ -45,6 +47,64 @@ TEST(HandStability, PassivityControlHoldsFiveTimesTheLimit) {
     EXPECT_NE(verdict_of(loop, 20), MapVerdict::fails) << h << ' ' << delay;
     EXPECT_FALSE(predict_limit_cycle(loop, 20));
   }
+}
+
+/// A device whose damping nobody knows, and whose delay was measured.
+HandPort default_port(double delay) {
+  MeasuredDelay measured(1e-3);
+  for (int i = 0; i < MeasuredDelay::kEnough; ++i) measured.add(delay);
+  HandPort out;
+  out.most_damping = 20;
+  out.delay = measured.estimate().delay;
+  out.coupling = coupling_stiffness(0, 0, 1e-3, out.delay);
+  return out;
+}
+
+MapVerdict verdict_of(const HandLoop& loop, const HandPort& port) {
+  std::string why;
+  return judge_ripple(press_wall(loop, port), why);
+}
+
+TEST(HandStability, ControlAndCouplingHoldAnyWallOnADeviceThatNobodyKnows) {
+  for (const double b : {0.1, 0.3, 3.0})
+    for (const double delay : {0.0, 0.8e-3, 3e-3})
+      for (const double times : {2.0, 5.0, 20.0, 100.0, 1000.0}) {
+        const double limit = b / (0.5e-3 + delay);
+        const HandLoop loop = loop_of(times * limit, b, 1e-3, delay);
+        EXPECT_NE(verdict_of(loop, default_port(delay)), MapVerdict::fails) << b << ' ' << delay << ' ' << times;
+        EXPECT_FALSE(predict_limit_cycle(loop, default_port(delay)));
+      }
+  const HandLoop five = loop_of(5 * 0.3 / 1.3e-3, 0.3, 1e-3, 0.8e-3);
+  EXPECT_EQ(verdict_of(five), MapVerdict::fails);
+  EXPECT_TRUE(predict_limit_cycle(five));
+}
+
+TEST(HandStability, ADelayThatIsToldTooSmallIsNotHeldAndSaidToBe) {
+  HandPort port = default_port(0.8e-3);
+  port.delay = 0;
+  const HandLoop loop = loop_of(5000, 0.3, 1e-3, 0.8e-3);
+  EXPECT_EQ(verdict_of(loop, port), MapVerdict::fails);
+  EXPECT_TRUE(predict_limit_cycle(loop, port));
+}
+
+TEST(HandStability, TheCouplingIsFeltInSeriesWithTheWall) {
+  for (const double wall : {100.0, 1000.0, 10000.0}) {
+    const HandLoop loop = loop_of(wall, 1, 1e-3, 0.8e-3);
+    const double felt = felt_stiffness(wall, kUnknownStiffness);
+    EXPECT_NEAR(press_wall(loop, default_port(0.8e-3)).felt, felt, 0.03 * felt) << wall;
+  }
+}
+
+TEST(HandStability, EnergyBoundingHoldsAnyWallOfADeviceThatItKnowsAndOfNoOther) {
+  const HandLoop loop = loop_of(5000, 0.3, 1e-3, 0.8e-3);
+  HandPort port;
+  port.bounded_damping = 0.3;
+  port.delay = 1e-3;
+  EXPECT_NE(verdict_of(loop, port), MapVerdict::fails);
+  EXPECT_FALSE(predict_limit_cycle(loop, port));
+  port.bounded_damping = 1;
+  EXPECT_EQ(verdict_of(loop, port), MapVerdict::fails);
+  EXPECT_TRUE(predict_limit_cycle(loop, port));
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ class View:
         for connection in self.connections:
             connection.close()
         self.process.terminate()
-        self.process.wait(30)
+        self.process.wait(120)  # the body ends the refresh that it is at
         self.process.stdout.close()
         self.folder.cleanup()
 

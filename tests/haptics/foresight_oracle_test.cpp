@@ -29,6 +29,20 @@ TEST(ToolVelocity, IsThatOfTheLastTicks) {
   EXPECT_NEAR((tool_velocity(turned, 1000) - Vec3(0.01, 0, 0)).norm(), 0, 1e-12);
 }
 
+/// Of the last 10 ms: a tool that turned round 12 ms ago goes the new way at every rate.
+TEST(ToolVelocity, LooksBackByTimeAndNotByTicks) {
+  for (const int rate : {250, 1000, 4000, 8000, 10000}) {
+    std::vector<LocalReport> reports(static_cast<std::size_t>(rate / 20 + 1));
+    const double end = static_cast<double>(reports.size() - 1) / rate, turn = end - 0.012;
+    for (std::size_t i = 0; i < reports.size(); ++i)
+      reports[i].tools[0].pose.x = std::abs(static_cast<double>(i) / rate - turn) * Vec3(0.1, 0, 0);
+    EXPECT_NEAR((tool_velocity(reports, rate) - Vec3(0.1, 0, 0)).norm(), 0, 1e-9) << rate;
+    for (std::size_t i = 0; i < reports.size(); ++i)  // and noise of the encoder counts for as little
+      reports[i].tools[0].pose.x = (i % 2 == 0 ? 1e-6 : 0.0) * Vec3::UnitX();
+    EXPECT_LE(tool_velocity(reports, rate).norm(), 1e-6 / 0.0079) << rate;
+  }
+}
+
 TEST(LastHolds, SplitTheForceOnTheBody) {
   Surface surface;
   surface.triangles = {{1, 2, 3}};

@@ -106,6 +106,33 @@ TEST(Jumps, AreTheLargestChangeAtACrossingAndAtARefreshOverTheMean) {
   EXPECT_EQ(measure_forces(frames, 0.5, kStep).crossing_jump, 0) << "before the steady phase";
 }
 
+/// One impulse, of 0.4 N ms, at a crossing: in a tick at 1 kHz, in eight at 8 kHz, or all of it in one of them. And a
+/// step that stays.
+TEST(Jumps, AreOverAMillisecondWhateverTheRate) {
+  const auto jump = [](int rate, int ticks_of_impulse, double after) {
+    std::vector<LocalFrame> frames(static_cast<std::size_t>(rate));
+    for (int i = 0; i < rate; ++i) {
+      LocalFrame& f = frames[static_cast<std::size_t>(i)];
+      f.t = (i + 1.0) / rate;
+      f.mode = ContactMode::stick;
+      f.force = {0, 0, 2};
+      f.facet = i < rate / 2 ? 1 : 2;
+      const int since = i - rate / 2;
+      if (since >= 0) f.force.z() += after;
+      if (since >= 0 && since < ticks_of_impulse) f.force.z() += 4e-4 * rate / ticks_of_impulse;
+    }
+    const ForceMetrics m = measure_forces(frames, 0, 1.0 / rate);
+    double mean = 0;
+    for (const LocalFrame& f : frames) mean += f.force.z() / rate;
+    return m.crossing_jump * mean;
+  };
+  EXPECT_NEAR(jump(1000, 1, 0), 0.4, 1e-9);
+  EXPECT_NEAR(jump(8000, 1, 0), 0.4, 1e-9) << "3.2 N for an eighth of a millisecond";
+  EXPECT_NEAR(jump(8000, 8, 0), 0.4, 1e-9);
+  EXPECT_NEAR(jump(8000, 0, 0.5), 0.5, 1e-9);
+  EXPECT_NEAR(jump(250, 1, 0), 0.1, 1e-9) << "a tick is four milliseconds";
+}
+
 TEST(ForceMetrics, CountsModesMeansAndLostContacts) {
   auto frames = contact({3, -1, 0, 0, 0, 0});
   frames[2].mode = ContactMode::stick;

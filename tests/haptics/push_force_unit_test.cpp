@@ -45,6 +45,21 @@ TEST(PushForce, BeginsWithTheFirstTouchAndLimitsEachStepUntilItHasCaughtUp) {
   EXPECT_NEAR(ticks, std::log(1 + 0.05 * 5000 / 0.1) / std::log(1.05), 2);  // geometric growth
 }
 
+/// Whatever the rate, the force grows as fast: by 5 % in a millisecond, from 0.1 N on.
+TEST(PushForce, GrowsByTimeAndNotByTicks) {
+  const auto time_to = [](double h) {
+    PushForce push(h);
+    push.begin();
+    int ticks = 0;
+    while (push.apply(1000 * kUp, true, true).norm() < 1000) ++ticks;
+    return ticks * h;
+  };
+  const double exact = std::log(1 + 0.05 * 1000 / 0.1) / 0.05 * 1e-3;  // of f' = (0.1 N + 0.05 f) / ms
+  EXPECT_NEAR(time_to(1e-4), exact, 0.005 * exact);
+  EXPECT_NEAR(time_to(1.0 / 8000), exact, 0.01 * exact);
+  EXPECT_NEAR(time_to(1e-3), exact, 0.03 * exact);
+}
+
 TEST(PushForce, FallsByStepsTooAndSurvivesASecondBegin) {
   PushForce push;
   push.begin();

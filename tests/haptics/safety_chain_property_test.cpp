@@ -77,7 +77,7 @@ TEST(SafetyChain, WhateverComesTheForceIsFiniteLimitedSlewedAndZeroInTime) {
     for (int i = 0; i < ticks; ++i) {
       if (--spell <= 0) {
         trouble = wild.uniform(3) > 0 ? 0 : wild.uniform(8);
-        spell = 1 + wild.uniform(trouble == 0 ? 1500 : 60);
+        spell = 1 + wild.uniform(static_cast<int>((trouble == 0 ? 1.5 : 0.08) / o.h));
       }
       double dt = o.h * (0.5 + wild.share());
       if (wild.uniform(500) == 0) dt = 0.05 * wild.share();  // the tick was held up

@@ -72,6 +72,10 @@ TEST(Touch, StepsAsMuchTimeAsHasPassed) {
   EXPECT_EQ(touch.next_tick(), 1);
   EXPECT_NE(touch.tick(run.tools[0].start, 1.0).flags & kLateTick, 0u);
   EXPECT_EQ(touch.next_tick(), 1 + Touch::kMostSteps);
+  EXPECT_EQ(touch.most_steps(), Touch::kMostSteps);
+  TouchOptions fast = session.options();
+  fast.local.rate_hz = 8000;
+  EXPECT_EQ(Touch(session.body(), fast).most_steps(), 160) << "20 ms: what a screen's picture takes";
 }
 
 Scene turning_capsule() {
