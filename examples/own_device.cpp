@@ -10,7 +10,7 @@ class MyDevice {
   bool read(kt::Pose& pose, kt::DeviceState& state) {  // false: it did not answer
     const double t = 1e-3 * ++tick_;
     if (tick_ > 1200) return false;
-    pose = {{0.02, 0.026, 0.027 - 0.005 * std::min(1.0, t)}, kt::Quaternion::Identity()};
+    pose = {{0.02, 0.026, 0.027 - 0.009 * std::min(1.0, 3 * t)}, kt::Quaternion::Identity()};
     state.buttons = 1;  // its first button is held
     return true;
   }
@@ -28,7 +28,7 @@ int main() {
   made.object.mesh = "meshes/block.msh";
   const kt::Body body(made);
   kt::TouchOptions options;
-  options.tools[0].shape = kt::make_sphere(0.003);
+  options.tools[0].shape = kt::make_capsule(0.003, 0.01);
   options.collision.backend = "brute_force";  // is in every build
   kt::Touch touch(body, options);
 

@@ -1,6 +1,6 @@
 #pragma once
 // Sleep by the clock that never jumps.
-#include <time.h>
+#include <ctime>
 
 #include <cstdint>
 
