@@ -62,7 +62,7 @@ const char* name_of(GateReason reason) noexcept {
 SafetyChain::SafetyChain(const SafetyOptions& options)
     : o_(options),
       limits_(limits_of(options)),
-      coupling_({.stiffness = coupling_of(options)}),
+      coupling_({.stiffness = coupling_of(options), .adapts = false}),
       measured_(options.h, options.delay.value_or(options.device.delay > 0 ? options.device.delay : -1)),
       delay_(measured_.estimate()),
       closing_(std::max(options.h, kZeroWithin - kOldest - 2 * options.h)),
@@ -79,7 +79,7 @@ SafetyChain::SafetyChain(const SafetyOptions& options)
 }
 
 Pose SafetyChain::tool(const Pose& device, double dt) noexcept {
-  if (!(coupling_.stiffness() > 0)) return device;
+  if (!(coupling_.stiffness() > 0) || !device.x.allFinite()) return device;
   is_coupled_ = true;
   return {o_.scale * coupling_.tool(device.x / o_.scale, dt), device.r};
 }
@@ -166,7 +166,8 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
   // Finite.
   const bool is_finite = force.allFinite() && torque.allFinite();
   counts_.not_finite += !is_finite;
-  const bool is_there = state.health == DeviceHealth::ok && state.age <= kOldest;
+  if (device.x.allFinite()) at_ = device.x;
+  const bool is_there = state.health == DeviceHealth::ok && state.age <= kOldest && device.is_finite();
   counts_.stale += !is_there;
   if (!is_finite || !limits_.gives_force) force.setZero();
   if (!is_finite || (is_live && !limits_.gives_torque)) torque.setZero();
@@ -175,17 +176,17 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
     torque.setZero();
   }
   if (is_live) follow_delay(state);
-  if (is_coupled_) force = coupling_.force(force);
+  if (is_coupled_) force = coupling_.force(force, frame.f_n > 0 ? frame.normal : Vec3(Vec3::Zero()));
   is_coupled_ = false;
   bool limited = false;
   if (passivity_)
-    force = passivity_->tick(device.x / o_.scale, force, is_live ? dt : o_.h, known(frame, state));
+    force = passivity_->tick(at_ / o_.scale, force, is_live ? dt : o_.h, known(frame, state));
   else
     force = safe_force(force, limits_, limited);
   if (passivity_) limited = passivity_->limited();
   if (is_live) {
     slow_ticks_ = dt > 2 * o_.h ? slow_ticks_ + 1 : 0;
-    reason_ = look(frame, state);
+    reason_ = is_there || state.health != DeviceHealth::ok ? look(frame, state) : GateReason::stale_pose;
     move_gate(dt);
     if (dt >= kZeroWithin) written_.setZero();
     force = slewed(gate_ * force, dt, frame);

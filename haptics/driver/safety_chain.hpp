@@ -102,6 +102,7 @@ class SafetyChain {
   DelayEstimate delay_;
   unsigned delays_ = 0;  // that the device has told
   Vec3 written_ = Vec3::Zero(), torque_ = Vec3::Zero();
+  Vec3 at_ = Vec3::Zero();  // the device's place, the last that was finite
   double closing_;  // [s]
   double gate_ = 0, heat_ = 0;
   int slow_ticks_ = 0;

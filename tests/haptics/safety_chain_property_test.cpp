@@ -97,8 +97,10 @@ TEST(SafetyChain, WhateverComesTheForceIsFiniteLimitedSlewedAndZeroInTime) {
       } else {
         fresh_age = 0;
       }
-      const Pose pose{wild.place(), Quaternion::Identity()};
-      ASSERT_TRUE(chain.tool(pose, dt).is_finite());
+      Pose pose{wild.place(), Quaternion::Identity()};
+      if (trouble == 4 && fresh_age > 5e-3) pose.x.y() = std::numeric_limits<double>::quiet_NaN();
+      const Pose tool = chain.tool(pose, dt);
+      ASSERT_EQ(tool.is_finite(), pose.is_finite());
       const Wrench out = chain.make_safe(frame, pose, state, dt);
       ASSERT_TRUE(out.force.allFinite() && out.torque.allFinite()) << device << ' ' << i;
       ASSERT_LE(out.force.norm(), limit) << device << ' ' << i;
