@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/driver/sleep_until.hpp"
 
@@ -16,6 +17,7 @@ DeviceFit identify_device(HapticDevice& device, const IdentifyOptions& options) 
   safety.coupling = 0;
   if (!safety.device.gives_force) return {.refusal = "it gives no force: there is no loop to be kept from swinging"};
   SafetyChain chain(safety);
+  const RealTimeThread on_time;
   const double scale = safety.scale;
   const auto place = [&](const Pose& pose) { return pose.x[options.axis] / scale; };
   double rest = place(device.pose(0));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/driver/sleep_until.hpp"
 
@@ -47,6 +48,7 @@ DeviceTest test_device(HapticDevice& device, const DeviceTestOptions& options) {
   safety.device = device.info();
   safety.h = options.h;
   SafetyChain chain(safety);
+  const RealTimeThread on_time;
   Ripple ripple(options.h);
   const auto ticks = static_cast<int>(std::lround(options.seconds / options.h));
   const double scale = safety.scale;

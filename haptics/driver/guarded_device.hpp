@@ -9,6 +9,9 @@ class GuardedDevice {
   GuardedDevice(std::unique_ptr<HapticDevice> device, SafetyOptions options)
       : device_(std::move(device)), chain_(with_info(std::move(options), *device_)) {}
 
+  /// The tool is there when the first tick comes.
+  void begin_at(const Vec3& tool) noexcept { chain_.begin_at(tool); }
+
   /// Where the tool is to go at time t [s], `dt` after the last call.
   Pose pose(double t, double dt) noexcept {
     at_ = device_->pose(t);

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <thread>
 
+#include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/haply_messages.hpp"
 #include "haptics/driver/live_device.hpp"
 
@@ -334,6 +335,7 @@ class Haply final : public DeviceDriver {
  private:
   /// A connection that is lost is opened again, once a second.
   void run(std::unique_ptr<Connection> connection) {
+    const RealTimeThread on_time({.priority = kIoPriority, .locks_memory = false});  // as far as it is granted
     for (;;) {
       if (connection) connection->run(id_);
       connection.reset();

@@ -13,6 +13,9 @@ using OpenDriver = std::unique_ptr<DeviceDriver> (*)(const DeviceSettings& setti
 /// Opens the device, waits for its first reading (2 s at most) and says where its zero lies. Throws InputError.
 std::unique_ptr<HapticDevice> make_live_device(const DeviceOptions& options, OpenDriver open);
 
+/// Of SCHED_FIFO for a driver's own thread: above the tick's, whose pose it brings.
+constexpr int kIoPriority = 60;
+
 /// A pose that is older than this is stale [s].
 constexpr double kOldestPose = 5e-3;
 

@@ -53,6 +53,8 @@ const char* name_of(GateReason reason) noexcept {
       return "the body has not followed for long";
     case GateReason::inside:
       return "the tool is inside the body";
+    case GateReason::on_the_way:
+      return "the tool is on its way to the device";
     case GateReason::late_ticks:
       return "ticks come at less than half their rate";
   }
@@ -78,10 +80,21 @@ SafetyChain::SafetyChain(const SafetyOptions& options)
                                         .encoder_step = limits_.is_live ? limits_.encoder_step : 0});
 }
 
+void SafetyChain::begin_at(const Vec3& tool) noexcept {
+  tool_ = tool;
+  has_tool_ = was_away_ = true;
+}
+
 Pose SafetyChain::tool(const Pose& device, double dt) noexcept {
-  if (!(coupling_.stiffness() > 0) || !device.x.allFinite()) return device;
+  if (!limits_.is_live || !device.x.allFinite()) return device;
+  if (has_tool_ && (was_away_ || dt >= kZeroWithin)) gap_ = tool_ - device.x;
+  was_away_ = false;
+  gap_ = shortened(gap_, std::max(0.0, gap_.norm() - kFollows * std::min(dt, kZeroWithin)));
+  tool_ = device.x + gap_;
+  has_tool_ = true;
+  if (!(coupling_.stiffness() > 0)) return {tool_, device.r};
   is_coupled_ = true;
-  return {o_.scale * coupling_.tool(device.x / o_.scale, dt), device.r};
+  return {o_.scale * coupling_.tool(tool_ / o_.scale, dt), device.r};
 }
 
 /// Of a live device: from what it acknowledges, looked at four times a second.
@@ -113,6 +126,7 @@ GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) 
   if (o_.deadman != 0 && (state.buttons & o_.deadman) == 0) return GateReason::button;
   if ((frame.flags & (kStaleModel | kBodyFailed)) != 0) return GateReason::stale_model;
   if (slow_ticks_ >= 3) return GateReason::late_ticks;
+  if (!gap_.isZero(0)) return GateReason::on_the_way;
   if (gate_ > 0) return GateReason::open;
   // To open it, more: there is something to touch, and the tool is not inside without being let out.
   if ((frame.flags & kNoModel) != 0) return GateReason::no_model;
@@ -123,6 +137,7 @@ GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) 
 void SafetyChain::move_gate(double dt) noexcept {
   if (dt >= kZeroWithin) gate_ = 0;  // nobody ticked: the device has been let go by its own thread
   const double before = gate_;
+  if (reason_ != GateReason::open) last_reason_ = reason_;
   gate_ += reason_ == GateReason::open ? std::min(dt, o_.h) / kOpening : -dt / closing_;
   gate_ = std::clamp(gate_, 0.0, 1.0);
   if (before == 1 && gate_ < 1) ++counts_.shut;
@@ -169,6 +184,7 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
   if (device.x.allFinite()) at_ = device.x;
   const bool is_there = state.health == DeviceHealth::ok && state.age <= kOldest && device.is_finite();
   counts_.stale += !is_there;
+  was_away_ = was_away_ || !is_there;
   if (!is_finite || !limits_.gives_force) force.setZero();
   if (!is_finite || (is_live && !limits_.gives_torque)) torque.setZero();
   if (!is_live && !is_there) {  // it is not where its pose says: what is felt there is not its force

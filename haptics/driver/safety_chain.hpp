@@ -40,6 +40,7 @@ enum class GateReason {
   no_model,
   stale_model,
   inside,
+  on_the_way,
   late_ticks
 };
 const char* name_of(GateReason reason) noexcept;
@@ -61,8 +62,12 @@ class SafetyChain {
  public:
   explicit SafetyChain(const SafetyOptions& options);
 
-  /// Where the tool goes for a device that is there, in the world's frame: there, but for the coupling's stretch.
-  /// Before the tick; who leaves it out has no coupling.
+  /// The tool is there now, wherever the device is: it goes to the device as after a gap.
+  void begin_at(const Vec3& tool) noexcept;
+
+  /// Where the tool goes for a device that is there, in the world's frame: there, but for the coupling's stretch. After
+  /// a gap in the poses, and at the start, it follows the way that it missed at kFollows, with the gate shut. Before
+  /// the tick; who leaves it out has no coupling.
   /// @param dt  since the last call [s], > 0
   Pose tool(const Pose& device, double dt) noexcept;
 
@@ -77,6 +82,7 @@ class SafetyChain {
 
   double gate() const noexcept { return gate_; }  ///< 0 shut .. 1 open
   GateReason reason() const noexcept { return reason_; }
+  GateReason last_reason() const noexcept { return last_reason_; }  ///< the last that was not `open`
   const SafetyCounts& counts() const noexcept { return counts_; }
   const std::optional<PassivityControl>& passivity() const noexcept { return passivity_; }
   double coupling() const noexcept { return coupling_.stiffness(); }  ///< [N/m] at the device; 0: none
@@ -85,6 +91,7 @@ class SafetyChain {
 
   static constexpr double kZeroWithin = 20e-3;  ///< [s] after the last fresh pose, or the last tick
   static constexpr double kOpening = 0.5;       ///< [s]
+  static constexpr double kFollows = 0.25;      ///< [m/s] what local models are made for
 
  private:
   PortKnowledge known(const LocalFrame& frame, const DeviceState& state) const noexcept;
@@ -102,8 +109,11 @@ class SafetyChain {
   DelayEstimate delay_;
   unsigned delays_ = 0;  // that the device has told
   Vec3 written_ = Vec3::Zero(), torque_ = Vec3::Zero();
+  Vec3 tool_ = Vec3::Zero(), gap_ = Vec3::Zero();  // tool before the coupling's stretch; tool - device [m]
+  bool has_tool_ = false, was_away_ = false;
+  GateReason last_reason_ = GateReason::no_model;
   Vec3 at_ = Vec3::Zero();  // the device's place, the last that was finite
-  double closing_;  // [s]
+  double closing_;          // [s]
   double gate_ = 0, heat_ = 0;
   int slow_ticks_ = 0;
   bool is_stopping_ = false, is_coupled_ = false;  // the latter: tool() was called for this tick

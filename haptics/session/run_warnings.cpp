@@ -91,8 +91,9 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
     const SafetyCounts& s = tool.device->safety;
     if (s.shut > 0 || tool.device->gate != GateReason::open)
       warnings.push_back(text(who(tool), "the device's gate was shut: ", s.gated, " of ", s.ticks,
-                              " ticks had no force or a part of it, it shut ", s.shut, " times; at the end ",
-                              name_of(tool.device->gate)));
+                              " ticks had no force or a part of it, it shut ", s.shut, " times, the last time because ",
+                              name_of(tool.device->last_gate), "; kilotouch device test ", tool.device->name,
+                              " says what stands in the way"));
   }
   if (result.device_lost)
     warnings.push_back(text("the device was lost in tick ", result.tools[0].frames.size(),

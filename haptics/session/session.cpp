@@ -111,8 +111,8 @@ std::optional<PassivityRun> energy_of(const SafetyChain& chain) {
 
 DeviceRun device_run(const GuardedDevice& device, const SceneTool& tool) {
   const SafetyChain& chain = device.chain();
-  return {tool.path.device->name, device.device().info(), chain.max_force(), device.device().origin(),
-          chain.counts(),         chain.reason(),         chain.delay(),     chain.coupling()};
+  return {tool.path.device->name, device.device().info(), chain.max_force(), device.device().origin(), chain.counts(),
+          chain.reason(),         chain.last_reason(),    chain.delay(),     chain.coupling()};
 }
 
 void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, ContactWatch* watch, SessionResult& out) {
@@ -229,6 +229,7 @@ SessionResult Session::run(const SessionOptions& options) {
   std::vector<GuardedDevice> guarded;
   for (std::size_t k = 0; k < tools().size(); ++k)
     guarded.emplace_back(std::move(devices[k]), safety_options(scene(), k == 0 ? scene().tool : *scene().second_tool));
+  for (std::size_t k = 0; k < tools().size(); ++k) guarded[k].begin_at(start[k].x);  // it has moved on since then
   int ticks = static_cast<int>(std::llround(scene().duration * scene().local.rate_hz));
   if (options.is_endless) ticks = std::numeric_limits<int>::max();
   const RunParts parts{options, ticks, touch, guarded, watch ? &*watch : nullptr, result};

@@ -42,7 +42,8 @@ struct DeviceRun {
   double max_force = 0;        ///< that it was given at most [N], of the device and the scene
   Vec3 origin = Vec3::Zero();  ///< of the device's zero [m]
   SafetyCounts safety;
-  GateReason gate = GateReason::open;  ///< at the end
+  GateReason gate = GateReason::open;       ///< at the end
+  GateReason last_gate = GateReason::open;  ///< why it was shut last
   DelayEstimate delay;
   double coupling = 0;  ///< [N/m] at the end; 0: none
 };

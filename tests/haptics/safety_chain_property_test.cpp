@@ -178,6 +178,35 @@ TEST(SafetyChain, WarmMotorsAreGivenWhatTheyCanBear) {
   EXPECT_NEAR(last, 3, 1e-6) << "cold again";
 }
 
+/// After a gap, and at the start, the tool goes to the device at a speed that local models follow, the gate shut.
+TEST(SafetyChain, TheToolFollowsWhatItMissed) {
+  SafetyOptions o;
+  o.coupling = 0;
+  o.device = live(3);
+  SafetyChain chain(o);
+  chain.begin_at({0, 0, 0.01});
+  Vec3 before(0, 0, 0.01);
+  int ticks = 0;
+  const auto tick = [&](const Vec3& x, DeviceState state) {
+    const Vec3 tool = chain.tool({x, Quaternion::Identity()}, 1e-3).x;
+    LocalFrame frame = asking({0, 0, 1});
+    chain.make_safe(frame, {x, Quaternion::Identity()}, state, 1e-3);
+    EXPECT_LE((tool - before).norm(), SafetyChain::kFollows * 1e-3 + kRoundoff);
+    before = tool;
+    return tool;
+  };
+  for (; ticks < 100 && !tick({0, 0, 0}, {}).isZero(0); ++ticks) EXPECT_EQ(chain.gate(), 0) << ticks;
+  EXPECT_NEAR(ticks, 39, 1) << "10 mm at 0.25 m/s";
+  for (int i = 0; i < 600; ++i) tick({0, 0, 0}, {});
+  EXPECT_EQ(chain.gate(), 1);
+  for (int i = 0; i < 50; ++i) tick({0, 0, 0}, {.health = DeviceHealth::gone});
+  EXPECT_EQ(tick({0.05, 0, 0}, {}).y(), 0) << "it comes back elsewhere";
+  EXPECT_EQ(chain.reason(), GateReason::on_the_way);
+  for (int i = 0; i < 205; ++i) tick({0.05, 0, 0}, {});
+  EXPECT_EQ(before, Vec3(0.05, 0, 0));
+  EXPECT_EQ(chain.reason(), GateReason::open);
+}
+
 /// Who is not there, or asks for nothing, is given nothing; and each reason has its name.
 TEST(SafetyChain, EachReasonShutsTheGate) {
   struct Case {
