@@ -1,6 +1,8 @@
 // What a device is given: the force, limited; nothing while its poses cannot be relied upon.
 #include <gtest/gtest.h>
 
+#include "apps/allocation_counter.hpp"
+#include "haptics/driver/device_slots.hpp"
 #include "haptics/driver/guarded_device.hpp"
 
 namespace kt {
@@ -45,6 +47,34 @@ TEST(GuardedDevice, GivesNothingToADeviceWhosePosesCannotBeReliedUpon) {
     EXPECT_TRUE(seen.written.torque.isZero(0));
   }
   EXPECT_NEAR(give(DeviceHealth::ok).force.z(), 2, 1e-12);
+}
+
+/// Of a live device with all stages.
+TEST(GuardedDevice, ATickAllocatesNothing) {
+  if (thread_allocations() < 0) GTEST_SKIP() << "this build cannot count";
+  const auto slots = std::make_shared<DeviceSlots>();
+  DeviceReading reading;
+  reading.count = 1;
+  reading.at_ns = monotonic_ns();
+  slots->reading.put(reading);
+  slots->health = DeviceHealth::ok;
+  DeviceOptions options;
+  options.slots = slots;
+  GuardedDevice device(make_device("pushed", options), {.most_damping = 20});
+  const long long before = thread_allocations();
+  for (int i = 0; i < 2000; ++i) {
+    reading.at_ns = monotonic_ns();
+    reading.x[2] = 1e-5 * (i % 100);
+    reading.delay = 1e-3;
+    ++reading.delays;
+    slots->reading.put(reading);
+    device.pose(1e-3 * i, 1e-3);
+    LocalFrame frame;
+    frame.force = {0, 0, 0.01 * (i % 100)};
+    frame.torque = {0.01, 0, 0};
+    device.give(frame, 1e-3, 1e-3);
+  }
+  EXPECT_EQ(thread_allocations(), before);
 }
 
 }  // namespace
