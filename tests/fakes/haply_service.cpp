@@ -102,9 +102,13 @@ struct FakeHaply::Parts {
     if (!all.contains("inverse3")) return;
     const json& force = all["inverse3"][0]["commands"]["set_cursor_force"]["values"];
     const Vec3 told(force["x"].get<double>(), force["y"].get<double>(), force["z"].get<double>());
+    if (heard.empty()) first_heard = t;
     on_the_way.push_back({t + options.delay, told});
     heard.push_back({t, told});
   }
+
+  /// The hand waits for the first force.
+  Vec3 target_at(double t) const { return options.target(std::max(0.0, t - first_heard)); }
 
   /// The hand, with the forces that have reached the motors by then.
   void step(double until) {
@@ -116,9 +120,9 @@ struct FakeHaply::Parts {
         on_the_way.pop_front();
       }
       const HandMotion motion(options.mass, options.damping, options.stiffness, h);
-      const Vec3 target = options.target(next), before = x;
-      const Vec3 drift = (target - options.target(at)) / h;
-      Vec3 y = x - options.target(at), w = v - drift;
+      const Vec3 from = target_at(at), target = target_at(next), before = x;
+      const Vec3 drift = (target - from) / h;
+      Vec3 y = x - from, w = v - drift;
       motion.step(y, w, acting);
       x = target + y;
       v = w + drift;
@@ -164,7 +168,7 @@ struct FakeHaply::Parts {
   std::atomic<int> hang_ms{0}, connections{0};
   std::atomic<HaplyFault> fault{HaplyFault::none};
   mutable std::mutex mutex;
-  double began, at = 0;
+  double began, at = 0, first_heard = std::numeric_limits<double>::infinity();
   Vec3 x = Vec3::Zero(), v = Vec3::Zero(), acting = Vec3::Zero();
   double given = 0, most_given = 0;
   std::deque<HeardForce> on_the_way;

@@ -1,7 +1,7 @@
 // A Haply Inverse Service without a device, until it is ended:
 //   fake_haply_service PORT [MASS DAMPING STIFFNESS DELAY_MS [DEPTH_MM RADIUS_MM PERIOD_S]]
-// A hand holds the device: it goes DEPTH_MM down within a second and then round a circle of RADIUS_MM. At the end, and
-// every 5 s, a line of what the device was told.
+// A hand holds the device: 3 s after the first force it goes DEPTH_MM down within a second and then round a circle of
+// RADIUS_MM. At the end, and every 5 s, a line of what the device was told.
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   options.delay = 1e-3 * number(5, 0.5);
   const double depth = 1e-3 * number(6, 10), radius = 1e-3 * number(7, 5), period = number(8, 4);
   options.target = [=](double t) {
-    const double down = depth * std::min(1.0, t / 1.0), a = 2 * M_PI * std::max(0.0, t - 1) / period;
+    const double down = depth * std::clamp(t - 3, 0.0, 1.0), a = 2 * M_PI * std::max(0.0, t - 4) / period;
     return kt::Vec3(radius * std::sin(a), -0.12 + radius * (std::cos(a) - 1), 0.15 - down);
   };
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { is_over = 1; });
