@@ -9,11 +9,11 @@
 namespace kt {
 
 struct IdentifyOptions {
-  double h = 1e-3;       ///< tick [s]
-  double jump = 0.015;   ///< [m] of the spring's rest place, at the device's scale
-  int axis = 0;          ///< of the world, along which it jumps: 0 is x, which no gravity pulls along
-  double seconds = 1.5;  ///< that are fitted, after half a second in which the gate opens
-  SafetyOptions safety;  ///< its device, h, damper and coupling are filled in: nothing may damp but the device
+  double h = 1e-3;         ///< tick [s]
+  double jump = 0.015;     ///< [m] of the spring's rest place, at the device's scale
+  int axis = 0;            ///< of the world, along which it jumps: 0 is x, which no gravity pulls along
+  double seconds = 1.5;    ///< that are fitted, after half a second in which the gate opens
+  SafetyOptions safety{};  ///< its device, h, damper and coupling are filled in: nothing may damp but the device
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -13,10 +13,10 @@ struct DeviceTestOptions {
   double h = 1e-3;              ///< tick [s]
   double wall_stiffness = 200;  ///< [N/m] at the device's scale
   double wall_below = 0.01;     ///< [m] under where the device is when the test begins, world's z
-  SafetyOptions safety;         ///< its device and h are filled in
+  SafetyOptions safety{};       ///< its device and h are filled in
   const std::atomic<bool>* stop = nullptr;
   std::function<void(double t, const Pose&, const DeviceState&, double force, double gate)>
-      progress;  ///< twice a second
+      progress{};  ///< twice a second
 };
 
 /// Sorted lists; times in seconds.

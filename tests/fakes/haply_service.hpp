@@ -19,7 +19,7 @@ struct FakeHaplyOptions {
   double mass = 0.1, damping = 3, stiffness = 300;  ///< hand and device [kg], [N s/m], [N/m]
   double delay = 0.5e-3;                            ///< from a message to the motors [s]
   double encoder_step = 1e-5;                       ///< [m]
-  std::function<Vec3(double t)> target;             ///< [m], device frame, t [s] since the first force; none: at rest
+  std::function<Vec3(double t)> target{};           ///< [m], device frame, t [s] since the first force; none: at rest
 };
 
 /// What the device was told.

@@ -2,6 +2,7 @@
 //   fake_haply_service PORT [MASS DAMPING STIFFNESS DELAY_MS [DEPTH_MM RADIUS_MM PERIOD_S]]
 // A hand holds the device: 3 s after the first force it goes DEPTH_MM down within a second and then round a circle of
 // RADIUS_MM. At the end, and every 5 s, a line of what the device was told.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>

@@ -69,7 +69,8 @@ INSTANTIATE_TEST_SUITE_P(Both, CatchUpWith, testing::Values(kPointTool, kSphereT
 TEST(Overlap, GoesOnAcrossARefresh) {
   Scene scene = small_scene("point");
   const Vec3 inside(0.03, 0.026, 0.02 - 1e-5);
-  scene.tool.path = {std::nullopt, std::vector<Waypoint>{{0, inside}, {0.15, inside}}, std::nullopt, std::nullopt};
+  scene.tool.path = {std::nullopt, std::vector<Waypoint>{{0, inside}, {0.15, inside}}, std::nullopt, std::nullopt,
+                     std::nullopt};
   scene.local.blend_ms = 0;  // nothing is hidden
   scene.duration = 0.15;
   const SessionResult run = Session(scene).run();

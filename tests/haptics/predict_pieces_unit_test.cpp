@@ -31,8 +31,11 @@ std::vector<std::string> said(const Mesh& body, const SceneFixed& fixed) {
   Scene scene = small_scene();
   scene.object.model.type = "fem";
   scene.object.fixed = fixed;
-  scene.tool.path = {
-      .press_drag = {}, .waypoints = std::vector<Waypoint>{{0, Vec3(0.01, 0.01, 0.1)}}, .recording = {}, .hand = {}};
+  scene.tool.path = {.press_drag = {},
+                     .waypoints = std::vector<Waypoint>{{0, Vec3(0.01, 0.01, 0.1)}},
+                     .recording = {},
+                     .hand = {},
+                     .device = {}};
   const Session session(scene, body);
   std::vector<std::string> out;
   for (const Prediction& p : session.predictions())

@@ -187,7 +187,7 @@ TEST(Lockstep, ReplayWritesTheForcesOfTheDevice) {
   scene.object.mesh = KT_SOURCE_DIR "/meshes/pad.off";
   scene.object.layers = SceneLayers{.count = 1, .thickness = 0.001};
   scene.object.model.young = 1e6;
-  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}};
+  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}, .device = {}};
   scene.tool.path.hand =
       SceneHand{.stiffness = 3000, .damping = 5, .target = {{0, {0.025, 0.025, 0.025}}, {0.05, {0.025, 0.025, 0.005}}}};
   scene.local.passivity_damping = 20;

@@ -71,11 +71,13 @@ TEST(SecondTool, InTheFirstOnesPlaceIsRefused) {
   scene.second_tool->path = {.press_drag = {},
                              .waypoints = std::vector<Waypoint>{{0, {0.06, 0.026, 0.03}}, {0.3, {0.03, 0.026, 0.03}}},
                              .recording = {},
-                             .hand = {}};
+                             .hand = {},
+                             .device = {}};
   scene.tool.path = {.press_drag = {},
                      .waypoints = std::vector<Waypoint>{{0, {0.03, 0.026, 0.03}}, {0.3, {0.06, 0.026, 0.03}}},
                      .recording = {},
-                     .hand = {}};
+                     .hand = {},
+                     .device = {}};
   Session crossing(scene);
   EXPECT_TRUE(names(warnings_of(crossing), "apart on their way"));
 }

@@ -61,7 +61,8 @@ Scene scene_of(const Case& c, bool from_above, const PrivateFolder& folder) {
                .waypoints = from_above ? std::vector<Waypoint>{{0, above}, {0.2, at}, {kDuration, at}}
                                        : std::vector<Waypoint>{{0, at}, {kDuration, at}},
                .recording = {},
-               .hand = {}};
+               .hand = {},
+               .device = {}};
   return scene;
 }
 

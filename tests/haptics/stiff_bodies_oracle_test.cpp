@@ -20,7 +20,8 @@ SessionResult pressed(double young) {
   scene.tool.path = {.press_drag = {},
                      .waypoints = std::vector<Waypoint>{{0, above}, {0.1, in}, {scene.duration, in}},
                      .recording = {},
-                     .hand = {}};
+                     .hand = {},
+                     .device = {}};
   return Session(scene).run();
 }
 

@@ -28,7 +28,7 @@ Scene bar_scene(std::vector<Waypoint> first, std::vector<Waypoint> second) {
   scene.object.model.young = 2e5;
   scene.object.model.poisson = 0.4;
   scene.tool.radius = 0.005;
-  scene.tool.path = {std::nullopt, std::move(first), std::nullopt, std::nullopt};
+  scene.tool.path = {std::nullopt, std::move(first), std::nullopt, std::nullopt, std::nullopt};
   scene.second_tool = scene.tool;
   scene.second_tool->path.waypoints = std::move(second);
   scene.collision.backend = "brute_force";
