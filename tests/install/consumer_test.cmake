@@ -26,6 +26,12 @@ if(NOT out MATCHES "at most [0-2]\\.[0-9]*[1-9][0-9]* N; at the end 0\\.000 N, a
   message(FATAL_ERROR "the device was given no force, or one that stayed")
 endif()
 
+run(${work}/build/c_device)
+message("${out}")
+if(NOT out MATCHES "at most 0\\.1000 N; zero (1[0-9]|20) ms after the last pose; gate shut")
+  message(FATAL_ERROR "the C device was given another force, or too long")
+endif()
+
 foreach(example own_loop own_model c_loop)
   run(${work}/build/${example})
   message("${out}")
