@@ -151,6 +151,16 @@ static void save(const RunSettings& settings, const Session& session, const RunO
   if (settings.states) write_states(settings.out, session, run.result);
 }
 
+/// Those that make_folder() will make, the innermost first.
+static std::vector<std::filesystem::path> missing_folders(const std::string& folder) {
+  std::vector<std::filesystem::path> out;
+  if (folder.empty()) return out;
+  std::error_code none;
+  for (auto path = std::filesystem::absolute(folder); !std::filesystem::exists(path, none); path = path.parent_path())
+    out.push_back(path);
+  return out;
+}
+
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (settings.reference.compute && !(settings.reference.rate_hz >= scene.local.rate_hz))
     throw InputError(text("--reference-rate: ", settings.reference.rate_hz, " Hz, must be at least local.rate_hz, ",
@@ -166,6 +176,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   Session session = make_session(scene, settings.input);
   if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
   require_folder_of(settings.json_file);
+  const std::vector<std::filesystem::path> made = missing_folders(settings.out);
   if (!settings.out.empty()) make_folder(settings.out);
   read_reference_before(session, settings.reference.file);
   for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
@@ -180,7 +191,13 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   BodyFilm film(session.model().mesh());
   if (!settings.out.empty()) options.film = &film;
   RunOutcome out;
-  out.result = session.run(options);
+  try {
+    out.result = session.run(options);
+  } catch (const InputError&) {  // as of a device that is not there
+    std::error_code none;
+    for (const std::filesystem::path& folder : made) std::filesystem::remove(folder, none);  // it is empty
+    throw;
+  }
   std::optional<SavingResults> saving;  // a stop waits for what is made of the ticks until then
   if (out.result.stopped) saving.emplace();
   out.summary = make_summary(session, out.result);

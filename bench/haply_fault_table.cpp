@@ -1,8 +1,7 @@
 // What a Haply Inverse3 gets when something breaks: a stand-in of its service with a hand behind it, the engine's
 // driver and its safety chain.
-//   haply_fault_table       prints fault -> largest force, largest change from message to message, ms until the device
-//   got a
-//                           zero that stayed, ms from the fault's end until it got a force again
+//   haply_fault_table       prints fault -> largest force, largest change from message to message, ms until the first
+//                           zero, ms from the fault's end until a force again
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -49,14 +48,14 @@ class Wall {
 };
 
 void print(const char* name, const std::vector<HeardForce>& heard, double from, double until) {
-  double most = 0, step = 0, zero = from, again = NAN;
+  double most = 0, step = 0, zero = NAN, again = NAN;
   bool is_finite = true;
   for (std::size_t i = 0; i < heard.size(); ++i) {
     const double size = heard[i].force.norm();
     is_finite = is_finite && std::isfinite(size);
     most = std::max(most, size);
     if (i > 0) step = std::max(step, (heard[i].force - heard[i - 1].force).norm());
-    if (heard[i].t > from && heard[i].t < until && size > 0 && i + 1 < heard.size()) zero = heard[i + 1].t;
+    if (heard[i].t > from && size == 0 && std::isnan(zero)) zero = heard[i].t;
     if (heard[i].t > until && size > 0 && std::isnan(again)) again = heard[i].t - until;
   }
   std::printf("%-14s %9.3f %9.3f %10.1f %11.1f%s%s\n", name, most, step, 1e3 * (zero - from), 1e3 * again,

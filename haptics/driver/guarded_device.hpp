@@ -29,6 +29,12 @@ class GuardedDevice {
     return wanted;
   }
 
+  /// At the end of a run, tick after tick for SafetyChain::kZeroWithin: the last force fades.
+  void put_down(LocalFrame frame, double h) noexcept {
+    chain_.shut();
+    device_->write(chain_.make_safe(frame, device_->pose(0), device_->state(), h), h);
+  }
+
   const HapticDevice& device() const noexcept { return *device_; }
   const DeviceState& state() const noexcept { return state_; }
   const SafetyChain& chain() const noexcept { return chain_; }

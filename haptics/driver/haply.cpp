@@ -212,7 +212,8 @@ class Connection {
     const std::int64_t next = last_order_.at_ns + period_ns_;  // when another order is likely
     const bool is_stopped = now - last_order_.at_ns > 2 * period_ns_;
     const bool is_due = is_stopped ? now - sent_ns_ >= kSlowest : !asked_ && now >= next - kAhead;
-    const bool is_free = on_the_way_ < kMostOnTheWay || now - sent_ns_ > kGivenUp;
+    if (now - sent_ns_ > kGivenUp) on_the_way_ = 0;  // answers that are this late were never sent
+    const bool is_free = on_the_way_ < kMostOnTheWay;
     if ((is_new || is_due) && is_free) {
       if (!is_new) asked_ = true;
       send_force(slots_.wanted(now));

@@ -25,6 +25,45 @@ struct TickRow {
   long long allocations = 0;
 };
 
+timespec plus(timespec t, double seconds) {
+  const long long ns = t.tv_nsec + std::llround(seconds * 1e9);
+  t.tv_sec += ns / 1000000000;
+  t.tv_nsec = ns % 1000000000;
+  if (t.tv_nsec < 0) {
+    t.tv_nsec += 1000000000;
+    --t.tv_sec;
+  }
+  return t;
+}
+
+double difference_us(const timespec& a, const timespec& b) {
+  return 1e6 * static_cast<double>(a.tv_sec - b.tv_sec) + 1e-3 * static_cast<double>(a.tv_nsec - b.tv_nsec);
+}
+
+/// A tick a period of the wall clock.
+class WallClock {
+ public:
+  explicit WallClock(double h) : h_(h) { clock_gettime(CLOCK_MONOTONIC, &start_); }
+  /// Time goes on from here with this tick.
+  void restart(int tick) noexcept {
+    clock_gettime(CLOCK_MONOTONIC, &start_);
+    start_ = plus(start_, -tick * h_);
+  }
+  /// Sleeps until the tick is due. Returns how late that is over [us].
+  double wait_for(int tick) noexcept {
+    const timespec due = plus(start_, tick * h_);
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0) {
+    }
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return difference_us(now, due);
+  }
+
+ private:
+  timespec start_{};
+  double h_;
+};
+
 /// The devices' tick: poses from them, forces to them.
 class DeviceTick {
  public:
@@ -59,6 +98,15 @@ class DeviceTick {
   bool has_lost_a_device() const noexcept {
     constexpr double kPatience = 10;  // [s]
     return std::ranges::any_of(run_.devices, [](const GuardedDevice& d) { return d.gone_for() > kPatience; });
+  }
+  /// A run is over: what somebody holds is put down, not let go.
+  void put_down(const TickRow& last, WallClock& clock, int tick) noexcept {
+    if (!is_live_) return;
+    const double h = run_.touch.h();
+    for (int i = 0; i * h < SafetyChain::kZeroWithin; ++i) {
+      clock.wait_for(tick + i);
+      for (std::size_t k = 0; k < run_.devices.size(); ++k) run_.devices[k].put_down(last.frames[k], h);
+    }
   }
   long long allocations() const { return run_.options.count_allocations ? allocations_ : -1; }
 
@@ -116,45 +164,6 @@ class Pictures {
   int model_frame_ = -1;
 };
 
-timespec plus(timespec t, double seconds) {
-  const long long ns = t.tv_nsec + std::llround(seconds * 1e9);
-  t.tv_sec += ns / 1000000000;
-  t.tv_nsec = ns % 1000000000;
-  if (t.tv_nsec < 0) {
-    t.tv_nsec += 1000000000;
-    --t.tv_sec;
-  }
-  return t;
-}
-
-double difference_us(const timespec& a, const timespec& b) {
-  return 1e6 * static_cast<double>(a.tv_sec - b.tv_sec) + 1e-3 * static_cast<double>(a.tv_nsec - b.tv_nsec);
-}
-
-/// A tick a period of the wall clock.
-class WallClock {
- public:
-  explicit WallClock(double h) : h_(h) { clock_gettime(CLOCK_MONOTONIC, &start_); }
-  /// Time goes on from here with this tick.
-  void restart(int tick) noexcept {
-    clock_gettime(CLOCK_MONOTONIC, &start_);
-    start_ = plus(start_, -tick * h_);
-  }
-  /// Sleeps until the tick is due. Returns how late that is over [us].
-  double wait_for(int tick) noexcept {
-    const timespec due = plus(start_, tick * h_);
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0) {
-    }
-    timespec now{};
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return difference_us(now, due);
-  }
-
- private:
-  timespec start_{};
-  double h_;
-};
-
 }  // namespace
 
 void run_lockstep(const RunParts& run) {
@@ -207,6 +216,7 @@ void run_threads(const RunParts& run) {
       if (!rows.push(row)) ++unrecorded;
     }
     on_time.stop();
+    devices.put_down(row, clock, run.touch.next_tick());
     run.result.real_time = on_time.grant();
     finished = true;
   });

@@ -315,7 +315,7 @@ TEST(SceneError, WrongValuesSayWhatIsAllowed) {
       {R"({"object": {"mesh": "a", "fixed": {"below": {}, "nodes": []}}})",
        "a.json: object.fixed has below, nodes: give one of them"},
       {R"({"object": {"mesh": "a"}, "tool": {"path": {}}})",
-       "a.json: tool.path is empty, must have one of press_drag, waypoints, recording, hand"},
+       "a.json: tool.path is empty, must have one of press_drag, waypoints, recording, hand, device"},
       {R"({"object": {"mesh": "a"}, "contact": {"mu": 1, "mu_kinetic": 1}})",
        "a.json: contact has both mu and mu_kinetic: give one of them"},
       {R"({"object": {"mesh": "a"}, "contact": {"mu_static": 1}})",
@@ -336,7 +336,7 @@ TEST(SceneError, WrongValuesSayWhatIsAllowed) {
       {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"box": [[0,0,0],[1,1,1]], "mu": 1, "mu_static": 0.2, "mu_kinetic": 0.1}]}})",
        "a.json: contact.regions[0] has both mu and mu_static: give one of them"},
       {R"({"object": {"mesh": "a"}, "contact": {"regions": [{"box": [[0,0,0],[1,1,1]], "mu": 1, "name": "skin"}]}})",
-       "a.json: contact.regions[0].name is not a key of a scene ..."},
+       "a.json: contact.regions[0].name is not a key of a scene..."},
   };
   for (const WrongScene& wrong : cases) EXPECT_EQ(as_long_as(wrong.message, error_of(wrong.json)), wrong.message);
 }
