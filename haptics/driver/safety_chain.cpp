@@ -55,6 +55,8 @@ const char* name_of(GateReason reason) noexcept {
       return "the tool is inside the body";
     case GateReason::on_the_way:
       return "the tool is on its way to the device";
+    case GateReason::put_down:
+      return "the tool was put down";
     case GateReason::late_ticks:
       return "ticks come at less than half their rate";
   }
@@ -108,7 +110,7 @@ void SafetyChain::follow_delay(const DeviceState& state) noexcept {
 
 /// Why the gate has to be shut now; open: it need not.
 GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) noexcept {
-  if (is_stopping_) return GateReason::gone;
+  if (is_stopping_) return GateReason::put_down;
   switch (state.health) {
     case DeviceHealth::ok:
       break;
@@ -137,7 +139,7 @@ GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) 
 void SafetyChain::move_gate(double dt) noexcept {
   if (dt >= kZeroWithin) gate_ = 0;  // nobody ticked: the device has been let go by its own thread
   const double before = gate_;
-  if (reason_ != GateReason::open) last_reason_ = reason_;
+  if (reason_ != GateReason::open && reason_ != GateReason::put_down) last_reason_ = reason_;
   gate_ += reason_ == GateReason::open ? std::min(dt, o_.h) / kOpening : -dt / closing_;
   gate_ = std::clamp(gate_, 0.0, 1.0);
   if (before == 1 && gate_ < 1) ++counts_.shut;

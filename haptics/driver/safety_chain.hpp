@@ -41,7 +41,8 @@ enum class GateReason {
   stale_model,
   inside,
   on_the_way,
-  late_ticks
+  late_ticks,
+  put_down,
 };
 const char* name_of(GateReason reason) noexcept;
 

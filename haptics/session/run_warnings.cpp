@@ -89,7 +89,7 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
   for (const ToolRun& tool : result.tools) {
     if (!tool.device) continue;
     const SafetyCounts& s = tool.device->safety;
-    if (s.shut > 0 || tool.device->gate != GateReason::open)
+    if (s.shut > 1 || tool.device->gate != GateReason::put_down)  // once at the end
       warnings.push_back(text(who(tool), "the device's gate was shut: ", s.gated, " of ", s.ticks,
                               " ticks had no force or a part of it, it shut ", s.shut, " times, the last time because ",
                               name_of(tool.device->last_gate), "; kilotouch device test ", tool.device->name,

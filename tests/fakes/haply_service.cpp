@@ -104,7 +104,13 @@ struct FakeHaply::Parts {
     const Vec3 told(force["x"].get<double>(), force["y"].get<double>(), force["z"].get<double>());
     if (heard.empty()) first_heard = t;
     on_the_way.push_back({t + options.delay, told});
+    if (!heard.empty()) heard_sum.most_step = std::max(heard_sum.most_step, (told - heard.back().force).norm());
     heard.push_back({t, told});
+    ++heard_sum.messages;
+    heard_sum.most_force = std::max(heard_sum.most_force, told.norm());
+    heard_sum.is_finite = heard_sum.is_finite && told.allFinite();
+    if (heard.size() >= options.most_kept)
+      heard.erase(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(heard.size() / 2));
   }
 
   /// The hand waits for the first force.
@@ -173,6 +179,7 @@ struct FakeHaply::Parts {
   double given = 0, most_given = 0;
   std::deque<HeardForce> on_the_way;
   std::vector<HeardForce> heard;
+  HeardSum heard_sum;
   std::thread thread;
 };
 
@@ -189,6 +196,10 @@ int FakeHaply::connections() const { return parts_->connections; }
 std::vector<HeardForce> FakeHaply::heard() const {
   const std::scoped_lock lock(parts_->mutex);
   return parts_->heard;
+}
+HeardSum FakeHaply::heard_sum() const {
+  const std::scoped_lock lock(parts_->mutex);
+  return parts_->heard_sum;
 }
 Vec3 FakeHaply::place() const {
   const std::scoped_lock lock(parts_->mutex);

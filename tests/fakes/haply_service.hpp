@@ -18,6 +18,7 @@ struct FakeHaplyOptions {
   std::vector<std::string> ids{"049D"};             ///< of the devices that are listed
   double mass = 0.1, damping = 3, stiffness = 300;  ///< hand and device [kg], [N s/m], [N/m]
   double delay = 0.5e-3;                            ///< from a message to the motors [s]
+  std::size_t most_kept = 1u << 16;                 ///< of the forces that heard() gives: the newest
   double encoder_step = 1e-5;                       ///< [m]
   std::function<Vec3(double t)> target{};           ///< [m], device frame, t [s] since the first force; none: at rest
 };
@@ -28,18 +29,26 @@ struct HeardForce {
   Vec3 force;    ///< [N]
 };
 
+/// Of all that it was told.
+struct HeardSum {
+  std::size_t messages = 0;
+  double most_force = 0, most_step = 0;  ///< [N], from message to message
+  bool is_finite = true;
+};
+
 class FakeHaply {
  public:
   explicit FakeHaply(FakeHaplyOptions options);
   ~FakeHaply();
 
   unsigned short port() const;
-  std::string address() const;            ///< ws://localhost:PORT
-  void set_fault(HaplyFault fault);       ///< from now on
-  void hang(int milliseconds);            ///< no answer so long
-  void die();                             ///< the connection is cut, and none is taken
-  void live();                            ///< connections are taken again
-  double now() const;                     ///< [s] since the service began
+  std::string address() const;       ///< ws://localhost:PORT
+  void set_fault(HaplyFault fault);  ///< from now on
+  void hang(int milliseconds);       ///< no answer so long
+  void die();                        ///< the connection is cut, and none is taken
+  void live();                       ///< connections are taken again
+  double now() const;                ///< [s] since the service began
+  HeardSum heard_sum() const;
   std::vector<HeardForce> heard() const;  ///< a copy
   Vec3 place() const;                     ///< of the device now
   double most_energy_given() const;       ///< largest work of the device on the hand so far [J]; >= 0

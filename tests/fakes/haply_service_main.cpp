@@ -35,19 +35,12 @@ int main(int argc, char** argv) {
   for (int i = 1; !is_over; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     if (i % 50 != 0 && !is_over) continue;
-    const auto heard = service.heard();
-    double most = 0, slew = 0;
-    bool finite = true;
-    for (std::size_t k = 0; k < heard.size(); ++k) {
-      finite = finite && heard[k].force.allFinite();
-      most = std::max(most, heard[k].force.norm());
-      if (k > 0) slew = std::max(slew, (heard[k].force - heard[k - 1].force).norm());
-    }
+    const kt::HeardSum heard = service.heard_sum();
     std::printf(
         "t %.0f s: %zu messages, connections %d, largest force %.4g N, largest step %.4g N, all finite: %s, "
         "most energy given to the hand %.4g mJ\n",
-        service.now(), heard.size(), service.connections(), most, slew, finite ? "yes" : "no",
-        1e3 * service.most_energy_given());
+        service.now(), heard.messages, service.connections(), heard.most_force, heard.most_step,
+        heard.is_finite ? "yes" : "no", 1e3 * service.most_energy_given());
     std::fflush(stdout);
   }
 }
