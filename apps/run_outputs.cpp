@@ -412,7 +412,8 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["real_time"] = real_time_json(judge_real_time(scene, result));
   if (!result.lateness_us.empty()) out["real_time"].update(thread_json(result.real_time));
   std::vector<std::string> warnings = run_warnings(result, keeps_outside(scene));
-  const bool is_scripted = !session.path().empty() && !scene.tool.path.hand && !scene.tool.path.device;  // then it was predicted
+  const bool is_scripted =
+      !session.path().empty() && !scene.tool.path.hand && !scene.tool.path.device;  // then it was predicted
   if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));
   std::vector<ForceMetrics> forces{force};
   if (result.tools.size() > 1)

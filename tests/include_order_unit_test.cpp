@@ -98,8 +98,9 @@ const std::vector<Home> kHomes{
     {"OpenMesh/", "io/surface/[a-z_]*openmesh\\.cpp"},
     {"CGAL/", "(io|collision)/[a-z]+/[a-z_]*cgal\\.cpp"},
     {"nglib", "io/solid/tetrahedralize_netgen\\.cpp"},
-    {"nlohmann/", "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*|view/page_[a-z]+\\.cpp|"
-                  "haptics/driver/haply_messages\\.cpp|tests/(fakes|haptics)/haply_[a-z_]*\\.cpp"},
+    {"nlohmann/",
+     "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*|view/page_[a-z]+\\.cpp|"
+     "haptics/driver/haply_messages\\.cpp|tests/(fakes|haptics)/haply_[a-z_]*\\.cpp"},
     {"valijson/", "io/scene/json_schema\\.cpp"},
     {"zlib.h", "io/mesh/inflate_zlib\\.cpp"},
     {"CLI/", "apps/.*"},

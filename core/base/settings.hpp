@@ -90,23 +90,23 @@ struct LinkSettings {
 
 /// A haptic device outside the program, its frame in the world, and what it may be given at most.
 struct DeviceSettings {
-  std::string name;                ///< of a live device in haptics/device/device.def: haply openhaptics ...
-  std::string address;             ///< haply: of its service; spnav: of its socket; empty: the usual one
-  std::string id;                  ///< serial number or device id; empty: the first that is found
-  std::string library;             ///< openhaptics, forcedimension: file to load; empty: the vendor's usual names
-  std::optional<Vec3> origin;      ///< where the device's zero lies [m]; none: where the device is when it is opened
-                                   ///< lies over the body's middle
-  std::string axes = "XYZ";        ///< the world's x, y and z among the device's axes: a signed permutation, "X-ZY"
-  double scale = 1;                ///< way of the tool / way of the device
-  double force_scale = 1;          ///< force at the device / force on the tool
-  std::optional<double> max_force; ///< [N] at the device; none: 3 N, or what the device can do if that is less
-  double max_slew = 200;           ///< [N/s] at the device
-  double damping = 0;              ///< of the device, as its user has measured it [N s/m]; 0: not known
-  std::optional<double> delay_ms;  ///< from a tick to the force; none: measured
-  std::optional<double> coupling;  ///< stiffness between device and tool [N/m]; 0: none; not given: chosen
-  std::string deadman = "none";    ///< button that has to be held: none, 1 .. 8, any
-  double speed = 0.1;              ///< spnav: at full deflection [m/s]
-  double service_damping = 0;      ///< haply: that its service adds by itself [-]
+  std::string name;                 ///< of a live device in haptics/device/device.def: haply openhaptics ...
+  std::string address;              ///< haply: of its service; spnav: of its socket; empty: the usual one
+  std::string id;                   ///< serial number or device id; empty: the first that is found
+  std::string library;              ///< openhaptics, forcedimension: file to load; empty: the vendor's usual names
+  std::optional<Vec3> origin;       ///< where the device's zero lies [m]; none: where the device is when it is opened
+                                    ///< lies over the body's middle
+  std::string axes = "XYZ";         ///< the world's x, y and z among the device's axes: a signed permutation, "X-ZY"
+  double scale = 1;                 ///< way of the tool / way of the device
+  double force_scale = 1;           ///< force at the device / force on the tool
+  std::optional<double> max_force;  ///< [N] at the device; none: 3 N, or what the device can do if that is less
+  double max_slew = 200;            ///< [N/s] at the device
+  double damping = 0;               ///< of the device, as its user has measured it [N s/m]; 0: not known
+  std::optional<double> delay_ms;   ///< from a tick to the force; none: measured
+  std::optional<double> coupling;   ///< stiffness between device and tool [N/m]; 0: none; not given: chosen
+  std::string deadman = "none";     ///< button that has to be held: none, 1 .. 8, any
+  double speed = 0.1;               ///< spnav: at full deflection [m/s]
+  double service_damping = 0;       ///< haply: that its service adds by itself [-]
   bool operator==(const DeviceSettings&) const = default;
 };
 

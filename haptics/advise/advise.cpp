@@ -43,8 +43,9 @@ PressSite site_of(const Vec3& tool, const Mesh& mesh, double radius) {
 /// that answers to the force.
 AdviceScene prepare(const Scene& scene, const AdviceClock& clock) {
   if (is_live(scene))
-    throw InputError("tool.path.device: advise runs the scene many times, and whoever holds the device goes another "
-                     "way each time; give it a recording of a session, tool.path.recording");
+    throw InputError(
+        "tool.path.device: advise runs the scene many times, and whoever holds the device goes another "
+        "way each time; give it a recording of a session, tool.path.recording");
   AdviceScene out{.scene = scene};
   std::vector<std::string> notes;
   out.mesh = load_body_mesh(scene.object, notes);

@@ -152,7 +152,8 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
   const auto yields = [](const SceneTool& tool) { return tool.path.hand || tool.path.device; };
   const bool is_held = yields(scene.tool) || (scene.second_tool && yields(*scene.second_tool));
   if (!is_held)
-    out.unread("local.passivity_damping", l.passivity_damping, d.passivity_damping, "no tool's path is a hand or a device");
+    out.unread("local.passivity_damping", l.passivity_damping, d.passivity_damping,
+               "no tool's path is a hand or a device");
 }
 
 void look_at_link(const Scene& scene, Finder& out) {
