@@ -124,7 +124,10 @@ Json test_json(const DeviceArguments& a, const DeviceInfo& info, const DeviceTes
 std::vector<std::string> troubles(const DeviceArguments& a, const DeviceInfo& info, const DeviceTest& t) {
   std::vector<std::string> out;
   const double h = 1 / a.rate_hz;
-  if (t.gate != GateReason::open) out.push_back(text("no force at the end: ", name_of(t.gate)));
+  if (t.gate != GateReason::open) {
+    const std::string advice = t.gate == GateReason::uncalibrated ? calibration_advice(a.device.name) : std::string();
+    out.push_back(text("no force at the end: ", name_of(t.gate), advice.empty() ? "" : "; " + advice));
+  }
   if (t.safety.stale > t.ticks / 1000)
     out.push_back(text("poses were older than 5 ms in ", t.safety.stale, " of ", t.ticks,
                        " ticks: the device's driver or this computer is held up (kilotouch device test --machine)"));

@@ -14,6 +14,12 @@ namespace kt {
 /// [ns] of the clock that never jumps.
 std::int64_t monotonic_ns() noexcept;
 
+inline bool all_finite(const double* values, int count) noexcept {
+  double sum = 0;
+  for (int i = 0; i < count; ++i) sum += std::abs(values[i]);
+  return std::isfinite(sum);
+}
+
 /// What a device says of itself at one moment.
 struct DeviceReading {
   double x[3] = {0, 0, 0};        ///< [m]
@@ -25,12 +31,7 @@ struct DeviceReading {
   std::int64_t at_ns = 0;                                          ///< when it was read; 0: never yet
   std::uint64_t count = 0;                                         ///< of readings so far
 
-  bool is_finite() const noexcept {
-    double sum = 0;
-    for (double value : x) sum += std::abs(value);
-    for (double value : turn) sum += std::abs(value);
-    return std::isfinite(sum);
-  }
+  bool is_finite() const noexcept { return all_finite(x, 3) && all_finite(turn, 4); }
 };
 
 /// What a device is to give.
@@ -40,12 +41,7 @@ struct DeviceOrder {
   std::int64_t at_ns = 0;        ///< when the tick wrote it
   std::uint64_t count = 0;       ///< of orders so far
 
-  bool is_finite() const noexcept {
-    double sum = 0;
-    for (double value : force) sum += std::abs(value);
-    for (double value : torque) sum += std::abs(value);
-    return std::isfinite(sum);
-  }
+  bool is_finite() const noexcept { return all_finite(force, 3) && all_finite(torque, 3); }
 };
 
 /// Shared by a driver's thread and the tick. The driver says of what health the device is.

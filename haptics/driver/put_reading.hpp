@@ -7,12 +7,6 @@
 
 namespace kt {
 
-inline bool all_finite(const double* values, int count) noexcept {
-  double sum = 0;
-  for (int i = 0; i < count; ++i) sum += std::abs(values[i]);
-  return std::isfinite(sum);
-}
-
 /// Completes a reading whose x and v are set, and puts it into its slot. An order that is written now waits for the
 /// next reading's turn, so the time between two readings is told as the delay; a pause beyond 20 ms is none of the
 /// loop's.

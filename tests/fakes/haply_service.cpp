@@ -107,6 +107,7 @@ struct FakeHaply::Parts {
     if (!heard.empty()) heard_sum.most_step = std::max(heard_sum.most_step, (told - heard.back().force).norm());
     heard.push_back({t, told});
     ++heard_sum.messages;
+    heard_sum.last = told.norm();
     heard_sum.most_force = std::max(heard_sum.most_force, told.norm());
     heard_sum.is_finite = heard_sum.is_finite && told.allFinite();
     if (heard.size() >= options.most_kept)

@@ -34,6 +34,7 @@ struct HeardSum {
   std::size_t messages = 0;
   double most_force = 0, most_step = 0;  ///< [N], from message to message
   bool is_finite = true;
+  double last = 0;  ///< [N]
 };
 
 class FakeHaply {

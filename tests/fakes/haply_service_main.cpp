@@ -37,10 +37,11 @@ int main(int argc, char** argv) {
     if (i % 50 != 0 && !is_over) continue;
     const kt::HeardSum heard = service.heard_sum();
     std::printf(
-        "t %.0f s: %zu messages, connections %d, largest force %.4g N, largest step %.4g N, all finite: %s, "
+        "t %.0f s: %zu messages, connections %d, largest force %.4g N, largest step %.4g N, all finite: %s, last force "
+        "%.4g N, "
         "most energy given to the hand %.4g mJ\n",
         service.now(), heard.messages, service.connections(), heard.most_force, heard.most_step,
-        heard.is_finite ? "yes" : "no", 1e3 * service.most_energy_given());
+        heard.is_finite ? "yes" : "no", heard.last, 1e3 * service.most_energy_given());
     std::fflush(stdout);
   }
 }

@@ -4,8 +4,6 @@
 //     scripts/fuzz mesh_fuzz
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <iterator>
 #include <string>
 #include <string_view>
@@ -16,6 +14,9 @@
 #include "io/mesh/weld.hpp"
 #include "io/surface/mesh_doctor.hpp"
 #include "io/surface/mesh_repair.hpp"
+#include "tests/fuzz/require.hpp"
+
+using kt::fuzz::require;
 
 namespace {
 
@@ -24,12 +25,6 @@ using kt::Mesh;
 constexpr const char* kNames[] = {"a.obj", "a.off", "a.ply", "a.stl", "a.node", "a.msh", "a.vtu", "a.vtk", "a.mesh"};
 constexpr int kFormats = static_cast<int>(std::size(kNames));
 constexpr char kNextFile = 1;  // a byte between a .node and its .ele
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "not so: %s\n", what);
-  std::abort();
-}
 
 /// One line that a terminal can show.
 void check_message(const std::string& message) {

@@ -2,22 +2,13 @@
 //
 //     scripts/fuzz scene_fuzz
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "core/base/error.hpp"
 #include "io/scene/scene.hpp"
+#include "tests/fuzz/require.hpp"
 
-namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "not so: %s\n", what);
-  std::abort();
-}
-
-}  // namespace
+using kt::fuzz::require;
 
 /// The text up to a NUL is the scene, the rest an override, as of --set.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

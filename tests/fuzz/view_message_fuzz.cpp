@@ -3,23 +3,14 @@
 //     scripts/fuzz view_message_fuzz
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "core/base/error.hpp"
 #include "core/base/visible_text.hpp"
+#include "tests/fuzz/require.hpp"
 #include "view/page_message.hpp"
 
-namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "not so: %s\n", what);
-  std::abort();
-}
-
-}  // namespace
+using kt::fuzz::require;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
