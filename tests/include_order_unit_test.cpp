@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 /// Folders with code; `examples` is a project of its own.
 const std::vector<std::string> kFolders{"core", "collision", "self_contact", "models", "io",   "haptics",
-                                        "api",  "view",      "apps",         "bench",  "tests"};
+                                        "api",  "network",   "view",         "apps",   "bench", "tests"};
 const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "models", "io"};
 
 /// The rooms of a folder from the ground up, siblings on one line: a file includes from its own room and from lines
@@ -32,7 +32,8 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
       {"predict"},
       {"session"},
       {"study"},
-      {"advise"}}}};
+      {"advise"}}},
+    {"network", {{"channel", "control", "message"}, {""}}}};
 
 bool is_in(const std::string& file, const std::string& folder) { return file.rfind(folder + "/", 0) == 0; }
 
@@ -75,11 +76,12 @@ bool may_include(const std::string& from, const std::string& to) {
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
   if (is_in(from, "haptics")) return is_in(to, "self_contact") || is_in_any(to, kMiddle);
   if (is_in(from, "api")) return is_in_any(to, {"api", "haptics"}) || is_in_any(to, kMiddle);
+  if (is_in(from, "network")) return is_in_any(to, {"network", "haptics", "self_contact"}) || is_in_any(to, kMiddle);
   if (is_in(from, "view")) return is_in_any(to, {"view", "haptics", "self_contact"}) || is_in_any(to, kMiddle);
   if (is_in(from, "tests")) return true;
   if (is_in_any(from, {"bench", "apps/check"}) && is_in_any(to, {"tests/support", "tests/fakes"}))
     return true;  // the same truths
-  if (is_in(from, "apps") && is_in(to, "view")) return true;
+  if (is_in(from, "apps") && is_in_any(to, {"view", "network"})) return true;
   for (const char* leaf : {"apps", "bench"})
     if (is_in(from, leaf))
       return is_in(to, leaf) || is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);
@@ -108,6 +110,11 @@ const std::vector<Home> kHomes{
     {"gtest/", "tests/.*"},
     {"gmock/", "tests/.*"},
     {"boost/", "view/server\\.cpp|haptics/driver/haply\\.cpp|tests/fakes/haply_service\\.cpp"},
+    {"zmq", "network/control/[a-z_]+\\.[ch]pp"},
+    {"sodium", "network/(channel|control)/[a-z_]+\\.cpp"},
+    {"isa-l", "network/channel/[a-z_]+\\.cpp"},
+    {"flatbuffers", "network/message/[a-z_]+\\.[ch]pp"},
+    {"wire_generated", "network/message/[a-z_]+\\.[ch]pp"},
     {"tbb/", "core/base/parallel\\.cpp"},
 };
 
