@@ -5,10 +5,6 @@
 
 namespace kt {
 
-bool is_loopback(const std::string& address) {
-  return address == "localhost" || address == "::1" || address.starts_with("127.");
-}
-
 bool is_own_origin(const std::string& origin, const std::string& host) {
   return !host.empty() && origin == "http://" + host;
 }

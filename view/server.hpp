@@ -5,6 +5,8 @@
 #include <memory>
 #include <string>
 
+#include "core/base/loopback.hpp"
+
 namespace kt {
 
 struct ServerOptions {
@@ -51,9 +53,6 @@ class Server {
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
-
-/// Whether only this computer reaches the address.
-bool is_loopback(const std::string& address);
 
 /// Whether a page of this origin may speak to the server; an Origin header is "http://host:port".
 /// @param host  the request's own Host header

@@ -1,0 +1,59 @@
+#pragma once
+// Sends messages of many datagrams at a pace that no queue on the way overflows from, and small ones at once.
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace kt {
+
+struct Pace {
+  int datagrams = 8;  ///< at once
+  std::chrono::microseconds interval{300};
+};
+
+struct PacedCounts {
+  long urgent = 0, paced = 0;  ///< payloads sent
+  long replaced = 0;           ///< not sent: a newer message of their kind came
+  long overflown = 0;          ///< urgent ones not sent: too many waited
+};
+
+/// A plain object: the thread that sends calls pump() when it is due. Holds payloads, not sealed datagrams: what is
+/// replaced must not have used a counter (Sealer::seal), so `send` seals.
+class PacedSender {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  using Send = std::function<void(std::span<const std::uint8_t>)>;
+  static constexpr std::size_t kMostUrgent = 1024;  ///< payloads that wait; more: the oldest are dropped
+  static constexpr int kMostLate = 4;               ///< intervals that a late pump() makes up for
+
+  explicit PacedSender(const Pace& pace = {}) : pace_(pace) {}
+
+  /// @param payloads  of one message; what waits of an older message of the same kind, not urgent, is dropped
+  /// @param urgent    goes before all that are not, and without a pace: for small messages
+  void put(std::vector<std::vector<std::uint8_t>> payloads, bool urgent, std::uint8_t kind = 0);
+
+  /// Sends what is due.
+  /// @returns time until the next is due; none: nothing waits
+  std::optional<std::chrono::microseconds> pump(Time now, const Send& send);
+
+  PacedCounts counts() const { return counts_; }
+  std::size_t num_waiting() const;
+
+ private:
+  struct Waiting {
+    std::vector<std::vector<std::uint8_t>> payloads;
+    std::size_t sent = 0;
+  };
+  Pace pace_;
+  std::deque<std::vector<std::uint8_t>> urgent_;
+  std::map<std::uint8_t, Waiting> paced_;  ///< by kind, the smaller first
+  Time due_{};
+  PacedCounts counts_;
+};
+
+}  // namespace kt
