@@ -1,6 +1,7 @@
 #pragma once
 // Sends messages of many datagrams at a pace that no queue on the way overflows from, and small ones at once.
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -49,10 +50,13 @@ class PacedSender {
     std::vector<std::vector<std::uint8_t>> payloads;
     std::size_t sent = 0;
   };
+  void send_some(const Send& send);
+
   Pace pace_;
   std::deque<std::vector<std::uint8_t>> urgent_;
   std::map<std::uint8_t, Waiting> paced_;  ///< by kind, the smaller first
-  Time due_{};
+  Time due_{};                             ///< of the next payloads that are not urgent
+  bool idle_ = true;                       ///< none of these waited after the last pump()
   PacedCounts counts_;
 };
 

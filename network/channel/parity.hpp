@@ -5,6 +5,7 @@
 // A code over GF(256) with a Cauchy matrix, all of whose square parts are regular (ISA-L: erasure_code.h). A block has
 // at most 128 data shards and 255 in all; of a message's B blocks shard i belongs to block i mod B, data and parity
 // alike, so that a run of lost datagrams is shared by all.
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -6,6 +6,7 @@
 // accepts its own datagrams back. The receiver keeps a window of the last 4096 counters (RFC 6479) and tells from it
 // what gets lost.
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -76,6 +77,7 @@ class Opener {
 
   SealKey key_;
   std::uint8_t direction_;
+  std::uint64_t first_ = 0;                         ///< counter that was opened first
   std::uint64_t next_ = 0;                          ///< newest counter + 1
   std::array<std::uint64_t, kWindow / 64> came_{};  ///< bit counter mod kWindow
   OpenCounts counts_;

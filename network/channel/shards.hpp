@@ -6,9 +6,8 @@
 //   kind u8, format u8 (kShardFormat), data shards u16, parity shards u16, shard index u16, number u32, total bytes
 //   u32.
 // All shards of a message have the same length, the last of the data is filled up with zeros.
-#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <span>
@@ -35,8 +34,8 @@ struct Message {
   std::vector<std::uint8_t> bytes;
 };
 
-/// Payloads of at most kShardBytes, those of data first, for Sealer. Throws std::invalid_argument: no such kind, more
-/// than kMostMessageBytes.
+/// Payloads of at most kShardBytes, those of data first, for Sealer. Throws std::invalid_argument (our own
+/// mistake): no such kind, more than kMostMessageBytes.
 /// @param loss  what the number of parity shards follows (parity_shards); < 0: no parity
 std::vector<std::vector<std::uint8_t>> split(const Message& message, double loss);
 
@@ -76,12 +75,13 @@ class ShardJoiner {
     bool same_message(const Header& other) const;
   };
   struct Incomplete {
-    Header header;
+    explicit Incomplete(const Header& h);
+    Header header;             ///< of the first payload; the others must agree
     std::vector<bool> has;     ///< by shard
     std::vector<int> missing;  ///< by block: so many more shards
     int incomplete_blocks = 0;
     std::vector<int> index;           ///< of the shards in bytes
-    std::vector<std::uint8_t> bytes;  ///< shards, as they came
+    std::vector<std::uint8_t> bytes;  ///< contents, as they came
   };
   struct Kind {
     std::map<std::uint32_t, Incomplete> incomplete;  ///< by number
@@ -91,9 +91,10 @@ class ShardJoiner {
   static std::optional<Header> read_header(std::span<const std::uint8_t> payload);
   bool is_old(const Kind& kind, const Header& header) const;
   bool make_room(Kind& kind, const Header& header);
+  void make_bytes(std::size_t more, const Incomplete* keep);
   void drop(Kind& kind, std::map<std::uint32_t, Incomplete>::iterator one);
-  void mark_given(Kind& kind, std::uint8_t name, std::uint32_t number);
-  std::optional<Message> finished(Kind& kind, std::map<std::uint32_t, Incomplete>::iterator one);
+  void mark_given(Kind& kind, const Header& header);
+  std::optional<Message> finish(Kind& kind, std::map<std::uint32_t, Incomplete>::iterator one);
 
   std::map<std::uint8_t, Kind> kinds_;
   std::size_t held_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 // A UDP socket, IPv4 or IPv6. What a network does to datagrams (lost, late, nobody there) is no error here.
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
