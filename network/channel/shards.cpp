@@ -25,9 +25,9 @@ int num_data_shards(std::size_t total) {
   return static_cast<int>(std::max<std::size_t>(1, (total + kShardContent - 1) / kShardContent));
 }
 
-/// All shards of a message have as many bytes of it.
+/// All shards of a message have as many bytes of it; one at least.
 std::size_t shard_content(std::size_t total, int data) {
-  return (total + static_cast<std::size_t>(data) - 1) / static_cast<std::size_t>(data);
+  return (std::max<std::size_t>(total, 1) + static_cast<std::size_t>(data) - 1) / static_cast<std::size_t>(data);
 }
 
 }  // namespace

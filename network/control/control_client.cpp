@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kWaiting = 256;  // messages, each way
 constexpr int kClientHandshakeMs = 5000;
-constexpr int kAgainMs = 100, kAgainMostMs = 1000;
+constexpr int kAgainFirstMs = 100;
 constexpr int kWatched = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED |
                          ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                          ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
@@ -21,28 +21,34 @@ constexpr int kWatched = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISC
 }  // namespace
 
 struct ControlClient::Parts {
-  Parts() : dealer(context, zmq::socket_type::dealer) {}
+  using Clock = std::chrono::steady_clock;
+  explicit Parts(const ControlClientOptions& o) : options(o), dealer(context, zmq::socket_type::dealer) {}
 
-  void set_options(const ControlClientOptions& options);
+  void set_options();
+  void call();
+  void call_again(Clock::time_point now);
   void happened(int event);
 
+  ControlClientOptions options;
   zmq::context_t context;
   zmq::socket_t dealer;
+  std::string endpoint;
+  Clock::time_point called{};
   std::optional<ConnectionMonitor> monitor;
   ClientTrouble trouble = ClientTrouble::not_reached;
   bool shaking = false;  ///< a connection is there, its handshake has not ended
   long connections = 0;
 };
 
-void ControlClient::Parts::set_options(const ControlClientOptions& options) {
+void ControlClient::Parts::set_options() {
   dealer.set(zmq::sockopt::linger, 0);
   dealer.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(options.most_bytes));
   dealer.set(zmq::sockopt::rcvhwm, kWaiting);
   dealer.set(zmq::sockopt::sndhwm, kWaiting);
   dealer.set(zmq::sockopt::immediate, true);  // nothing waits for a connection that is not there
   dealer.set(zmq::sockopt::handshake_ivl, kClientHandshakeMs);
-  dealer.set(zmq::sockopt::reconnect_ivl, kAgainMs);
-  dealer.set(zmq::sockopt::reconnect_ivl_max, kAgainMostMs);
+  dealer.set(zmq::sockopt::reconnect_ivl, std::min(kAgainFirstMs, options.again_ms));
+  dealer.set(zmq::sockopt::reconnect_ivl_max, options.again_ms);
   dealer.set(zmq::sockopt::heartbeat_ivl, options.heartbeat_ms);
   dealer.set(zmq::sockopt::heartbeat_timeout, 3 * options.heartbeat_ms);
   dealer.set(zmq::sockopt::heartbeat_ttl, 3 * options.heartbeat_ms);
@@ -54,6 +60,22 @@ void ControlClient::Parts::set_options(const ControlClientOptions& options) {
   dealer.set(zmq::sockopt::curve_serverkey, *options.server_key);
   dealer.set(zmq::sockopt::curve_publickey, own.public_key);
   dealer.set(zmq::sockopt::curve_secretkey, own.secret_key);
+}
+
+void ControlClient::Parts::call() {
+  called = Clock::now();
+  dealer.connect(endpoint);
+}
+
+/// ZeroMQ gives up an address whose handshake has failed for a reason; but a server may come back with other keys.
+void ControlClient::Parts::call_again(Clock::time_point now) {
+  if (shaking || trouble == ClientTrouble::none || trouble == ClientTrouble::not_reached) return;
+  if (now - called < std::chrono::milliseconds(options.again_ms)) return;
+  try {
+    dealer.disconnect(endpoint);  // should it try still
+  } catch (const zmq::error_t&) {
+  }
+  call();
 }
 
 /// The first word about a connection is the clearest: after it the server hangs up.
@@ -90,12 +112,13 @@ void ControlClient::Parts::happened(int event) {
 ControlClient::ControlClient(const ControlClientOptions& options) {
   if (options.port < 1) throw InputError(text(options.host, ": port is ", options.port, "; must be in [1, 65535]"));
   const Endpoint endpoint = find_endpoint(options.host, options.port);
-  parts_ = std::make_unique<Parts>();
-  parts_->set_options(options);
+  parts_ = std::make_unique<Parts>(options);
+  parts_->set_options();
   if (endpoint.is_six) parts_->dealer.set(zmq::sockopt::ipv6, true);
   parts_->monitor.emplace(parts_->context, parts_->dealer, "client-monitor", kWatched);
+  parts_->endpoint = endpoint.text;
   try {
-    parts_->dealer.connect(endpoint.text);
+    parts_->call();
   } catch (const zmq::error_t& e) {
     throw InputError(text(endpoint.shown, ": ", e.what()));
   }
@@ -121,6 +144,7 @@ std::optional<std::vector<std::uint8_t>> ControlClient::poll(int timeout_ms) {
     try {
       zmq::poll(items, std::max(left, std::chrono::milliseconds(0)));
       if (items[1].revents & ZMQ_POLLIN) p.monitor->take([&](int event, int) { p.happened(event); });
+      p.call_again(Clock::now());
       zmq::message_t message;
       if (p.dealer.recv(message, zmq::recv_flags::dontwait)) {
         bool whole = !message.more();
