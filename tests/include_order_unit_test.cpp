@@ -82,6 +82,7 @@ bool may_include(const std::string& from, const std::string& to) {
   if (is_in_any(from, {"bench", "apps/check"}) && is_in_any(to, {"tests/support", "tests/fakes"}))
     return true;  // the same truths
   if (is_in(from, "apps") && is_in_any(to, {"view", "network"})) return true;
+  if (is_in(from, "bench") && is_in(to, "network")) return true;
   for (const char* leaf : {"apps", "bench"})
     if (is_in(from, leaf))
       return is_in(to, leaf) || is_in_any(to, {"haptics", "self_contact"}) || is_in_any(to, kMiddle);

@@ -18,6 +18,8 @@ set(kt_long_tests
 # haptics, property: random drags on every mesh, of which those on the block stay; a fine path over the smooth surface
 list(APPEND kt_long_tests Meshes/RandomDrags.*/slab_coarse Meshes/RandomDrags.*/sphere
      Meshes/RandomDrags.*/organ SmoothDrag.FeelsNoFoldsOfTheMesh)
+# network, property: each has a tenth of it beside it
+list(APPEND kt_long_tests ChannelMutations.Million*)
 # Scripts, by the name of the file:
 set(kt_long_scripts)
 # Scripts that run by default with fewer cases, and in full (KT_LONG=1) in the long run:

@@ -60,37 +60,59 @@ struct ArrivedBlock {
   std::vector<std::pair<int, const std::uint8_t*>> parity;  ///< place and bytes
 };
 
+/// Inverse of the Cauchy matrix 1 / (x_i + y_j): b_ij = f_j g_i / (x_j + y_i) with
+/// f_j = prod_k (x_j + y_k) / prod_{k != j} (x_j + x_k), g_i = prod_k (x_k + y_i) / prod_{k != i} (y_i + y_k)
+/// [Schechter 1959, On the inversion of certain matrices]; n^2 products where elimination takes n^3.
+std::vector<std::uint8_t> inverse_cauchy(const std::vector<std::uint8_t>& x, const std::vector<std::uint8_t>& y) {
+  const auto factors = [](const std::vector<std::uint8_t>& own, const std::vector<std::uint8_t>& other) {
+    std::vector<std::uint8_t> out;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      std::uint8_t above = 1, below = 1;
+      for (std::size_t k = 0; k < own.size(); ++k) {
+        above = gf_mul(above, own[i] ^ other[k]);
+        if (k != i) below = gf_mul(below, own[i] ^ own[k]);
+      }
+      out.push_back(gf_mul(above, gf_inv(below)));
+    }
+    return out;
+  };
+  const std::vector<std::uint8_t> f = factors(x, y), g = factors(y, x);
+  std::vector<std::uint8_t> inverse;
+  for (std::size_t i = 0; i < y.size(); ++i)
+    for (std::size_t j = 0; j < x.size(); ++j) inverse.push_back(gf_mul(gf_mul(f[j], g[i]), gf_inv(x[j] ^ y[i])));
+  return inverse;
+}
+
 /// The missing data of a block. With the lost columns L of the code A and as many rows of parity p:
-/// A_L d_L = p + A_K d_K, hence d_L = A_L^-1 p + (A_L^-1 A_K) d_K: one product with what is there.
+/// A_L d_L = p + A_K d_K, where K is what is there.
 bool recover(const ArrivedBlock& block, std::vector<std::uint8_t*>& lost_out, const std::vector<int>& lost,
              std::size_t bytes) {
   const std::size_t num_lost = lost.size();
   if (block.parity.size() < num_lost) return false;
   const int k = static_cast<int>(block.data.size());
-  std::vector<std::uint8_t> a_lost(num_lost * num_lost), inverse(num_lost * num_lost);
-  for (std::size_t r = 0; r < num_lost; ++r)
-    for (std::size_t c = 0; c < num_lost; ++c) a_lost[r * num_lost + c] = cauchy(k, block.parity[r].first, lost[c]);
-  if (gf_invert_matrix(a_lost.data(), inverse.data(), static_cast<int>(num_lost)) != 0) return false;
+  std::vector<std::uint8_t> x, y(lost.begin(), lost.end());
+  for (std::size_t r = 0; r < num_lost; ++r) x.push_back(static_cast<std::uint8_t>(k + block.parity[r].first));
 
-  std::vector<const std::uint8_t*> in;
-  std::vector<int> known;
+  std::vector<const std::uint8_t*> known;
+  std::vector<int> known_at;
   for (int i = 0; i < k; ++i)
-    if (block.data[static_cast<std::size_t>(i)]) {
-      known.push_back(i);
-      in.push_back(block.data[static_cast<std::size_t>(i)]);
+    if (const std::uint8_t* there = block.data[static_cast<std::size_t>(i)]) {
+      known.push_back(there);
+      known_at.push_back(i);
     }
-  for (std::size_t r = 0; r < num_lost; ++r) in.push_back(block.parity[r].second);
-  std::vector<std::uint8_t> matrix(num_lost * in.size());
-  for (std::size_t row = 0; row < num_lost; ++row)
-    for (std::size_t c = 0; c < in.size(); ++c) {
-      std::uint8_t& entry = matrix[row * in.size() + c];
-      if (c >= known.size())
-        entry = inverse[row * num_lost + (c - known.size())];
-      else
-        for (std::size_t j = 0; j < num_lost; ++j)
-          entry ^= gf_mul(inverse[row * num_lost + j], cauchy(k, block.parity[j].first, known[c]));
-    }
-  multiply(matrix, in, lost_out, bytes);
+  std::vector<std::uint8_t> a_known;
+  for (std::size_t r = 0; r < num_lost; ++r)
+    for (const int i : known_at) a_known.push_back(cauchy(k, block.parity[r].first, i));
+  std::vector<std::uint8_t> rest(num_lost * bytes);
+  std::vector<std::uint8_t*> rest_rows;
+  for (std::size_t r = 0; r < num_lost; ++r) rest_rows.push_back(rest.data() + r * bytes);
+  multiply(a_known, known, rest_rows, bytes);
+  for (std::size_t r = 0; r < num_lost; ++r)
+    for (std::size_t i = 0; i < bytes; ++i) rest_rows[r][i] ^= block.parity[r].second[i];
+
+  std::vector<std::uint8_t> inverse = inverse_cauchy(x, y);
+  std::vector<const std::uint8_t*> in(rest_rows.begin(), rest_rows.end());
+  multiply(inverse, in, lost_out, bytes);
   return true;
 }
 
