@@ -18,9 +18,14 @@ void add_check_command(CLI::App& app, int& exit_code);
 void add_compare_command(CLI::App& app, int& exit_code);
 void add_view_command(CLI::App& app, int& exit_code);
 void add_device_command(CLI::App& app, int& exit_code);
+void add_serve_command(CLI::App& app, int& exit_code);
+void add_touch_command(CLI::App& app, int& exit_code);
+void add_key_command(CLI::App& app, int& exit_code);
 void add_list_command(CLI::App& app, int& exit_code);
 
 /// Set by Ctrl-C: running commands end after the present tick and keep what they have.
 const std::atomic<bool>& stop_requested();
+/// The same from within: what runs cannot go on.
+void request_stop();
 
 }  // namespace kt

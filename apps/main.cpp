@@ -82,6 +82,9 @@ int run(int argc, char** argv) {
   kt::add_check_command(app, exit_code);
   kt::add_view_command(app, exit_code);
   kt::add_device_command(app, exit_code);
+  kt::add_serve_command(app, exit_code);
+  kt::add_touch_command(app, exit_code);
+  kt::add_key_command(app, exit_code);
   kt::add_list_command(app, exit_code);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) add_quiet_option(*command);
   try {

@@ -131,8 +131,10 @@ std::string recording_csv(const ToolRun& run) {
 
 Json session_json(const Session& session, const SessionResult& result) {
   Json refreshes = Json::array();
-  for (const RefreshEvent& r : result.refreshes)
+  for (const RefreshEvent& r : result.refreshes) {
     refreshes.push_back({r.linearized_tick, r.adopted_tick, r.started_tick});
+    if (!r.lost.empty()) refreshes.back().push_back(r.lost);
+  }
   Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
            {"recording", "recording.csv"}, {"max_speed", result.tools[0].max_speed},
            {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};

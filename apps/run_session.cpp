@@ -202,6 +202,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (out.result.stopped) saving.emplace();
   out.summary = make_summary(session, out.result);
   out.summary["command"] = settings.reproduce;
+  if (settings.complete) settings.complete(out.summary);
   const auto reference =
       find_reference(session, out.result, settings.reference, scene.title.empty() ? "running" : scene.title);
   if (reference) add_reference(out.summary, out.result, *reference);

@@ -31,6 +31,7 @@ struct RunSettings {
   std::string reproduce;  ///< the command, for the report
   std::string input;      ///< the file that the scene or its mesh came from, for messages
   SessionOptions session;
+  std::function<void(nlohmann::ordered_json& summary)> complete;  ///< with what the caller knows of the run
   ReferenceSettings reference;
 };
 

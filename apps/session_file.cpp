@@ -105,10 +105,15 @@ class SessionFile {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const auto is_tick = [&](const Json& v) { return v.is_number_integer() && v >= -1 && v <= ticks; };
       const Json& r = list[i];
-      if (!r.is_array() || r.size() != 3 || !std::ranges::all_of(r, is_tick))
+      const bool has_lost = r.is_array() && r.size() == 4 && r[3].is_array();
+      const auto ticks_of = [&](std::size_t n) { return std::all_of(r.begin(), r.begin() + static_cast<long>(n), is_tick); };
+      if (!r.is_array() || (r.size() != 3 && !has_lost) || !ticks_of(3) ||
+          (has_lost && !std::ranges::all_of(r[3], is_tick)))
         fail(text("refreshes[", i, "]"),
-             text("is ", shown_json(r), ", must be three ticks: linearized, adopted, started"));
-      const RefreshEvent event{r[0], r[1], r[2]};
+             text("is ", shown_json(r), ", must be three ticks: linearized, adopted, started; and a list of lost ones"));
+      RefreshEvent event{r[0], r[1], r[2]};
+      if (has_lost) event.lost = r[3].get<std::vector<int>>();
+      if (!std::ranges::is_sorted(event.lost)) fail(text("refreshes[", i, "]"), "has lost ticks that are not in order");
       const bool in_order = i == 0 ? event == RefreshEvent{0, 0, 0}
                                    : event.linearized_tick > out.back().linearized_tick && event.started_tick >= 0 &&
                                          (event.adopted_tick == -1 || event.adopted_tick >= event.linearized_tick);

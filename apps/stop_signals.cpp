@@ -59,6 +59,8 @@ void watch() {
 
 }  // namespace
 
+void request_stop() { stop = true; }
+
 const std::atomic<bool>& stop_requested() { return stop; }
 
 void watch_stop_signals() {

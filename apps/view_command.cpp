@@ -11,6 +11,7 @@
 
 #if KT_WITH_BEAST
 #include "apps/allocation_counter.hpp"
+#include "apps/live_scene.hpp"
 #include "apps/mesh_scene.hpp"
 #include "apps/run_outputs.hpp"
 #include "apps/session_file.hpp"
@@ -119,23 +120,10 @@ std::string examine(const std::string& file) {
 
 void check(const ViewArguments& a) {
   if (a.port < 0 || a.port > 65535) throw InputError(text("--port is ", a.port, ", must be 0 .. 65535"));
-  std::vector<std::string> devices{"pointer", "scene"};
-  for (const BackendInfo& live : live_device_backends())
-    if (live.name != "pushed") devices.push_back(live.name);
-  if (std::ranges::find(devices, a.device) == devices.end()) throw_unknown("device", a.device, devices);
+  check_live_device(a.device, {"pointer", "scene"});
   const auto is_plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_'; };
   if (!std::ranges::all_of(a.token, is_plain))
     throw InputError("--token: only letters, digits, - and _, as it is part of an address");
-}
-
-/// The scene with its first tool on a live device, when one is named.
-Scene with_device(Scene scene, const std::string& device) {
-  if (device == "pointer" || device == "scene") return scene;
-  if (scene.tool.path.device && scene.tool.path.device->name == device) return scene;  // with its settings
-  DeviceSettings settings;
-  settings.name = device;
-  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}, .device = settings};
-  return scene;
 }
 
 void view(const ViewArguments& a) {
@@ -150,10 +138,10 @@ void view(const ViewArguments& a) {
   for (const fs::path& file : files) options.scenes.push_back(file.stem().string());
   options.load_scene = [files, device = a.device](const std::string& name) {
     const auto file = std::ranges::find_if(files, [&](const fs::path& f) { return f.stem() == name; });
-    return with_device(load_scene(file->string()), device);
+    return with_live_device(load_scene(file->string()), device);
   };
   options.scene_of_mesh = [device = a.device](const std::string& file) {
-    return with_device(scene_of_mesh(file, {}), device);
+    return with_live_device(scene_of_mesh(file, {}), device);
   };
   options.examine = examine;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
@@ -172,7 +160,7 @@ void view(const ViewArguments& a) {
   }
   const std::vector<std::string> meshes = readable_mesh_extensions();
   const bool is_mesh = std::ranges::find(meshes, mesh_extension(a.what)) != meshes.end();
-  view_scene(with_device(is_mesh ? scene_of_mesh(a.what, a.set) : load_scene(a.what, a.set), a.device), options);
+  view_scene(with_live_device(is_mesh ? scene_of_mesh(a.what, a.set) : load_scene(a.what, a.set), a.device), options);
 }
 
 #else

@@ -50,7 +50,7 @@ kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
 kt_library(io DIRS io/files io/mesh io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
            ALONE _cgal io/mesh/ply.cpp io/mesh/stl.cpp io/mesh/medit io/files/json_batch io/files/json_file io/scene/json_rules)
-kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/link haptics/tick haptics/methods haptics/refresh haptics/touch
+kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/link haptics/tick haptics/methods haptics/refresh haptics/remote haptics/touch
                             haptics/setup haptics/predict haptics/session haptics/study haptics/advise
            WITHOUT ${kt_off}
            ALONE haptics/tick/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
@@ -76,6 +76,9 @@ endforeach()
 foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN BEAST)
   target_compile_definitions(kt_core PUBLIC KT_WITH_${option}=$<BOOL:${KT_WITH_${option}}>)
 endforeach()
+
+# Of one file only: the others need not be compiled anew for it.
+set_source_files_properties(haptics/setup/session_parts.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_NETWORK=$<BOOL:${KT_WITH_NETWORK}>)
 
 target_link_libraries(kt_io PRIVATE $<BUILD_INTERFACE:kt_hardened>)
 target_link_libraries(kt_haptics PRIVATE ${CMAKE_DL_LIBS})  # vendors' libraries of devices are loaded where they are used

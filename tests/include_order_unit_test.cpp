@@ -27,6 +27,7 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
      {{"options", "contact", "device", "link"},
       {"tick"},
       {"methods", "refresh", "driver"},
+      {"remote"},
       {"touch"},
       {"setup"},
       {"predict"},

@@ -85,6 +85,8 @@ struct LinkSettings {
   std::string charge_refreshes = "none";  ///< lockstep: a local model is late by what its refresh takes: none,
                                           ///< measured, predicted, given
   std::optional<double> refresh_ms;       ///< given: what each takes
+  double stale_ms = 500;                  ///< network: without a new local model for so long, the force goes to zero
+  int basis_bits = 16;                    ///< network: of each entry of a local model's basis: 8 or 16
   bool operator==(const LinkSettings&) const = default;
 };
 

@@ -61,14 +61,19 @@ std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, c
 }  // namespace
 
 SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site, bool smooth) {
-  SurfacePatch patch;
-  patch.global_triangle = reachable_triangles(surface, x, site);
+  std::vector<int> triangles = reachable_triangles(surface, x, site);
   for (const ContactSite& other : site.others) {
     const std::vector<int> more = reachable_triangles(surface, x, other);
     std::vector<int> both;
-    std::ranges::set_union(patch.global_triangle, more, std::back_inserter(both));
-    patch.global_triangle = std::move(both);
+    std::ranges::set_union(triangles, more, std::back_inserter(both));
+    triangles = std::move(both);
   }
+  return patch_of(surface, std::move(triangles), smooth);
+}
+
+SurfacePatch patch_of(const Surface& surface, std::vector<int> triangles, bool smooth) {
+  SurfacePatch patch;
+  patch.global_triangle = std::move(triangles);
   std::map<int, int> local;
   for (int t : patch.global_triangle)
     for (int i : surface.triangles[t]) local.emplace(i, 0);

@@ -40,6 +40,9 @@ struct ReduceOptions {
 /// @param smooth  contact on a triangle also moves its neighbours' vertices: they are in reach, too
 SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site, bool smooth = false);
 
+/// The patch of these triangles of the surface, ascending.
+SurfacePatch patch_of(const Surface& surface, std::vector<int> triangles, bool smooth = false);
+
 using ReduceFn = std::function<LocalModel(const TangentModel&, SurfacePatch, const ContactSite&, const ReduceOptions&)>;
 
 std::vector<BackendInfo> reducer_backends();

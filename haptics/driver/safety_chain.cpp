@@ -223,6 +223,14 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
     if (!is_there) frame.flags |= kStalePose;
     counts_.gated += gate_ < 1;
   }
+  if (!is_live && o_.fades_when_stale) {
+    reason_ = (frame.flags & (kStaleModel | kBodyFailed)) != 0 ? GateReason::stale_model : GateReason::open;
+    move_gate(o_.h);
+    force *= gate_;
+    torque *= gate_;
+    if (gate_ < 1) frame.flags |= kGated;
+    counts_.gated += gate_ < 1;
+  }
   // Booked.
   counts_.limited += limited;
   counts_.most_force = std::max(counts_.most_force, force.norm());

@@ -26,6 +26,7 @@ struct SafetyOptions {
   unsigned deadman = 0;               ///< buttons of which one has to be held; 0: none
   double damping = 0;                 ///< of the device, as its user has measured it [N s/m]; 0: as the device tells
   std::optional<double> delay{};      ///< until a force acts [s]; none: as the device tells, or measured
+  bool fades_when_stale = false;      ///< a device that nobody holds has a gate, too, for local models that do not come
   std::optional<double> coupling{};   ///< between device and tool [N/m]; 0: none; not given: chosen, of a live device
 };
 

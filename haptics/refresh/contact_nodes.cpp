@@ -20,7 +20,7 @@ void ContactNodes::forget_before(int frame) {
 
 NodeWeights ContactNodes::moved_by(int frame, const TickContact& contact) const {
   const auto kept = std::ranges::find(kept_, frame, &Kept::frame);
-  if (contact.facet < 0 || kept == kept_.end())
+  if (contact.facet < 0 || kept == kept_.end() || contact.facet + 1 >= static_cast<int>(kept->first.size()))
     return {surface_.triangles[contact.triangle], on_triangle(contact).bary};
   NodeWeights out;
   for (int k = kept->first[contact.facet]; k < kept->first[contact.facet + 1]; ++k)

@@ -29,8 +29,9 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool) {
   if (reports.size() < 2) return Vec3::Zero();
   const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, ticks_in(kVelocityTime, rate_hz));
-  const Vec3 way = reports.back().tools[tool].pose.x - reports[reports.size() - 1 - ticks].tools[tool].pose.x;
-  return rate_hz / static_cast<double>(ticks) * way;
+  const LocalReport& before = reports[reports.size() - 1 - ticks];
+  const Vec3 way = reports.back().tools[tool].pose.x - before.tools[tool].pose.x;
+  return rate_hz / static_cast<double>(reports.back().tick - before.tick) * way;  // some between may be lost
 }
 
 std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const Smoothing& smoothing,

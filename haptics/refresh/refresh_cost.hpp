@@ -8,7 +8,7 @@ namespace kt {
 /// Local models arrive later than they were begun by the time that they take: ticks are against the wall clock, or as
 /// if.
 inline bool models_come_late(const TouchOptions& options) {
-  return options.link.type == "thread" || options.link.charge_refreshes != "none";
+  return options.link.type == "thread" || options.link.type == "network" || options.link.charge_refreshes != "none";
 }
 
 /// CPU time that there is for a tick [us]: local.budget_us, and at rates above 4 kHz no more than four fifths of the

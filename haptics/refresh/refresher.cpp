@@ -15,7 +15,6 @@
 namespace kt {
 namespace {
 
-constexpr int kApron = 1500;                 // triangles around the patch: of a usual body all others
 constexpr double kUncoupled = 0.02;          // of the damping power: far below what a hand can tell
 constexpr double kGaveWay = 0.15;            // of the largest force: that a local model was off
 constexpr double kAlert = 0.25;              // [s] after that
@@ -306,22 +305,6 @@ void Refresher::go_on_from(Refresher& before) {
   nodes_.go_on_from(before.nodes_);
 }
 
-/// Where the whole body is, and its surface around the patch.
-void Refresher::add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, std::span<const Pose> tools) const {
-  out.body_x = tangent_.state.x;
-  if (!has_apron_) return;
-  const SurfacePatch& patch = out.model.patch;
-  std::vector<char> moves(static_cast<std::size_t>(patch.num_vertices()), 0);
-  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
-    for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = out.moves[t][c];
-  std::vector<char> is_fixed(static_cast<std::size_t>(global_.model().mesh().num_nodes()), 0);
-  for (const int i : tangent_.fixed_nodes) is_fixed[i] = 1;
-  std::vector<Vec3> places;
-  for (const Pose& tool : tools) places.push_back(tool.x);
-  lay_apron(out, make_apron(surface_, out.body_x, site, patch, moves, is_fixed, kApron), surface_, places,
-            options_.collision.backend);
-}
-
 /// At the start everything counts. Later, the tool has no contact because it is outside, as a rule: less than what is
 /// noticed is the difference of the two sides.
 std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const {
@@ -383,7 +366,12 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
   out->tool = at[0].x;
   out->way_out = way_out;
-  add_rest_of_body(*out, site, at);
+  out->scheme = scheme;
+  out->site = site;
+  for (std::size_t k = 0; k < tools_.size(); ++k) out->places[k] = at[k].x;
+  out->body_x = tangent_.state.x;
+  if (has_apron_)
+    lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);
   method_->complete(*out, 1 / options_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);

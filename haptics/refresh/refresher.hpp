@@ -66,7 +66,6 @@ class Refresher {
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
-  void add_rest_of_body(PreparedLocalModel& out, const ContactSite& site, std::span<const Pose> tools) const;
   std::optional<WayOut> find_way_out(int tool, const Pose& pose) const;
   double interval(double t) const;
   double reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const;

@@ -202,7 +202,10 @@ SessionResult Session::run(const SessionOptions& options) {
   result.warnings = warnings();
   for (const Prediction& known : predictions_) result.warnings.push_back(known.message);
   result.notes = notes();
-  const bool threaded = scene().link.type == "thread" && options.replay.refreshes.empty();
+  const bool is_replay = !options.replay.refreshes.empty();
+  if (scene().link.type == "network" && !options.link && !is_replay)
+    throw InputError("link.type network: the body is on another computer; kilotouch serve and kilotouch touch set it");
+  const bool threaded = scene().link.type != "lockstep" && !is_replay;
   const double h = 1 / scene().local.rate_hz;
 
   std::vector<std::unique_ptr<HapticDevice>> devices = this->devices(options);

@@ -13,11 +13,10 @@
 #include "haptics/session/refresh_run.hpp"
 #include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/local_simulation.hpp"
+#include "haptics/touch/touch.hpp"
 #include "self_contact/touching_model.hpp"
 
 namespace kt {
-
-class Touch;  // haptics/touch/touch.hpp
 
 /// The whole body at one moment, the local side's view laid over the global one: for pictures.
 struct Snapshot {
@@ -125,6 +124,7 @@ struct SessionOptions {
   bool keeps_records = true;                     ///< else the result has no frames and no times of ticks
   const std::atomic<bool>* pause = nullptr;      ///< two threads: while true, no time passes
   std::shared_ptr<DeviceSlots> pushed;           ///< device pushed: poses from outside, forces to there
+  LinkMaker link;                                ///< link.type network: the body's other end; none: replays only
   std::shared_ptr<MovedTarget> target;           ///< of the first tool, which a hand is to hold: moved from outside
 };
 

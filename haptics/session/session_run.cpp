@@ -190,7 +190,10 @@ void run_lockstep(const RunParts& run) {
 }
 
 void run_threads(const RunParts& run) {
-  run.touch.start();
+  if (run.options.link)
+    run.touch.start(run.options.link);
+  else
+    run.touch.start();
   DeviceTick devices(run);
   constexpr double kUnread = 2;  // [s] that this thread may be away
   Ring<TickRow> rows(static_cast<std::size_t>(ticks_in(kUnread, 1 / run.touch.h(), 8192, 1 << 16)));

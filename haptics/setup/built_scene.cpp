@@ -39,7 +39,7 @@ BuiltScene::BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> mode
 BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
     : scene_(scene), options_(std::move(options)), body_(std::move(body)), tools_(shapes_of(options_)) {
   scene_.local = options_.local;
-  if (is_live(scene_)) scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
+  if (is_live(scene_) && scene_.link.type == "lockstep") scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
   warnings_ = unused_settings(scene_);
   warn_of_rate(scene_.local.rate_hz, warnings_);
   std::ranges::copy(body_.notes(), std::back_inserter(warnings_));

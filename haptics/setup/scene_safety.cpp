@@ -16,6 +16,7 @@ SafetyOptions safety_options(const Scene& scene, const SceneTool& tool) {
   SafetyOptions out;
   out.h = 1 / scene.local.rate_hz;
   out.most_damping = scene.local.passivity_damping;
+  out.fades_when_stale = scene.link.type == "network";
   if (!tool.path.device) return out;
   const DeviceSettings& device = *tool.path.device;
   if (!(out.most_damping > 0)) out.most_damping = kLiveDamping;

@@ -11,6 +11,7 @@ LocalMotion make_local_motion(int num_nodes) {
 
 void record_motion(const PreparedLocalModel& model, int tick, LocalMotion& out) noexcept {
   out.tick = tick;
+  out.frame = model.model.frame;
   const LocalModel& m = model.model;
   const Eigen::Index rows = m.basis.rows(), patch = model.work.du.size();
   auto x = out.x.head(rows), v = out.v.head(rows);

@@ -4,11 +4,13 @@
 
 #include "core/global/global_simulation.hpp"
 #include "haptics/tick/prepared_local_model.hpp"
+#include "haptics/tick/tick_contact.hpp"
 
 namespace kt {
 
 struct LocalMotion {
-  int tick = 0;  ///< ticks done before
+  int tick = 0;    ///< ticks done before
+  int frame = -1;  ///< of the model
   VectorX x, v;  ///< of the recovered nodes [m], [m/s], (3 recovered); storage may be longer
   VectorX du;    ///< of the patch vertices: motion that contact causes [m/s], (3p)
   std::array<Overlap, kMaxTools> overlap{};  ///< of each tool

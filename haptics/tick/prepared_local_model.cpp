@@ -86,6 +86,8 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
 
 namespace {
 
+constexpr int kApron = 1500;  // triangles around the patch: of a usual body all others
+
 /// Room for all vertices and facets; the apron's vertices where they are.
 void widen(const VectorX& patch_x, PreparedLocalModel& model) {
   const ContactSurface& surface = model.surface;
@@ -99,8 +101,16 @@ void widen(const VectorX& patch_x, PreparedLocalModel& model) {
 
 }  // namespace
 
-void lay_apron(PreparedLocalModel& model, const Apron& apron, const Surface& surface, std::span<const Vec3> places,
+void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<const int> fixed_nodes, int num_tools,
                const std::string& collision_backend) {
+  const SurfacePatch& patch = model.model.patch;
+  std::vector<char> moves(static_cast<std::size_t>(patch.num_vertices()), 0);
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
+    for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = model.moves[t][c];
+  std::vector<char> is_fixed(static_cast<std::size_t>(model.body_x.size() / 3), 0);
+  for (const int i : fixed_nodes) is_fixed[i] = 1;
+  const Apron apron = make_apron(surface, model.body_x, model.site, patch, moves, is_fixed, kApron);
+  const std::span<const Vec3> places(model.places.data(), static_cast<std::size_t>(num_tools));
   if (apron.triangles.empty()) return;
   const VectorX patch_x = model.model.x0.head(model.patch_basis.rows());
   add_apron(apron, surface, model.model.patch, patch_x, model.surface);

@@ -80,6 +80,10 @@ struct PreparedLocalModel {
   /// How far each tool's place was from the patch's rim and the apron when the body was linearized [m], and where.
   std::array<double, kMaxTools> clear{};
   std::array<Vec3, kMaxTools> clear_from{};
+  LocalScheme scheme = LocalScheme::implicit_euler;
+  ContactSite site;                        ///< that the patch was made for
+  std::array<Vec3, kMaxTools> places{};    ///< of the tools when the body was linearized [m]
+  std::optional<Friction> base_friction;  ///< that `friction` was made with, outside of regions
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};  ///< global triangle that a tool inside goes out through
   std::shared_ptr<const SurfaceFriction> friction;             ///< in use with this model; none: that of the method
   std::array<double, kMaxTools> tool_radius{-1, -1};           ///< [m] in use with this model; below 0: as it was
@@ -112,9 +116,9 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
                                             const std::string& collision_backend, int num_nodes, int num_triangles,
                                             const Smoothing& smoothing = {});
 
-/// Adds the surface around the patch to what tools touch.
-/// @param places  of the tools when the body was linearized [m]
-void lay_apron(PreparedLocalModel& model, const Apron& apron, const Surface& surface, std::span<const Vec3> places,
+/// Adds the surface around the patch to what tools touch: with `site`, `places` and `body_x` of the model as they are.
+/// @param fixed_nodes  of the body
+void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<const int> fixed_nodes, int num_tools,
                const std::string& collision_backend);
 
 }  // namespace kt

@@ -1,6 +1,7 @@
 #pragma once
 // How the two halves of a Touch are joined: one file an implementation.
 #include <exception>
+#include <functional>
 #include <memory>
 
 #include "haptics/touch/body_side.hpp"
@@ -8,6 +9,16 @@
 #include "haptics/touch/model_observer.hpp"
 
 namespace kt {
+
+/// A body on another computer, as its local models tell of it.
+class RemoteBody {
+ public:
+  virtual ~RemoteBody() = default;
+  virtual TouchStatus status() const = 0;
+  virtual void copy_positions(VectorX& x) const = 0;
+  /// As BodySide::set: waits for the answer.
+  virtual void set(const SettingChange& change) = 0;
+};
 
 class BodyLink {
  public:
@@ -22,7 +33,14 @@ class BodyLink {
   virtual std::exception_ptr error() const noexcept = 0;
   virtual bool has_failed() const noexcept = 0;
   virtual int lost_reports() const noexcept { return 0; }
+  /// The body is on the other end of it: how it is, and where its settings go. Null: it is the BodySide that the link
+  /// was made with. From any thread.
+  virtual RemoteBody* remote() noexcept { return nullptr; }
 };
+
+/// Makes one for the two halves. Throws InputError or RunError: there will be no body.
+using LinkMaker = std::function<std::unique_ptr<BodyLink>(BodySide& body, HapticSide& side,
+                                                          const SurfaceFriction& friction, ModelObserver* observer)>;
 
 /// Both rates in one thread: deterministic. Latency and loss are simulated in ticks, from the seed; a replay brings its
 /// own schedule.

@@ -137,6 +137,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion);
   model->linearized_tick = event.linearized_tick;
   model->friction = friction_;
+  if (friction_) model->base_friction = base_friction(options_.contact);
   model->tool_radius = radius_;
   const double took = process_time_ms() - other_ms() - start;
   tell_of_settled();

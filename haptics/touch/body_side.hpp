@@ -41,6 +41,7 @@ class BodySide {
 
   Refresher& refresher() { return *refresher_; }
   const Refresher& refresher() const { return *refresher_; }
+  const Body& body() const { return body_; }
   const TouchOptions& options() const { return options_; }
   const State& state() const { return refresher_->state(); }
   /// Is told of each refresh; none: nobody. Before the first one.

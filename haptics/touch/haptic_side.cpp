@@ -100,6 +100,7 @@ bool HapticSide::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, i
 std::unique_ptr<PreparedLocalModel> HapticSide::adopt(std::unique_ptr<PreparedLocalModel> model) noexcept {
   has_model_ = true;
   model_tick_ = model->linearized_tick;
+  adopted_tick_ = tick_;
   return local_->adopt(std::move(model));
 }
 

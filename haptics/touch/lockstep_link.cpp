@@ -1,8 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <random>
 
 #include "core/base/ticks.hpp"
+#include "haptics/remote/model_unpacker.hpp"
+#include "haptics/remote/report_box.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
@@ -42,6 +45,12 @@ class Schedule {
     return tick >= busy_until_ && (tick >= due_ || (wanted_now && tick >= last_ + least));
   }
 
+  /// Ticks whose reports do not arrive before the next refresh.
+  bool is_lost(int tick) const {
+    const std::vector<RefreshEvent>& replayed = options_.replay.refreshes;
+    return is_replayed() && next_ < replayed.size() && std::ranges::binary_search(replayed[next_].lost, tick);
+  }
+
   RefreshEvent take(int tick) {
     last_ = tick;
     if (is_replayed()) return options_.replay.refreshes[next_++];
@@ -75,6 +84,39 @@ class Schedule {
   std::mt19937_64 random_;
 };
 
+/// What a network makes of the values that go over it: a run that was made over one has the same bits again.
+class AsOverNetwork {
+ public:
+  AsOverNetwork(const Body& body, const TouchOptions& options)
+      : outbox_(1, tick_length(options)),
+        inbox_(tick_length(options)),
+        unpacker_(body.model(), body.surface(), options),
+        bits_(options.link.basis_bits) {}
+  void add(const LocalReport& report, bool is_lost) {
+    outbox_.add(report);
+    if (!is_lost) inbox_.take(outbox_.batch(1));
+  }
+  std::span<const LocalReport> reports() {
+    if (outbox_.empty()) return {};
+    return inbox_.close(outbox_.batch(1));
+  }
+  std::vector<Pose> places(std::span<const LocalReport> reports, std::span<const Pose> start) const {
+    if (reports.empty()) return {start.begin(), start.end()};
+    std::vector<Pose> out;
+    for (std::size_t k = 0; k < start.size(); ++k) out.push_back(reports.back().tools[k].pose);
+    return out;
+  }
+  std::unique_ptr<PreparedLocalModel> carry(const PreparedLocalModel& model) {
+    return unpacker_.unpack(pack_model(model, bits_));
+  }
+
+ private:
+  ReportOutbox outbox_;
+  ReportInbox inbox_;
+  ModelUnpacker unpacker_;
+  int bits_;
+};
+
 class LockstepLink final : public BodyLink {
  public:
   LockstepLink(BodySide& body, ModelObserver* observer)
@@ -85,6 +127,7 @@ class LockstepLink final : public BodyLink {
         motion_(make_local_motion(static_cast<int>(body.state().x.size()) / 3)),
         catches_up_(catches_up(body.options())) {
     body_.observe(observer);
+    if (body.options().link.type == "network") network_.emplace(body.body(), body.options());
   }
 
   void before_tick(HapticSide& side) noexcept override {
@@ -113,7 +156,11 @@ class LockstepLink final : public BodyLink {
   }
 
   void after_tick(HapticSide&, const LocalReport& report) noexcept override {
-    if (!error_) reports_.add(report);
+    if (error_) return;
+    if (network_)
+      network_->add(report, schedule_.is_lost(report.tick));
+    else
+      reports_.add(report);
   }
   void stop() override { body_.finish(); }
   std::exception_ptr error() const noexcept override { return error_; }
@@ -132,7 +179,16 @@ class LockstepLink final : public BodyLink {
     if (goes_on) event.started_tick = motion_.tick;
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
-    auto model = body_.refresh(event, side.poses(), reports_.all(), goes_on ? &motion_ : nullptr, [] { return 0.0; });
+    const auto none = [] { return 0.0; };
+    std::unique_ptr<PreparedLocalModel> model;
+    if (network_) {
+      const std::span<const LocalReport> reports = network_->reports();
+      if (goes_on) round_as_sent(motion_);
+      model = body_.refresh(event, network_->places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, none);
+      model = network_->carry(*model);
+    } else {
+      model = body_.refresh(event, side.poses(), reports_.all(), goes_on ? &motion_ : nullptr, none);
+    }
     const double took_ms = body_.last_cpu_ms();
     if (!schedule_.is_replayed() && tick > 0) {
       schedule_.charge(tick, charged_ticks(options, took_ms, predicted_ms), event);
@@ -150,6 +206,7 @@ class LockstepLink final : public BodyLink {
   Schedule schedule_;
   std::deque<Parcel> on_the_way_;
   ReportList reports_;
+  std::optional<AsOverNetwork> network_;  // instead of reports_
   LocalMotion motion_;
   bool catches_up_, has_start_ = false;
   int prepared_ = -1;

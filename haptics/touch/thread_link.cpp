@@ -10,43 +10,26 @@
 #include <thread>
 
 #include "core/base/ticks.hpp"
-#include "haptics/link/mailbox.hpp"
-#include "haptics/link/ring.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
 #include "haptics/touch/report_list.hpp"
+#include "haptics/touch/tick_end.hpp"
 
 namespace kt {
 namespace {
 
-/// A local model on its way, with the tick it was made for and the tick where its state stands. It comes back with the
-/// model that it took the place of, and when it did.
-struct Parcel {
-  int linearized_tick = 0, at_tick = 0, adopted_tick = -1;
-  std::unique_ptr<PreparedLocalModel> model;
-};
-
-constexpr double kLongest = 1;  // [s] that a refresh may take: reports of as many ticks wait for it
-constexpr int kFewestReports = 4096, kMostReports = 1 << 15;  // each 5 KB
+constexpr std::size_t kUsualReports = 4096;
 constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are looked at: before a refresh; while none is due
 constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
 constexpr double kSoon = 0.002;            // [s] until the next refresh is due: the body asks for the motion
-
-/// Past ticks that a new local model catches up with in one of the present, which is to keep its period: each takes
-/// some 40 us. At least two, or it never gets there.
-int most_caught_up(const TouchOptions& options) {
-  constexpr double kTick = 40e-6, kRoom = 0.8;
-  return std::clamp(static_cast<int>(kRoom * tick_length(options) / kTick) - 1, 2, 4);
-}
 
 class ThreadLink final : public BodyLink {
  public:
   ThreadLink(BodySide& body, HapticSide& side, const SurfaceFriction& friction, ModelObserver* observer)
       : body_(body),
         observer_(observer),
-        up_(static_cast<std::size_t>(ticks_in(kLongest, body.options().local.rate_hz, kFewestReports, kMostReports))),
+        ticks_(body.options(), observer),
         soon_(ticks_in(kSoon, body.options().local.rate_hz, 2)),
-        most_caught_up_(most_caught_up(body.options())),
         catches_up_(catches_up(body.options())),
         catch_up_(shapes_of(body.options()), tick_length(body.options()), catch_up_solver(body.options(), friction)),
         interval_(ticks_per_refresh(body.options())) {
@@ -64,18 +47,11 @@ class ThreadLink final : public BodyLink {
       clockid_t clock{};
       if (pthread_getcpuclockid(pthread_self(), &clock) == 0) ticking_clock_ = clock;
     }
-    // A model is taken only when the used one can be handed back: freeing is not for this thread.
-    if (!arrived_ && used_.is_empty()) arrived_ = down_.take();
-    if (!arrived_ || (catches_up_ && !side.catch_up(arrived_->model, arrived_->at_tick, most_caught_up_))) return;
-    arrived_->adopted_tick = side.next_tick();
-    arrived_->model = side.adopt(std::move(arrived_->model));
-    if (observer_) observer_->adopted(side.model());
-    used_.put(std::move(arrived_));
+    ticks_.before_tick(side);
   }
 
   void after_tick(HapticSide& side, const LocalReport& report) noexcept override {
-    if (!up_.push(report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
-    send_motion(side);
+    if (!ticks_.after_tick(side, report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
   }
 
   void stop() override {
@@ -91,14 +67,6 @@ class ThreadLink final : public BodyLink {
   int lost_reports() const noexcept override { return lost_reports_.load(std::memory_order_relaxed); }
 
  private:
-  /// The refresher goes on from here, when it has asked for that; what it has not read is written over.
-  void send_motion(HapticSide& side) noexcept {
-    if (!next_motion_) next_motion_ = free_motion_.take();
-    if (!next_motion_) return;
-    side.record_motion(*next_motion_);
-    next_motion_ = motion_.put(std::move(next_motion_));
-  }
-
   void run() {
     try {
       while (!stop_) refresh_when_due();
@@ -114,11 +82,8 @@ class ThreadLink final : public BodyLink {
     const bool is_due =
         !pending_.empty() && (pending_.all().back().tick + soon_ >= last_ + interval_ ||
                               (body_.options().global.early_refresh && pending_.all().back().left_patch));
-    if (is_due && !spare_motions_.empty() && free_motion_.is_empty()) {
-      free_motion_.put(std::move(spare_motions_.back()));
-      spare_motions_.pop_back();
-    }
-    if (auto newer = motion_.take()) {
+    if (is_due && !spare_motions_.empty() && ticks_.ask_motion(spare_motions_.back())) spare_motions_.pop_back();
+    if (auto newer = ticks_.take_motion()) {
       if (newest_) spare_motions_.push_back(std::move(newest_));
       newest_ = std::move(newer);
     }
@@ -140,7 +105,7 @@ class ThreadLink final : public BodyLink {
       return;
     }
     const std::span<const LocalReport> reports = waiting.first(count);
-    auto parcel = std::make_unique<Parcel>();
+    auto parcel = std::make_unique<ModelParcel>();
     parcel->linearized_tick = parcel->at_tick = tick;
     std::vector<Pose> at = poses_in(reports.back());
     parcel->model =
@@ -149,7 +114,7 @@ class ThreadLink final : public BodyLink {
     interval_ = body_.refresher().next_interval(ticks_per_refresh(body_.options()));
     pending_.drop(count);
     if (catches_up_) bring_near(*parcel, std::move(at));
-    down_.put(std::move(parcel));
+    ticks_.put(std::move(parcel));
     last_ = tick;
   }
 
@@ -162,7 +127,7 @@ class ThreadLink final : public BodyLink {
   /// Looks at some ticks of a local model that is not in use any more; without haste, but no more of them wait than
   /// there is memory for. True: there was something to do.
   bool look_back(int ticks) {
-    if (auto parcel = used_.take(); parcel && parcel->model) {
+    if (auto parcel = ticks_.take_used(); parcel && parcel->model) {
       body_.adopted(parcel->linearized_tick, parcel->adopted_tick);
       if (observer_) past_.push_back(std::move(parcel->model));
     }
@@ -174,7 +139,7 @@ class ThreadLink final : public BodyLink {
 
   /// What is there; not what comes meanwhile, or a thread that gets little of the processor does nothing else.
   void receive() {
-    for (std::size_t n = up_.size(); n > 0 && up_.pop(pending_.next()); --n) pending_.keep_next();
+    for (std::size_t n = ticks_.reports().size(); n > 0 && ticks_.reports().pop(pending_.next()); --n) pending_.keep_next();
   }
 
   std::vector<Pose> poses_in(const LocalReport& report) const {
@@ -186,7 +151,7 @@ class ThreadLink final : public BodyLink {
   /// Replays what the haptic side has reported meanwhile, along the same sweeps as HapticSide::catch_up; its own thread
   /// does the last few ticks.
   /// @param at  where the tools are, as the model stands
-  void bring_near(Parcel& parcel, std::vector<Pose> at) {
+  void bring_near(ModelParcel& parcel, std::vector<Pose> at) {
     std::vector<ToolSweep> sweeps(at.size());
     std::size_t next = 0;
     for (int round = 0; round < 8; ++round) {
@@ -206,16 +171,12 @@ class ThreadLink final : public BodyLink {
 
   BodySide& body_;
   ModelObserver* observer_;
-  Mailbox<Parcel> down_, used_;
-  Ring<LocalReport> up_;
-  int soon_, most_caught_up_;  // ticks
+  TickEnd ticks_;
+  int soon_;  // ticks
   bool catches_up_;
   CatchUp catch_up_;                                         // of the body's thread
   int interval_, last_ = 0;                                  // ticks to the next refresh; of the last one
-  ReportList pending_{kFewestReports};                       // not taken into a refresh yet
-  std::unique_ptr<Parcel> arrived_;                          // of the ticking thread: not adopted yet
-  Mailbox<LocalMotion> motion_, free_motion_;                // written; to be written over
-  std::unique_ptr<LocalMotion> next_motion_;                 // of the ticking thread
+  ReportList pending_{kUsualReports};                        // not taken into a refresh yet
   std::unique_ptr<LocalMotion> newest_;                      // of the body's thread
   std::vector<std::unique_ptr<LocalMotion>> spare_motions_;  // of the body's thread
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;     // whose ticks are not looked at yet

@@ -37,13 +37,17 @@ struct Touch::Parts {
         friction(friction_of(body, options)),
         haptic(options, friction),
         side(std::make_unique<BodySide>(body, options)) {
-    const double slow = std::max(options.stale_s, 4 / options.global.rate_hz) + 1e-3 * options.link.latency_ms;
+    const double stale_s = options.link.type == "network" ? 1e-3 * options.link.stale_ms : options.stale_s;
+    const double slow = std::max(stale_s, 4 / options.global.rate_hz) + 1e-3 * options.link.latency_ms;
     stale_ticks = static_cast<int>(std::llround(slow * options.local.rate_hz));
     shape_every = ticks_in(kShapeEvery, options.local.rate_hz);
   }
   std::span<LocalFrame> all_frames() noexcept { return {frames.data(), haptic.num_tools()}; }
   std::span<const LocalFrame> tick(std::span<const Pose> tools) noexcept;
+  void start(const std::string& type, const LinkMaker& make);
   void refresh_if_due() noexcept;
+  bool is_stale() const noexcept;
+  RemoteBody* remote() const noexcept { return link ? link->remote() : nullptr; }
   void show_shape() noexcept;
 
   const Body& body;
@@ -88,12 +92,15 @@ void Touch::place(std::span<const Pose> tools) {
   p.is_placed = true;
 }
 
-void Touch::start() {
-  Parts& p = *parts_;
-  if (p.link) throw InputError("start: after the first tick, or twice");
-  p.options.link.type = "thread";
-  p.side = std::make_unique<BodySide>(p.body, p.options);
-  p.link = make_thread_link(*p.side, p.haptic, p.friction, p.observer);
+void Touch::start() { parts_->start("thread", make_thread_link); }
+
+void Touch::start(const LinkMaker& make) { parts_->start("network", make); }
+
+void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
+  if (link) throw InputError("start: after the first tick, or twice");
+  options.link.type = type;
+  side = std::make_unique<BodySide>(body, options);
+  link = make(*side, haptic, friction, observer);
 }
 
 void Touch::stop() {
@@ -120,11 +127,18 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   refresh_if_due();
   link->after_tick(haptic, haptic.tick(tools, out));
   unsigned flags = link->has_failed() ? kBodyFailed : 0u;
-  if (haptic.has_model() && haptic.next_tick() - haptic.model_tick() > stale_ticks) flags |= kStaleModel;
+  if (is_stale()) flags |= kStaleModel;
   if (flags != 0)
     for (LocalFrame& frame : out) frame.flags |= flags;
   if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % shape_every == 0) show_shape();
   return out;
+}
+
+/// Over a network models are old by themselves: there it counts that none comes any more.
+bool Touch::Parts::is_stale() const noexcept {
+  if (!haptic.has_model()) return false;
+  const int since = options.link.type == "network" ? haptic.adopted_tick() : haptic.model_tick();
+  return haptic.next_tick() - since > stale_ticks;
 }
 
 std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) noexcept {
@@ -162,7 +176,10 @@ void Touch::Parts::show_shape() noexcept {
 void Touch::copy_positions(VectorX& x) {
   Parts& p = *parts_;
   const std::scoped_lock lock(p.watching);
-  p.side->copy_positions(x);
+  if (RemoteBody* remote = p.remote())
+    remote->copy_positions(x);
+  else
+    p.side->copy_positions(x);
   const int nodes = static_cast<int>(x.size()) / 3;
   if (!p.shown) {
     p.free_shape.put(std::make_unique<LocalMotion>(make_local_motion(nodes)));
@@ -182,17 +199,30 @@ void Touch::copy_positions(VectorX& x) {
 void Touch::copy_positions_now(VectorX& x) {
   Parts& p = *parts_;
   const std::scoped_lock lock(p.watching);
-  x = p.side->state().x;
+  if (RemoteBody* remote = p.remote())
+    remote->copy_positions(x);
+  else
+    x = p.side->state().x;
   const VectorX before = x;
   p.haptic.lay_patch_over(x);
   p.fade(before, x);
 }
 
-void Touch::set(const std::string& key, double value) { parts_->side->set(key, value); }
-void Touch::set(const std::string& key, const std::string& word) { parts_->side->set(key, word); }
+/// Here first: what is wrong is told at once, and number() has it.
+void Touch::set(const std::string& key, double value) {
+  parts_->side->set(key, value);
+  if (RemoteBody* remote = parts_->remote()) remote->set({0, key, value, ""});
+}
+void Touch::set(const std::string& key, const std::string& word) {
+  parts_->side->set(key, word);
+  if (RemoteBody* remote = parts_->remote()) remote->set({0, key, 0, word});
+}
 double Touch::number(const std::string& key) const { return parts_->side->number(key); }
 std::string Touch::word(const std::string& key) const { return parts_->side->word(key); }
-TouchStatus Touch::status() const { return parts_->side->status(); }
+TouchStatus Touch::status() const {
+  if (const RemoteBody* remote = parts_->remote()) return remote->status();
+  return parts_->side->status();
+}
 void Touch::copy_refresh(RefreshPicture& picture) const { parts_->side->copy_refresh(picture); }
 std::span<const TickContact> Touch::last_samples() const noexcept { return parts_->haptic.samples(); }
 const Body& Touch::body() const { return parts_->body; }

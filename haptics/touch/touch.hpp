@@ -2,6 +2,7 @@
 // The engine: a body that tools touch, one call a haptic tick. Scene files, devices, records and commands are made on
 // top of it (session/), and so is a loop of one's own: docs/embedding.md.
 #include <exception>
+#include <functional>
 #include <span>
 
 #include "haptics/options/touch_options.hpp"
@@ -11,10 +12,14 @@
 
 namespace kt {
 
-struct TickContact;  // haptics/tick/tick_contact.hpp
+struct TickContact;      // haptics/tick/tick_contact.hpp
+struct SurfaceFriction;  // haptics/contact/friction.hpp
+class BodyLink;          // haptics/touch/body_link.hpp
 class BodySide;
 class HapticSide;
 class ModelObserver;
+using LinkMaker = std::function<std::unique_ptr<BodyLink>(BodySide& body, HapticSide& side,
+                                                          const SurfaceFriction& friction, ModelObserver* observer)>;
 
 /// One thread at a time ticks. Without start() the body is refreshed inside some of the ticks, deterministic: the same
 /// poses give the same bits, and a refresh takes its tens of milliseconds. After start() the body has its own thread,
@@ -34,6 +39,9 @@ class Touch {
 
   /// The body from now on in a thread of its own. Before the first tick; throws what its first refresh throws.
   void start();
+  /// The body at the other end of a link of one's own (network/hand_link.hpp). Before the first tick; throws what the
+  /// maker throws.
+  void start(const LinkMaker& make);
   /// Ends that thread; ticks go on with the last local model. Throws what ended the body's simulation before.
   void stop();
 

@@ -193,6 +193,8 @@ void fields(A& a, LinkSettings& s) {
   a("loss", s.loss);
   a("charge_refreshes", s.charge_refreshes);
   a("refresh_ms", s.refresh_ms);
+  a("stale_ms", s.stale_ms);
+  a("basis_bits", s.basis_bits);
 }
 template <class A>
 void fields(A& a, CollisionSettings& s) {

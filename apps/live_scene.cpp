@@ -1,0 +1,26 @@
+#include "apps/live_scene.hpp"
+
+#include <algorithm>
+
+#include "core/base/error.hpp"
+#include "haptics/device/haptic_device.hpp"
+
+namespace kt {
+
+void check_live_device(const std::string& name, std::vector<std::string> others) {
+  for (const BackendInfo& live : live_device_backends())
+    if (live.name != "pushed") others.push_back(live.name);
+  if (std::ranges::find(others, name) == others.end()) throw_unknown("device", name, others);
+}
+
+Scene with_live_device(Scene scene, const std::string& name) {
+  const auto live = live_device_backends();
+  if (std::ranges::find(live, name, &BackendInfo::name) == live.end()) return scene;
+  if (scene.tool.path.device && scene.tool.path.device->name == name) return scene;  // with its settings
+  DeviceSettings settings;
+  settings.name = name;
+  scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}, .device = settings};
+  return scene;
+}
+
+}  // namespace kt

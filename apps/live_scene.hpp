@@ -1,0 +1,16 @@
+#pragma once
+// A scene whose first tool a device is given by the command line.
+#include <string>
+#include <vector>
+
+#include "io/scene/scene.hpp"
+
+namespace kt {
+
+/// @param others  that the command knows besides live devices. @throws InputError: no such device
+void check_live_device(const std::string& name, std::vector<std::string> others);
+
+/// The scene with its first tool on a live device, when one is named.
+Scene with_live_device(Scene scene, const std::string& name);
+
+}  // namespace kt

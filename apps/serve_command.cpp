@@ -1,0 +1,108 @@
+// kilotouch serve SCENE: the body on this computer, for a hand on another one.
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <sstream>
+
+#include "apps/commands.hpp"
+#include "apps/host_and_port.hpp"
+#include "core/base/error.hpp"
+
+#if KT_WITH_NETWORK
+#include "io/scene/scene.hpp"
+#include "network/body_server.hpp"
+#endif
+
+namespace kt {
+namespace {
+
+struct ServeArguments {
+  std::string scene, listen = text("127.0.0.1:", kUsualPort), keys, authorized;
+  std::vector<std::string> set;
+  bool once = false;
+};
+
+#if KT_WITH_NETWORK
+
+namespace fs = std::filesystem;
+
+/// What the scene names, under names of their own: the scene's text is changed to them.
+std::vector<Welcome::File> take_files(Scene& scene) {
+  std::vector<Welcome::File> out;
+  const auto take = [&](std::string& path, const std::string& what) {
+    if (path.empty()) return;
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw InputError(text(path, ": cannot be read"));
+    Bytes bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    path = what + fs::path(path).extension().string();
+    out.push_back({path, std::move(bytes)});
+  };
+  take(scene.object.mesh, "body");
+  take(scene.tool.mesh, "tool");
+  if (scene.tool.path.recording) take(*scene.tool.path.recording, "path");
+  if (scene.second_tool) take(scene.second_tool->mesh, "second_tool");
+  if (scene.second_tool && scene.second_tool->path.recording) take(*scene.second_tool->path.recording, "second_path");
+  return out;
+}
+
+void tell(const ServedSession& s) {
+  const auto mbit = [&](long long bytes) { return s.ticks > 0 ? 8e-6 * static_cast<double>(bytes) : 0; };
+  std::cout << "  session       " << s.ticks << " ticks; " << s.body.models << " local models, " << mbit(s.port.bytes_sent)
+            << " Mbit sent, " << mbit(s.port.bytes_received) << " received\n"
+            << "  datagrams     lost " << 100 * s.loss_down << " % to the hand, " << 100 * s.loss_up << " % from it; "
+            << s.port.opened.refused() << " refused, " << s.wrong_messages << " messages wrong\n"
+            << "  reports       " << s.body.inbox.received << " ticks, " << s.body.inbox.lost
+            << " never came: their impulses were given to the body with the next ones (" << s.body.inbox.booked_size
+            << " N.s)" << std::endl;
+}
+
+void serve(const ServeArguments& a) {
+  const auto [address, port] = host_and_port(a.listen, "--listen");
+  BodyServerOptions options{.address = address, .port = port, .own = {}, .authorized = {}, .version = KT_VERSION,
+                            .once = a.once, .stop = &stop_requested()};
+  if (!a.keys.empty()) options.own = read_key(a.keys);
+  if (!a.authorized.empty()) {
+    if (a.keys.empty()) throw InputError("--authorized: needs --keys, this computer's own");
+    options.authorized = read_authorized(a.authorized);
+  }
+  Scene scene = load_scene(a.scene, a.set);
+  scene.link.type = "network";
+  const BuiltScene built(scene);
+  for (const std::string& warning : built.warnings()) std::cerr << "kilotouch: warning: " << warning << '\n';
+  Scene sent = scene;
+  std::vector<Welcome::File> files = take_files(sent);
+  BodyServer server(built, to_json(sent), std::move(files), options,
+                    [](const std::string& line) { std::cout << line << std::endl; });
+  std::cout << "serving " << a.scene << " on " << address << ":" << server.port()
+            << (options.own ? ", public key " + options.own->public_key : "") << "; Ctrl-C ends it" << std::endl;
+  server.run(tell);
+}
+
+#else
+
+void serve(const ServeArguments&) {
+  throw InputError("serve: this program was built without it; configure with -DKT_WITH_NETWORK=ON");
+}
+
+#endif
+
+}  // namespace
+
+void add_serve_command(CLI::App& app, int&) {
+  auto* command = app.add_subcommand("serve", "the body of a scene, for a hand on another computer (kilotouch touch)");
+  auto a = std::make_shared<ServeArguments>();
+  command->add_option("SCENE", a->scene, "scene file (docs/scene.md)")->required();
+  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--listen", a->listen, "address and port; others than this computer's own need --keys")
+      ->capture_default_str();
+  command->add_option("--keys", a->keys, "folder of this computer's keys (kilotouch key new)");
+  command->add_option("--authorized", a->authorized, "file of public keys that may connect, one a line");
+  command->add_flag("--once", a->once, "end with the first hand's session");
+  command->footer("Example:\n  kilotouch serve scenes/organ_drag.json --listen 0.0.0.0:7700 --keys keys/body "
+                  "--authorized hands.txt");
+  command->callback([a] { serve(*a); });
+}
+
+}  // namespace kt

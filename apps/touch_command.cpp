@@ -1,0 +1,147 @@
+// kilotouch touch HOST:PORT: the hand on this computer, the body on another one.
+#include <filesystem>
+#include <iostream>
+
+#include "apps/commands.hpp"
+#include "apps/host_and_port.hpp"
+#include "apps/run_session.hpp"
+#include "apps/words.hpp"
+#include "core/base/error.hpp"
+#include "core/base/percentile.hpp"
+
+#if KT_WITH_NETWORK
+#include "apps/live_scene.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/shell_words.hpp"
+#include "network/hand_link.hpp"
+#endif
+
+namespace kt {
+namespace {
+
+struct TouchArguments {
+  std::string where, device = "scene", keys, server_key, data;
+  std::vector<std::string> set;
+  double wait = 30;
+  RunSettings settings;
+  bool no_report = false;
+};
+
+#if KT_WITH_NETWORK
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// The scene as the other computer has it, with its files in `folder`.
+Scene received_scene(const Welcome& welcome, const std::string& folder, const std::vector<std::string>& set) {
+  make_folder(folder);
+  for (const Welcome::File& file : welcome.files)
+    write_file_whole(folder + "/" + file.name, {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()});
+  write_file_whole(folder + "/scene.json", welcome.scene + "\n");
+  for (const std::string& one : set)
+    if (!one.starts_with("tool.path.") && !one.starts_with("second_tool.path.") && !one.starts_with("duration="))
+      throw InputError(text("--set ", one, ": the body's computer has the scene; here only tool.path, second_tool.path and "
+                            "duration can be set"));
+  Scene scene = load_scene(folder + "/scene.json", set);
+  scene.link.type = "network";
+  return scene;
+}
+
+Json ages_json(std::vector<double> ms) {
+  if (ms.empty()) return nullptr;
+  return {{"p50", percentile(ms, 0.5)}, {"p90", percentile(ms, 0.9)}, {"p99", percentile(ms, 0.99)}};
+}
+
+Json link_json(const HandLinkReport& r) {
+  const auto mbit_s = [&](long long bytes) { return r.seconds > 0 ? 8e-6 * static_cast<double>(bytes) / r.seconds : 0; };
+  return {{"model_age_ms", ages_json(r.age_ms)},
+          {"models_sent", r.models_sent},
+          {"models_arrived", r.models_arrived},
+          {"models_adopted", r.models_adopted},
+          {"models_wrong", r.models_wrong},
+          {"mbit_s", {{"to_hand", mbit_s(r.port.bytes_received)}, {"to_body", mbit_s(r.port.bytes_sent)}}},
+          {"loss", {{"to_hand", r.loss_down}, {"to_body", r.loss_up}}},
+          {"datagrams_refused", r.port.opened.refused()},
+          {"reconnections", r.reconnections},
+          {"longest_gap_s", r.longest_gap_s}};
+}
+
+void tell(const HandLinkReport& r) {
+  const Json j = link_json(r);
+  if (r.age_ms.empty()) return;
+  std::cout << "  link          local models " << j["model_age_ms"]["p50"].get<double>() << " ms old when they were taken, p99 "
+            << j["model_age_ms"]["p99"].get<double>() << "; " << r.models_arrived << " of " << r.models_sent << " arrived, "
+            << j["mbit_s"]["to_hand"].get<double>() << " Mbit/s; " << 100 * r.loss_down << " % of datagrams lost\n";
+}
+
+void touch(TouchArguments& a, int& exit_code) {
+  const auto [host, port] = host_and_port(a.where, "ADDRESS");
+  if (!(a.wait >= 0 && a.wait <= 1e6)) throw InputError(text("--wait is ", a.wait, ", must be 0 .. 1e6 s"));
+  check_live_device(a.device, {"scene"});
+  HandConnectionOptions options{.host = host, .port = port, .data_host = {}, .own = {}, .server_key = {},
+                                .version = KT_VERSION, .wait = a.wait, .stop = &stop_requested()};
+  if (!a.data.empty()) std::tie(options.data_host, options.data_port) = host_and_port(a.data, "--data");
+  if (!a.keys.empty()) options.own = read_key(a.keys);
+  if (!a.server_key.empty()) options.server_key = read_public_key(a.server_key, "--server-key");
+  if (a.keys.empty() != a.server_key.empty())
+    throw InputError("--keys and --server-key go together: this computer's own, and the public one of the server");
+  const auto say = [](const std::string& line) { std::cerr << "kilotouch: " << line << std::endl; };
+  const auto connection = std::make_shared<HandConnection>(options);
+  const Welcome welcome = connection->greet(say);
+  const Scene scene = with_live_device(received_scene(welcome, a.settings.out + "/received", a.set), a.device);
+  const auto report = std::make_shared<HandLinkReport>();
+  a.settings.session.link = make_hand_link(connection, welcome, report, say, request_stop);
+  a.settings.complete = [report](Json& summary) {
+    summary["link"] = link_json(*report);
+    if (report->reconnections > 0)
+      summary["warnings"].push_back(text("the body's computer was gone ", report->reconnections, " times, for up to ",
+                                         report->longest_gap_s, " s: the body began at rest again, and the run cannot be "
+                                         "repeated by kilotouch replay"));
+    if (!report->gave_up.empty()) summary["warnings"].push_back(report->gave_up);
+  };
+  a.settings.input = a.where;
+  std::vector<std::string> words{"kilotouch", "touch", a.where, "--device", a.device};
+  for (const std::string& set : a.set) words.insert(words.end(), {"--set", set});
+  a.settings.reproduce = shell_words(words);
+  const RunOutcome outcome = run_scene(scene, a.settings);
+  tell(*report);
+  exit_code = run_exit_code(outcome);
+}
+
+#else
+
+void touch(TouchArguments&, int&) {
+  throw InputError("touch: this program was built without it; configure with -DKT_WITH_NETWORK=ON");
+}
+
+#endif
+
+}  // namespace
+
+void add_touch_command(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("touch", "a hand on this computer, the body on another (kilotouch serve)");
+  auto a = std::make_shared<TouchArguments>();
+  a->settings.out = "out";
+  command->add_option("ADDRESS", a->where, "address and port of kilotouch serve")->required();
+  command
+      ->add_option("--device", a->device, "what moves the tool: scene (the scene's path), or a haptic device: haply ...")
+      ->capture_default_str();
+  command->add_option("--set", a->set, "change tool.path or duration, KEY=VALUE; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--keys", a->keys, "folder of this computer's keys (kilotouch key new)");
+  command->add_option("--server-key", a->server_key, "public key of the server, or a file with it");
+  command->add_option("--data", a->data, "ADDRESS:PORT of its datagrams, when a relay or a router stands between");
+  command->add_option("--wait", a->wait, "for a server that is not there, or is gone, s")->capture_default_str();
+  command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
+  add_json_option(*command, a->settings.json_file, "the summary");
+  command->add_flag("--force", a->settings.force, "replace another scene's results in the folder --out");
+  command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
+  command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
+  command->footer("Example:\n  kilotouch touch 192.168.1.20:7700 --device haply --keys keys/hand --server-key body.key");
+  command->callback([a, &exit_code] {
+    a->settings.report = !a->no_report;
+    touch(*a, exit_code);
+  });
+}
+
+}  // namespace kt

@@ -1,0 +1,59 @@
+#pragma once
+// Messages in and out as sealed datagrams. To be used by one thread.
+#include <chrono>
+#include <optional>
+
+#include "network/channel/paced_sender.hpp"
+#include "network/channel/sealed.hpp"
+#include "network/channel/shards.hpp"
+#include "network/channel/udp_socket.hpp"
+#include "network/message/messages.hpp"
+
+namespace kt {
+
+/// Which way a datagram goes: part of its seal.
+enum class Direction : std::uint8_t { to_body = 1, to_hand = 2 };
+
+struct PortCounts {
+  OpenCounts opened{};
+  JoinerCounts joined{};
+  long long bytes_sent = 0, bytes_received = 0;
+  long sent = 0;  ///< datagrams
+};
+
+class DatagramPort {
+ public:
+  /// @param sends  the other direction is what it receives
+  DatagramPort(UdpSocket socket, const SealKey& key, Direction sends);
+
+  /// Begins to send: poll() does the rest.
+  /// @param loss    what parity is for; below 0: none
+  /// @param urgent  at once, else at the pace
+  void send(DatagramKind kind, Bytes bytes, double loss, bool urgent);
+
+  /// Sends what is due and waits for a message, but no longer than that.
+  std::optional<Message> poll(std::chrono::microseconds timeout);
+
+  double loss() const { return opener_.loss(); }  ///< of incoming datagrams
+  bool has_peer() const { return peer_.size != 0; }
+  const Peer& peer() const { return peer_; }
+  /// When the last datagram came that was no forgery.
+  std::chrono::steady_clock::time_point heard() const { return heard_; }
+  PortCounts counts() const;
+
+ private:
+  void pump(std::chrono::steady_clock::time_point now);
+  UdpSocket socket_;
+  Sealer sealer_;
+  Opener opener_;
+  ShardJoiner joiner_;
+  PacedSender sender_;
+  Peer peer_;  // the other side: of the last datagram that could be opened
+  std::optional<std::chrono::microseconds> due_;
+  std::array<std::uint32_t, kNumKinds> next_number_{};
+  std::vector<std::uint8_t> datagram_, payload_;
+  std::chrono::steady_clock::time_point heard_{};
+  PortCounts counts_;
+};
+
+}  // namespace kt

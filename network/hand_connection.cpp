@@ -1,0 +1,109 @@
+#include "network/hand_connection.hpp"
+
+#include <chrono>
+
+#include "core/base/error.hpp"
+#include "core/base/loopback.hpp"
+
+namespace kt {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr auto kPatience = 60s;  // for the first local model: a large body takes its time
+
+}  // namespace
+
+HandConnection::HandConnection(const HandConnectionOptions& options) : options_(options) {
+  if (!is_loopback(options.host) && !options.server_key)
+    throw InputError(text(options.host, ": is another computer: keys are needed; make them with kilotouch key new DIR and "
+                          "give --keys DIR and --server-key, the public key of the server"));
+  control_ = std::make_unique<ControlClient>(ControlClientOptions{
+      .host = options.host, .port = options.port, .own = options.own, .server_key = options.server_key});
+}
+
+void HandConnection::throw_if_refused() const {
+  const std::string where = text(options_.host, ":", options_.port, ": ");
+  if (trouble() == ClientTrouble::refused)
+    throw InputError(where + "the server does not know this key; add the public key to the file of its --authorized");
+  if (trouble() == ClientTrouble::handshake_failed)
+    throw InputError(where + (options_.server_key ? "this is not the server of --server-key, or it has no keys"
+                                                  : "the server asks for keys; give --keys DIR and --server-key"));
+}
+
+bool HandConnection::send(const ControlMessage& message) { return control_->send(encode(message)); }
+
+std::optional<ControlMessage> HandConnection::poll(int timeout_ms) {
+  const auto bytes = control_->poll(timeout_ms);
+  if (!bytes) return {};
+  auto out = decode_control(*bytes);
+  wrong_ += !out;
+  return out;
+}
+
+std::optional<Welcome> HandConnection::try_again() {
+  // A server that came back has not heard of the question before.
+  if (!has_asked_ || control_->num_connections() != connections_) {
+    connections_ = control_->num_connections();
+    has_asked_ = send(Hello{.version = options_.version});
+  }
+  const auto end = Clock::now() + 1s;
+  while (Clock::now() < end && !(options_.stop && options_.stop->load())) {
+    const auto message = poll(50);
+    throw_if_refused();
+    if (control_->num_connections() != connections_) return {};
+    if (!message) continue;
+    if (const auto* bye = std::get_if<Bye>(&*message)) {
+      has_asked_ = false;
+      if (bye->reason == "somebody else touches the body") return {};  // perhaps not for long: oneself, before
+      throw InputError(text(options_.host, ":", options_.port, ": ", bye->reason));
+    }
+    if (const auto* welcome = std::get_if<Welcome>(&*message)) {
+      has_asked_ = false;
+      return *welcome;
+    }
+  }
+  has_asked_ = false;
+  return {};
+}
+
+Welcome HandConnection::greet(const std::function<void(const std::string&)>& say) {
+  const auto end = Clock::now() + std::chrono::duration<double>(options_.wait);
+  bool told = false;
+  for (;;) {
+    if (auto welcome = try_again()) return std::move(*welcome);
+    if (options_.stop && options_.stop->load()) throw RunError("stopped before the server was there");
+    const std::string who = text(options_.host, ":", options_.port);
+    if (Clock::now() >= end)
+      throw RunError(text(who, ": no kilotouch serve answered in ", options_.wait, " s; is it running there?"));
+    if (!told && say) say(text("waiting for ", who));
+    told = true;
+  }
+}
+
+ModelMessage HandConnection::begin(const Begin& message) {
+  if (!send(message)) throw RunError("the server is gone");
+  const auto end = Clock::now() + kPatience;
+  while (Clock::now() < end) {
+    if (options_.stop && options_.stop->load()) throw RunError("stopped before the first local model was there");
+    const auto answer = poll(100);
+    if (trouble() != ClientTrouble::none) throw RunError("the server is gone");
+    if (!answer) continue;
+    if (const auto* bye = std::get_if<Bye>(&*answer)) throw RunError(text("the server: ", bye->reason));
+    if (const auto* first = std::get_if<FirstModel>(&*answer)) {
+      auto model = decode_model(first->model);
+      if (!model) throw RunError("the server's first local model is not one");
+      return std::move(*model);
+    }
+  }
+  throw RunError("the server sent no local model");
+}
+
+std::unique_ptr<DatagramPort> HandConnection::open_port(const Welcome& welcome) const {
+  const std::string host = options_.data_host.empty() ? options_.host : options_.data_host;
+  const int port = options_.data_port > 0 ? options_.data_port : welcome.port;
+  return std::make_unique<DatagramPort>(UdpSocket::connected_to(host, port), welcome.key, Direction::to_body);
+}
+
+}  // namespace kt

@@ -1,0 +1,59 @@
+#pragma once
+// The hand's way to a body on another computer: who is there, what scene it has, and the key of its datagrams.
+#include <atomic>
+#include <functional>
+#include <memory>
+
+#include "network/control/control_client.hpp"
+#include "network/datagram_port.hpp"
+
+namespace kt {
+
+struct HandConnectionOptions {
+  std::string host = "127.0.0.1";
+  int port = 0;
+  int data_port = 0;                      ///< of datagrams; 0: as the server says. Others go through a relay
+  std::string data_host;                  ///< empty: `host`
+  std::optional<CurveKey> own;            ///< with server_key
+  std::optional<std::string> server_key;  ///< needed beyond loopback
+  std::string version;                    ///< of the program
+  double wait = 30;                       ///< [s] for a server that is not there, or has gone
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// To be used by one thread at a time.
+class HandConnection {
+ public:
+  /// Throws InputError: host, port or keys.
+  explicit HandConnection(const HandConnectionOptions& options);
+
+  /// Asks until the server is there, or it has been waited for. Throws InputError: refused, another version; RunError:
+  /// nobody came, or the program is stopped.
+  /// @param say  one line, where it takes longer
+  Welcome greet(const std::function<void(const std::string&)>& say);
+
+  /// One try, for a server that has gone; nothing: not yet. Throws InputError as greet().
+  std::optional<Welcome> try_again();
+
+  /// The first local model. Throws RunError: the server says no, or nothing for `kPatience`.
+  ModelMessage begin(const Begin& message);
+
+  /// Datagrams of the session that was greeted last.
+  std::unique_ptr<DatagramPort> open_port(const Welcome& welcome) const;
+
+  bool send(const ControlMessage& message);
+  std::optional<ControlMessage> poll(int timeout_ms);
+  ClientTrouble trouble() const { return control_->trouble(); }
+  const HandConnectionOptions& options() const { return options_; }
+  int wrong_messages() const { return wrong_; }
+
+ private:
+  void throw_if_refused() const;
+  HandConnectionOptions options_;
+  std::unique_ptr<ControlClient> control_;
+  long connections_ = 0;
+  bool has_asked_ = false;
+  int wrong_ = 0;
+};
+
+}  // namespace kt

@@ -1,0 +1,588 @@
+#include "network/hand_link.hpp"
+
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "core/base/ticks.hpp"
+#include "haptics/remote/model_unpacker.hpp"
+#include "haptics/tick/catch_up.hpp"
+#include "haptics/touch/tick_end.hpp"
+
+namespace kt {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr auto kServerSilence = 1500ms;          // of the server: it is gone
+constexpr int kHistory = 1 << 15;          // ticks that a new local model can be late
+constexpr std::size_t kDatagramRoom = 900; // bytes of reports in one datagram, beside what all of them share
+constexpr int kCopies = 4;                 // datagrams that each report travels in
+constexpr double kEvery = 0.004;           // [s] between them, when there is little to tell
+constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
+
+/// Where the tools were, written by one thread and read by another.
+class SharedHistory {
+ public:
+  SharedHistory(std::span<const Pose> start, int tick)
+      : tools_(start.size()), poses_(tools_, kHistory), first_(tick), end_(tick) {
+    for (std::size_t k = 0; k < tools_; ++k) poses_.put(tick, k, start[k]);
+  }
+  void add(const LocalReport& report) {
+    const std::scoped_lock lock(guard_);
+    for (std::size_t k = 0; k < tools_; ++k) poses_.put(report.tick + 1, k, report.tools[k].pose);
+    end_ = report.tick + 1;
+  }
+  /// Sweeps of the ticks from `tick` on, as many as there are; by ticks. None: it is too long ago.
+  std::vector<ToolSweep> from(int tick) const {
+    const std::scoped_lock lock(guard_);
+    std::vector<ToolSweep> out;
+    if (tick < first_ || end_ - tick > poses_.reach()) return out;
+    for (; tick < end_; ++tick)
+      for (std::size_t k = 0; k < tools_; ++k) out.push_back(poses_.sweep(tick, k));
+    return out;
+  }
+  int end() const {
+    const std::scoped_lock lock(guard_);
+    return end_;
+  }
+  std::vector<Pose> last() const {
+    const std::scoped_lock lock(guard_);
+    std::vector<Pose> out;
+    for (std::size_t k = 0; k < tools_; ++k) out.push_back(poses_.get(end_, k));
+    return out;
+  }
+  /// A report was lost on the way from the ticks: what was before cannot be replayed.
+  void begin_anew(const LocalReport& report) {
+    {
+      const std::scoped_lock lock(guard_);
+      first_ = report.tick + 1;
+    }
+    add(report);
+  }
+
+ private:
+  std::size_t tools_;
+  PoseHistory poses_;
+  int first_, end_;
+  mutable std::mutex guard_;
+};
+
+/// Local models from bytes: unpacked, checked and brought to the present, in a thread of its own.
+class ModelWorker {
+ public:
+  ModelWorker(const Body& body, const TouchOptions& options, const SurfaceFriction& friction, ModelObserver* observer,
+              TickEnd& ticks, const SharedHistory& history)
+      : unpacker_(body.model(), body.surface(), options),
+        tools_(options.tools.size()),
+        observer_(observer),
+        ticks_(ticks),
+        history_(history),
+        catch_up_(shapes_of(options), tick_length(options), catch_up_solver(options, friction)) {}
+
+  /// Of the start, in the caller's thread. Throws RunError: it does not fit.
+  std::unique_ptr<PreparedLocalModel> first(const ModelMessage& message) {
+    const std::string wrong = unpacker_.trouble(message.model);
+    if (!wrong.empty()) throw RunError("the server's first local model: " + wrong);
+    show(message);
+    return unpacker_.unpack(message.model);
+  }
+  void start() { thread_ = std::thread([this] { run(); }); }
+  void stop() {
+    if (!thread_.joinable()) return;
+    {
+      const std::scoped_lock lock(guard_);
+      stop_ = true;
+    }
+    came_.notify_one();
+    thread_.join();
+    while (look_back(std::numeric_limits<int>::max())) {
+    }
+  }
+
+  /// The newest wins.
+  /// @param tick0  of the server's first tick
+  void put(Bytes bytes, int tick0) {
+    const std::scoped_lock lock(guard_);
+    bytes_ = std::move(bytes);
+    tick0_ = tick0;
+    came_.notify_one();
+  }
+  void put(ModelMessage message, int tick0) { put(encode(message), tick0); }
+  /// A model that was in use.
+  void look_back_on(std::unique_ptr<PreparedLocalModel> model) {
+    if (!observer_ || !model) return;
+    const std::scoped_lock lock(guard_);
+    past_.push_back(std::move(model));
+  }
+
+  TouchStatus status() const {
+    const std::scoped_lock lock(guard_);
+    return status_;
+  }
+  void copy_positions(VectorX& x) const {
+    const std::scoped_lock lock(guard_);
+    x = x_;
+  }
+  void set_late(int ticks) {
+    const std::scoped_lock lock(guard_);
+    status_.late_ticks = ticks;
+  }
+  void fail(const std::string& why) {
+    const std::scoped_lock lock(guard_);
+    status_.error = why;
+  }
+  void add_to(HandLinkReport& report) const {
+    const std::scoped_lock lock(guard_);
+    report.models_arrived = arrived_;
+    report.models_wrong = wrong_;
+    report.models_sent = last_frame_ + 1;
+    report.last_trouble = trouble_;
+  }
+  double loss() const {
+    const std::scoped_lock lock(guard_);
+    return loss_;
+  }
+
+ private:
+  void run() {
+    for (;;) {
+      Bytes bytes;
+      int tick0 = 0;
+      {
+        std::unique_lock lock(guard_);
+        came_.wait_for(lock, past_.empty() ? 20ms : 1ms, [&] { return stop_ || !bytes_.empty(); });
+        if (stop_) return;
+        bytes = std::exchange(bytes_, {});
+        tick0 = tick0_;
+      }
+      if (bytes.empty())
+        look_back(16);
+      else
+        unpack(bytes, tick0);
+    }
+  }
+
+  void refuse(const std::string& why) {
+    const std::scoped_lock lock(guard_);
+    ++wrong_;
+    trouble_ = why;
+  }
+
+  void unpack(const Bytes& bytes, int tick0) {
+    auto message = decode_model(bytes);
+    if (!message) return refuse("it is none");
+    if (const std::string wrong = unpacker_.trouble(message->model); !wrong.empty()) return refuse(wrong);
+    auto parcel = std::make_unique<ModelParcel>();
+    try {
+      parcel->model = unpacker_.unpack(message->model);
+    } catch (const std::exception& e) {
+      return refuse(e.what());
+    }
+    parcel->frame = message->model.frame;
+    parcel->linearized_tick = parcel->at_tick = parcel->model->linearized_tick += tick0;
+    for (int round = 0; round < 8; ++round) {
+      const std::vector<ToolSweep> sweeps = history_.from(parcel->at_tick);
+      if (sweeps.empty()) break;
+      for (std::size_t i = 0; i + tools_ <= sweeps.size(); i += tools_, ++parcel->at_tick)
+        catch_up_.step(parcel->model, std::span(sweeps).subspan(i, tools_));
+    }
+    show(*message);
+    {
+      const std::scoped_lock lock(guard_);
+      ++arrived_;
+    }
+    ticks_.put(std::move(parcel));
+  }
+
+  void show(const ModelMessage& message) {
+    const SentModel& m = message.model;
+    const std::scoped_lock lock(guard_);
+    last_frame_ = m.frame;
+    loss_ = message.loss;
+    x_.resize(static_cast<Eigen::Index>(m.body.at.size()));
+    for (Eigen::Index i = 0; i < x_.size(); ++i)
+      x_[i] = m.body.low[i % 3] + m.body.step[i % 3] * m.body.at[static_cast<std::size_t>(i)];
+    status_.refreshes = m.frame + 1;
+    status_.linearized_tick = m.linearized_tick;
+    status_.dof = m.dof();
+    status_.patch_vertices = static_cast<int>(m.du.size() / 3);
+    status_.refresh_ms = message.refresh_ms;
+    status_.expected_force_error = message.expected_force_error;
+    status_.certified_error = m.certified_error;
+    status_.reducer = m.reducer;
+  }
+
+  /// Looks at some ticks of a local model that is not in use any more.
+  bool look_back(int ticks) {
+    std::unique_lock lock(guard_);
+    if (past_.empty()) return false;
+    PreparedLocalModel& oldest = *past_.front();
+    if (past_.size() > kMostWaiting) ticks = std::numeric_limits<int>::max();
+    lock.unlock();
+    if (observer_->look_back(oldest, ticks)) return true;
+    lock.lock();
+    past_.pop_front();
+    return true;
+  }
+
+  ModelUnpacker unpacker_;
+  std::size_t tools_;
+  ModelObserver* observer_;
+  TickEnd& ticks_;
+  const SharedHistory& history_;
+  CatchUp catch_up_;
+  std::thread thread_;
+  mutable std::mutex guard_;  // of what follows
+  std::condition_variable came_;
+  bool stop_ = false;
+  Bytes bytes_;
+  int tick0_ = 0, arrived_ = 0, wrong_ = 0, last_frame_ = 0;
+  double loss_ = 0;
+  std::string trouble_;
+  std::deque<std::unique_ptr<PreparedLocalModel>> past_;
+  TouchStatus status_;
+  VectorX x_;
+};
+
+class HandLink final : public BodyLink, private RemoteBody {
+ public:
+  HandLink(std::shared_ptr<HandConnection> connection, const Welcome& welcome, std::shared_ptr<HandLinkReport> report,
+           std::function<void(const std::string&)> say, std::function<void()> gave_up, BodySide& body, HapticSide& side,
+           const SurfaceFriction& friction, ModelObserver* observer)
+      : connection_(std::move(connection)),
+        report_(std::move(report)),
+        say_(std::move(say)),
+        gave_up_(std::move(gave_up)),
+        options_(body.options()),
+        observer_(observer),
+        tools_(static_cast<int>(side.num_tools())),
+        nodes_(body.body().model().mesh().num_nodes()),
+        body_hash_(welcome.body_hash),
+        ticks_(options_, observer),
+        history_(side.poses(), side.next_tick()),
+        worker_(body.body(), options_, friction, observer, ticks_, history_),
+        motion_every_(std::max(1, ticks_per_refresh(options_) / 4)) {
+    begin_session(welcome, side.next_tick());
+    const ModelMessage first = connection_->begin(begin_message(welcome, side.poses()));
+    side.adopt(worker_.first(first));
+    if (observer_) observer_->adopted(side.model());
+    adopted_frame_ = first.model.frame;
+    for (int i = 0; i < 2; ++i) rooms_.push_back(std::make_unique<LocalMotion>(make_local_motion(nodes_)));
+    began_ = heard_ = Clock::now();
+    worker_.start();
+    thread_ = std::thread([this] { run(); });
+  }
+  ~HandLink() override { stop(); }
+
+  void before_tick(HapticSide& side) noexcept override { ticks_.before_tick(side); }
+  void after_tick(HapticSide& side, const LocalReport& report) noexcept override {
+    if (!ticks_.after_tick(side, report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  void stop() override {
+    if (!thread_.joinable()) return;
+    stop_ = true;
+    thread_.join();
+    worker_.stop();
+    fill_report();
+  }
+  std::exception_ptr error() const noexcept override { return nullptr; }  // the force goes to zero, ticks go on
+  bool has_failed() const noexcept override { return has_failed_.load(std::memory_order_acquire); }
+  int lost_reports() const noexcept override { return lost_reports_.load(std::memory_order_relaxed); }
+  RemoteBody* remote() noexcept override { return this; }
+
+ private:
+  TouchStatus status() const override { return worker_.status(); }
+  void copy_positions(VectorX& x) const override { worker_.copy_positions(x); }
+
+  void set(const SettingChange& change) override {
+    std::unique_lock lock(asking_);
+    SetRequest request{++asked_, change.key, change.value, change.word};
+    requests_.push_back(request);
+    const bool is_answered = answered_.wait_for(lock, 3s, [&] { return replies_.contains(request.number); });
+    if (!is_answered) throw InputError(change.key + ": the body's computer does not answer");
+    const std::string trouble = replies_[request.number];
+    replies_.erase(request.number);
+    if (!trouble.empty()) throw InputError(trouble);
+  }
+
+  Begin begin_message(const Welcome& welcome, std::span<const Pose> tools) const {
+    Begin out{welcome.session, {tools.begin(), tools.end()}, {}, options_.motion};
+    for (const TouchTool& tool : options_.tools) out.max_speed.push_back(tool.max_speed);
+    return out;
+  }
+
+  void begin_session(const Welcome& welcome, int tick) {
+    port_ = connection_->open_port(welcome);
+    outbox_.emplace(static_cast<std::size_t>(kCopies) * 64, tick_length(options_));
+    tick0_ = tick;
+    sent_end_ = motion_due_ = 0;
+    adopted_frame_ = adopted_tick_ = -1;
+  }
+
+  void run() {
+    while (!stop_) {
+      take_used();
+      take_reports();
+      send_reports();
+      ask_motion();
+      listen();
+      control();
+    }
+    say_goodbye();
+  }
+
+  /// Models that were in use come back.
+  void take_used() {
+    auto parcel = ticks_.take_used();
+    if (!parcel) return;
+    adopted_at_[parcel->linearized_tick] = parcel->adopted_tick;
+    adopted_frame_ = parcel->frame;
+    adopted_tick_ = parcel->adopted_tick - tick0_;
+    const int late = parcel->adopted_tick - parcel->linearized_tick;
+    worker_.set_late(late);
+    age_ms_.push_back(1e3 * tick_length(options_) * late);
+    worker_.look_back_on(std::move(parcel->model));
+  }
+
+  /// What the ticks have told; a motion goes when the report of the tick before it is there.
+  void take_reports() {
+    if (!motion_) motion_ = ticks_.take_motion();
+    LocalReport& report = report_in_;
+    while (ticks_.reports().pop(report)) {
+      if (report.tick == history_.end())
+        history_.add(report);
+      else
+        history_.begin_anew(report);
+      if (is_lost_ && !is_beginning_) continue;
+      if (report.tick < tick0_) continue;
+      is_at_edge_ = report.left_patch;
+      report.tick -= tick0_;
+      outbox_->add(report);
+    }
+    if (motion_ && history_.end() >= motion_->tick) send_motion();
+  }
+
+  ReportMessage with_state(ReportBatch batch) {
+    ReportMessage out{std::move(batch), port_->loss()};
+    out.batch.adopted_frame = adopted_frame_;
+    out.batch.adopted_tick = adopted_tick_;
+    return out;
+  }
+
+  void send_motion() {
+    std::unique_ptr<LocalMotion> motion = std::move(motion_);
+    const int before = motion->tick - tick0_ - 1;
+    if (!is_lost_ && outbox_->has(before)) {
+      MotionMessage out;
+      out.frame = motion->frame;
+      out.reports = with_state(outbox_->batch_to(before, 4));
+      out.recovered = static_cast<int>(std::ranges::count_if(motion->row, [](int r) { return r >= 0; }));
+      out.patch = motion->num_patch;
+      motion->tick -= tick0_;
+      std::swap(out.motion, *motion);
+      // Parity for what is small costs little: a motion that is lost makes a model a quarter of an interval later.
+      port_->send(DatagramKind::motion, encode(out, tools_), std::max(0.2, worker_.loss()), true);
+      std::swap(out.motion, *motion);
+    }
+    rooms_.push_back(std::move(motion));
+  }
+
+  /// Each report in kCopies datagrams, as many at a time as a datagram has room for.
+  void send_reports() {
+    if (is_lost_ || outbox_->empty()) return;
+    const int end = outbox_->last().tick + 1;
+    const std::size_t size = 8 + static_cast<std::size_t>(48 * tools_ + 60 * outbox_->last().count);
+    const int most = std::max(1, ticks_in(kEvery, options_.local.rate_hz));
+    const int every = std::clamp(static_cast<int>(kDatagramRoom / size) / kCopies, 1, most);
+    if (end - sent_end_ < every) return;
+    const int behind = std::min(end - sent_end_, 4 * every);  // after a pause no flood: the sums say the rest
+    sent_end_ = end;
+    port_->send(DatagramKind::reports, encode(with_state(outbox_->batch(static_cast<std::size_t>(behind + (kCopies - 1) * every))), tools_),
+                -1, true);
+  }
+
+  void ask_motion() {
+    const int now = history_.end();
+    if (rooms_.empty() || (now < motion_due_ && !(is_at_edge_ && now >= motion_due_ - motion_every_ / 2))) return;
+    if (!ticks_.ask_motion(rooms_.back())) return;
+    rooms_.pop_back();
+    motion_due_ = now + motion_every_;
+  }
+
+  void listen() {
+    if (is_lost_ && !is_beginning_) {
+      std::this_thread::sleep_for(1ms);
+      return;
+    }
+    const auto message = port_->poll(500us);
+    if (port_->heard() > heard_) heard_ = port_->heard();
+    if (message && message->kind == static_cast<std::uint8_t>(DatagramKind::model) && !is_lost_)
+      worker_.put(message->bytes, tick0_);
+  }
+
+  void control() {
+    const auto now = Clock::now();
+    if (now < next_control_) return;
+    next_control_ = now + 5ms;
+    ask();
+    if (now >= next_ping_) connection_->send(Ping{});  // while time stands still there are no datagrams
+    if (now >= next_ping_) next_ping_ = now + 500ms;
+    while (const auto message = connection_->poll(0)) receive(*message);
+    if (!is_lost_ && (now - heard_ > kServerSilence)) lose("nothing was heard of it");
+    if (is_lost_) look_for_server(now);
+  }
+
+  void ask() {
+    const std::scoped_lock lock(asking_);
+    for (const SetRequest& request : requests_) connection_->send(request);
+    requests_.clear();
+  }
+
+  void receive(const ControlMessage& message) {
+    heard_ = Clock::now();
+    if (const auto* m = std::get_if<RecordMessage>(&message)) {
+      RefreshRecord record = m->record;
+      record.event.linearized_tick += tick0_;
+      record.event.started_tick += tick0_;
+      const auto adopted = adopted_at_.find(record.event.linearized_tick);
+      if (adopted != adopted_at_.end()) record.event.adopted_tick = adopted->second;
+      if (record.event.linearized_tick == 0) record.event.adopted_tick = 0;
+      if (observer_) observer_->refreshed(record);
+    } else if (const auto* reply = std::get_if<SetReply>(&message)) {
+      const std::scoped_lock lock(asking_);
+      replies_[reply->number] = reply->trouble;
+      answered_.notify_all();
+    } else if (const auto* bye = std::get_if<Bye>(&message)) {
+      is_over_ = true;
+      if (!stop_ && !is_lost_) lose(bye->reason);
+    } else if (const auto* first = std::get_if<FirstModel>(&message); first && is_beginning_) {
+      find_again(*first);
+    } else if (const auto* welcome = std::get_if<Welcome>(&message); welcome && is_lost_) {
+      greeted(*welcome);
+    }
+  }
+
+  void lose(const std::string& why) {
+    is_lost_ = true;
+    is_beginning_ = false;
+    lost_at_ = Clock::now();
+    next_try_ = lost_at_;
+    if (say_) say_(text("the body's computer is gone: ", why));
+  }
+
+  void look_for_server(Clock::time_point now) {
+    const double gone = std::chrono::duration<double>(now - lost_at_).count();
+    if (gone > connection_->options().wait && !has_failed_) {
+      give_up(text("the body's computer has been gone for ", connection_->options().wait, " s"));
+    }
+    if (now < next_try_ || has_failed_) return;
+    next_try_ = now + 1s;
+    is_beginning_ = false;
+    connection_->send(Hello{.version = connection_->options().version});
+  }
+
+  void give_up(const std::string& why) {
+    worker_.fail(why);
+    has_failed_.store(true, std::memory_order_release);
+    report_->gave_up = why;
+    if (gave_up_) gave_up_();
+  }
+
+  void greeted(const Welcome& welcome) {
+    if (welcome.body_hash != body_hash_) {
+      return give_up("the body's computer has another body now");
+    }
+    begin_session(welcome, history_.end());
+    is_beginning_ = connection_->send(begin_message(welcome, history_.last()));
+    next_try_ = Clock::now() + 20s;  // its first refresh takes its time
+  }
+
+  void find_again(const FirstModel& first) {
+    is_beginning_ = is_lost_ = false;
+    heard_ = Clock::now();
+    ++reconnections_;
+    const double gap = std::chrono::duration<double>(heard_ - lost_at_).count();
+    longest_gap_ = std::max(longest_gap_, gap);
+    worker_.put(first.model, tick0_);
+    if (say_) say_(text("the body's computer is back after ", gap, " s"));
+  }
+
+  /// The server ends the session; what it has still to tell of refreshes comes first.
+  void say_goodbye() {
+    take_used();
+    take_reports();
+    if (is_lost_) return;
+    send_reports();
+    connection_->send(End{});
+    const auto end = Clock::now() + 1s;  // a stop does not wait longer
+    while (!is_over_ && Clock::now() < end)
+      if (const auto message = connection_->poll(20)) receive(*message);
+  }
+
+  void fill_report() {
+    HandLinkReport& r = *report_;
+    worker_.add_to(r);
+    r.age_ms = age_ms_;
+    r.models_adopted = static_cast<int>(age_ms_.size());
+    r.port = port_->counts();
+    r.loss_down = port_->loss();
+    r.loss_up = worker_.loss();
+    r.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
+    r.reconnections = reconnections_;
+    r.longest_gap_s = longest_gap_;
+  }
+
+  std::shared_ptr<HandConnection> connection_;
+  std::shared_ptr<HandLinkReport> report_;
+  std::function<void(const std::string&)> say_;
+  std::function<void()> gave_up_;
+  TouchOptions options_;
+  ModelObserver* observer_;
+  int tools_, nodes_;
+  std::uint64_t body_hash_;
+  TickEnd ticks_;
+  SharedHistory history_;
+  ModelWorker worker_;
+  std::atomic<bool> stop_{false}, has_failed_{false};
+  std::atomic<int> lost_reports_{0};
+
+  // Of the link's own thread.
+  std::unique_ptr<DatagramPort> port_;
+  std::optional<ReportOutbox> outbox_;
+  std::vector<std::unique_ptr<LocalMotion>> rooms_;
+  std::unique_ptr<LocalMotion> motion_;  // to be sent
+  std::map<int, int> adopted_at_;        // by the tick of the linearization
+  std::vector<double> age_ms_;
+  int tick0_ = 0;                               // of the server's first tick
+  int sent_end_ = 0, motion_due_ = 0, motion_every_;
+  int adopted_frame_ = -1, adopted_tick_ = -1;  // as the server counts
+  bool is_at_edge_ = false, is_lost_ = false, is_beginning_ = false, is_over_ = false;
+  LocalReport report_in_;
+  int reconnections_ = 0;
+  double longest_gap_ = 0;
+  Clock::time_point began_{}, heard_{}, next_control_{}, next_ping_{}, lost_at_{}, next_try_{};
+
+  std::mutex asking_;  // of what follows
+  std::condition_variable answered_;
+  std::uint32_t asked_ = 0;
+  std::vector<SetRequest> requests_;
+  std::map<std::uint32_t, std::string> replies_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+LinkMaker make_hand_link(std::shared_ptr<HandConnection> connection, Welcome welcome,
+                         std::shared_ptr<HandLinkReport> report, std::function<void(const std::string&)> say,
+                         std::function<void()> gave_up) {
+  return [=](BodySide& body, HapticSide& side, const SurfaceFriction& friction, ModelObserver* observer) {
+    return std::make_unique<HandLink>(connection, welcome, report, say, gave_up, body, side, friction, observer);
+  };
+}
+
+}  // namespace kt

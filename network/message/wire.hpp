@@ -1,0 +1,56 @@
+#pragma once
+// Between the values of the schema and our own. Only for the files of this folder.
+#include <flatbuffers/flatbuffers.h>
+#include <wire_generated.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "network/message/messages.hpp"
+
+namespace kt::wire {
+
+constexpr double kFarthest = 1e6;  ///< [m], as places in a scene
+
+inline D3 to_wire(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+inline Vec3 from_wire(const D3& v) { return {v.x(), v.y(), v.z()}; }
+inline F3 to_float(const Vec3& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+inline Vec3 from_wire(const F3& v) { return {v.x(), v.y(), v.z()}; }
+
+inline bool is_place(const Vec3& v) { return v.lpNorm<Eigen::Infinity>() <= kFarthest; }  // NaN is not
+inline bool is_turn(const Quaternion& r) { return std::abs(r.norm() - 1) < 1e-4; }
+
+/// A missing vector counts as empty.
+template <class T>
+std::size_t size_of(const flatbuffers::Vector<T>* v) {
+  return v ? v->size() : 0;
+}
+
+template <class T>
+std::vector<T> copied(const flatbuffers::Vector<T>* v) {
+  return v ? std::vector<T>(v->data(), v->data() + v->size()) : std::vector<T>{};
+}
+
+inline VectorX copied_x(const flatbuffers::Vector<double>* v) {
+  if (!v) return {};
+  return Eigen::Map<const VectorX>(v->data(), static_cast<Eigen::Index>(v->size()));
+}
+
+inline std::string text_of(const flatbuffers::String* s) { return s ? s->str() : std::string(); }
+
+inline Bytes taken(flatbuffers::FlatBufferBuilder& builder) {
+  const auto* from = builder.GetBufferPointer();
+  return {from, from + builder.GetSize()};
+}
+
+/// A verified message, or null.
+template <class Table>
+const Table* verified(std::span<const std::uint8_t> bytes) {
+  flatbuffers::Verifier verifier(bytes.data(), bytes.size(), 8, 10000);
+  return verifier.VerifyBuffer<Table>(nullptr) ? flatbuffers::GetRoot<Table>(bytes.data()) : nullptr;
+}
+
+}  // namespace kt::wire

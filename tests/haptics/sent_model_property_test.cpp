@@ -1,0 +1,127 @@
+// A local model that travels: what the hand's computer makes of it answers as the body's does.
+#include <gtest/gtest.h>
+
+#include "core/local/local_dynamics.hpp"
+#include "haptics/refresh/refresher.hpp"
+#include "haptics/remote/model_unpacker.hpp"
+#include "haptics/setup/built_scene.hpp"
+#include "tests/support/haptics_scene.hpp"
+
+namespace kt {
+namespace {
+
+/// The local model of a pressed block.
+struct Pressed {
+  explicit Pressed(const std::string& reducer, const std::string& surface = "flat") : scene(make(reducer, surface)) {
+    const TouchOptions& o = scene.options();
+    Refresher refresher(scene.model(), scene.surface(), o, scene.start());
+    const Pose at{{0.03, 0.026, 0.038}, Quaternion::Identity()};
+    model = refresher.refresh(0, std::span(&at, 1), {});
+  }
+  static BuiltScene make(const std::string& reducer, const std::string& surface) {
+    Scene s = small_scene();
+    s.link.type = "network";
+    s.local.reducer = reducer;
+    s.contact.surface = surface;
+    return BuiltScene(s);
+  }
+  ModelUnpacker unpacker() const { return {scene.model(), scene.surface(), scene.options()}; }
+  BuiltScene scene;
+  std::unique_ptr<PreparedLocalModel> model;
+};
+
+double relative(const MatrixX& a, const MatrixX& b) { return (a - b).norm() / b.norm(); }
+
+TEST(SentModel, ContactAnswersWithinATenThousandthWhateverTheReducer) {
+  for (const char* reducer : {"krylov", "condensed", "modal", "wall"}) {
+    const Pressed p(reducer);
+    ModelUnpacker unpacker = p.unpacker();
+    const SentModel sent = pack_model(*p.model, 16);
+    ASSERT_EQ(unpacker.trouble(sent), "") << reducer;
+    const auto there = unpacker.unpack(sent);
+    EXPECT_LT(relative(there->dynamics->metric().C, p.model->dynamics->metric().C), 1e-4) << reducer;
+    EXPECT_LT(relative(there->dynamics->inertia().C, p.model->dynamics->inertia().C), 1e-4) << reducer;
+    const MatrixX& C = there->dynamics->metric().C;
+    EXPECT_LT((C - C.transpose()).norm(), 1e-12 * C.norm()) << reducer;
+    EXPECT_EQ(there->surface.facets.global_triangle, p.model->surface.facets.global_triangle) << reducer;
+    EXPECT_EQ(there->apron_facet, p.model->apron_facet) << reducer;
+    EXPECT_EQ(there->recovered_row, p.model->recovered_row) << reducer;
+    const SentModel rough = pack_model(*p.model, 8);
+    ASSERT_EQ(unpacker.trouble(rough), "") << reducer;
+    const auto roughly = unpacker.unpack(rough);
+    EXPECT_LT(relative(roughly->dynamics->metric().C, p.model->dynamics->metric().C), 2e-2) << reducer;
+    EXPECT_GT(relative(roughly->dynamics->metric().C, p.model->dynamics->metric().C), 1e-6) << reducer;
+  }
+}
+
+TEST(SentModel, UnpackedTwiceIsTheSameBits) {
+  const Pressed p("krylov", "loop");
+  ModelUnpacker unpacker = p.unpacker();
+  const SentModel sent = pack_model(*p.model, 16);
+  const auto a = unpacker.unpack(sent), b = unpacker.unpack(sent);
+  EXPECT_EQ(a->dynamics->metric().C, b->dynamics->metric().C);
+  EXPECT_EQ(a->work.x, b->work.x);
+  EXPECT_EQ(a->state.q, b->state.q);
+}
+
+TEST(SentModel, WhatDoesNotFitIsNamedAndNothingElse) {
+  const Pressed p("krylov");
+  const ModelUnpacker unpacker = p.unpacker();
+  const SentModel right = pack_model(*p.model, 16);
+  ASSERT_EQ(unpacker.trouble(right), "");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::function<void(SentModel&)>> wrongs{
+      [](SentModel& m) { m.triangles[0] = -1; },
+      [](SentModel& m) { m.triangles.back() = 1 << 20; },
+      [](SentModel& m) { std::swap(m.triangles[0], m.triangles[1]); },
+      [](SentModel& m) { m.more_nodes.push_back(m.more_nodes[0]); },
+      [](SentModel& m) { m.more_nodes[0] = 1 << 20; },
+      [&](SentModel& m) { m.x0[3] = nan; },
+      [](SentModel& m) { m.v0.pop_back(); },
+      [](SentModel& m) { m.basis.scale[0] = -1; },
+      [](SentModel& m) { m.basis.value.pop_back(); },
+      [](SentModel& m) { m.basis.rows = 7; },
+      [](SentModel& m) { m.mass.values[0] = 0; },
+      [](SentModel& m) { m.mass.values[0] = -1; },
+      [](SentModel& m) { m.stiffness.values[0] = -1; },
+      [](SentModel& m) { m.damping.values[0] = -1; },
+      [](SentModel& m) { m.stiffness.values.pop_back(); },
+      [&](SentModel& m) { m.f0[0] = nan; },
+      [](SentModel& m) { m.q = VectorX::Zero(3); },
+      [&](SentModel& m) { m.q_rate[0] = std::numeric_limits<double>::infinity(); },
+      [&](SentModel& m) { m.du[0] = nan; },
+      [](SentModel& m) { m.scheme = static_cast<LocalScheme>(9); },
+      [](SentModel& m) { m.site.triangle = -5; },
+      [&](SentModel& m) { m.site.reach = nan; },
+      [&](SentModel& m) { m.places[0].x() = nan; },
+      [](SentModel& m) { m.way_out[0] = 1 << 20; },
+      [](SentModel& m) { m.overlap[0].left = 3; },
+      [](SentModel& m) { m.body.at.pop_back(); },
+      [&](SentModel& m) { m.body.low.x() = nan; },
+      [](SentModel& m) { m.friction = Friction{-1, 0.2, 0}; },
+      [&](SentModel& m) { m.friction = Friction{nan, nan, 0}; },
+      [](SentModel& m) { m.f0 = VectorX(); },
+      [](SentModel& m) {
+        SentAnchor a;
+        a.contact.triangle = 0;
+        a.contact.bary = Vec3(2, -1, 0);
+        a.contact.normal = Vec3::UnitZ();
+        m.anchors.push_back(a);
+      },
+  };
+  for (std::size_t i = 0; i < wrongs.size(); ++i) {
+    SentModel wrong = right;
+    wrongs[i](wrong);
+    EXPECT_NE(unpacker.trouble(wrong), "") << "number " << i;
+  }
+}
+
+TEST(SentModel, MethodsThatNeedTheRefreshesMapsDoNotTravel) {
+  Scene s = small_scene();
+  s.local.method = "hold";
+  const BuiltScene built(s);
+  EXPECT_THROW(require_sendable(built.options()), InputError);
+}
+
+}  // namespace
+}  // namespace kt
