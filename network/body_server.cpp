@@ -229,6 +229,9 @@ struct BodyServer::Parts {
 
   void answer(const ControlServer::Request& request);
   void welcome(const ControlServer::Request& request, const Hello& hello);
+  void send_welcome() {
+    control.send(hand->peer(), encode(Welcome{hand->id(), hand->key(), control.port(), json, files, hash}));
+  }
   void begin(const Begin& message);
   void forward_records() {
     for (RefreshRecord& record : hand->take_records()) control.send(hand->peer(), encode(RecordMessage{record}));
@@ -261,15 +264,15 @@ void BodyServer::Parts::welcome(const ControlServer::Request& request, const Hel
                        hello.version, " with protocol ", hello.protocol,
                        hello.protocol == kNetworkProtocol ? " and other messages" : "", "; take the same on both sides"));
   if (hand && hand->has_begun() && !hand->is_silent() && hand->peer() != request.peer)
-    return refuse("somebody else touches the body");
+    return refuse(kTaken);
+  if (hand && hand->peer() == request.peer && !hand->has_begun()) return send_welcome();  // it did not hear
   if (hand) end(hand->peer() == request.peer ? "it began again" : "nothing was heard of it", told);
   auto next = std::make_unique<ServedHand>(scene, options.address, control.port(), request.peer, request.address);
   {
     const std::scoped_lock lock(looking);
     hand = std::move(next);
   }
-  Welcome out{hand->id(), hand->key(), control.port(), json, files, hash};
-  control.send(request.peer, encode(out));
+  send_welcome();
   say(text(request.address, " connected", request.key.empty() ? "" : " with key " + request.key));
 }
 

@@ -55,7 +55,7 @@ std::optional<Message> DatagramPort::poll(std::chrono::microseconds timeout) {
     pump(now);
     const auto left = std::chrono::duration_cast<std::chrono::microseconds>(end - now);
     if (left.count() <= 0) return {};
-    wait_for(socket_.descriptor(), due_ ? std::clamp(*due_, std::chrono::microseconds(50), left) : left);
+    wait_for(socket_.descriptor(), due_ ? std::min(std::max(*due_, std::chrono::microseconds(50)), left) : left);
   }
 }
 

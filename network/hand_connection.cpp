@@ -1,6 +1,7 @@
 #include "network/hand_connection.hpp"
 
 #include <chrono>
+#include <thread>
 
 #include "core/base/error.hpp"
 #include "core/base/loopback.hpp"
@@ -43,29 +44,28 @@ std::optional<ControlMessage> HandConnection::poll(int timeout_ms) {
 }
 
 std::optional<Welcome> HandConnection::try_again() {
-  // A server that came back has not heard of the question before.
-  if (!has_asked_ || control_->num_connections() != connections_) {
-    connections_ = control_->num_connections();
-    has_asked_ = send(Hello{.version = options_.version});
-  }
   const auto end = Clock::now() + 1s;
   while (Clock::now() < end && !(options_.stop && options_.stop->load())) {
     const auto message = poll(50);
     throw_if_refused();
-    if (control_->num_connections() != connections_) return {};
+    ask();
     if (!message) continue;
     if (const auto* bye = std::get_if<Bye>(&*message)) {
-      has_asked_ = false;
-      if (bye->reason == "somebody else touches the body") return {};  // perhaps not for long: oneself, before
-      throw InputError(text(options_.host, ":", options_.port, ": ", bye->reason));
-    }
-    if (const auto* welcome = std::get_if<Welcome>(&*message)) {
-      has_asked_ = false;
+      asked_ = 0;
+      if (bye->reason != kTaken) throw InputError(text(options_.host, ":", options_.port, ": ", bye->reason));
+      std::this_thread::sleep_for(500ms);  // perhaps not for long: oneself, before
+    } else if (const auto* welcome = std::get_if<Welcome>(&*message)) {
       return *welcome;
     }
   }
-  has_asked_ = false;
   return {};
+}
+
+/// Once a connection: a server that came back has not heard of the question before.
+void HandConnection::ask() {
+  const long now = control_->num_connections();
+  if (trouble() != ClientTrouble::none || now == asked_) return;
+  if (send(Hello{.version = options_.version})) asked_ = now;
 }
 
 Welcome HandConnection::greet(const std::function<void(const std::string&)>& say) {

@@ -32,8 +32,6 @@ class HandConnection {
   /// @param say  one line, where it takes longer
   Welcome greet(const std::function<void(const std::string&)>& say);
 
-  /// One try, for a server that has gone; nothing: not yet. Throws InputError as greet().
-  std::optional<Welcome> try_again();
 
   /// The first local model. Throws RunError: the server says no, or nothing for `kPatience`.
   ModelMessage begin(const Begin& message);
@@ -41,6 +39,10 @@ class HandConnection {
   /// Datagrams of the session that was greeted last.
   std::unique_ptr<DatagramPort> open_port(const Welcome& welcome) const;
 
+  /// Greets a server that is there and was not greeted since: its Welcome comes by poll().
+  void ask();
+  /// It is to be greeted once more.
+  void ask_again() { asked_ = 0; }
   bool send(const ControlMessage& message);
   std::optional<ControlMessage> poll(int timeout_ms);
   ClientTrouble trouble() const { return control_->trouble(); }
@@ -48,11 +50,11 @@ class HandConnection {
   int wrong_messages() const { return wrong_; }
 
  private:
+  std::optional<Welcome> try_again();
   void throw_if_refused() const;
   HandConnectionOptions options_;
   std::unique_ptr<ControlClient> control_;
-  long connections_ = 0;
-  bool has_asked_ = false;
+  long asked_ = 0;  // number of the connection over which the server was greeted
   int wrong_ = 0;
 };
 

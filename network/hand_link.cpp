@@ -459,6 +459,7 @@ class HandLink final : public BodyLink, private RemoteBody {
       answered_.notify_all();
     } else if (const auto* bye = std::get_if<Bye>(&message)) {
       is_over_ = true;
+      connection_->ask_again();
       if (!stop_ && !is_lost_) lose(bye->reason);
     } else if (const auto* first = std::get_if<FirstModel>(&message); first && is_beginning_) {
       find_again(*first);
@@ -483,7 +484,7 @@ class HandLink final : public BodyLink, private RemoteBody {
     if (now < next_try_ || has_failed_) return;
     next_try_ = now + 1s;
     is_beginning_ = false;
-    connection_->send(Hello{.version = connection_->options().version});
+    connection_->ask();
   }
 
   void give_up(const std::string& why) {

@@ -103,6 +103,7 @@ struct RecordMessage {
   RefreshRecord record;  ///< without what self-contact reports
 };
 struct End {};
+constexpr const char* kTaken = "somebody else touches the body";  ///< a reason that may pass
 struct Bye {
   std::string reason;
 };
