@@ -1,5 +1,5 @@
 // CPU time of a model on its way: parity, seals, joining. 62 and 206 shards of 1152 bytes with 55 % parity are the
-// least and the most of live.md's messages.
+// least and the most that the scenes' models take.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 

@@ -1,5 +1,8 @@
 // Both ends of the control channel in one process: messages, keys, and what is said when there is no connection.
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -180,6 +183,43 @@ TEST(Control, TheServerMayComeLateDieAndComeBack) {
     EXPECT_EQ(request->bytes, bytes_of("here"));
   }
   for (int i = 0; i < 3000 && client.trouble() == ClientTrouble::none; ++i) client.poll(1);
+  EXPECT_EQ(client.trouble(), ClientTrouble::not_reached);
+}
+
+/// Takes connections at the port and never says a word.
+class SilentServer {
+ public:
+  explicit SilentServer(int port) : descriptor_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const int on = 1;
+    ::setsockopt(descriptor_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    is_there = ::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+               ::listen(descriptor_, 5) == 0;
+  }
+  ~SilentServer() { ::close(descriptor_); }
+  bool is_there = false;
+
+ private:
+  int descriptor_;
+};
+
+TEST(Control, AServerThatIsGoneIsToldAtOnceWhateverTakesItsPlace) {
+  auto server = std::make_unique<ControlServer>(ControlServerOptions{});
+  ControlClientOptions c;
+  c.port = server->port();
+  ControlClient client(c);
+  for (int i = 0; i < 3000 && client.trouble() != ClientTrouble::none; ++i) {
+    server->poll(0);
+    client.poll(1);
+  }
+  ASSERT_EQ(client.trouble(), ClientTrouble::none);
+  server.reset();
+  const SilentServer silent(c.port);
+  ASSERT_TRUE(silent.is_there);
+  for (int i = 0; i < 1000 && client.trouble() == ClientTrouble::none; ++i) client.poll(1);
   EXPECT_EQ(client.trouble(), ClientTrouble::not_reached);
 }
 

@@ -101,6 +101,23 @@ TEST(Shards, KeptKindsComeOnceInAnyOrder) {
   EXPECT_EQ(take_all(joiner, report(1000000))->number, 1000000u);
   EXPECT_EQ(take_all(joiner, report(999999))->number, 999999u);
   EXPECT_FALSE(take_all(joiner, report(5 + 4096)));
+  EXPECT_EQ(take_all(joiner, report(1000000 + 4097))->number, 1000000u + 4097u);
+  EXPECT_EQ(take_all(joiner, report(1000000 + 4096))->number, 1000000u + 4096u) << "shares its place with 1000000";
+}
+
+TEST(Shards, FourIncompleteOnesOfAKindAreHeld) {
+  ShardJoiner joiner;
+  std::vector<std::vector<Bytes>> sent;
+  for (std::uint32_t number = 0; number < 6; ++number) sent.push_back(split(message_of(0, number, 2000), -1));
+  for (const std::size_t number : {1, 2, 3, 4}) EXPECT_FALSE(joiner.take(sent[number][0]));
+  EXPECT_FALSE(joiner.take(sent[0][0]));  // older than all of them
+  EXPECT_EQ(joiner.counts().old, 1);
+  EXPECT_FALSE(joiner.take(sent[5][0]));
+  EXPECT_EQ(joiner.counts().given_up, 1);
+  EXPECT_FALSE(joiner.take(sent[1][1]));  // its first half is gone
+  EXPECT_EQ(joiner.take(sent[2][1])->number, 2u);
+  EXPECT_EQ(joiner.take(sent[5][1])->number, 5u);
+  EXPECT_EQ(joiner.held_bytes(), 0u);
 }
 
 TEST(Shards, RepeatedAndSurplusOnesAreCounted) {
@@ -137,7 +154,15 @@ TEST(Shards, MalformedHeadersAreRefused) {
   longer.push_back(0);
   shorter.pop_back();
   huge[14] = 0x21;  // more than 2 MiB
+  Bytes past_the_end = good, three_small = Bytes(good.begin(), good.begin() + 16 + 500), many_small(16 + 1);
+  past_the_end[6] = static_cast<std::uint8_t>(good[2] + good[4]);
+  three_small[2] = 3;  // agree with each other, but nobody splits so
+  many_small[1] = 1;
+  many_small[2] = many_small[3] = many_small[12] = many_small[13] = 0xff;
   const std::vector<Bytes> wrong{{},
+                                 past_the_end,
+                                 three_small,
+                                 many_small,
                                  Bytes(good.begin(), good.begin() + 15),
                                  Bytes(good.begin(), good.begin() + 16),
                                  longer,

@@ -41,10 +41,17 @@ TEST(UdpSocket, NobodyThereIsNoError) {
     client.send(Bytes{1});
     EXPECT_FALSE(client.receive(got, from, 5));
   }
-  UdpSocket server = UdpSocket::bound("127.0.0.1", port);  // comes late
+  client.send(Bytes{1});  // the system tells with the next call that nobody was there
+  UdpSocket server = UdpSocket::bound("127.0.0.1", port);
   EXPECT_TRUE(client.send(Bytes{2}));
   ASSERT_TRUE(server.receive(got, from, kSoonMs));
   EXPECT_EQ(got, Bytes{2});
+  server = UdpSocket::bound("127.0.0.1", 0);
+  client.send(Bytes{3});
+  server = UdpSocket::bound("127.0.0.1", port);
+  EXPECT_TRUE(server.send(Bytes{4}, from));
+  ASSERT_TRUE(client.receive(got, from, kSoonMs));
+  EXPECT_EQ(got, Bytes{4});
 }
 
 TEST(UdpSocket, WrongAddressesAreSaid) {
