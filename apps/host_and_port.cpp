@@ -18,8 +18,8 @@ std::pair<std::string, int> host_and_port(const std::string& given, const std::s
   const bool is_number = !port.empty() && port.size() <= 5 &&
                          std::ranges::all_of(port, [](char c) { return std::isdigit(static_cast<unsigned char>(c)); });
   if (host.empty() || !is_number || std::stoi(port) > 65535)
-    throw InputError(text(what, " is \"", given, "\", must be ADDRESS:PORT with a port of 0 .. 65535, as 127.0.0.1:",
-                          kUsualPort));
+    throw InputError(
+        text(what, " is \"", given, "\", must be ADDRESS:PORT with a port of 0 .. 65535, as 127.0.0.1:", kUsualPort));
   return {host, std::stoi(port)};
 }
 

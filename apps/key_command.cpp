@@ -15,8 +15,8 @@ namespace {
 
 void make_keys(const std::string& dir) {
   make_key(dir);
-  std::cout << "public key   " << read_key(dir).public_key << "\n  " << dir << "/public.key may be given to others; " << dir
-            << "/secret.key stays on this computer\n";
+  std::cout << "public key   " << read_key(dir).public_key << "\n  " << dir << "/public.key may be given to others; "
+            << dir << "/secret.key stays on this computer\n";
 }
 
 #else

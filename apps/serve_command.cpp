@@ -48,8 +48,8 @@ std::vector<Welcome::File> take_files(Scene& scene) {
 
 void tell(const ServedSession& s) {
   const auto mbit = [&](long long bytes) { return s.ticks > 0 ? 8e-6 * static_cast<double>(bytes) : 0; };
-  std::cout << "  session       " << s.ticks << " ticks; " << s.body.models << " local models, " << mbit(s.port.bytes_sent)
-            << " Mbit sent, " << mbit(s.port.bytes_received) << " received\n"
+  std::cout << "  session       " << s.ticks << " ticks; " << s.body.models << " local models, "
+            << mbit(s.port.bytes_sent) << " Mbit sent, " << mbit(s.port.bytes_received) << " received\n"
             << "  datagrams     lost " << 100 * s.loss_down << " % to the hand, " << 100 * s.loss_up << " % from it; "
             << s.port.opened.refused() << " refused, " << s.wrong_messages << " messages wrong\n"
             << "  reports       " << s.body.inbox.received << " ticks, " << s.body.inbox.lost
@@ -59,8 +59,13 @@ void tell(const ServedSession& s) {
 
 void serve(const ServeArguments& a) {
   const auto [address, port] = host_and_port(a.listen, "--listen");
-  BodyServerOptions options{.address = address, .port = port, .own = {}, .authorized = {}, .version = KT_VERSION,
-                            .once = a.once, .stop = &stop_requested()};
+  BodyServerOptions options{.address = address,
+                            .port = port,
+                            .own = {},
+                            .authorized = {},
+                            .version = KT_VERSION,
+                            .once = a.once,
+                            .stop = &stop_requested()};
   if (!a.keys.empty()) options.own = read_key(a.keys);
   if (!a.authorized.empty()) {
     if (a.keys.empty()) throw InputError("--authorized: needs --keys, this computer's own");
@@ -100,8 +105,9 @@ void add_serve_command(CLI::App& app, int&) {
   command->add_option("--keys", a->keys, "folder of this computer's keys (kilotouch key new)");
   command->add_option("--authorized", a->authorized, "file of public keys that may connect, one a line");
   command->add_flag("--once", a->once, "end with the first hand's session");
-  command->footer("Example:\n  kilotouch serve scenes/organ_drag.json --listen 0.0.0.0:7700 --keys keys/body "
-                  "--authorized hands.txt");
+  command->footer(
+      "Example:\n  kilotouch serve scenes/organ_drag.json --listen 0.0.0.0:7700 --keys keys/body "
+      "--authorized hands.txt");
   command->callback([a] { serve(*a); });
 }
 

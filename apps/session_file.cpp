@@ -106,11 +106,14 @@ class SessionFile {
       const auto is_tick = [&](const Json& v) { return v.is_number_integer() && v >= -1 && v <= ticks; };
       const Json& r = list[i];
       const bool has_lost = r.is_array() && r.size() == 4 && r[3].is_array();
-      const auto ticks_of = [&](std::size_t n) { return std::all_of(r.begin(), r.begin() + static_cast<long>(n), is_tick); };
+      const auto ticks_of = [&](std::size_t n) {
+        return std::all_of(r.begin(), r.begin() + static_cast<long>(n), is_tick);
+      };
       if (!r.is_array() || (r.size() != 3 && !has_lost) || !ticks_of(3) ||
           (has_lost && !std::ranges::all_of(r[3], is_tick)))
-        fail(text("refreshes[", i, "]"),
-             text("is ", shown_json(r), ", must be three ticks: linearized, adopted, started; and a list of lost ones"));
+        fail(
+            text("refreshes[", i, "]"),
+            text("is ", shown_json(r), ", must be three ticks: linearized, adopted, started; and a list of lost ones"));
       RefreshEvent event{r[0], r[1], r[2]};
       if (has_lost) event.lost = r[3].get<std::vector<int>>();
       if (!std::ranges::is_sorted(event.lost)) fail(text("refreshes[", i, "]"), "has lost ticks that are not in order");

@@ -40,7 +40,8 @@ Scene received_scene(const Welcome& welcome, const std::string& folder, const st
   write_file_whole(folder + "/scene.json", welcome.scene + "\n");
   for (const std::string& one : set)
     if (!one.starts_with("tool.path.") && !one.starts_with("second_tool.path.") && !one.starts_with("duration="))
-      throw InputError(text("--set ", one, ": the body's computer has the scene; here only tool.path, second_tool.path and "
+      throw InputError(text("--set ", one,
+                            ": the body's computer has the scene; here only tool.path, second_tool.path and "
                             "duration can be set"));
   Scene scene = load_scene(folder + "/scene.json", set);
   scene.link.type = "network";
@@ -53,7 +54,9 @@ Json ages_json(std::vector<double> ms) {
 }
 
 Json link_json(const HandLinkReport& r) {
-  const auto mbit_s = [&](long long bytes) { return r.seconds > 0 ? 8e-6 * static_cast<double>(bytes) / r.seconds : 0; };
+  const auto mbit_s = [&](long long bytes) {
+    return r.seconds > 0 ? 8e-6 * static_cast<double>(bytes) / r.seconds : 0;
+  };
   return {{"model_age_ms", ages_json(r.age_ms)},
           {"models_sent", r.models_sent},
           {"models_arrived", r.models_arrived},
@@ -69,17 +72,24 @@ Json link_json(const HandLinkReport& r) {
 void tell(const HandLinkReport& r) {
   const Json j = link_json(r);
   if (r.age_ms.empty()) return;
-  std::cout << "  link          local models " << j["model_age_ms"]["p50"].get<double>() << " ms old when they were taken, p99 "
-            << j["model_age_ms"]["p99"].get<double>() << "; " << r.models_arrived << " of " << r.models_sent << " arrived, "
-            << j["mbit_s"]["to_hand"].get<double>() << " Mbit/s; " << 100 * r.loss_down << " % of datagrams lost\n";
+  std::cout << "  link          local models " << j["model_age_ms"]["p50"].get<double>()
+            << " ms old when they were taken, p99 " << j["model_age_ms"]["p99"].get<double>() << "; "
+            << r.models_arrived << " of " << r.models_sent << " arrived, " << j["mbit_s"]["to_hand"].get<double>()
+            << " Mbit/s; " << 100 * r.loss_down << " % of datagrams lost\n";
 }
 
 void touch(TouchArguments& a, int& exit_code) {
   const auto [host, port] = host_and_port(a.where, "ADDRESS");
   if (!(a.wait >= 0 && a.wait <= 1e6)) throw InputError(text("--wait is ", a.wait, ", must be 0 .. 1e6 s"));
   check_live_device(a.device, {"scene"});
-  HandConnectionOptions options{.host = host, .port = port, .data_host = {}, .own = {}, .server_key = {},
-                                .version = KT_VERSION, .wait = a.wait, .stop = &stop_requested()};
+  HandConnectionOptions options{.host = host,
+                                .port = port,
+                                .data_host = {},
+                                .own = {},
+                                .server_key = {},
+                                .version = KT_VERSION,
+                                .wait = a.wait,
+                                .stop = &stop_requested()};
   if (!a.data.empty()) std::tie(options.data_host, options.data_port) = host_and_port(a.data, "--data");
   if (!a.keys.empty()) options.own = read_key(a.keys);
   if (!a.server_key.empty()) options.server_key = read_public_key(a.server_key, "--server-key");
@@ -95,7 +105,8 @@ void touch(TouchArguments& a, int& exit_code) {
     summary["link"] = link_json(*report);
     if (report->reconnections > 0)
       summary["warnings"].push_back(text("the body's computer was gone ", report->reconnections, " times, for up to ",
-                                         report->longest_gap_s, " s: the body began at rest again, and the run cannot be "
+                                         report->longest_gap_s,
+                                         " s: the body began at rest again, and the run cannot be "
                                          "repeated by kilotouch replay"));
     if (!report->gave_up.empty()) summary["warnings"].push_back(report->gave_up);
   };
@@ -124,7 +135,8 @@ void add_touch_command(CLI::App& app, int& exit_code) {
   a->settings.out = "out";
   command->add_option("ADDRESS", a->where, "address and port of kilotouch serve")->required();
   command
-      ->add_option("--device", a->device, "what moves the tool: scene (the scene's path), or a haptic device: haply ...")
+      ->add_option("--device", a->device,
+                   "what moves the tool: scene (the scene's path), or a haptic device: haply ...")
       ->capture_default_str();
   command->add_option("--set", a->set, "change tool.path or duration, KEY=VALUE; may be repeated")
       ->allow_extra_args(false);
@@ -137,7 +149,8 @@ void add_touch_command(CLI::App& app, int& exit_code) {
   command->add_flag("--force", a->settings.force, "replace another scene's results in the folder --out");
   command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
-  command->footer("Example:\n  kilotouch touch 192.168.1.20:7700 --device haply --keys keys/hand --server-key body.key");
+  command->footer(
+      "Example:\n  kilotouch touch 192.168.1.20:7700 --device haply --keys keys/hand --server-key body.key");
   command->callback([a, &exit_code] {
     a->settings.report = !a->no_report;
     touch(*a, exit_code);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "haptics/remote/model_unpacker.hpp"
 #include "haptics/refresh/touch_parts.hpp"
+#include "haptics/remote/model_unpacker.hpp"
 
 namespace kt {
 namespace {
@@ -88,8 +88,8 @@ std::optional<ModelMessage> BodyEnd::refresh_if_due() {
   }
   if (!motion) return {};
   // At the edge of the patch sooner; but no more models than can be known to help: four in a round trip.
-  const bool wants_now = side_.options().global.early_refresh &&
-                         (inbox_.is_at_edge() || motion->reports.batch.reports.back().left_patch);
+  const bool wants_now =
+      side_.options().global.early_refresh && (inbox_.is_at_edge() || motion->reports.batch.reports.back().left_patch);
   const int least = std::max({1, usual_ / 8, age_ / 4});
   const int tick = motion->motion.tick;
   if (tick < due_ && !(wants_now && tick >= last_ + least)) return {};

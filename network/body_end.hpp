@@ -12,10 +12,10 @@
 namespace kt {
 
 struct BodyEndCounts {
-  int models = 0;          ///< made
-  int reports = 0;         ///< messages that came
-  int motions = 0;         ///< the same
-  int misfits = 0;         ///< motions of a local model that is not known, or of another size
+  int models = 0;   ///< made
+  int reports = 0;  ///< messages that came
+  int motions = 0;  ///< the same
+  int misfits = 0;  ///< motions of a local model that is not known, or of another size
   ReportInbox::Counts inbox{};
 };
 

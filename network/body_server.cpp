@@ -224,8 +224,8 @@ struct BodyServer::Parts {
   Say say;
   ControlServer control;
   std::uint64_t hash;
-  mutable std::mutex looking;          // of `hand` itself, for look()
-  std::unique_ptr<ServedHand> hand;    // who touches the body
+  mutable std::mutex looking;        // of `hand` itself, for look()
+  std::unique_ptr<ServedHand> hand;  // who touches the body
 
   void answer(const ControlServer::Request& request);
   void welcome(const ControlServer::Request& request, const Hello& hello);
@@ -244,9 +244,10 @@ BodyServer::BodyServer(const BuiltScene& scene, std::string scene_json, std::vec
                        const BodyServerOptions& options, Say say) {
   require_sendable(scene.options());
   if (!is_loopback(options.address) && !options.own)
-    throw InputError(text("--listen ", options.address,
-                          ": is not this computer's own address (127.0.0.1): others could touch the body; make keys with "
-                          "kilotouch key new DIR and give --keys DIR"));
+    throw InputError(
+        text("--listen ", options.address,
+             ": is not this computer's own address (127.0.0.1): others could touch the body; make keys with "
+             "kilotouch key new DIR and give --keys DIR"));
   parts_ = std::make_unique<Parts>(scene, std::move(scene_json), std::move(files), options, std::move(say));
 }
 
@@ -260,11 +261,11 @@ void BodyServer::Parts::welcome(const ControlServer::Request& request, const Hel
     say(text(request.address, " refused: ", why));
   };
   if (hello.protocol != kNetworkProtocol || hello.schema != wire_schema_hash())
-    return refuse(text("another version: this is ", options.version, " with protocol ", kNetworkProtocol, ", the hand's is ",
-                       hello.version, " with protocol ", hello.protocol,
-                       hello.protocol == kNetworkProtocol ? " and other messages" : "", "; take the same on both sides"));
-  if (hand && hand->has_begun() && !hand->is_silent() && hand->peer() != request.peer)
-    return refuse(kTaken);
+    return refuse(text("another version: this is ", options.version, " with protocol ", kNetworkProtocol,
+                       ", the hand's is ", hello.version, " with protocol ", hello.protocol,
+                       hello.protocol == kNetworkProtocol ? " and other messages" : "",
+                       "; take the same on both sides"));
+  if (hand && hand->has_begun() && !hand->is_silent() && hand->peer() != request.peer) return refuse(kTaken);
   if (hand && hand->peer() == request.peer && !hand->has_begun()) return send_welcome();  // it did not hear
   if (hand) end(hand->peer() == request.peer ? "it began again" : "nothing was heard of it", told);
   auto next = std::make_unique<ServedHand>(scene, options.address, control.port(), request.peer, request.address);

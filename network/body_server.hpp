@@ -28,7 +28,7 @@ struct ServedSession {
   int ticks = 0;
   BodyEndCounts body;
   PortCounts port;
-  int wrong_messages = 0;    ///< datagram or control messages that were none, or out of range
+  int wrong_messages = 0;  ///< datagram or control messages that were none, or out of range
   double loss_up = 0, loss_down = 0;
 };
 

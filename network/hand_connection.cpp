@@ -18,7 +18,8 @@ constexpr auto kPatience = 60s;  // for the first local model: a large body take
 
 HandConnection::HandConnection(const HandConnectionOptions& options) : options_(options) {
   if (!is_loopback(options.host) && !options.server_key)
-    throw InputError(text(options.host, ": is another computer: keys are needed; make them with kilotouch key new DIR and "
+    throw InputError(text(options.host,
+                          ": is another computer: keys are needed; make them with kilotouch key new DIR and "
                           "give --keys DIR and --server-key, the public key of the server"));
   control_ = std::make_unique<ControlClient>(ControlClientOptions{
       .host = options.host, .port = options.port, .own = options.own, .server_key = options.server_key});

@@ -32,7 +32,6 @@ class HandConnection {
   /// @param say  one line, where it takes longer
   Welcome greet(const std::function<void(const std::string&)>& say);
 
-
   /// The first local model. Throws RunError: the server says no, or nothing for `kPatience`.
   ModelMessage begin(const Begin& message);
 

@@ -17,12 +17,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr auto kServerSilence = 1500ms;          // of the server: it is gone
-constexpr int kHistory = 1 << 15;          // ticks that a new local model can be late
-constexpr std::size_t kDatagramRoom = 900; // bytes of reports in one datagram, beside what all of them share
-constexpr int kCopies = 4;                 // datagrams that each report travels in
-constexpr double kEvery = 0.004;           // [s] between them, when there is little to tell
-constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
+constexpr auto kServerSilence = 1500ms;     // of the server: it is gone
+constexpr int kHistory = 1 << 15;           // ticks that a new local model can be late
+constexpr std::size_t kDatagramRoom = 900;  // bytes of reports in one datagram, beside what all of them share
+constexpr int kCopies = 4;                  // datagrams that each report travels in
+constexpr double kEvery = 0.004;            // [s] between them, when there is little to tell
+constexpr std::size_t kMostWaiting = 8;     // local models whose ticks are not looked at yet
 
 /// Where the tools were, written by one thread and read by another.
 class SharedHistory {
@@ -90,7 +90,9 @@ class ModelWorker {
     show(message);
     return unpacker_.unpack(message.model);
   }
-  void start() { thread_ = std::thread([this] { run(); }); }
+  void start() {
+    thread_ = std::thread([this] { run(); });
+  }
   void stop() {
     if (!thread_.joinable()) return;
     {
@@ -402,7 +404,8 @@ class HandLink final : public BodyLink, private RemoteBody {
     if (end - sent_end_ < every) return;
     const int behind = std::min(end - sent_end_, 4 * every);  // after a pause no flood: the sums say the rest
     sent_end_ = end;
-    port_->send(DatagramKind::reports, encode(with_state(outbox_->batch(static_cast<std::size_t>(behind + (kCopies - 1) * every))), tools_),
+    port_->send(DatagramKind::reports,
+                encode(with_state(outbox_->batch(static_cast<std::size_t>(behind + (kCopies - 1) * every))), tools_),
                 -1, true);
   }
 
@@ -559,7 +562,7 @@ class HandLink final : public BodyLink, private RemoteBody {
   std::unique_ptr<LocalMotion> motion_;  // to be sent
   std::map<int, int> adopted_at_;        // by the tick of the linearization
   std::vector<double> age_ms_;
-  int tick0_ = 0;                               // of the server's first tick
+  int tick0_ = 0;  // of the server's first tick
   int sent_end_ = 0, motion_due_ = 0, motion_every_;
   int adopted_frame_ = -1, adopted_tick_ = -1;  // as the server counts
   bool is_at_edge_ = false, is_lost_ = false, is_beginning_ = false, is_over_ = false;

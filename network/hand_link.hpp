@@ -12,14 +12,14 @@ struct HandLinkReport {
   int models_arrived = 0;  ///< whole and right
   int models_wrong = 0;    ///< dropped: their numbers do not fit the body
   int models_adopted = 0;
-  std::string last_trouble;              ///< of a wrong one
-  std::vector<double> age_ms;            ///< of a local model when it was adopted: since its linearization
+  std::string last_trouble;    ///< of a wrong one
+  std::vector<double> age_ms;  ///< of a local model when it was adopted: since its linearization
   PortCounts port{};
-  double loss_up = 0, loss_down = 0;     ///< of datagrams, measured at the end
-  double seconds = 0;                    ///< that the datagrams took
+  double loss_up = 0, loss_down = 0;  ///< of datagrams, measured at the end
+  double seconds = 0;                 ///< that the datagrams took
   int reconnections = 0;
-  double longest_gap_s = 0;              ///< without a server
-  std::string gave_up;                   ///< why; empty: it did not
+  double longest_gap_s = 0;  ///< without a server
+  std::string gave_up;       ///< why; empty: it did not
 };
 
 /// Makes the link for Touch::start(). The report is filled when the touch stops.

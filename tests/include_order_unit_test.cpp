@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Folders with code; `examples` is a project of its own.
-const std::vector<std::string> kFolders{"core", "collision", "self_contact", "models", "io",   "haptics",
+const std::vector<std::string> kFolders{"core", "collision", "self_contact", "models", "io",    "haptics",
                                         "api",  "network",   "view",         "apps",   "bench", "tests"};
 const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "models", "io"};
 

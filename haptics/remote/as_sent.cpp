@@ -2,11 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace kt {
 namespace {
 
-Vec3 to_float(const Vec3& v) noexcept { return v.cast<float>().cast<double>(); }
+/// By way of memory: of two doubles side by side g++ 12 makes (double)(float) nothing at all, from -O2 on.
+void round_to_float(std::span<double> values) noexcept {
+  for (double& v : values) {
+    const volatile float narrow = static_cast<float>(v);
+    v = static_cast<double>(narrow);
+  }
+}
+void round_to_float(Vec3& v) noexcept { round_to_float(std::span(v.data(), 3)); }
+void round_to_float(VectorX& v) noexcept { round_to_float(std::span(v.data(), static_cast<std::size_t>(v.size()))); }
 
 }  // namespace
 
@@ -24,22 +33,20 @@ Vec3 impulse_of(const ImpulseCount& count) noexcept {
 
 LocalReport as_sent(const LocalReport& report, double h) noexcept {
   LocalReport out = report;
-  for (ToolReport& tool : out.tools) tool.pose.r.coeffs() = tool.pose.r.coeffs().cast<float>().cast<double>();
+  for (ToolReport& tool : out.tools) round_to_float(std::span(tool.pose.r.coeffs().data(), 4));
   for (int i = 0; i < out.count; ++i) {
     TickContact& c = out.samples[static_cast<std::size_t>(i)];
     c.t = report.tick * h;
-    c.bary = to_float(c.bary);
+    round_to_float(c.bary);
     c.impulse = impulse_of(count_impulse(c.impulse));
-    c.normal = to_float(c.normal);
-    c.point = to_float(c.point);
+    round_to_float(c.normal);
+    round_to_float(c.point);
   }
   return out;
 }
 
 void round_as_sent(LocalMotion& motion) noexcept {
-  motion.x = motion.x.cast<float>().cast<double>().eval();
-  motion.v = motion.v.cast<float>().cast<double>().eval();
-  motion.du = motion.du.cast<float>().cast<double>().eval();
+  for (VectorX* values : {&motion.x, &motion.v, &motion.du}) round_to_float(*values);
 }
 
 }  // namespace kt

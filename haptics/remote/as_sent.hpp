@@ -9,8 +9,8 @@
 namespace kt {
 
 /// Impulses travel as whole numbers of this: their sums are exact in whatever order they are added.
-constexpr double kImpulseQuantum = 0x1p-30;       ///< [N s], 1 uN over a tick of 1 ms
-constexpr double kMostImpulse = 2;                ///< [N s] of a contact in a tick: 2000 N over 1 ms; more is cut
+constexpr double kImpulseQuantum = 0x1p-30;        ///< [N s], 1 uN over a tick of 1 ms
+constexpr double kMostImpulse = 2;                 ///< [N s] of a contact in a tick: 2000 N over 1 ms; more is cut
 using ImpulseCount = std::array<std::int64_t, 3>;  ///< in quanta
 
 /// Of a finite impulse.

@@ -11,8 +11,8 @@
 namespace kt {
 namespace {
 
-constexpr double kFarthest = 1e6;      // [m], as places in a scene
-constexpr double kLargest = 1e15;      // of any number besides places
+constexpr double kFarthest = 1e6;  // [m], as places in a scene
+constexpr double kLargest = 1e15;  // of any number besides places
 constexpr std::size_t kMostDof = 4096, kMostSites = 16;
 
 bool is_within(const auto& numbers, double most) {
@@ -80,7 +80,8 @@ SparseMatrix unpack_basis(const SentBasis& b) {
 
 std::string trouble_of(const SentBasis& b, std::size_t rows, std::size_t r) {
   if (static_cast<std::size_t>(b.rows) != rows || b.scale.size() != r) return "the basis has another size";
-  if (!std::ranges::all_of(b.scale, [](float s) { return s >= 0 && s <= 1e9f; })) return "a scale of the basis is wrong";
+  if (!std::ranges::all_of(b.scale, [](float s) { return s >= 0 && s <= 1e9f; }))
+    return "a scale of the basis is wrong";
   if (b.is_dense) return b.value.size() == rows * r ? "" : "the basis has another size";
   if (b.first.size() != r + 1 || b.first.front() != 0 || b.row.size() != b.value.size() ||
       static_cast<std::size_t>(b.first.back()) != b.value.size() || !std::ranges::is_sorted(b.first) ||
@@ -96,10 +97,11 @@ std::string trouble_of(const SentBasis& b, std::size_t rows, std::size_t r) {
 void require_sendable(const TouchOptions& options) {
   const std::string method = haptic_method_name(options.local.method, options.contact.law);
   if (method != "multirate" || is_geometric(options.contact.law) || !options.local.catch_up)
-    throw InputError(text("link.type network: needs local.method multirate, contact.law coulomb and local.catch_up true; "
-                          "local.method is \"", method, "\", contact.law \"", options.contact.law,
-                          "\", local.catch_up ", options.local.catch_up ? "true" : "false",
-                          ": their local models need maps that do not travel"));
+    throw InputError(
+        text("link.type network: needs local.method multirate, contact.law coulomb and local.catch_up true; "
+             "local.method is \"",
+             method, "\", contact.law \"", options.contact.law, "\", local.catch_up ",
+             options.local.catch_up ? "true" : "false", ": their local models need maps that do not travel"));
 }
 
 ModelUnpacker::ModelUnpacker(const DeformableModel& model, const Surface& surface, const TouchOptions& options)
@@ -168,7 +170,8 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   for (std::size_t k = 0; k < kMaxTools; ++k) {
     const Overlap& o = m.overlap[k];
     if (!is_place(m.places[k]) || m.way_out[k] < kNotLooked || m.way_out[k] >= triangles ||
-        !(o.start >= 0 && o.start <= kFarthest && o.time >= 0 && o.time <= kFarthest && o.left >= 0 && o.left <= o.time) ||
+        !(o.start >= 0 && o.start <= kFarthest && o.time >= 0 && o.time <= kFarthest && o.left >= 0 &&
+          o.left <= o.time) ||
         !(std::abs(m.tool_radius[k]) <= kFarthest))
       return "a tool is wrong";
   }
@@ -189,7 +192,8 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   local.recovered_node = local.patch.global_node;
   local.recovered_node.insert(local.recovered_node.end(), sent.more_nodes.begin(), sent.more_nodes.end());
   local.x0 = sent.x0;
-  local.v0 = Eigen::Map<const Eigen::VectorXf>(sent.v0.data(), static_cast<Eigen::Index>(sent.v0.size())).cast<double>();
+  local.v0 =
+      Eigen::Map<const Eigen::VectorXf>(sent.v0.data(), static_cast<Eigen::Index>(sent.v0.size())).cast<double>();
   local.basis = unpack_basis(sent.basis);
   const Eigen::Index r = sent.dof();
   local.mass = unpack_matrix(sent.mass, r);

@@ -90,8 +90,7 @@ SentModel pack_model(const PreparedLocalModel& model, int basis_bits) {
   out.q_rate = s.q_rate;
   out.du = model.work.du;
   for (int i = 0; i < s.anchors.count; ++i)
-    out.anchors.push_back(
-        {s.anchors.contacts[static_cast<std::size_t>(i)], s.impulse[static_cast<std::size_t>(i)]});
+    out.anchors.push_back({s.anchors.contacts[static_cast<std::size_t>(i)], s.impulse[static_cast<std::size_t>(i)]});
   out.sliding = s.sliding;
   out.overlap = s.overlap;
   out.body = pack_positions(model.body_x);

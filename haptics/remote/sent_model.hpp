@@ -18,10 +18,10 @@ struct SentMatrix {
 
 /// Entry = value * scale of its column.
 struct SentBasis {
-  int rows = 0, bits = 16;        ///< 8: values are within -127 .. 127, 16: within -32767 .. 32767
-  std::vector<float> scale;       ///< (r)
-  bool is_dense = true;           ///< all entries by columns; else those of `row` alone
-  std::vector<int> first, row;    ///< sparse: entries of column c are first[c] <= k < first[c+1]
+  int rows = 0, bits = 16;      ///< 8: values are within -127 .. 127, 16: within -32767 .. 32767
+  std::vector<float> scale;     ///< (r)
+  bool is_dense = true;         ///< all entries by columns; else those of `row` alone
+  std::vector<int> first, row;  ///< sparse: entries of column c are first[c] <= k < first[c+1]
   std::vector<std::int16_t> value;
 };
 
@@ -39,27 +39,27 @@ struct SentPositions {
 
 struct SentModel {
   int frame = 0, linearized_tick = 0;
-  double t = 0;                           ///< of the linearization [s]
-  std::vector<int> triangles;             ///< of the patch, in the body's surface, ascending
-  std::vector<int> more_nodes;            ///< recovered nodes besides the patch's
-  VectorX x0;                             ///< (3 recovered) [m]
-  std::vector<float> v0;                  ///< (3 recovered) [m/s]
-  SentBasis basis;                        ///< (3 recovered x r)
-  SentMatrix mass, damping, stiffness;    ///< (r x r)
-  VectorX f0, q_rate0;                    ///< (r)
+  double t = 0;                         ///< of the linearization [s]
+  std::vector<int> triangles;           ///< of the patch, in the body's surface, ascending
+  std::vector<int> more_nodes;          ///< recovered nodes besides the patch's
+  VectorX x0;                           ///< (3 recovered) [m]
+  std::vector<float> v0;                ///< (3 recovered) [m/s]
+  SentBasis basis;                      ///< (3 recovered x r)
+  SentMatrix mass, damping, stiffness;  ///< (r x r)
+  VectorX f0, q_rate0;                  ///< (r)
   bool definite_tangent = false;
   std::string reducer;
-  double certified_error = 0;             ///< NaN: not certified
+  double certified_error = 0;  ///< NaN: not certified
   LocalScheme scheme = LocalScheme::exact;
   ContactSite site;
-  std::array<Vec3, kMaxTools> places{};   ///< of the tools then [m]
+  std::array<Vec3, kMaxTools> places{};  ///< of the tools then [m]
   std::array<int, kMaxTools> way_out{};
-  VectorX q, q_rate, du;                  ///< where the motion stands; (r), (r), (3 patch)
+  VectorX q, q_rate, du;  ///< where the motion stands; (r), (r), (3 patch)
   std::vector<SentAnchor> anchors;
   std::array<bool, kMaxTools> sliding{};
   std::array<Overlap, kMaxTools> overlap{};
-  SentPositions body;                     ///< the whole body
-  std::optional<Friction> friction;       ///< outside of regions; none: as at the start
+  SentPositions body;                                 ///< the whole body
+  std::optional<Friction> friction;                   ///< outside of regions; none: as at the start
   std::array<double, kMaxTools> tool_radius{-1, -1};  ///< [m]; below 0: as at the start
   int dof() const { return static_cast<int>(f0.size()); }
 };

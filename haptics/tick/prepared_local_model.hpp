@@ -81,9 +81,9 @@ struct PreparedLocalModel {
   std::array<double, kMaxTools> clear{};
   std::array<Vec3, kMaxTools> clear_from{};
   LocalScheme scheme = LocalScheme::implicit_euler;
-  ContactSite site;                        ///< that the patch was made for
-  std::array<Vec3, kMaxTools> places{};    ///< of the tools when the body was linearized [m]
-  std::optional<Friction> base_friction;  ///< that `friction` was made with, outside of regions
+  ContactSite site;                                            ///< that the patch was made for
+  std::array<Vec3, kMaxTools> places{};                        ///< of the tools when the body was linearized [m]
+  std::optional<Friction> base_friction;                       ///< that `friction` was made with, outside of regions
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};  ///< global triangle that a tool inside goes out through
   std::shared_ptr<const SurfaceFriction> friction;             ///< in use with this model; none: that of the method
   std::array<double, kMaxTools> tool_radius{-1, -1};           ///< [m] in use with this model; below 0: as it was

@@ -30,7 +30,7 @@ class HapticSide {
 
   bool has_model() const noexcept { return has_model_; }
   const PreparedLocalModel& model() const noexcept { return local_->model(); }
-  int model_tick() const noexcept { return model_tick_; }  ///< that the model in use was linearized at
+  int model_tick() const noexcept { return model_tick_; }      ///< that the model in use was linearized at
   int adopted_tick() const noexcept { return adopted_tick_; }  ///< since when it is in use
   /// Nodes of the local model where they are now, over those of the whole body.
   void lay_patch_over(VectorX& x) const;

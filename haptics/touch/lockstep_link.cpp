@@ -4,9 +4,9 @@
 #include <random>
 
 #include "core/base/ticks.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/remote/model_unpacker.hpp"
 #include "haptics/remote/report_box.hpp"
-#include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/process_time.hpp"
 #include "haptics/touch/report_list.hpp"
@@ -184,7 +184,8 @@ class LockstepLink final : public BodyLink {
     if (network_) {
       const std::span<const LocalReport> reports = network_->reports();
       if (goes_on) round_as_sent(motion_);
-      model = body_.refresh(event, network_->places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, none);
+      model =
+          body_.refresh(event, network_->places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, none);
       model = network_->carry(*model);
     } else {
       model = body_.refresh(event, side.poses(), reports_.all(), goes_on ? &motion_ : nullptr, none);

@@ -139,7 +139,8 @@ class ThreadLink final : public BodyLink {
 
   /// What is there; not what comes meanwhile, or a thread that gets little of the processor does nothing else.
   void receive() {
-    for (std::size_t n = ticks_.reports().size(); n > 0 && ticks_.reports().pop(pending_.next()); --n) pending_.keep_next();
+    for (std::size_t n = ticks_.reports().size(); n > 0 && ticks_.reports().pop(pending_.next()); --n)
+      pending_.keep_next();
   }
 
   std::vector<Pose> poses_in(const LocalReport& report) const {

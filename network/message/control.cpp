@@ -39,9 +39,9 @@ Bytes write(const Begin& m) {
   }
   std::vector<double> changing;
   if (m.motion) changing.assign(m.motion->changing.begin(), m.motion->changing.end());
-  return finished(to, wire::Body::Begin,
-                  wire::CreateBeginDirect(to, m.session, &tools, m.motion.has_value(), m.motion ? m.motion->total : 0,
-                                          &changing));
+  return finished(
+      to, wire::Body::Begin,
+      wire::CreateBeginDirect(to, m.session, &tools, m.motion.has_value(), m.motion ? m.motion->total : 0, &changing));
 }
 
 Bytes write(const FirstModel& m) {
@@ -70,15 +70,15 @@ Bytes write(const RecordMessage& m) {
         wire::CreateSetDirect(to, static_cast<std::uint32_t>(s.tick), s.key.c_str(), s.value, s.word.c_str()));
   std::vector<Offset<wire::Change>> reducers;
   for (const ReducerChange& c : r.reducers)
-    reducers.push_back(wire::CreateChangeDirect(to, c.tick, c.from.c_str(), c.to.c_str(), c.why.c_str(), c.error,
-                                                c.force_error));
+    reducers.push_back(
+        wire::CreateChangeDirect(to, c.tick, c.from.c_str(), c.to.c_str(), c.why.c_str(), c.error, c.force_error));
   const auto flags = static_cast<std::uint8_t>((r.definite_tangent ? kDefinite : 0) | (r.looked_ahead ? kAhead : 0) |
                                                (r.is_exact ? kExact : 0));
   return finished(to, wire::Body::Record,
                   wire::CreateRecordDirect(to, r.event.linearized_tick, r.event.started_tick, &r.event.lost, r.t,
-                                           r.cpu_ms, r.global_ms.value_or(-1), r.refresh_ms, r.linearize_ms, r.reduce_ms,
-                                           r.certify_ms, r.prepare_ms, r.linearization_error.value_or(-1), flags,
-                                           r.coupling, r.inverted, &settings, &reducers));
+                                           r.cpu_ms, r.global_ms.value_or(-1), r.refresh_ms, r.linearize_ms,
+                                           r.reduce_ms, r.certify_ms, r.prepare_ms, r.linearization_error.value_or(-1),
+                                           flags, r.coupling, r.inverted, &settings, &reducers));
 }
 
 Bytes write(const End&) {
@@ -161,7 +161,8 @@ std::optional<ControlMessage> read(const wire::Record& m) {
   r.inverted = m.inverted();
   if (m.settings())
     for (const wire::Set* s : *m.settings())
-      r.settings.push_back({static_cast<int>(s->number()), wire::text_of(s->key()), s->value(), wire::text_of(s->word())});
+      r.settings.push_back(
+          {static_cast<int>(s->number()), wire::text_of(s->key()), s->value(), wire::text_of(s->word())});
   if (m.reducers())
     for (const wire::Change* c : *m.reducers())
       r.reducers.push_back({c->tick(), wire::text_of(c->from()), wire::text_of(c->to()), wire::text_of(c->why()),

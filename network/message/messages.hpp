@@ -42,8 +42,8 @@ std::optional<ReportMessage> decode_reports(std::span<const std::uint8_t> bytes,
 
 /// Where the local model's nodes are at the start of a tick; the last report is of the tick before it.
 struct MotionMessage {
-  int frame = -1;  ///< of that model
-  LocalMotion motion;  ///< rounded as sent; without `row` and `num_patch`
+  int frame = -1;                ///< of that model
+  LocalMotion motion;            ///< rounded as sent; without `row` and `num_patch`
   int recovered = 0, patch = 0;  ///< nodes in it
   ReportMessage reports;
 };
@@ -83,7 +83,7 @@ struct Welcome {
 struct Begin {
   std::uint64_t session = 0;
   std::vector<Pose> tools;
-  std::vector<double> max_speed;    ///< [m/s]; infinity: not known
+  std::vector<double> max_speed;  ///< [m/s]; infinity: not known
   std::optional<BandPowers> motion;
 };
 struct FirstModel {

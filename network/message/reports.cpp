@@ -89,8 +89,8 @@ std::optional<ReportMessage> read(const wire::Reports& m, const WireLimits& limi
     if (report.count > kMaxContacts || next + tick.samples() > wire::size_of(m.samples()) || report.model_frame < -1)
       return {};
     for (int k = 0; k < report.count; ++k) {
-      const auto c = from_wire(*m.samples()->Get(static_cast<flatbuffers::uoffset_t>(next++)), report.tick * limits.h,
-                               limits);
+      const auto c =
+          from_wire(*m.samples()->Get(static_cast<flatbuffers::uoffset_t>(next++)), report.tick * limits.h, limits);
       if (!c) return {};
       report.samples[static_cast<std::size_t>(k)] = *c;
     }
@@ -99,8 +99,7 @@ std::optional<ReportMessage> read(const wire::Reports& m, const WireLimits& limi
       const Vec3 place = wire::from_wire(tool.place());
       Quaternion turn;
       turn.coeffs() << tool.turn().x(), tool.turn().y(), tool.turn().z(), tool.turn().w();
-      if (!wire::is_place(place) || !wire::is_turn(turn) || tool.triangle() < -1 ||
-          tool.triangle() >= limits.triangles)
+      if (!wire::is_place(place) || !wire::is_turn(turn) || tool.triangle() < -1 || tool.triangle() >= limits.triangles)
         return {};
       report.tools[k] = {{place, turn}, tool.triangle(), tool.sliding()};
     }

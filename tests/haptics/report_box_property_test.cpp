@@ -1,4 +1,5 @@
-// Reports over a link that loses, repeats and disorders datagrams, in virtual time: the body is given each impulse once.
+// Reports over a link that loses, repeats and disorders datagrams, in virtual time: the body is given each impulse
+// once.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -100,7 +101,10 @@ TEST(ReportBox, WhatWasLostIsGivenAtTheLastPlaceThatIsKnown) {
     r.tick = tick;
     r.model_frame = 7;
     r.count = 1;
-    r.samples[0] = {.t = tick * kH, .triangle = triangle, .bary = Vec3(1, 0, 0), .impulse = Vec3(0, 0, -1e-3),
+    r.samples[0] = {.t = tick * kH,
+                    .triangle = triangle,
+                    .bary = Vec3(1, 0, 0),
+                    .impulse = Vec3(0, 0, -1e-3),
                     .normal = Vec3::UnitZ()};
     return r;
   };
@@ -145,7 +149,17 @@ TEST(ReportBox, AsSentIsWhatItSays) {
   r.samples[0].impulse = Vec3(1.0 / 3, -1e-12, 5);
   r.samples[0].point = Vec3(0.1, 0.2, 0.3);
   r.tools[0].pose.x = Vec3(0.1, 0.2, 0.3);
+  r.samples[0].bary = Vec3(0.1, 0.2, 0.7);
+  r.samples[0].normal = Vec3(0.6, 0.1, 0.3);
+  r.tools[0].pose.r = Quaternion(0.1, 0.2, 0.3, 0.4);
   const LocalReport sent = as_sent(r, kH);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_EQ(sent.samples[0].bary[c], static_cast<double>(static_cast<float>(r.samples[0].bary[c]))) << c;
+    EXPECT_EQ(sent.samples[0].normal[c], static_cast<double>(static_cast<float>(r.samples[0].normal[c]))) << c;
+    EXPECT_EQ(sent.samples[0].point[c], static_cast<double>(static_cast<float>(r.samples[0].point[c]))) << c;
+  }
+  for (int c = 0; c < 4; ++c)
+    EXPECT_EQ(sent.tools[0].pose.r.coeffs()[c], static_cast<double>(static_cast<float>(r.tools[0].pose.r.coeffs()[c])));
   EXPECT_NEAR(sent.samples[0].impulse.x(), 1.0 / 3, kImpulseQuantum);
   EXPECT_EQ(sent.samples[0].impulse.y(), 0);
   EXPECT_NEAR(sent.samples[0].impulse.z(), kMostImpulse, 2 * kImpulseQuantum);  // cut

@@ -98,8 +98,12 @@ TEST(SentModel, WhatDoesNotFitIsNamedAndNothingElse) {
       [](SentModel& m) { m.overlap[0].left = 3; },
       [](SentModel& m) { m.body.at.pop_back(); },
       [&](SentModel& m) { m.body.low.x() = nan; },
-      [](SentModel& m) { m.friction = Friction{-1, 0.2, 0}; },
-      [&](SentModel& m) { m.friction = Friction{nan, nan, 0}; },
+      [](SentModel& m) {
+        m.friction = Friction{-1, 0.2, 0};
+      },
+      [&](SentModel& m) {
+        m.friction = Friction{nan, nan, 0};
+      },
       [](SentModel& m) { m.f0 = VectorX(); },
       [](SentModel& m) {
         SentAnchor a;

@@ -31,9 +31,12 @@ struct Talk {
       r.left_patch = tick % 5 == 0;
       r.count = tick % 4;
       for (int i = 0; i < r.count; ++i)
-        r.samples[static_cast<std::size_t>(i)] = {.triangle = i, .facet = tick % 2 == 0 ? -1 : i,
-                                                  .bary = Vec3(0.25, 0.5, 0.25), .impulse = Vec3(1e-4 * i, -2e-4, 3e-4),
-                                                  .normal = Vec3(0.6, 0, 0.8), .point = Vec3(0.1, 0.2, 0.3),
+        r.samples[static_cast<std::size_t>(i)] = {.triangle = i,
+                                                  .facet = tick % 2 == 0 ? -1 : i,
+                                                  .bary = Vec3(0.25, 0.5, 0.25),
+                                                  .impulse = Vec3(1e-4 * i, -2e-4, 3e-4),
+                                                  .normal = Vec3(0.6, 0, 0.8),
+                                                  .point = Vec3(0.1, 0.2, 0.3),
                                                   .sticks = i == 1};
       outbox.add(r);
     }
@@ -127,8 +130,8 @@ TEST(Messages, ALocalModelComesBackAndSaysHowManyBytesItHas) {
 }
 
 TEST(Messages, ControlComesBack) {
-  Welcome welcome{.session = 7, .key = {1, 2, 3}, .port = 7700, .scene = "{}", .files = {{"body.off", {1, 2}}},
-                  .body_hash = 99};
+  Welcome welcome{
+      .session = 7, .key = {1, 2, 3}, .port = 7700, .scene = "{}", .files = {{"body.off", {1, 2}}}, .body_hash = 99};
   const auto w = decode_control(encode(welcome));
   ASSERT_TRUE(w && std::holds_alternative<Welcome>(*w));
   EXPECT_EQ(std::get<Welcome>(*w).key, welcome.key);
@@ -156,7 +159,8 @@ TEST(Messages, ControlComesBack) {
 void mutate(Bytes& bytes, std::mt19937& random) {
   const int changes = 1 + static_cast<int>(random() % 4);
   for (int i = 0; i < changes && !bytes.empty(); ++i) {
-    const std::size_t at = random() % 4 == 0 ? random() % std::min<std::size_t>(bytes.size(), 64) : random() % bytes.size();
+    const std::size_t at =
+        random() % 4 == 0 ? random() % std::min<std::size_t>(bytes.size(), 64) : random() % bytes.size();
     switch (random() % 6) {
       case 0:
         bytes[at] ^= static_cast<std::uint8_t>(1u << (random() % 8));
@@ -188,7 +192,8 @@ void look_at(const Talk& talk, ModelUnpacker& unpacker, const Bytes& bytes, int&
       ASSERT_TRUE(report.tools[0].pose.is_finite());
       ASSERT_LE(report.count, kMaxContacts);
       for (const TickContact& c : report.contacts()) {
-        ASSERT_TRUE(c.impulse.allFinite() && c.point.allFinite() && c.triangle >= 0 && c.triangle < talk.limits.triangles);
+        ASSERT_TRUE(c.impulse.allFinite() && c.point.allFinite() && c.triangle >= 0 &&
+                    c.triangle < talk.limits.triangles);
       }
     }
   }
@@ -208,8 +213,10 @@ void look_at(const Talk& talk, ModelUnpacker& unpacker, const Bytes& bytes, int&
 void mutate_many(int count) {
   const Talk talk;
   ModelUnpacker unpacker(talk.scene.model(), talk.scene.surface(), talk.scene.options());
-  const std::vector<Bytes> seeds{encode(talk.reports, 1), encode(talk.motion, 1),
-                                 encode(ModelMessage{pack_model(*talk.model, 16), 0, 0, 0}), encode(Hello{.version = "1"}),
+  const std::vector<Bytes> seeds{encode(talk.reports, 1),
+                                 encode(talk.motion, 1),
+                                 encode(ModelMessage{pack_model(*talk.model, 16), 0, 0, 0}),
+                                 encode(Hello{.version = "1"}),
                                  encode(Begin{7, {Pose{}}, {1.0}, BandPowers{}}),
                                  encode(Welcome{.scene = "{}", .files = {{"body.off", {1, 2, 3}}}})};
   std::mt19937 random(36);
