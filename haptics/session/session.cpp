@@ -87,6 +87,26 @@ class RunRecorder final : public ModelObserver {
   SessionResult& out_;
 };
 
+/// The one in use at the end.
+/// @param is_remote  the choice was made on the body's computer, which tells its outcome alone
+void tell_of_reducer(const Touch& touch, bool is_remote, SessionResult& result) {
+  if (is_remote) {
+    const TouchStatus status = touch.status();
+    result.reducer = result.reducer_name = status.reducer;
+    result.reducer_reason = "chosen on the body's computer";
+    result.expected_force_error = status.expected_force_error;
+    result.certified_error = status.certified_error;
+    return;
+  }
+  const ReducerChoice& choice = touch.slow().refresher().choice();
+  result.reducer = choice.chosen().reducer;
+  result.reducer_name = choice.chosen().name;
+  result.reducer_reason = choice.reason();
+  result.reducer_candidates = choice.candidates();
+  result.expected_force_error = choice.force_error();
+  result.certified_error = choice.certified_error();
+}
+
 /// Whoever watches is told of the end, however it comes.
 class Watched {
  public:
@@ -256,13 +276,8 @@ SessionResult Session::run(const SessionOptions& options) {
     if (event.adopted_tick >= ticks) event.adopted_tick = -1;  // the run was over by then
   result.deadline_misses =
       static_cast<int>(std::ranges::count_if(result.step_us, [&](double us) { return us > 1e6 * h; }));
-  result.reducer = refresher.choice().chosen().reducer;
-  result.reducer_name = refresher.choice().chosen().name;
-  result.reducer_reason = refresher.choice().reason();
-  result.reducer_candidates = refresher.choice().candidates();
-  result.expected_force_error = refresher.choice().force_error();
+  tell_of_reducer(touch, options.link != nullptr && threaded, result);
   result.refresh_budget_ms = refresh_budget_ms(this->options());
-  result.certified_error = refresher.choice().certified_error();
   if (threaded) warn_of_lag(scene(), result);
   for (std::size_t k = 0; k < result.tools.size(); ++k) {
     warn_of_speed(result.tools[k], h, k == 0 ? "tool.path: " : "second_tool.path: ", result.warnings);
