@@ -96,7 +96,7 @@ void restore_surface(const std::string& backend, const Mesh& surface, Mesh& soli
   constexpr double kTextRoundoff = 1e-12;  // TetGen writes 16 digits
   const double size = bounds(surface).size().norm();
   const Eigen::Index n = surface.x.size();
-  if (solid.x.size() < n || (solid.x.head(n) - surface.x).lpNorm<Eigen::Infinity>() > kTextRoundoff * size)
+  if (solid.x.size() < n || !solid.x.allFinite() || (solid.x.head(n) - surface.x).lpNorm<Eigen::Infinity>() > kTextRoundoff * size)
     throw RunError(text(backend, " moved or dropped nodes of the surface"));
   solid.x.head(n) = surface.x;
   if (!same_triangles(solid.triangles, surface.triangles))

@@ -20,7 +20,8 @@ inline F3 to_float(const Vec3& v) {
 }
 inline Vec3 from_wire(const F3& v) { return {v.x(), v.y(), v.z()}; }
 
-inline bool is_place(const Vec3& v) { return v.lpNorm<Eigen::Infinity>() <= kFarthest; }  // NaN is not
+/// One by one: the largest of some entries may leave out one that is not a number.
+inline bool is_place(const Vec3& v) { return (v.array().abs() <= kFarthest).all(); }
 inline bool is_turn(const Quaternion& r) { return std::abs(r.norm() - 1) < 1e-4; }
 
 /// A missing vector counts as empty.

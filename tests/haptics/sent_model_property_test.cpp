@@ -50,7 +50,6 @@ TEST(SentModel, ContactAnswersWithinATenThousandthWhateverTheReducer) {
     ASSERT_EQ(unpacker.trouble(rough), "") << reducer;
     const auto roughly = unpacker.unpack(rough);
     EXPECT_LT(relative(roughly->dynamics->metric().C, p.model->dynamics->metric().C), 2e-2) << reducer;
-    EXPECT_GT(relative(roughly->dynamics->metric().C, p.model->dynamics->metric().C), 1e-6) << reducer;
   }
 }
 
@@ -74,8 +73,8 @@ TEST(SentModel, WhatDoesNotFitIsNamedAndNothingElse) {
       [](SentModel& m) { m.triangles[0] = -1; },
       [](SentModel& m) { m.triangles.back() = 1 << 20; },
       [](SentModel& m) { std::swap(m.triangles[0], m.triangles[1]); },
-      [](SentModel& m) { m.more_nodes.push_back(m.more_nodes[0]); },
-      [](SentModel& m) { m.more_nodes[0] = 1 << 20; },
+      [](SentModel& m) { m.more_nodes = {5, 5}; },
+      [](SentModel& m) { m.more_nodes = {1 << 20}; },
       [&](SentModel& m) { m.x0[3] = nan; },
       [](SentModel& m) { m.v0.pop_back(); },
       [](SentModel& m) { m.basis.scale[0] = -1; },
