@@ -1,17 +1,24 @@
 // kilotouch serve SCENE: the body on this computer, for a hand on another one.
+#include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <sstream>
+#include <thread>
 
 #include "apps/commands.hpp"
 #include "apps/host_and_port.hpp"
+#include "apps/page_options.hpp"
 #include "core/base/error.hpp"
 
 #if KT_WITH_NETWORK
-#include "io/scene/scene.hpp"
+#include "haptics/session/session.hpp"
 #include "network/body_server.hpp"
+#endif
+#if KT_WITH_BEAST
+#include "view/view.hpp"
 #endif
 
 namespace kt {
@@ -20,7 +27,8 @@ namespace {
 struct ServeArguments {
   std::string scene, listen = text("127.0.0.1:", kUsualPort), keys, authorized;
   std::vector<std::string> set;
-  bool once = false;
+  PageArguments page;
+  bool once = false, shows_page = false;
 };
 
 #if KT_WITH_NETWORK
@@ -57,6 +65,71 @@ void tell(const ServedSession& s) {
             << " N.s)" << std::endl;
 }
 
+struct JoinAtEnd {
+  std::thread& thread;
+  ~JoinAtEnd() {
+    request_stop();
+    if (thread.joinable()) thread.join();
+  }
+};
+
+#if KT_WITH_BEAST
+
+/// A frame for a picture: what the last report of the hand tells.
+std::vector<LocalFrame> frames_of(const LocalReport& report, std::size_t tools, double h) {
+  std::vector<LocalFrame> out(tools);
+  for (std::size_t k = 0; k < tools; ++k) {
+    LocalFrame& f = out[k];
+    f.t = (report.tick + 1) * h;
+    f.pose = report.tools[k].pose;
+    f.triangle = report.tools[k].triangle;
+    double most = 0;
+    for (const TickContact& c : report.contacts()) {
+      if (c.tool != static_cast<int>(k)) continue;
+      const Vec3 force = -1 / h * c.impulse;  // on the tool
+      f.force += force;
+      f.f_n += force.dot(c.normal);
+      ++f.contacts;
+      if (force.norm() <= most) continue;
+      most = force.norm();
+      f.normal = c.normal;
+      f.point = c.point;
+      f.mode = c.sticks ? ContactMode::stick : ContactMode::frictional_slide;
+    }
+    f.f_t = std::sqrt(std::max(0.0, f.force.squaredNorm() - f.f_n * f.f_n));
+    f.model_frame = report.model_frame;
+    if (report.left_patch) f.flags |= kLeftPatch;
+  }
+  return out;
+}
+
+void show_page(const PageArguments& page, const Session& session, const BodyServer& server,
+               const std::atomic<bool>& is_over) {
+  check_page(page);
+  ViewOptions options;
+  options.server = {page.listen, static_cast<unsigned short>(page.port), page.token};
+  options.by_pointer = false;
+  options.stop = &is_over;
+  options.ready = [page](const std::string& url) { tell_of_page(page, url); };
+  view_watched(
+      session,
+      [&](WatchedBody& out) {
+        LocalReport report;
+        if (!server.look(out.x, report, out.status)) return false;
+        out.tools = frames_of(report, session.tools().size(), 1 / session.scene().local.rate_hz);
+        return true;
+      },
+      options);
+}
+
+#else
+
+void show_page(const PageArguments&, const Session&, const BodyServer&, const std::atomic<bool>&) {
+  throw InputError("serve: this program was built without pages; configure with -DKT_WITH_BEAST=ON");
+}
+
+#endif
+
 void serve(const ServeArguments& a) {
   const auto [address, port] = host_and_port(a.listen, "--listen");
   BodyServerOptions options{.address = address,
@@ -73,7 +146,7 @@ void serve(const ServeArguments& a) {
   }
   Scene scene = load_scene(a.scene, a.set);
   scene.link.type = "network";
-  const BuiltScene built(scene);
+  const Session built(scene);
   for (const std::string& warning : built.warnings()) std::cerr << "kilotouch: warning: " << warning << '\n';
   Scene sent = scene;
   std::vector<Welcome::File> files = take_files(sent);
@@ -81,7 +154,22 @@ void serve(const ServeArguments& a) {
                     [](const std::string& line) { std::cout << line << std::endl; });
   std::cout << "serving " << a.scene << " on " << address << ":" << server.port()
             << (options.own ? ", public key " + options.own->public_key : "") << "; Ctrl-C ends it" << std::endl;
-  server.run(tell);
+  if (!a.shows_page) return server.run(tell);
+  std::exception_ptr error;
+  std::atomic<bool> is_over{false};
+  std::thread serving([&] {
+    try {
+      server.run(tell);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    is_over = true;
+  });
+  const JoinAtEnd joins{serving};
+  show_page(a.page, built, server, is_over);
+  request_stop();
+  serving.join();
+  if (error) std::rethrow_exception(error);
 }
 
 #else
@@ -104,6 +192,8 @@ void add_serve_command(CLI::App& app, int&) {
       ->capture_default_str();
   command->add_option("--keys", a->keys, "folder of this computer's keys (kilotouch key new)");
   command->add_option("--authorized", a->authorized, "file of public keys that may connect, one a line");
+  command->add_flag("--page", a->shows_page, "show the body in a page");
+  add_page_options(*command, a->page, "page-");
   command->add_flag("--once", a->once, "end with the first hand's session");
   command->footer(
       "Example:\n  kilotouch serve scenes/organ_drag.json --listen 0.0.0.0:7700 --keys keys/body "

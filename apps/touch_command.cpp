@@ -4,16 +4,22 @@
 
 #include "apps/commands.hpp"
 #include "apps/host_and_port.hpp"
+#include "apps/page_options.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
 #include "core/base/error.hpp"
 #include "core/base/percentile.hpp"
 
 #if KT_WITH_NETWORK
+#include "apps/allocation_counter.hpp"
 #include "apps/live_scene.hpp"
+#include "apps/recordings.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/shell_words.hpp"
 #include "network/hand_link.hpp"
+#endif
+#if KT_WITH_BEAST
+#include "view/view.hpp"
 #endif
 
 namespace kt {
@@ -24,7 +30,8 @@ struct TouchArguments {
   std::vector<std::string> set;
   double wait = 30;
   RunSettings settings;
-  bool no_report = false;
+  PageArguments page;
+  bool no_report = false, shows_page = false;
 };
 
 #if KT_WITH_NETWORK
@@ -78,10 +85,48 @@ void tell(const HandLinkReport& r) {
             << " Mbit/s; " << 100 * r.loss_down << " % of datagrams lost\n";
 }
 
+#if KT_WITH_BEAST
+
+/// The body in a page; each run from rest on is a session of its own with the body's computer.
+void show_page(const TouchArguments& a, std::shared_ptr<HandConnection> connection, const Welcome& first,
+               const Scene& scene) {
+  check_page(a.page);
+  ViewOptions options;
+  options.server = {a.page.listen, static_cast<unsigned short>(a.page.port), a.page.token};
+  options.by_pointer = a.device == "pointer";
+  options.save = [dir = a.settings.out](const Session& s, const SessionResult& r, const BodyFilm& f) {
+    return save_recording(dir, "kilotouch touch", s, r, f);
+  };
+  options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
+  options.stop = &stop_requested();
+  options.ready = [page = a.page](const std::string& url) { tell_of_page(page, url); };
+  const auto next = std::make_shared<std::optional<Welcome>>(first);
+  options.link = [connection, next] {
+    const auto say = [](const std::string& line) { std::cerr << "kilotouch: " << line << std::endl; };
+    if (!*next) {
+      connection->ask_again();
+      *next = connection->greet(say);
+    }
+    const LinkMaker out = make_hand_link(connection, **next, std::make_shared<HandLinkReport>(), say);
+    next->reset();
+    return out;
+  };
+  view_scene(scene, options);
+}
+
+#else
+
+void show_page(const TouchArguments&, std::shared_ptr<HandConnection>, const Welcome&, const Scene&) {
+  throw InputError("touch: this program was built without pages; configure with -DKT_WITH_BEAST=ON");
+}
+
+#endif
+
 void touch(TouchArguments& a, int& exit_code) {
   const auto [host, port] = host_and_port(a.where, "ADDRESS");
   if (!(a.wait >= 0 && a.wait <= 1e6)) throw InputError(text("--wait is ", a.wait, ", must be 0 .. 1e6 s"));
-  check_live_device(a.device, {"scene"});
+  const bool by_pointer = a.device == "pointer";
+  check_live_device(a.device, {"scene", "pointer"});
   HandConnectionOptions options{.host = host,
                                 .port = port,
                                 .data_host = {},
@@ -99,6 +144,7 @@ void touch(TouchArguments& a, int& exit_code) {
   const auto connection = std::make_shared<HandConnection>(options);
   const Welcome welcome = connection->greet(say);
   const Scene scene = with_live_device(received_scene(welcome, a.settings.out + "/received", a.set), a.device);
+  if (by_pointer || a.shows_page) return show_page(a, connection, welcome, scene);
   const auto report = std::make_shared<HandLinkReport>();
   a.settings.session.link = make_hand_link(connection, welcome, report, say, request_stop);
   a.settings.complete = [report](Json& summary) {
@@ -135,8 +181,9 @@ void add_touch_command(CLI::App& app, int& exit_code) {
   a->settings.out = "out";
   command->add_option("ADDRESS", a->where, "address and port of kilotouch serve")->required();
   command
-      ->add_option("--device", a->device,
-                   "what moves the tool: scene (the scene's path), or a haptic device: haply ...")
+      ->add_option(
+          "--device", a->device,
+          "what moves the tool: scene (the scene's path), pointer (in the page), or a haptic device: haply ...")
       ->capture_default_str();
   command->add_option("--set", a->set, "change tool.path or duration, KEY=VALUE; may be repeated")
       ->allow_extra_args(false);
@@ -146,6 +193,8 @@ void add_touch_command(CLI::App& app, int& exit_code) {
   command->add_option("--wait", a->wait, "for a server that is not there, or is gone, s")->capture_default_str();
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   add_json_option(*command, a->settings.json_file, "the summary");
+  command->add_flag("--page", a->shows_page, "show the body in a page until Ctrl-C, instead of one run");
+  add_page_options(*command, a->page, "page-");
   command->add_flag("--force", a->settings.force, "replace another scene's results in the folder --out");
   command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");

@@ -14,11 +14,11 @@ namespace kt {
 
 struct BodyServerOptions {
   std::string address = "127.0.0.1";
-  int port = 0;                                        ///< of control (TCP) and datagrams (UDP); 0: any that is free
-  std::optional<CurveKey> own;                         ///< needed beyond loopback
-  std::optional<std::vector<std::string>> authorized;  ///< public keys of hands; none: whoever knows ours
-  std::string version;                                 ///< of the program
-  bool once = false;                                   ///< ends with the first hand's session
+  int port = 0;                                          ///< of control (TCP) and datagrams (UDP); 0: any that is free
+  std::optional<CurveKey> own{};                         ///< needed beyond loopback
+  std::optional<std::vector<std::string>> authorized{};  ///< public keys of hands; none: whoever knows ours
+  std::string version{};                                 ///< of the program
+  bool once = false;                                     ///< ends with the first hand's session
   const std::atomic<bool>* stop = nullptr;
 };
 

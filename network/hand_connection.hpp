@@ -12,12 +12,12 @@ namespace kt {
 struct HandConnectionOptions {
   std::string host = "127.0.0.1";
   int port = 0;
-  int data_port = 0;                      ///< of datagrams; 0: as the server says. Others go through a relay
-  std::string data_host;                  ///< empty: `host`
-  std::optional<CurveKey> own;            ///< with server_key
-  std::optional<std::string> server_key;  ///< needed beyond loopback
-  std::string version;                    ///< of the program
-  double wait = 30;                       ///< [s] for a server that is not there, or has gone
+  int data_port = 0;                        ///< of datagrams; 0: as the server says. Others go through a relay
+  std::string data_host{};                  ///< empty: `host`
+  std::optional<CurveKey> own{};            ///< with server_key
+  std::optional<std::string> server_key{};  ///< needed beyond loopback
+  std::string version{};                    ///< of the program
+  double wait = 30;                         ///< [s] for a server that is not there, or has gone
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -302,14 +302,8 @@ class HandLink final : public BodyLink, private RemoteBody {
   void copy_positions(VectorX& x) const override { worker_.copy_positions(x); }
 
   void set(const SettingChange& change) override {
-    std::unique_lock lock(asking_);
-    SetRequest request{++asked_, change.key, change.value, change.word};
-    requests_.push_back(request);
-    const bool is_answered = answered_.wait_for(lock, 3s, [&] { return replies_.contains(request.number); });
-    if (!is_answered) throw InputError(change.key + ": the body's computer does not answer");
-    const std::string trouble = replies_[request.number];
-    replies_.erase(request.number);
-    if (!trouble.empty()) throw InputError(trouble);
+    const std::scoped_lock lock(asking_);
+    requests_.push_back({++asked_, change.key, change.value, change.word});
   }
 
   Begin begin_message(const Welcome& welcome, std::span<const Pose> tools) const {
@@ -457,9 +451,7 @@ class HandLink final : public BodyLink, private RemoteBody {
       if (record.event.linearized_tick == 0) record.event.adopted_tick = 0;
       if (observer_) observer_->refreshed(record);
     } else if (const auto* reply = std::get_if<SetReply>(&message)) {
-      const std::scoped_lock lock(asking_);
-      replies_[reply->number] = reply->trouble;
-      answered_.notify_all();
+      if (!reply->trouble.empty() && say_) say_("the body's computer: " + reply->trouble);
     } else if (const auto* bye = std::get_if<Bye>(&message)) {
       is_over_ = true;
       connection_->ask_again();
@@ -572,10 +564,8 @@ class HandLink final : public BodyLink, private RemoteBody {
   Clock::time_point began_{}, heard_{}, next_control_{}, next_ping_{}, lost_at_{}, next_try_{};
 
   std::mutex asking_;  // of what follows
-  std::condition_variable answered_;
   std::uint32_t asked_ = 0;
   std::vector<SetRequest> requests_;
-  std::map<std::uint32_t, std::string> replies_;
   std::thread thread_;
 };
 

@@ -18,8 +18,8 @@ constexpr double kRetreat = 0.015;  // [m] from the body when nobody holds the p
 constexpr double kLongest = 600;    // [s] of a recording
 constexpr double kMostTime = 0.6;   // [s] of the plot in one frame: a page that was away gets the newest
 
-Scene in_threads(Scene scene) {
-  scene.link.type = "thread";
+Scene in_threads(Scene scene, bool over_network) {
+  scene.link.type = over_network ? "network" : "thread";
   scene.link.charge_refreshes = "none";
   return scene;
 }
@@ -27,12 +27,13 @@ Scene in_threads(Scene scene) {
 }  // namespace
 
 LiveRun::LiveRun(const Scene& scene, bool by_pointer, Save save, Told told,
-                 std::function<long long()> count_allocations)
-    : session_(in_threads(scene)),
+                 std::function<long long()> count_allocations, NewLink new_link)
+    : session_(in_threads(scene, new_link != nullptr)),
       by_pointer_(by_pointer),
       save_(std::move(save)),
       told_(std::move(told)),
       count_allocations_(std::move(count_allocations)),
+      new_link_(std::move(new_link)),
       shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes())) {
   if (by_pointer) session_.hold();
   last_target_ = start();
@@ -80,6 +81,7 @@ void LiveRun::run_once() {
   options.pause = &pause_;
   options.target = target_;
   options.is_endless = by_pointer_ || is_live(session_.scene());
+  if (new_link_) options.link = new_link_();
   BodyFilm film(session_.model().mesh());
   if (options.keeps_records) options.film = &film;
   SessionResult result = session_.run(options);

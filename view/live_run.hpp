@@ -26,6 +26,7 @@ struct LiveStatus {
   RealTime real_time;                       ///< over the last seconds
   double frame_us = 0;                      ///< CPU time of the server for a picture
   bool is_paused = false, is_recording = false;
+  std::string told;   ///< instead of what real_time tells; empty: that
   std::string error;  ///< why it stands still; empty: it does not
 };
 
@@ -35,10 +36,14 @@ class LiveRun final : private SessionWatcher {
   using Save = std::function<std::string(const Session&, const SessionResult&, const BodyFilm&)>;
   /// Told of a recording: where it lies, or why it could not be written. In the run's own thread.
   using Told = std::function<void(const std::string& folder, const std::string& error)>;
+  /// A new session with the body's computer. Throws InputError and RunError.
+  using NewLink = std::function<LinkMaker()>;
 
   /// Builds the body. Throws InputError for what is wrong with the scene.
   /// @param by_pointer  the first tool is drawn by move(); else it goes the scene's way, again and again
-  LiveRun(const Scene& scene, bool by_pointer, Save save, Told told, std::function<long long()> count_allocations);
+  /// @param new_link    the body is on another computer; none: it is here
+  LiveRun(const Scene& scene, bool by_pointer, Save save, Told told, std::function<long long()> count_allocations,
+          NewLink new_link = {});
   ~LiveRun() override;
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
@@ -85,6 +90,7 @@ class LiveRun final : private SessionWatcher {
   const Save save_;
   const Told told_;
   const std::function<long long()> count_allocations_;
+  const NewLink new_link_;
   BodyShape shape_;
 
   std::atomic<bool> stop_{false}, pause_{false}, quits_{false};

@@ -81,7 +81,7 @@ std::string status_text(const LiveStatus& s, bool has_tool, int pages,
               {"gate", s.gate},
               {"frame_us", s.frame_us},
               {"real_time", name_of(s.real_time.keeps)},
-              {"real_time_told", s.real_time.told()},
+              {"real_time_told", s.told.empty() ? s.real_time.told() : s.told},
               {"paused", s.is_paused},
               {"recording", s.is_recording},
               {"error", s.error}};

@@ -1,6 +1,8 @@
 #include "view/view.hpp"
 
 #include <chrono>
+#include <cmath>
+#include <deque>
 #include <filesystem>
 #include <future>
 #include <map>
@@ -138,7 +140,7 @@ class LivePages final : public Pages {
           const std::scoped_lock lock(recordings_guard_);
           recordings_.push_back({folder, error});
         },
-        options_.count_allocations);
+        options_.count_allocations, options_.link);
   }
 
   void tell_body(int page) {
@@ -183,8 +185,10 @@ class LivePages final : public Pages {
       case Kind::set:
         return set(page, m);
       case Kind::restart:
+        if (options_.link) throw InputError("the body's computer has the scene: change it there and start it again");
         return begin(page, "restart", [this, m] { return changed(scene_, m.settings); });
       case Kind::open:
+        if (options_.link) throw InputError("the body's computer has the scene: another one is opened there");
         return open(page, m);
       case Kind::reset:
         run_->reset();
@@ -311,7 +315,68 @@ class SessionPages final : public Pages {
   Playback playback_;
 };
 
+/// Of a body that a hand on another computer touches: it can only be looked at.
+class WatchedPages final : public Pages {
+ public:
+  WatchedPages(const Session& session, const std::function<bool(WatchedBody&)>& look, const ViewOptions& options)
+      : Pages(options),
+        session_(session),
+        look_(look),
+        shape_(make_body_shape(session.surface(), session.model().mesh().num_nodes())) {}
+
+  void tick() override {
+    if (server_.num_pages() == 0) return;
+    const bool is_touched = look_(body_);
+    if (!is_touched) body_ = {session_.start().x, {}, {}};
+    picture_.positions = pack_positions(body_.x, shape_.nodes);
+    picture_.refreshes = body_.status.refreshes;
+    picture_.tools = body_.tools;
+    picture_.t = body_.tools.empty() ? picture_.t : body_.tools[0].t;
+    picture_.target = body_.tools.empty() ? session_.path().front().x : body_.tools[0].pose.x;
+    server_.send_all(Server::Kind::bytes, bytes(picture_bytes(picture_, 0, 0)), true);
+    if (++ticks_ % kStatusEvery != 0) return;
+    LiveStatus status;
+    status.touch = body_.status;
+    status.wanted_hz = session_.scene().global.rate_hz;
+    status.refresh_hz = refresh_hz(body_.status.refreshes);
+    status.told =
+        text("is the hand's; here ", std::round(status.refresh_hz), " of ", status.wanted_hz, " refreshes a second");
+    status.error = is_touched ? "" : "nobody touches the body now: kilotouch touch, on the hand's computer";
+    server_.send_all(Server::Kind::text, bytes(status_text(status, false, server_.num_pages(), {})));
+  }
+
+ private:
+  void greet(int page) override {
+    server_.send(page, Server::Kind::text, bytes(hello_text(session_, 0, {}, false)));
+    server_.send(page, Server::Kind::bytes, bytes(body_bytes(shape_, session_.start().x)));
+  }
+  void obey(int, const PageMessage&) override {
+    throw InputError("the hand is on another computer: here the body can only be looked at");
+  }
+  /// Over the last seconds.
+  double refresh_hz(int refreshes) {
+    constexpr auto kWindow = std::chrono::seconds(3);
+    const auto now = std::chrono::steady_clock::now();
+    if (!counted_.empty() && refreshes < counted_.back().second) counted_.clear();
+    counted_.emplace_back(now, refreshes);
+    while (counted_.front().first < now - kWindow) counted_.pop_front();
+    const double seconds = std::chrono::duration<double>(now - counted_.front().first).count();
+    return seconds > 0 ? (refreshes - counted_.front().second) / seconds : 0;
+  }
+  std::deque<std::pair<std::chrono::steady_clock::time_point, int>> counted_;
+  const Session& session_;
+  std::function<bool(WatchedBody&)> look_;
+  BodyShape shape_;
+  WatchedBody body_;
+  LiveRun::Picture picture_;
+  int ticks_ = 0;
+};
+
 }  // namespace
+
+void view_watched(const Session& session, const std::function<bool(WatchedBody&)>& look, const ViewOptions& options) {
+  WatchedPages(session, look, options).serve();
+}
 
 void view_scene(const Scene& scene, const ViewOptions& options) { LivePages(scene, options).serve(); }
 

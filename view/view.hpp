@@ -20,13 +20,23 @@ struct ViewOptions {
   /// What the doctor finds in a mesh file, JSON.
   std::function<std::string(const std::string& file)> examine;
   std::function<long long()> count_allocations;  ///< of this thread so far; none: not counted
+  LiveRun::NewLink link;                         ///< the body is on another computer; none: it is here
   /// Told when pages can be opened.
   std::function<void(const std::string& url)> ready;
   const std::atomic<bool>* stop = nullptr;
 };
 
+/// What can be seen of a body that is touched from another computer.
+struct WatchedBody {
+  VectorX x;                      ///< [m], (3n)
+  std::vector<LocalFrame> tools;  ///< as far as they are known
+  TouchStatus status;
+};
+
 /// Serves until it is stopped. Throws InputError for a scene or a port that is wrong.
 void view_scene(const Scene& scene, const ViewOptions& options);
+/// @param look  false: nobody touches the body
+void view_watched(const Session& session, const std::function<bool(WatchedBody&)>& look, const ViewOptions& options);
 void view_session(const Scene& scene, SessionOptions replay, const ViewOptions& options);
 
 }  // namespace kt

@@ -16,7 +16,7 @@ class RemoteBody {
   virtual ~RemoteBody() = default;
   virtual TouchStatus status() const = 0;
   virtual void copy_positions(VectorX& x) const = 0;
-  /// As BodySide::set: waits for the answer.
+  /// On its way to BodySide::set there; checked here before.
   virtual void set(const SettingChange& change) = 0;
 };
 

@@ -51,6 +51,11 @@ void BodySide::set(const std::string& key, const std::string& word) {
   waiting_.push_back(change);
 }
 
+std::vector<SettingChange> BodySide::waiting() const {
+  const std::scoped_lock lock(guard_);
+  return waiting_;
+}
+
 double BodySide::number(const std::string& key) const {
   const std::scoped_lock lock(guard_);
   const LiveSetting& s = live_setting(key);

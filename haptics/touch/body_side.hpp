@@ -31,6 +31,8 @@ class BodySide {
   /// value that is out of range; nothing is changed then.
   void set(const std::string& key, double value);
   void set(const std::string& key, const std::string& word);
+  /// Changes that no refresh has taken yet.
+  std::vector<SettingChange> waiting() const;
   double number(const std::string& key) const;  ///< as it was set last
   std::string word(const std::string& key) const;
 

@@ -99,8 +99,18 @@ void Touch::start(const LinkMaker& make) { parts_->start("network", make); }
 void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
   if (link) throw InputError("start: after the first tick, or twice");
   options.link.type = type;
+  const std::vector<SettingChange> early = side->waiting();
   side = std::make_unique<BodySide>(body, options);
+  const auto set = [&](auto& where) {
+    for (const SettingChange& change : early) where(change);
+  };
+  const auto here = [&](const SettingChange& c) {
+    c.word.empty() ? side->set(c.key, c.value) : side->set(c.key, c.word);
+  };
+  set(here);
   link = make(*side, haptic, friction, observer);
+  const auto there = [&](const SettingChange& c) { link->remote()->set(c); };
+  if (link->remote()) set(there);
 }
 
 void Touch::stop() {

@@ -73,7 +73,9 @@ TEST(SentModel, WhatDoesNotFitIsNamedAndNothingElse) {
       [](SentModel& m) { m.triangles[0] = -1; },
       [](SentModel& m) { m.triangles.back() = 1 << 20; },
       [](SentModel& m) { std::swap(m.triangles[0], m.triangles[1]); },
-      [](SentModel& m) { m.more_nodes = {5, 5}; },
+      [](SentModel& m) {
+        m.more_nodes = {5, 5};
+      },
       [](SentModel& m) { m.more_nodes = {1 << 20}; },
       [&](SentModel& m) { m.x0[3] = nan; },
       [](SentModel& m) { m.v0.pop_back(); },
