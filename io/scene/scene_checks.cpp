@@ -108,6 +108,8 @@ Found check_contact(const ContactSettings& contact) {
 }
 
 Found check_link(const LinkSettings& link) {
+  if (link.basis_bits != 8 && link.basis_bits != 16)
+    return JsonProblem{"link.basis_bits", text("is ", link.basis_bits, ", must be 8 or 16")};
   if (link.charge_refreshes == "given" && !link.refresh_ms)
     return JsonProblem{"link.charge_refreshes", "is given without link.refresh_ms: say what a refresh takes (ms)"};
   if (link.charge_refreshes != "given" && link.refresh_ms)

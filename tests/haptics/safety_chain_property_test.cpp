@@ -204,6 +204,34 @@ TEST(SafetyChain, TheToolFollowsWhatItMissed) {
   EXPECT_EQ(chain.reason(), GateReason::open);
 }
 
+/// A hand that is simulated is given nothing either where its body's computer is gone, and gets its force back slowly.
+TEST(SafetyChain, OverANetworkAForceOfStaleModelsFadesForThoseThatNobodyHolds) {
+  for (const bool fades : {true, false}) {
+    SafetyOptions o;
+    o.fades_when_stale = fades;
+    SafetyChain chain(o);
+    const auto tick = [&](unsigned flags) {
+      LocalFrame frame = asking({0, 0, 1});
+      frame.flags = flags;
+      const Wrench out = chain.make_safe(frame, {}, {}, 1e-3);
+      EXPECT_EQ(out.force, frame.force);
+      EXPECT_EQ((frame.flags & kGated) != 0, chain.gate() < 1);
+      return out.force.z();
+    };
+    EXPECT_EQ(tick(0), 1);
+    for (int i = 0; i < 20; ++i) tick(kStaleModel);
+    EXPECT_EQ(tick(kStaleModel), fades ? 0 : 1);
+    EXPECT_EQ(tick(kBodyFailed), fades ? 0 : 1);
+    double before = tick(0);
+    for (int i = 0; i < 600; ++i) {
+      const double now = tick(0);
+      EXPECT_LE(now - before, 1e-3 / SafetyChain::kOpening + 1e-12);
+      before = now;
+    }
+    EXPECT_EQ(before, 1);
+  }
+}
+
 /// Who is not there, or asks for nothing, is given nothing; and each reason has its name.
 TEST(SafetyChain, EachReasonShutsTheGate) {
   struct Case {
