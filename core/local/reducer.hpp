@@ -14,8 +14,9 @@ namespace kt {
 struct ContactSite {
   Vec3 centre = Vec3::Zero();         ///< a point on the surface [m]
   int triangle = 0;                   ///< the surface triangle that holds it
-  double reach = 0;                   ///< radius around the centre that the patch must cover [m]
+  double reach = 0;                   ///< radius around the centre and its way that the patch must cover [m]
   std::vector<ContactSite> others{};  ///< where further tools are: one patch covers them all, each with its own reach
+  Vec3 way = Vec3::Zero();            ///< from the centre, straight, that the tool is expected to go [m]
 };
 
 class GradedBody;
@@ -39,6 +40,9 @@ struct ReduceOptions {
 /// reachable vertex are complete); of several tools' sites all of them, each once. x: current node positions (3n).
 /// @param smooth  contact on a triangle also moves its neighbours' vertices: they are in reach, too
 SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactSite& site, bool smooth = false);
+
+/// Vertices that the patch of this site has, without those of others.
+int count_patch_vertices(const Surface& surface, const VectorX& x, const ContactSite& site);
 
 using ReduceFn = std::function<LocalModel(const TangentModel&, SurfacePatch, const ContactSite&, const ReduceOptions&)>;
 
