@@ -133,6 +133,7 @@ Json session_json(const Session& session, const SessionResult& result) {
   Json refreshes = Json::array();
   for (const RefreshEvent& r : result.refreshes) {
     refreshes.push_back({r.linearized_tick, r.adopted_tick, r.started_tick});
+    if (r.delay_ticks >= 0 || !r.lost.empty()) refreshes.back().push_back(r.delay_ticks);
     if (!r.lost.empty()) refreshes.back().push_back(r.lost);
   }
   Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},

@@ -105,17 +105,18 @@ class SessionFile {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const auto is_tick = [&](const Json& v) { return v.is_number_integer() && v >= -1 && v <= ticks; };
       const Json& r = list[i];
-      const bool has_lost = r.is_array() && r.size() == 4 && r[3].is_array();
-      const auto ticks_of = [&](std::size_t n) {
-        return std::all_of(r.begin(), r.begin() + static_cast<long>(n), is_tick);
-      };
-      if (!r.is_array() || (r.size() != 3 && !has_lost) || !ticks_of(3) ||
-          (has_lost && !std::ranges::all_of(r[3], is_tick)))
-        fail(
-            text("refreshes[", i, "]"),
-            text("is ", shown_json(r), ", must be three ticks: linearized, adopted, started; and a list of lost ones"));
+      // Of a network also the delay that was expected, and the ticks whose reports were lost.
+      const bool has_lost = r.is_array() && r.size() == 5 && r[4].is_array();
+      const std::size_t numbers = has_lost ? 4 : r.size();
+      if (!r.is_array() || numbers < 3 || numbers > 4 ||
+          !std::all_of(r.begin(), r.begin() + static_cast<long>(numbers), is_tick) ||
+          (has_lost && !std::ranges::all_of(r[4], is_tick)))
+        fail(text("refreshes[", i, "]"),
+             text("is ", shown_json(r),
+                  ", must be three ticks: linearized, adopted, started; over a network four and a list"));
       RefreshEvent event{r[0], r[1], r[2]};
-      if (has_lost) event.lost = r[3].get<std::vector<int>>();
+      if (numbers == 4) event.delay_ticks = r[3];
+      if (has_lost) event.lost = r[4].get<std::vector<int>>();
       if (!std::ranges::is_sorted(event.lost)) fail(text("refreshes[", i, "]"), "has lost ticks that are not in order");
       const bool in_order = i == 0 ? event == RefreshEvent{0, 0, 0}
                                    : event.linearized_tick > out.back().linearized_tick && event.started_tick >= 0 &&

@@ -10,7 +10,7 @@ namespace kt {
 namespace {
 
 constexpr std::size_t kMostBatches = 4096;  // of a body that takes seconds for a refresh: the sums say the rest
-constexpr std::size_t kMostKept = 256;
+constexpr std::size_t kMostKept = 256, kAges = 20;
 
 }  // namespace
 
@@ -71,8 +71,20 @@ void BodyEnd::follow_adoption(const ReportBatch& batch) {
   if (kept == kept_.end()) return;
   adopted_frame_ = batch.adopted_frame;
   age_ = std::max(0, batch.adopted_tick - kept->second.linearized_tick);
+  ages_.push_back(age_);
+  if (ages_.size() > kAges) ages_.pop_front();
   side_.adopted(kept->second.linearized_tick, batch.adopted_tick);
   kept_.erase(kept_.begin(), kept);  // reports of older ones may come, motions of them do not
+}
+
+/// Nine of ten local models were not older when they were taken [ticks]; -1: too few were taken yet.
+int BodyEnd::expected_age() const {
+  constexpr std::size_t kFew = 3;
+  if (ages_.size() < kFew) return -1;
+  std::vector<int> sorted(ages_.begin(), ages_.end());
+  const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(9 * (sorted.size() - 1) / 10);
+  std::ranges::nth_element(sorted, place);
+  return *place;
 }
 
 std::optional<ModelMessage> BodyEnd::refresh_if_due() {
@@ -107,8 +119,9 @@ std::optional<ModelMessage> BodyEnd::refresh_if_due() {
   from.num_patch = motion->patch;
   std::vector<Pose> at;
   for (std::size_t k = 0; k < side_.options().tools.size(); ++k) at.push_back(reports.back().tools[k].pose);
-  RefreshEvent event{tick, -1, tick, inbox_.lost()};
-  const auto model = side_.refresh(std::move(event), at, reports, &from, [] { return 0.0; });
+  const RefreshEvent event{tick, -1, tick, expected_age(), inbox_.lost()};
+  if (event.delay_ticks >= 0) side_.expect(event.delay_ticks * h_);
+  const auto model = side_.refresh(event, at, reports, &from, [] { return 0.0; });
   side_.refresher().charge(side_.last_cpu_ms());
   interval_ = side_.refresher().next_interval(usual_);
   last_ = tick;

@@ -2,6 +2,7 @@
 // The body's half of a touch whose other half is on another computer: reports and motion in, local models out. No
 // socket and no clock here: a test drives it in virtual time.
 #include <condition_variable>
+#include <deque>
 #include <map>
 #include <mutex>
 
@@ -58,11 +59,13 @@ class BodyEnd {
   };
   ModelMessage packed(const PreparedLocalModel& model);
   void follow_adoption(const ReportBatch& batch);
+  int expected_age() const;
 
   double h_;
   BodySide side_;
   ReportInbox inbox_;
   std::map<int, Kept> kept_;  // by frame
+  std::deque<int> ages_;      // of the last local models that were taken [ticks]
   int last_ = 0, due_, interval_, usual_, age_ = 0, adopted_frame_ = 0;
 
   mutable std::mutex guard_;  // of what follows

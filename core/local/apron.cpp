@@ -18,11 +18,16 @@ std::vector<int> nearest_outside(const Surface& surface, const VectorX& x, const
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
     if (in_patch[t]) continue;
     double nearest_sq = std::numeric_limits<double>::infinity();
-    const auto consider = [&](const Vec3& centre) {
-      for (const int i : surface.triangles[t]) nearest_sq = std::min(nearest_sq, (node(x, i) - centre).squaredNorm());
+    const auto consider = [&](const ContactSite& at) {
+      const double way_sq = at.way.squaredNorm();
+      for (const int i : surface.triangles[t]) {
+        const Vec3 away = node(x, i) - at.centre;
+        const double share = way_sq > 0 ? std::clamp(away.dot(at.way) / way_sq, 0.0, 1.0) : 0;
+        nearest_sq = std::min(nearest_sq, (away - share * at.way).squaredNorm());
+      }
     };
-    consider(site.centre);
-    for (const ContactSite& other : site.others) consider(other.centre);
+    consider(site);
+    for (const ContactSite& other : site.others) consider(other);
     by_distance.emplace_back(nearest_sq, t);
   }
   if (by_distance.size() > static_cast<std::size_t>(most)) {

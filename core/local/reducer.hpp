@@ -14,8 +14,9 @@ namespace kt {
 struct ContactSite {
   Vec3 centre = Vec3::Zero();         ///< a point on the surface [m]
   int triangle = 0;                   ///< the surface triangle that holds it
-  double reach = 0;                   ///< radius around the centre that the patch must cover [m]
+  double reach = 0;                   ///< radius around the centre and its way that the patch must cover [m]
   std::vector<ContactSite> others{};  ///< where further tools are: one patch covers them all, each with its own reach
+  Vec3 way = Vec3::Zero();            ///< from the centre, straight, that the tool is expected to go [m]
 };
 
 class GradedBody;
@@ -42,6 +43,9 @@ SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactS
 
 /// The patch of these triangles of the surface, ascending.
 SurfacePatch patch_of(const Surface& surface, std::vector<int> triangles, bool smooth = false);
+
+/// Vertices that the patch of this site has, without those of others.
+int count_patch_vertices(const Surface& surface, const VectorX& x, const ContactSite& site);
 
 using ReduceFn = std::function<LocalModel(const TangentModel&, SurfacePatch, const ContactSite&, const ReduceOptions&)>;
 

@@ -1,5 +1,7 @@
 #include "haptics/refresh/foresight.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "collision/shape/closest_point.hpp"
@@ -32,6 +34,39 @@ Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int too
   const LocalReport& before = reports[reports.size() - 1 - ticks];
   const Vec3 way = reports.back().tools[tool].pose.x - before.tools[tool].pose.x;
   return rate_hz / static_cast<double>(reports.back().tick - before.tick) * way;  // some between may be lost
+}
+
+Vec3 expected_way(const Vec3& velocity, const Vec3& came, double seconds) {
+  const Vec3 way = seconds * velocity;
+  const double size_sq = way.squaredNorm();
+  return size_sq > 0 ? Vec3(std::clamp(came.dot(way) / size_sq, 0.0, 1.0) * way) : way;
+}
+
+Vec3 along_surface(const Vec3& way, std::span<const ContactHold> holds) {
+  Vec3 normal = Vec3::Zero();
+  for (const ContactHold& hold : holds) normal += std::max(hold.force, 0.0) * hold.normal;
+  const double size = normal.norm();
+  return size > 0 ? Vec3(way - way.dot(normal) / (size * size) * normal) : way;
+}
+
+void PastPlaces::add(double t, std::span<const Pose> tools) {
+  constexpr double kKept = 1;  // [s]
+  Place& now = places_.emplace_back(t);
+  for (std::size_t k = 0; k < tools.size(); ++k) now.x[k] = tools[k].x;
+  while (places_.size() > 2 && places_[1].t < t - kKept) places_.pop_front();
+}
+
+Vec3 PastPlaces::came(int tool, double seconds) const {
+  if (places_.empty()) return Vec3::Zero();
+  const auto k = static_cast<std::size_t>(tool);
+  const Place& now = places_.back();
+  const double t = now.t - seconds;
+  const auto after = std::ranges::lower_bound(places_, t, {}, &Place::t);
+  if (after == places_.begin()) return now.x[k] - places_.front().x[k];
+  if (after == places_.end()) return Vec3::Zero();
+  const Place& before = *std::prev(after);
+  const double share = (t - before.t) / (after->t - before.t);
+  return now.x[k] - (before.x[k] + share * (after->x[k] - before.x[k]));
 }
 
 std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surface& surface, const Smoothing& smoothing,

@@ -11,6 +11,7 @@ namespace kt {
 struct RefreshRecord {
   RefreshEvent event{};
   double t = 0;                       ///< at which the body was linearized [s]
+  double delay = 0;                   ///< until its local model would be in use, as was expected [s]
   double cpu_ms = 0;                  ///< of all threads but the ticking one, with the global step
   std::optional<double> global_ms{};  ///< of the global step; none: the body was not stepped, as at the start
   double refresh_ms = 0;              ///< of all that follows it

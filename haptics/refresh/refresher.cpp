@@ -5,7 +5,7 @@
 #include <iterator>
 #include <optional>
 
-#include "collision/shape/closest_point.hpp"
+#include "collision/shape/tool_shape.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
 #include "haptics/refresh/foresight.hpp"
@@ -15,9 +15,10 @@
 namespace kt {
 namespace {
 
-constexpr double kUncoupled = 0.02;          // of the damping power: far below what a hand can tell
-constexpr double kGaveWay = 0.15;            // of the largest force: that a local model was off
-constexpr double kAlert = 0.25;              // [s] after that
+constexpr double kUncoupled = 0.02;  // of the damping power: far below what a hand can tell
+constexpr double kGaveWay = 0.15;    // of the largest force: that a local model was off
+constexpr double kAlert = 0.25;      // [s] after that
+constexpr double kOfTheDelay = 0.25;
 constexpr double kShortestInterval = 0.008;  // [s] in which a new local model's force is back where its own balance is
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
@@ -73,7 +74,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                        haptic_method_name(options.local.method, options.contact.law) == "multirate"),
       has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
                  !is_geometric(options.contact.law)),
-      known_{.before = start, .forces = {}} {}
+      known_{.before = start, .past = {}, .forces = {}} {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
@@ -81,78 +82,6 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
 double Refresher::interval(double t) const {
   const double usual = 1 / options_.global.rate_hz;
   return models_come_late(options_) ? std::clamp(t - known_.last, usual, 1.5 * usual) : usual;
-}
-
-/// Around the place where a large ball touches, or will: as much as a fingertip needs around what it touches now, and
-/// no more than some hundred nodes can be followed.
-/// @returns [m]
-static double large_ball_extent(const Surface& surface, const VectorX& x, const Vec3& place, double radius) {
-  constexpr double kFingertip = 0.01;  // [m]
-  constexpr double kNearly = 5e-4;     // [m] of the ball: touched
-  constexpr std::size_t kMost = 100;   // nodes
-  std::vector<int> nodes;
-  for (int i = 0; i + 1 < static_cast<int>(surface.topology.first.size()); ++i)
-    if (!surface.topology.triangles_of(i).empty()) nodes.push_back(i);
-  const auto from = [&](const Vec3& p) { return [&x, p](int i) { return (node(x, i) - p).norm(); }; };
-  const Vec3 foot = node(x, *std::ranges::min_element(nodes, {}, from(place)));
-  double touched = 0;
-  for (const int i : nodes)
-    if (from(place)(i) <= radius + kNearly) touched = std::max(touched, from(foot)(i));
-  double most = std::numeric_limits<double>::infinity();
-  if (nodes.size() > kMost) {
-    std::ranges::nth_element(nodes, nodes.begin() + kMost, {}, from(foot));
-    most = from(foot)(nodes[kMost]);
-  }
-  return std::max(1.5 * kFingertip, std::min(touched + 0.5 * kFingertip, most));
-}
-
-/// How far the tool's surface gets while the model made at time t is in use [m].
-double Refresher::reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const {
-  constexpr double kAround = 1.2;  // where it may be off the path; further off the apron catches it
-  // [m/s] Of a tool with a bound the least of it and this counts; without one, as of a hand, the apron has to do:
-  // patches for whatever a hand could do are three times as costly, and come too late for what it does.
-  const double gets_faster = std::isfinite(tool.max_speed) ? 0.1 : 0.03;
-  constexpr double kLarge = 0.01;  // [m]
-  double around = kAround * tool_reach(tool.shape);
-  if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
-    around = std::min(around, large_ball_extent(surface_, global_.state().x, place, tool.shape.radius));
-  const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + gets_faster});
-  return around + speed * (known_.delay + interval(t));
-}
-
-ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach) {
-  ContactSite site{tool, triangle, reach};
-  double nearest = std::numeric_limits<double>::infinity();
-  const auto consider = [&](int t) {
-    const Triangle& v = surface.triangles[t];
-    const ClosestPoint at = closest_point_on_triangle(tool, node(x, v[0]), node(x, v[1]), node(x, v[2]));
-    if (at.distance_sq < nearest) {
-      nearest = at.distance_sq;
-      site.centre = at.point;
-      site.triangle = t;
-    }
-  };
-  if (triangle >= 0)
-    consider(triangle);
-  else
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) consider(t);
-  return site;
-}
-
-ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::span<const ToolPlace> tools) {
-  const auto nodes = x.reshaped(3, x.size() / 3);
-  const double size = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
-  std::vector<ContactSite> sites;
-  for (const ToolPlace& tool : tools) {
-    sites.push_back(find_contact_site(surface, x, tool.place, tool.triangle, tool.reach));
-    // Nearer than the body is large it could be taken for one inside, seen through the body from another tool's patch.
-    const bool is_far = (sites.back().centre - tool.place).norm() > std::max(2 * tool.reach, size);
-    if (is_far && tool.triangle < 0 && tools.size() > 1) sites.pop_back();
-  }
-  if (sites.empty()) return find_contact_site(surface, x, tools[0].place, -1, tools[0].reach);
-  ContactSite out = sites.front();
-  out.others.assign(sites.begin() + 1, sites.end());
-  return out;
 }
 
 /// Of a scene that is measured long enough, for the choice of the next model.
@@ -281,20 +210,42 @@ void Refresher::judge_linearization(std::span<const ContactHold> holds) {
 }
 
 int Refresher::next_interval(int usual) const {
-  const int shortest = static_cast<int>(std::lround(kShortestInterval * options_.local.rate_hz));
+  // Of models on their way for long, at most four at a time: more would tell the same, and each is the slow side's
+  // work.
+  const double least = std::max(kShortestInterval, kOfTheDelay * known_.delay);
+  const int shortest = static_cast<int>(std::lround(least * options_.local.rate_hz));
   return std::max({1, usual / known_.haste, std::min(usual, shortest)});
 }
 
-/// The body in the middle of the time that the model made at time t is used.
+/// Of a tool while a local model is on its way [m].
+Vec3 Refresher::way_until_used(const Vec3& velocity, int tool) const {
+  const double speed = velocity.norm();
+  const Vec3 followed = speed > kFollowedSpeed ? Vec3(kFollowedSpeed / speed * velocity) : velocity;
+  return expected_way(followed, known_.past.came(tool, known_.delay), known_.delay);
+}
+
+/// The body in the middle of the time that the model made at time t is used. A tool that presses is not expected to go
+/// deeper while the model is on its way: the body stops it, and a hand that swings against a body would be given one
+/// that is pressed in further, and swing the more. A tool that is not expected to get anywhere meanwhile is best served
+/// with the body as it is.
 std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
-  const double lead = known_.delay + 0.5 * interval(t) / known_.haste;
+  const double use = 0.5 * interval(t) / known_.haste, lead = known_.delay + use;
+  constexpr double kSomewhere = 0.1;  // of a tool's reach
+  bool goes_on = known_.delay <= 0;
   std::vector<ContactHold> all;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
-    const Vec3 step = lead * tool_velocity(reports, options_.local.rate_hz, k);
-    std::ranges::move(moved_holds(last_holds(reports, nodes_, options_.local.rate_hz, k), surface_, smoothing_,
-                                  global_.model().mesh().x, step),
+    const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, k);
+    std::vector<ContactHold> holds = last_holds(reports, nodes_, options_.local.rate_hz, k);
+    Vec3 step = lead * velocity;
+    if (known_.delay > 0) {
+      const Vec3 way = along_surface(way_until_used(velocity, k), holds);
+      goes_on |= way.norm() > kSomewhere * tool_reach(tools_[k].shape);
+      step = way + use * velocity;
+    }
+    std::ranges::move(moved_holds(std::move(holds), surface_, smoothing_, global_.model().mesh().x, step),
                       std::back_inserter(all));
   }
+  if (!goes_on) return {};
   return global_.foresee(lead, all);
 }
 
@@ -329,6 +280,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
     std::ranges::move(last_holds(reports, nodes_, options_.local.rate_hz, k), std::back_inserter(holds));
   std::optional<State> ahead;
+  known_.past.add(t, at);
   measure_forces(reports);
   if (t > global_.state().t) {
     known_.before = global_.state();
@@ -345,8 +297,10 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
-    ToolPlace& tool = tools.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
-                                         reach(t, tools_[k], at[k].x, velocity));
+    ToolPlace& tool =
+        tools.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
+                           patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity, interval(t)));
+    expect_late(tools_[k], velocity, way_until_used(velocity, static_cast<int>(k)), known_.delay, tool);
     if (tool.triangle >= 0) continue;
     const std::optional<WayOut> way = find_way_out(static_cast<int>(k), at[k]);
     way_out[k] = way ? way->triangle : kOutside;

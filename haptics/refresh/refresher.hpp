@@ -7,6 +7,8 @@
 
 #include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/refresh/excitation.hpp"
+#include "haptics/refresh/foresight.hpp"
+#include "haptics/refresh/patch_site.hpp"
 #include "haptics/refresh/reducer_choice.hpp"
 #include "haptics/refresh/refresh_record.hpp"
 #include "haptics/refresh/touch_parts.hpp"
@@ -66,9 +68,9 @@ class Refresher {
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
+  Vec3 way_until_used(const Vec3& velocity, int tool) const;
   std::optional<WayOut> find_way_out(int tool, const Pose& pose) const;
   double interval(double t) const;
-  double reach(double t, const TouchTool& tool, const Vec3& place, const Vec3& velocity) const;
   const Surface& surface_;
   TouchOptions options_;
   std::vector<TouchTool> tools_;
@@ -90,6 +92,7 @@ class Refresher {
     State before;                                                // where the last global step began
     double delay = 0;                                            // of the next local model on its way [s]
     double last = 0;                                             // time of the last refresh [s]
+    PastPlaces past;                                             // of the tools
     int frame = 0;                                               // of the next local model
     int haste = 1;                                               // the usual interval is divided by
     std::vector<SpectrumMeter> forces;                           // of each tool, from its first contact on
@@ -97,20 +100,5 @@ class Refresher {
     double gave_way = -std::numeric_limits<double>::infinity();  // when the body did last [s]
   } known_;
 };
-
-/// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the
-/// other side of a thin body.
-ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
-
-/// A tool as the patch sees it.
-struct ToolPlace {
-  Vec3 place = Vec3::Zero();  ///< [m]
-  int triangle = -1;          ///< of the surface, in contact with it; -1: none
-  double reach = 0;           ///< [m]
-};
-
-/// The sites of all tools in one, the first one's first. Left out are those that are further from the surface than
-/// twice their reach: nothing that such a tool could meet is worth a larger model. One is always there.
-ContactSite find_contact_sites(const Surface& surface, const VectorX& x, std::span<const ToolPlace> tools);
 
 }  // namespace kt

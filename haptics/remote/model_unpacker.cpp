@@ -164,7 +164,7 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   sites.insert(sites.end(), m.site.others.begin(), m.site.others.end());
   if (sites.size() > kMostSites) return "there are too many sites";
   for (const ContactSite& site : sites)
-    if (!is_place(site.centre) || site.triangle < 0 || site.triangle >= triangles ||
+    if (!is_place(site.centre) || !is_place(site.way) || site.triangle < 0 || site.triangle >= triangles ||
         !(site.reach >= 0 && site.reach <= kFarthest))
       return "a site is wrong";
   for (std::size_t k = 0; k < kMaxTools; ++k) {

@@ -127,6 +127,7 @@ void BodySide::apply_changes(int tick) {
 /// the refresh before to this one. More than half as much again as the usual interval is not followed: a larger patch
 /// would make the next refresh slower still. From the schedule alone, so that a replay has the same.
 double BodySide::delay(int tick) const {
+  if (told_delay_) return *told_delay_;
   const double simulated = 1e-3 * options_.link.latency_ms;
   if (!models_come_late(options_)) return simulated;
   const double usual = 1 / options_.global.rate_hz, since = (tick - last_tick_) / options_.local.rate_hz;
@@ -138,7 +139,8 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
                                                       const std::function<double()>& other_ms) {
   const double start = process_time_ms() - other_ms();
   apply_changes(event.linearized_tick);
-  refresher_->expect_delay(delay(event.linearized_tick));
+  const double expected = delay(event.linearized_tick);
+  refresher_->expect_delay(expected);
   auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion);
   model->linearized_tick = event.linearized_tick;
   model->friction = friction_;
@@ -148,6 +150,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   tell_of_settled();
   RefreshRecord& record = open_.emplace_back(refresher_->record());
   record.event = event;
+  record.delay = expected;
   record.cpu_ms = took;
   record.settings = std::exchange(applied_, {});
   record.reducers = refresher_->take_changes();

@@ -23,6 +23,11 @@ class BodySide {
                                               std::span<const LocalReport> reports, const LocalMotion* motion,
                                               const std::function<double()>& other_ms);
 
+  /// How long local models are on their way [s], where that is measured, as over a network: for the refreshes from the
+  /// next one on; none: as the settings have it. A replay repeats a run when it is told what the run's records say
+  /// (RefreshRecord::delay). In the thread that refreshes.
+  void expect(std::optional<double> delay) { told_delay_ = delay; }
+
   /// A local model has been taken into use at this tick.
   void adopted(int linearized_tick, int tick);
   void failed(const std::string& why);
@@ -69,6 +74,7 @@ class BodySide {
   std::unique_ptr<DeformableModel> model_;           // none: the body's own
   std::unique_ptr<Refresher> refresher_;
   ModelObserver* observer_ = nullptr;
+  std::optional<double> told_delay_;    // [s]
   std::deque<RefreshRecord> open_;      // of which it is not told yet: their models are on their way
   std::vector<SettingChange> applied_;  // since the last refresh
   int overtaken_ = -1;                  // models linearized up to that tick will not be adopted any more

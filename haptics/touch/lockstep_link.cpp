@@ -184,6 +184,7 @@ class LockstepLink final : public BodyLink {
     if (network_) {
       const std::span<const LocalReport> reports = network_->reports();
       if (goes_on) round_as_sent(motion_);
+      if (event.delay_ticks >= 0) body_.expect(event.delay_ticks * side.h());
       model =
           body_.refresh(event, network_->places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, none);
       model = network_->carry(*model);

@@ -74,11 +74,12 @@ Bytes write(const RecordMessage& m) {
         wire::CreateChangeDirect(to, c.tick, c.from.c_str(), c.to.c_str(), c.why.c_str(), c.error, c.force_error));
   const auto flags = static_cast<std::uint8_t>((r.definite_tangent ? kDefinite : 0) | (r.looked_ahead ? kAhead : 0) |
                                                (r.is_exact ? kExact : 0));
-  return finished(to, wire::Body::Record,
-                  wire::CreateRecordDirect(to, r.event.linearized_tick, r.event.started_tick, &r.event.lost, r.t,
-                                           r.cpu_ms, r.global_ms.value_or(-1), r.refresh_ms, r.linearize_ms,
-                                           r.reduce_ms, r.certify_ms, r.prepare_ms, r.linearization_error.value_or(-1),
-                                           flags, r.coupling, r.inverted, &settings, &reducers));
+  return finished(
+      to, wire::Body::Record,
+      wire::CreateRecordDirect(to, r.event.linearized_tick, r.event.started_tick, r.event.delay_ticks, &r.event.lost,
+                               r.t, r.cpu_ms, r.global_ms.value_or(-1), r.refresh_ms, r.linearize_ms, r.reduce_ms,
+                               r.certify_ms, r.prepare_ms, r.linearization_error.value_or(-1), flags, r.coupling,
+                               r.inverted, &settings, &reducers));
 }
 
 Bytes write(const End&) {
@@ -143,7 +144,7 @@ std::optional<ControlMessage> read(const wire::Begin& m) {
 std::optional<ControlMessage> read(const wire::Record& m) {
   RecordMessage out;
   RefreshRecord& r = out.record;
-  r.event = {m.linearized_tick(), -1, m.started_tick(), wire::copied(m.lost())};
+  r.event = {m.linearized_tick(), -1, m.started_tick(), std::max(-1, m.delay_ticks()), wire::copied(m.lost())};
   if (r.event.linearized_tick < 0 || r.event.started_tick < 0 || !std::ranges::is_sorted(r.event.lost)) return {};
   r.t = m.t();
   r.cpu_ms = m.cpu_ms();

@@ -44,7 +44,9 @@ SentBasis read(const wire::Basis* b) {
   return out;
 }
 
-wire::Site to_wire(const ContactSite& s) { return {wire::to_wire(s.centre), s.reach, s.triangle}; }
+wire::Site to_wire(const ContactSite& s) {
+  return {wire::to_wire(s.centre), wire::to_wire(s.way), s.reach, s.triangle};
+}
 
 }  // namespace
 
@@ -140,7 +142,7 @@ std::optional<ModelMessage> decode_model(std::span<const std::uint8_t> bytes) {
   out.certified_error = m->certified_error();
   out.scheme = static_cast<LocalScheme>(m->scheme());
   for (const wire::Site* s : *m->sites()) {
-    ContactSite site{wire::from_wire(s->centre()), s->triangle(), s->reach()};
+    const ContactSite site{wire::from_wire(s->centre()), s->triangle(), s->reach(), {}, wire::from_wire(s->way())};
     if (s == m->sites()->Get(0))
       out.site = site;
     else

@@ -141,7 +141,7 @@ TEST(Messages, ControlComesBack) {
     EXPECT_FALSE(decode_control(encode(welcome))) << name;  // a file elsewhere
   }
   RecordMessage record;
-  record.record.event = {33, -1, 33, {20, 21}};
+  record.record.event = {33, -1, 33, 61, {20, 21}};
   record.record.settings = {{33, "contact.mu", 0.7, ""}};
   record.record.reducers = {{33, "a", "b", "slow", 0.1, 0.2}};
   record.record.is_exact = true;
