@@ -151,6 +151,28 @@ class Breaks final : public DeformableModel {
   const DeformableModel& model_;
 };
 
+/// Follows which settings the refreshes took.
+struct TakenSettings final : ModelObserver {
+  void refreshed(const RefreshRecord& record) override {
+    for (const SettingChange& change : record.settings) taken.push_back(change);
+  }
+  std::vector<SettingChange> taken;
+};
+
+TEST_F(TouchThreads, WhatIsSetBeforeTheStartHolds) {
+  TakenSettings settings;
+  Touch touch(session_->body(), session_->options());
+  touch.observe(&settings);
+  touch.place(pose(0));
+  touch.set("contact.mu", 0.9);
+  touch.start();
+  EXPECT_EQ(touch.number("contact.mu"), 0.9);
+  for (int i = 0; i < 3; ++i) touch.tick(pose(0));
+  touch.stop();
+  ASSERT_EQ(settings.taken.size(), 1u);
+  EXPECT_EQ(settings.taken[0], (SettingChange{0, "contact.mu", 0.9, ""}));
+}
+
 TEST_F(TouchThreads, ABodyThatFailsIsToldAndTheLastModelGoesOn) {
   for (const bool in_thread : {false, true}) {
     const Body body(std::make_unique<Breaks>(session_->model()));
