@@ -48,7 +48,8 @@ ReportBatch ReportOutbox::batch_to(int tick, std::size_t count) const {
 
 void ReportInbox::take(const ReportBatch& batch) {
   for (const LocalReport& report : batch.reports) {
-    if (report.tick < next_ || !waiting_.try_emplace(report.tick, report).second) {
+    const bool is_late = report.tick < next_, is_absurd = report.tick >= next_ + kMostAhead;
+    if (is_late || is_absurd || !waiting_.try_emplace(report.tick, report).second) {
       ++counts_.again;
       continue;
     }
@@ -62,7 +63,7 @@ std::span<const LocalReport> ReportInbox::close(const ReportBatch& at) {
   out_.clear();
   lost_.clear();
   const int end = at.last() + 1;
-  if (end <= next_) return out_;
+  if (end <= next_ || end > next_ + kMostAhead) return out_;
   int tick = next_;
   for (auto it = waiting_.begin(); it != waiting_.end() && it->first < end; it = waiting_.erase(it), ++tick) {
     for (; tick < it->first; ++tick) lost_.push_back(tick);

@@ -61,12 +61,14 @@ class ReportInbox {
  public:
   struct Counts {
     int received = 0;        ///< reports, each once
-    int again = 0;           ///< that were there already, or came after they had been given up
+    int again = 0;           ///< that were there already, came after they had been given up, or are absurdly far ahead
     int lost = 0;            ///< that never came
     double booked_size = 0;  ///< impulse of these that was booked elsewhere [N s], sum of its sizes
   };
 
   explicit ReportInbox(double h) : h_(h) {}  ///< of a tick [s]
+  /// Reports that are further ahead are left out: nobody is silent for so long without being given up.
+  static constexpr int kMostAhead = 1 << 15;  ///< ticks
   void take(const ReportBatch& batch);
 
   /// What the body is to be given up to the end of this batch: the reports since the last close, and one more for the

@@ -145,6 +145,20 @@ TEST(ReportBox, ATouchThatWasLostFromItsFirstTickOnIsGivenWhereTheHandTells) {
   EXPECT_EQ(inbox.sum(), outbox.sum());
 }
 
+TEST(ReportBox, AnAbsurdTickNeitherFillsTheMemoryNorEndsTheRun) {
+  ReportInbox inbox(kH);
+  ReportBatch far;
+  far.reports.resize(1);
+  far.reports[0].tick = 1 << 30;
+  inbox.take(far);
+  EXPECT_TRUE(inbox.close(far).empty());
+  EXPECT_EQ(inbox.next(), 0);
+  EXPECT_TRUE(inbox.lost().empty());
+  ReportOutbox outbox(4, kH);
+  outbox.add({});
+  EXPECT_EQ(inbox.close(outbox.batch(1)).size(), 1u);
+}
+
 TEST(ReportBox, AsSentIsWhatItSays) {
   LocalReport r;
   r.tick = 3;
