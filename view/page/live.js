@@ -61,7 +61,9 @@ function list(box, rows) {
 }
 
 const FLAGS = [[2, 'the tool is at the edge of the patch'], [16, 'the local model broke down: force 0'], [64, 'the body is being pushed off the tool'],
-               [128, 'the local model is old'], [256, "the body's simulation has ended"], [1024, 'a pose was not usable']];
+               [128, 'the local model is old'], [256, "the body's simulation has ended"], [1024, 'a pose was not usable'],
+               [4096, 'the gate is not open: the hand is given less than this'], [8192, 'held back from changing too fast'],
+               [16384, "the device's pose is too old"]];
 
 function showHello(hello) {
   state.hello = hello;
