@@ -1,0 +1,201 @@
+#!/usr/bin/python3
+"""A body in one process, a hand in another: kilotouch serve, touch and key over this computer's own network; what they
+say to mistakes, and that either may die and come back. KILOTOUCH names the program."""
+import csv
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
+PATIENCE = 60  # [s] of a machine that is shared
+
+SCENE = {
+    "title": "block", "duration": 1,
+    "object": {"mesh": os.path.join(ROOT, "meshes", "block.msh")},
+    "tool": {"shape": "sphere",
+             "path": {"press_drag": {"depth": 0.002, "press_time": 0.1, "direction": [1, 0.2, 0], "speed": 0.002}}},
+    "contact": {"mu_static": 0.5, "mu_kinetic": 0.4},
+    "local": {"reducer": "condensed"},
+    "collision": {"backend": "brute_force"},
+}
+
+
+def has_network():
+    done = subprocess.run([PROGRAM, "key", "new", os.devnull], capture_output=True, text=True, check=False)
+    return "built without it" not in done.stderr
+
+
+def free_port():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+class Process:
+    """A kilotouch whose lines can be waited for, stdout and stderr together."""
+
+    def __init__(self, test, *words):
+        self.lines, self.came = [], threading.Condition()
+        self.process = subprocess.Popen([PROGRAM, *words], cwd=test.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+        test.addCleanup(self.kill)
+
+    def read(self):
+        for line in self.process.stdout:
+            with self.came:
+                self.lines.append(line.rstrip("\n"))
+                self.came.notify_all()
+
+    def said(self, pattern):
+        return any(re.search(pattern, line) for line in self.lines)
+
+    def wait_for(self, pattern):
+        with self.came:
+            if not self.came.wait_for(lambda: self.said(pattern), PATIENCE):
+                raise AssertionError(f"never said '{pattern}':\n" + "\n".join(self.lines))
+        return self
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+        self.reader.join()
+        self.process.stdout.close()
+
+    def end(self):
+        """Its exit code."""
+        code = self.process.wait(PATIENCE)
+        self.reader.join()
+        return code
+
+    def stop(self):
+        self.process.send_signal(signal.SIGINT)
+        return self.end()
+
+
+@unittest.skipUnless(has_network(), "a program without serve and touch")
+class Network(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = temporary.name
+        with open(self.path("scene.json"), "w", encoding="utf-8") as file:
+            json.dump(SCENE, file)
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def serve(self, port, *words):
+        return Process(self, "serve", "scene.json", "--listen", f"127.0.0.1:{port}", *words).wait_for("Ctrl-C ends it")
+
+    def touch(self, port, *words):
+        return Process(self, "touch", f"127.0.0.1:{port}", "--no-report", *words)
+
+    def new_keys(self, *names):
+        for name in names:
+            subprocess.run([PROGRAM, "key", "new", name], cwd=self.folder, check=True, capture_output=True)
+
+    def read(self, *names):
+        with open(self.path(*names), encoding="utf-8") as file:
+            return file.read()
+
+    def forces(self, out):
+        """(t, |force|) of every tick."""
+        with open(self.path(out, "trace.csv"), encoding="utf-8") as file:
+            return [(float(row["t"]), sum(float(row[f"force_{c}"]) ** 2 for c in "xyz") ** 0.5) for row in csv.DictReader(file)]
+
+    def says_one_line(self, process, code, pattern):
+        self.assertEqual(process.end(), code, process.lines)
+        self.assertEqual(len(process.lines), 1, process.lines)
+        self.assertRegex(process.lines[0], pattern)
+
+    def test_a_run_through_both_and_its_replay(self):
+        port = free_port()
+        server = self.serve(port, "--once")
+        hand = self.touch(port, "--out", "out", "--force")
+        self.assertEqual(hand.end(), 0, hand.lines)
+        self.assertEqual(server.end(), 0, server.lines)
+        link = json.loads(self.read("out", "summary.json"))["link"]
+        self.assertGreater(link["models_adopted"], 3)
+        self.assertGreater(link["mbit_s"]["to_hand"], 0)
+        self.assertEqual((link["models_wrong"], link["datagrams_refused"], link["reconnections"]), (0, 0, 0))
+        self.assertTrue(server.said("127.0.0.1 left: it ended"))
+        self.assertTrue(server.said("0 refused, 0 messages wrong"), server.lines)
+        self.assertGreater(max(force for _, force in self.forces("out")), 0.01)
+        replayed = subprocess.run([PROGRAM, "replay", "out"], cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(replayed.returncode, 0, replayed.stderr)
+        self.assertIn("equals the recorded run bit for bit", replayed.stdout)
+
+    def test_who_has_which_keys(self):
+        self.new_keys("body", "hand", "stranger")
+        shutil.copy(self.path("hand", "public.key"), self.path("authorized"))
+        port = free_port()
+        server = self.serve(port, "--keys", "body", "--authorized", "authorized")
+        known = ["--keys", "hand", "--server-key", "body/public.key"]
+        self.says_one_line(self.touch(port, "--keys", "stranger", "--server-key", "body/public.key"), 2, "the server does not know this key")
+        stranger = self.read("stranger", "public.key").split()[-1]
+        server.wait_for("127.0.0.1 refused: key " + re.escape(stranger))
+        self.says_one_line(self.touch(port), 2, "the server asks for keys; give --keys DIR and --server-key")
+        self.says_one_line(self.touch(port, "--keys", "hand", "--server-key", "hand/public.key"), 2, "this is not the server of --server-key")
+        hand = self.touch(port, "--out", "out", "--set", "duration=0.2", *known)
+        self.assertEqual(hand.end(), 0, hand.lines)
+        server.wait_for("127.0.0.1 connected with key " + re.escape(self.read("hand", "public.key").split()[-1]))
+        self.assertEqual(server.stop(), 130, server.lines)
+
+    def test_what_is_refused_before_a_word_is_sent(self):
+        self.says_one_line(Process(self, "touch", "192.0.2.1:7700"), 2, "192.0.2.1: is another computer: keys are needed")
+        self.says_one_line(Process(self, "serve", "scene.json", "--listen", "0.0.0.0:0"), 2, "--listen 0.0.0.0: .*--keys DIR")
+        port = free_port()
+        self.says_one_line(self.touch(port, "--wait", "0"), 1, f"127.0.0.1:{port}: no kilotouch serve answered in 0 s")
+        server = self.serve(port)
+        self.says_one_line(Process(self, "serve", "scene.json", "--listen", f"127.0.0.1:{port}"), 2, f"127.0.0.1:{port}: the TCP port is in use")
+        server.stop()
+
+    def test_a_body_that_dies_takes_the_force_and_brings_it_back(self):
+        port = free_port()
+        settings = ["--set", "link.stale_ms=200"]
+        server = self.serve(port, *settings)
+        hand = self.touch(port, "--out", "out", "--set", "duration=6")
+        server.wait_for("connected")
+        time.sleep(1.5)
+        server.kill()
+        hand.wait_for("the body's computer is gone")
+        self.serve(port, *settings)
+        hand.wait_for("the body's computer is back after")
+        self.assertEqual(hand.end(), 0, hand.lines)
+        force = [f for _, f in self.forces("out")]
+        self.assertEqual(len(force), 6000)
+        gone = [i for i, f in enumerate(force) if i > 300 and f == 0]
+        self.assertGreater(len(gone), 500, "the force went on without a body")
+        self.assertGreater(min(force[gone[0] - 300:gone[0] - 150]), 0.02)
+        self.assertGreater(max(force[gone[-1] + 1:], default=0), 0.02, "it never came back")
+        summary = json.loads(self.read("out", "summary.json"))
+        self.assertEqual(summary["link"]["reconnections"], 1)
+        self.assertTrue(any("cannot be repeated" in w for w in summary["warnings"]), summary["warnings"])
+
+    def test_a_hand_that_dies_may_come_again(self):
+        port = free_port()
+        server = self.serve(port)
+        first = self.touch(port, "--out", "first", "--set", "duration=30")
+        server.wait_for("connected")
+        time.sleep(0.7)
+        first.kill()
+        second = self.touch(port, "--out", "second", "--set", "duration=0.5")
+        self.assertEqual(second.end(), 0, second.lines)
+        server.wait_for("127.0.0.1 left: nothing was heard of it")
+        server.wait_for("127.0.0.1 left: it ended")
+        self.assertGreater(max(f for _, f in self.forces("second")), 0.01)
+        self.assertEqual(server.stop(), 130, server.lines)
+
+
+if __name__ == "__main__":
+    unittest.main()
