@@ -65,10 +65,13 @@ Json link_json(const HandLinkReport& r) {
     return r.seconds > 0 ? 8e-6 * static_cast<double>(bytes) / r.seconds : 0;
   };
   return {{"model_age_ms", ages_json(r.age_ms)},
+          {"model_age_at_body_ms", ages_json(r.body_ms)},
+          {"model_age_here_ms", ages_json(r.hand_ms)},
           {"models_sent", r.models_sent},
           {"models_arrived", r.models_arrived},
           {"models_adopted", r.models_adopted},
           {"models_wrong", r.models_wrong},
+          {"messages_incomplete", r.port.joined.given_up},
           {"mbit_s", {{"to_hand", mbit_s(r.port.bytes_received)}, {"to_body", mbit_s(r.port.bytes_sent)}}},
           {"loss", {{"to_hand", r.loss_down}, {"to_body", r.loss_up}}},
           {"datagrams_refused", r.port.opened.refused()},

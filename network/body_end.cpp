@@ -30,7 +30,7 @@ ModelMessage BodyEnd::begin(std::span<const Pose> tools) {
 }
 
 ModelMessage BodyEnd::packed(const PreparedLocalModel& model) {
-  ModelMessage out{pack_model(model, side_.options().link.basis_bits), 0, 0, 0};
+  ModelMessage out{pack_model(model, side_.options().link.basis_bits), 0, 0, 0, 0};
   const TouchStatus status = side_.status();
   out.expected_force_error = status.expected_force_error;
   out.refresh_ms = status.refresh_ms;
@@ -55,7 +55,10 @@ void BodyEnd::take(MotionMessage message) {
   const std::scoped_lock lock(guard_);
   ++counts_.motions;
   loss_ = message.reports.loss;
-  if (!motion_ || message.motion.tick > motion_->motion.tick) motion_ = std::move(message);
+  if (!motion_ || message.motion.tick > motion_->motion.tick) {
+    motion_ = std::move(message);
+    motion_came_ = std::chrono::steady_clock::now();
+  }
   came_.notify_one();
 }
 
@@ -89,8 +92,10 @@ int BodyEnd::expected_age() const {
 
 std::optional<ModelMessage> BodyEnd::refresh_if_due() {
   std::optional<MotionMessage> motion;
+  std::chrono::steady_clock::time_point came;
   {
     const std::scoped_lock lock(guard_);
+    came = motion_came_;
     for (const ReportBatch& batch : batches_) {
       inbox_.take(batch);
       follow_adoption(batch);
@@ -131,7 +136,9 @@ std::optional<ModelMessage> BodyEnd::refresh_if_due() {
     const std::scoped_lock lock(guard_);
     counts_.inbox = inbox_.counts();
   }
-  return packed(*model);
+  ModelMessage out = packed(*model);
+  out.body_ms = 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - came).count();
+  return out;
 }
 
 void BodyEnd::set(const SettingChange& change) {

@@ -1,6 +1,7 @@
 #pragma once
 // The body's half of a touch whose other half is on another computer: reports and motion in, local models out. No
 // socket and no clock here: a test drives it in virtual time.
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <map>
@@ -72,6 +73,7 @@ class BodyEnd {
   std::condition_variable came_;
   std::vector<ReportBatch> batches_;
   std::optional<MotionMessage> motion_;
+  std::chrono::steady_clock::time_point motion_came_{};
   double loss_ = 0;
   BodyEndCounts counts_;
   LocalReport last_report_;

@@ -16,7 +16,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr auto kSilence = 3s;  // of a hand's datagrams: it is gone
+constexpr auto kSilence = 3s;   // of a hand's datagrams: it is gone
+constexpr long kFewSent = 500;  // datagrams
 
 }  // namespace
 
@@ -183,7 +184,10 @@ class ServedHand final : public ModelObserver {
                     " do not travel; set link.basis_bits 8, local.reducer krylov or a smaller tool");
       return;
     }
-    port_.send(DatagramKind::model, std::move(*bytes), body_->model_loss(), false);
+    // The hand can tell of a loss once it has got a few models; until then what is lost on the way here stands for it.
+    const bool is_known = port_.counts().sent > kFewSent;
+    const double loss = is_known ? body_->model_loss() : std::max(body_->model_loss(), port_.loss());
+    port_.send(DatagramKind::model, std::move(*bytes), loss, false);
   }
 
   const BuiltScene& scene_;

@@ -21,6 +21,7 @@ constexpr auto kServerSilence = 1500ms;     // of the server: it is gone
 constexpr int kHistory = 1 << 15;           // ticks that a new local model can be late
 constexpr std::size_t kDatagramRoom = 900;  // bytes of reports in one datagram, beside what all of them share
 constexpr int kCopies = 4;                  // datagrams that each report travels in
+constexpr int kMostBehind = 64;             // ticks whose reports go at once after a pause
 constexpr double kEvery = 0.004;            // [s] between them, when there is little to tell
 constexpr std::size_t kMostWaiting = 8;     // local models whose ticks are not looked at yet
 
@@ -108,12 +109,27 @@ class ModelWorker {
   /// The newest wins.
   /// @param tick0  of the server's first tick
   void put(Bytes bytes, int tick0) {
+    const int now = history_.end();
     const std::scoped_lock lock(guard_);
     bytes_ = std::move(bytes);
     tick0_ = tick0;
+    came_at_ = now;
     came_.notify_one();
   }
   void put(ModelMessage message, int tick0) { put(encode(message), tick0); }
+  struct Way {
+    double body_ms = 0;
+    int came_at = 0;  ///< tick
+  };
+  /// How a model came, once.
+  std::optional<Way> take_way(int frame) {
+    const std::scoped_lock lock(guard_);
+    const auto found = ways_.find(frame);
+    if (found == ways_.end()) return {};
+    const Way out = found->second;
+    ways_.erase(ways_.begin(), std::next(found));
+    return out;
+  }
   /// A model that was in use.
   void look_back_on(std::unique_ptr<PreparedLocalModel> model) {
     if (!observer_ || !model) return;
@@ -153,18 +169,19 @@ class ModelWorker {
   void run() {
     for (;;) {
       Bytes bytes;
-      int tick0 = 0;
+      int tick0 = 0, came_at = 0;
       {
         std::unique_lock lock(guard_);
         came_.wait_for(lock, past_.empty() ? 20ms : 1ms, [&] { return stop_ || !bytes_.empty(); });
         if (stop_) return;
         bytes = std::exchange(bytes_, {});
         tick0 = tick0_;
+        came_at = came_at_;
       }
       if (bytes.empty())
         look_back(16);
       else
-        unpack(bytes, tick0);
+        unpack(bytes, tick0, came_at);
     }
   }
 
@@ -174,7 +191,7 @@ class ModelWorker {
     trouble_ = why;
   }
 
-  void unpack(const Bytes& bytes, int tick0) {
+  void unpack(const Bytes& bytes, int tick0, int came_at) {
     auto message = decode_model(bytes);
     if (!message) return refuse("it is none");
     if (const std::string wrong = unpacker_.trouble(message->model); !wrong.empty()) return refuse(wrong);
@@ -196,6 +213,7 @@ class ModelWorker {
     {
       const std::scoped_lock lock(guard_);
       ++arrived_;
+      ways_[parcel->frame] = {message->body_ms, came_at};
     }
     ticks_.put(std::move(parcel));
   }
@@ -242,7 +260,8 @@ class ModelWorker {
   std::condition_variable came_;
   bool stop_ = false;
   Bytes bytes_;
-  int tick0_ = 0, arrived_ = 0, wrong_ = 0, last_frame_ = 0;
+  std::map<int, Way> ways_;  // by frame, of models that were not adopted yet
+  int tick0_ = 0, came_at_ = 0, arrived_ = 0, wrong_ = 0, last_frame_ = 0;
   double loss_ = 0;
   std::string trouble_;
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;
@@ -341,7 +360,12 @@ class HandLink final : public BodyLink, private RemoteBody {
     adopted_tick_ = parcel->adopted_tick - tick0_;
     const int late = parcel->adopted_tick - parcel->linearized_tick;
     worker_.set_late(late);
-    age_ms_.push_back(1e3 * tick_length(options_) * late);
+    const double tick_ms = 1e3 * tick_length(options_);
+    age_ms_.push_back(tick_ms * late);
+    if (const auto way = worker_.take_way(parcel->frame)) {
+      body_ms_.push_back(way->body_ms);
+      hand_ms_.push_back(tick_ms * (parcel->adopted_tick - way->came_at));
+    }
     worker_.look_back_on(std::move(parcel->model));
   }
 
@@ -376,7 +400,8 @@ class HandLink final : public BodyLink, private RemoteBody {
     if (!is_lost_ && outbox_->has(before)) {
       MotionMessage out;
       out.frame = motion->frame;
-      out.reports = with_state(outbox_->batch_to(before, 4));
+      // Those whose other datagrams are still to come: the body closes the interval with this message.
+      out.reports = with_state(outbox_->batch_to(before, static_cast<std::size_t>(kCopies * ticks_a_datagram())));
       out.recovered = static_cast<int>(std::ranges::count_if(motion->row, [](int r) { return r >= 0; }));
       out.patch = motion->num_patch;
       motion->tick -= tick0_;
@@ -388,19 +413,25 @@ class HandLink final : public BodyLink, private RemoteBody {
     rooms_.push_back(std::move(motion));
   }
 
-  /// Each report in kCopies datagrams, as many at a time as a datagram has room for.
-  void send_reports() {
-    if (is_lost_ || outbox_->empty()) return;
-    const int end = outbox_->last().tick + 1;
+  /// Ticks from one datagram of reports to the next: as many as it has room for kCopies of.
+  int ticks_a_datagram() const {
     const std::size_t size = 8 + static_cast<std::size_t>(48 * tools_ + 60 * outbox_->last().count);
     const int most = std::max(1, ticks_in(kEvery, options_.local.rate_hz));
-    const int every = std::clamp(static_cast<int>(kDatagramRoom / size) / kCopies, 1, most);
-    if (end - sent_end_ < every) return;
-    const int behind = std::min(end - sent_end_, 4 * every);  // after a pause no flood: the sums say the rest
-    sent_end_ = end;
-    port_->send(DatagramKind::reports,
-                encode(with_state(outbox_->batch(static_cast<std::size_t>(behind + (kCopies - 1) * every))), tools_),
-                -1, true);
+    return std::clamp(static_cast<int>(kDatagramRoom / size) / kCopies, 1, most);
+  }
+
+  /// Each report in kCopies datagrams.
+  void send_reports() {
+    if (is_lost_ || outbox_->empty()) return;
+    const int end = outbox_->last().tick + 1, every = ticks_a_datagram();
+    // After a pause of this thread what waits goes in as many datagrams as without; of very long ones the sums tell.
+    sent_end_ = std::max(sent_end_, end - kMostBehind);
+    for (; end - sent_end_ >= every; sent_end_ += every) {
+      const int last = sent_end_ + every - 1;
+      if (!outbox_->has(last)) continue;
+      ReportBatch batch = outbox_->batch_to(last, static_cast<std::size_t>(kCopies * every));
+      port_->send(DatagramKind::reports, encode(with_state(std::move(batch)), tools_), -1, true);
+    }
   }
 
   void ask_motion() {
@@ -524,6 +555,8 @@ class HandLink final : public BodyLink, private RemoteBody {
     HandLinkReport& r = *report_;
     worker_.add_to(r);
     r.age_ms = age_ms_;
+    r.body_ms = body_ms_;
+    r.hand_ms = hand_ms_;
     r.models_adopted = static_cast<int>(age_ms_.size());
     r.port = port_->counts();
     r.loss_down = port_->loss();
@@ -553,7 +586,7 @@ class HandLink final : public BodyLink, private RemoteBody {
   std::vector<std::unique_ptr<LocalMotion>> rooms_;
   std::unique_ptr<LocalMotion> motion_;  // to be sent
   std::map<int, int> adopted_at_;        // by the tick of the linearization
-  std::vector<double> age_ms_;
+  std::vector<double> age_ms_, body_ms_, hand_ms_;
   int tick0_ = 0;  // of the server's first tick
   int sent_end_ = 0, motion_due_ = 0, motion_every_;
   int adopted_frame_ = -1, adopted_tick_ = -1;  // as the server counts

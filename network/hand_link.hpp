@@ -14,6 +14,9 @@ struct HandLinkReport {
   int models_adopted = 0;
   std::string last_trouble;    ///< of a wrong one
   std::vector<double> age_ms;  ///< of a local model when it was adopted: since its linearization
+  /// Of this: at the body, from the motion's coming to the model's going; here, from its coming to its being adopted.
+  /// The rest it was on its way, in both directions.
+  std::vector<double> body_ms, hand_ms;
   PortCounts port{};
   double loss_up = 0, loss_down = 0;  ///< of datagrams, measured at the end
   double seconds = 0;                 ///< that the datagrams took

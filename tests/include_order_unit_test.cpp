@@ -112,7 +112,7 @@ const std::vector<Home> kHomes{
     {"gtest/", "tests/.*"},
     {"gmock/", "tests/.*"},
     {"boost/", "view/server\\.cpp|haptics/driver/haply\\.cpp|tests/fakes/haply_service\\.cpp"},
-    {"zmq", "network/control/[a-z_]+\\.[ch]pp"},
+    {"zmq", "network/control/[a-z_]+\\.[ch]pp|bench/channel_tcp_table\\.cpp"},
     {"sodium", "network/(channel|control)/[a-z_]+\\.cpp"},
     {"isa-l", "network/channel/[a-z_]+\\.cpp"},
     {"flatbuffers", "network/message/[a-z_]+\\.[ch]pp"},

@@ -1,8 +1,11 @@
 #include "haptics/remote/model_unpacker.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
 
 #include "core/base/error.hpp"
 #include "haptics/contact/scene_friction.hpp"
@@ -46,15 +49,25 @@ MatrixX full(const SentMatrix& m, Eigen::Index r) {
 
 SparseMatrix unpack_matrix(const SentMatrix& m, Eigen::Index r) {
   if (m.is_diagonal) return SparseMatrix(VectorX(Eigen::Map<const VectorX>(m.values.data(), r)).asDiagonal());
-  return full(m, r).sparseView();
+  if (!m.is_sparse()) return full(m, r).sparseView();
+  const Eigen::Map<const SparseMatrix> lower(r, r, static_cast<Eigen::Index>(m.values.size()), m.first.data(),
+                                             m.row.data(), m.values.data());
+  return SparseMatrix(lower.selfadjointView<Eigen::Lower>());
 }
 
 /// @param least  smallest eigenvalue allowed, over the largest entry of the diagonal
 bool is_definite(const SentMatrix& m, Eigen::Index r, double least) {
-  const VectorX diagonal =
-      m.is_diagonal ? VectorX(Eigen::Map<const VectorX>(m.values.data(), r)) : VectorX(full(m, r).diagonal());
+  const SparseMatrix whole = m.is_diagonal || m.is_sparse() ? unpack_matrix(m, r) : SparseMatrix();
+  const VectorX diagonal = m.is_diagonal || m.is_sparse() ? VectorX(whole.diagonal()) : VectorX(full(m, r).diagonal());
   const double shift = -least * diagonal.cwiseAbs().maxCoeff();
   if (m.is_diagonal) return diagonal.minCoeff() + shift >= 0 && (least < 0 || diagonal.minCoeff() > 0);
+  if (m.is_sparse()) {
+    if (diagonal.minCoeff() + shift <= 0) return false;
+    SparseMatrix identity(r, r);
+    identity.setIdentity();
+    const SparseMatrix shifted = whole + shift * identity;
+    return Eigen::SimplicialLLT<SparseMatrix>(shifted).info() == Eigen::Success;
+  }
   const MatrixX shifted = full(m, r) + shift * MatrixX::Identity(r, r);
   return Eigen::LLT<MatrixX>(shifted).info() == Eigen::Success;
 }
@@ -78,17 +91,37 @@ SparseMatrix unpack_basis(const SentBasis& b) {
   return out;
 }
 
+/// Columns of a sparse matrix: where each begins, and rows that ascend, from `low(c)` on.
+bool are_columns(const std::vector<int>& first, const std::vector<int>& row, std::size_t values, std::size_t columns,
+                 std::size_t rows, const auto& low) {
+  if (first.size() != columns + 1 || first.front() != 0 || row.size() != values ||
+      static_cast<std::size_t>(first.back()) != values || !std::ranges::is_sorted(first) ||
+      !are_below(row, static_cast<int>(rows)))
+    return false;
+  for (std::size_t c = 0; c < columns; ++c) {
+    const std::span own(row.begin() + first[c], row.begin() + first[c + 1]);
+    if (!std::ranges::is_sorted(own, std::less_equal<>()) || (!own.empty() && own.front() < low(c))) return false;
+  }
+  return true;
+}
+
+std::string trouble_of(const SentMatrix& m, std::size_t r) {
+  if (m.is_sparse() && !m.is_diagonal) {
+    if (!are_columns(m.first, m.row, m.values.size(), r, r, [](std::size_t c) { return static_cast<int>(c); }))
+      return "an index of a matrix is out of range";
+  } else if (m.is_sparse() || m.values.size() != (m.is_diagonal ? r : r * (r + 1) / 2)) {
+    return "a matrix has another size";
+  }
+  return is_within(m.values, kLargest) ? "" : "an entry of a matrix is no number";
+}
+
 std::string trouble_of(const SentBasis& b, std::size_t rows, std::size_t r) {
   if (static_cast<std::size_t>(b.rows) != rows || b.scale.size() != r) return "the basis has another size";
   if (!std::ranges::all_of(b.scale, [](float s) { return s >= 0 && s <= 1e9f; }))
     return "a scale of the basis is wrong";
   if (b.is_dense) return b.value.size() == rows * r ? "" : "the basis has another size";
-  if (b.first.size() != r + 1 || b.first.front() != 0 || b.row.size() != b.value.size() ||
-      static_cast<std::size_t>(b.first.back()) != b.value.size() || !std::ranges::is_sorted(b.first) ||
-      !are_below(b.row, static_cast<int>(rows)))
+  if (!are_columns(b.first, b.row, b.value.size(), r, rows, [](std::size_t) { return 0; }))
     return "an index of the basis is out of range";
-  for (std::size_t c = 0; c < r; ++c)
-    if (!is_ascending({b.row.begin() + b.first[c], b.row.begin() + b.first[c + 1]})) return "rows of the basis repeat";
   return "";
 }
 
@@ -133,10 +166,8 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   if (static_cast<std::size_t>(m.x0.size()) != rows || m.v0.size() != rows) return "positions have another size";
   if (!is_within(m.x0, kFarthest) || !is_within(m.v0, kFarthest)) return "a position is no number";
   if (const std::string wrong = trouble_of(m.basis, rows, r); !wrong.empty()) return wrong;
-  for (const SentMatrix* matrix : {&m.mass, &m.damping, &m.stiffness}) {
-    if (matrix->values.size() != (matrix->is_diagonal ? r : r * (r + 1) / 2)) return "a matrix has another size";
-    if (!is_within(matrix->values, kLargest)) return "an entry of a matrix is no number";
-  }
+  for (const SentMatrix* matrix : {&m.mass, &m.damping, &m.stiffness})
+    if (const std::string wrong = trouble_of(*matrix, r); !wrong.empty()) return wrong;
   const auto dof = static_cast<Eigen::Index>(r);
   if (!is_definite(m.mass, dof, 0)) return "the mass is not positive";
   constexpr double kRoundoff = 1e-9;

@@ -13,7 +13,9 @@ namespace kt {
 /// Symmetric, (r x r).
 struct SentMatrix {
   bool is_diagonal = true;
-  std::vector<double> values;  ///< the diagonal, or the lower half by columns
+  std::vector<double> values;   ///< the diagonal, or the lower half by columns: all of it, or where `row` says
+  std::vector<int> first, row;  ///< sparse: entries of column c are first[c] <= k < first[c+1]; dense: empty
+  bool is_sparse() const { return !first.empty(); }
 };
 
 /// Entry = value * scale of its column.

@@ -56,6 +56,7 @@ struct ModelMessage {
   SentModel model;
   double expected_force_error = 0, refresh_ms = 0;  ///< as in TouchStatus
   double loss = 0;                                  ///< of datagrams to the body, as measured
+  double body_ms = 0;                               ///< since the motion that it is made from came there
 };
 Bytes encode(const ModelMessage& message);
 /// Sizes within the message agree with its bytes; whether it fits the body ModelUnpacker::trouble() tells.

@@ -12,12 +12,13 @@ flatbuffers::Offset<flatbuffers::Vector<double>> doubles(FlatBufferBuilder& to, 
 }
 
 Offset<wire::Matrix> write(FlatBufferBuilder& to, const SentMatrix& m) {
-  return wire::CreateMatrixDirect(to, m.is_diagonal, &m.values);
+  return wire::CreateMatrixDirect(to, m.is_diagonal, &m.values, m.is_sparse() ? &m.first : nullptr,
+                                  m.is_sparse() ? &m.row : nullptr);
 }
 
 SentMatrix read(const wire::Matrix* m) {
   if (!m) return {};
-  return {m->diagonal(), wire::copied(m->values())};
+  return {m->diagonal(), wire::copied(m->values()), wire::copied(m->first()), wire::copied(m->row())};
 }
 
 Offset<wire::Basis> write(FlatBufferBuilder& to, const SentBasis& b) {
@@ -109,6 +110,7 @@ Bytes encode(const ModelMessage& message) {
   out.add_body(body);
   if (m.friction) out.add_friction(&friction);
   out.add_loss(static_cast<float>(message.loss));
+  out.add_body_ms(static_cast<float>(message.body_ms));
   to.Finish(out.Finish());
   return wire::taken(to);
 }
@@ -123,6 +125,7 @@ std::optional<ModelMessage> decode_model(std::span<const std::uint8_t> bytes) {
   message.expected_force_error = m->expected_force_error();
   message.refresh_ms = m->refresh_ms();
   message.loss = std::clamp(static_cast<double>(m->loss()), 0.0, 1.0);
+  message.body_ms = std::clamp(static_cast<double>(m->body_ms()), 0.0, 1e9);
   SentModel& out = message.model;
   out.frame = m->frame();
   out.linearized_tick = m->linearized_tick();

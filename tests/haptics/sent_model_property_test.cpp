@@ -53,6 +53,41 @@ TEST(SentModel, ContactAnswersWithinATenThousandthWhateverTheReducer) {
   }
 }
 
+TEST(SentModel, SparseMatricesTravelAsSuchAndComeWithTheSameBits) {
+  const Pressed p("wall");
+  const SentModel sent = pack_model(*p.model, 16);
+  const auto r = static_cast<std::size_t>(sent.dof());
+  ASSERT_TRUE(sent.stiffness.is_sparse());
+  EXPECT_LT(sent.stiffness.values.size(), r * (r + 1) / 6);
+  ModelUnpacker unpacker = p.unpacker();
+  ASSERT_EQ(unpacker.trouble(sent), "");
+  const auto there = unpacker.unpack(sent);
+  const MatrixX lower = MatrixX(p.model->model.stiffness).triangularView<Eigen::Lower>();
+  EXPECT_EQ(MatrixX(MatrixX(there->model.stiffness).triangularView<Eigen::Lower>()), lower);
+  EXPECT_EQ(MatrixX(there->model.stiffness), MatrixX(there->model.stiffness.transpose()));
+  const std::vector<std::function<void(SentMatrix&)>> wrongs{
+      [](SentMatrix& m) { m.first.pop_back(); },
+      [](SentMatrix& m) { m.first[0] = 1; },
+      [](SentMatrix& m) { m.first[1] = -1; },
+      [](SentMatrix& m) { m.first[1] = 1 << 30; },
+      [](SentMatrix& m) { ++m.first.back(); },
+      [](SentMatrix& m) { m.row.pop_back(); },
+      [](SentMatrix& m) { m.values.pop_back(); },
+      [](SentMatrix& m) { m.row[0] = -1; },
+      [](SentMatrix& m) { m.row.back() = 1 << 20; },
+      [](SentMatrix& m) { m.row[1] = m.row[0]; },
+      [](SentMatrix& m) { m.row[static_cast<std::size_t>(m.first[4])] = 3; },  // above the diagonal
+      [](SentMatrix& m) { m.is_diagonal = true; },
+      [](SentMatrix& m) { m.values[0] = std::numeric_limits<double>::quiet_NaN(); },
+      [](SentMatrix& m) { m.values[0] = -1; },
+  };
+  for (std::size_t i = 0; i < wrongs.size(); ++i) {
+    SentModel wrong = sent;
+    wrongs[i](wrong.stiffness);
+    EXPECT_NE(unpacker.trouble(wrong), "") << "number " << i;
+  }
+}
+
 TEST(SentModel, UnpackedTwiceIsTheSameBits) {
   const Pressed p("krylov", "loop");
   ModelUnpacker unpacker = p.unpacker();
