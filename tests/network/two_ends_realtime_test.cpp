@@ -145,21 +145,5 @@ TEST(TwoEnds, ASettingReachesTheBodyAndComesBackWithItsModels) {
   EXPECT_EQ(session.run(replay).hash, run.result.hash);
 }
 
-TEST(TwoEnds, AnotherVersionIsRefusedByBothNames) {
-  ServedBody body(one_second());
-  ControlClient client({.port = body.port()});
-  std::optional<Bye> bye;
-  for (int i = 0; i < 200 && !bye; ++i) {
-    if (client.trouble() == ClientTrouble::none && i % 20 == 0)
-      client.send(encode(Hello{.protocol = 99, .version = "9.9"}));
-    const auto bytes = client.poll(50);
-    const auto message = bytes ? decode_control(*bytes) : std::nullopt;
-    if (message && std::holds_alternative<Bye>(*message)) bye = std::get<Bye>(*message);
-  }
-  ASSERT_TRUE(bye);
-  EXPECT_NE(bye->reason.find("9.9 with protocol 99"), std::string::npos) << bye->reason;
-  EXPECT_NE(bye->reason.find("test with protocol 1"), std::string::npos) << bye->reason;
-}
-
 }  // namespace
 }  // namespace kt
