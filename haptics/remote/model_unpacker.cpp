@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <span>
+#include <utility>
 
 #include "core/base/error.hpp"
 #include "haptics/contact/scene_friction.hpp"
@@ -14,14 +15,14 @@
 namespace kt {
 namespace {
 
-constexpr double kFarthest = 1e6;  // [m], as places in a scene
-constexpr double kLargest = 1e15;  // of any number besides places
+constexpr double kFarthestPlace = 1e6;  // [m], as places in a scene
+constexpr double kLargest = 1e15;       // of any number besides places
 constexpr std::size_t kMostDof = 4096, kMostSites = 16;
 
 bool is_within(const auto& numbers, double most) {
   return std::ranges::all_of(numbers, [&](double v) { return std::abs(v) <= most; });  // NaN is not
 }
-bool is_place(const Vec3& v) { return is_within(v, kFarthest); }
+bool is_place(const Vec3& v) { return is_within(v, kFarthestPlace); }
 
 bool are_below(const std::vector<int>& indices, int end) {
   return std::ranges::all_of(indices, [&](int i) { return i >= 0 && i < end; });
@@ -164,7 +165,7 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
     if (std::exchange(seen[static_cast<std::size_t>(i)], 1)) return "a node is there twice";
   const std::size_t rows = 3 * recovered;
   if (static_cast<std::size_t>(m.x0.size()) != rows || m.v0.size() != rows) return "positions have another size";
-  if (!is_within(m.x0, kFarthest) || !is_within(m.v0, kFarthest)) return "a position is no number";
+  if (!is_within(m.x0, kFarthestPlace) || !is_within(m.v0, kFarthestPlace)) return "a position is no number";
   if (const std::string wrong = trouble_of(m.basis, rows, r); !wrong.empty()) return wrong;
   for (const SentMatrix* matrix : {&m.mass, &m.damping, &m.stiffness})
     if (const std::string wrong = trouble_of(*matrix, r); !wrong.empty()) return wrong;
@@ -187,7 +188,7 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   for (const SentAnchor& a : m.anchors) {
     const Contact& c = a.contact;
     if (c.triangle < 0 || c.tool < 0 || c.tool >= tools || !is_weight(c.bary) || !is_unit(c.normal) ||
-        !is_place(c.core) || !is_within(a.impulse, kFarthest) || !(std::abs(c.gap) <= kFarthest) ||
+        !is_place(c.core) || !is_within(a.impulse, kFarthestPlace) || !(std::abs(c.gap) <= kFarthestPlace) ||
         !(c.toi >= 0 && c.toi <= 1))
       return "a contact is wrong";
   }
@@ -196,14 +197,14 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   if (sites.size() > kMostSites) return "there are too many sites";
   for (const ContactSite& site : sites)
     if (!is_place(site.centre) || !is_place(site.way) || site.triangle < 0 || site.triangle >= triangles ||
-        !(site.reach >= 0 && site.reach <= kFarthest))
+        !(site.reach >= 0 && site.reach <= kFarthestPlace))
       return "a site is wrong";
   for (std::size_t k = 0; k < kMaxTools; ++k) {
     const Overlap& o = m.overlap[k];
     if (!is_place(m.places[k]) || m.way_out[k] < kNotLooked || m.way_out[k] >= triangles ||
-        !(o.start >= 0 && o.start <= kFarthest && o.time >= 0 && o.time <= kFarthest && o.left >= 0 &&
+        !(o.start >= 0 && o.start <= kFarthestPlace && o.time >= 0 && o.time <= kFarthestPlace && o.left >= 0 &&
           o.left <= o.time) ||
-        !(std::abs(m.tool_radius[k]) <= kFarthest))
+        !(std::abs(m.tool_radius[k]) <= kFarthestPlace))
       return "a tool is wrong";
   }
   if (m.body.at.size() != static_cast<std::size_t>(3 * nodes) || !is_place(m.body.low) || !is_place(m.body.step) ||
