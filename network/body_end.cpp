@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/remote/model_unpacker.hpp"
@@ -72,12 +73,12 @@ void BodyEnd::follow_adoption(const ReportBatch& batch) {
   if (batch.adopted_frame <= adopted_frame_) return;
   const auto kept = kept_.find(batch.adopted_frame);
   if (kept == kept_.end()) return;
-  adopted_frame_ = batch.adopted_frame;
+  const int before = std::exchange(adopted_frame_, batch.adopted_frame);
   age_ = std::max(0, batch.adopted_tick - kept->second.linearized_tick);
   ages_.push_back(age_);
   if (ages_.size() > kAges) ages_.pop_front();
   side_.adopted(kept->second.linearized_tick, batch.adopted_tick);
-  kept_.erase(kept_.begin(), kept);  // reports of older ones may come, motions of them do not
+  kept_.erase(kept_.begin(), kept_.lower_bound(before));  // a motion of the one before may wait here still
 }
 
 /// Nine of ten local models were not older when they were taken [ticks]; -1: too few were taken yet.
