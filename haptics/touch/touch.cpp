@@ -144,11 +144,14 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   return out;
 }
 
-/// Over a network models are old by themselves: there it counts that none comes any more.
+/// Over a network models are old by themselves: there it counts that none comes any more, for longer than their usual
+/// age and stale_ticks; of the first model, which was there at once, that age is not known.
 bool Touch::Parts::is_stale() const noexcept {
   if (!haptic.has_model()) return false;
-  const int since = options.link.type == "network" ? haptic.adopted_tick() : haptic.model_tick();
-  return haptic.next_tick() - since > stale_ticks;
+  if (options.link.type != "network") return haptic.next_tick() - haptic.model_tick() > stale_ticks;
+  const int age = haptic.adopted_tick() - haptic.model_tick();
+  const int usual = age > 0 ? std::min(age, stale_ticks) : stale_ticks;
+  return haptic.next_tick() - haptic.adopted_tick() > stale_ticks + usual;
 }
 
 std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) noexcept {
