@@ -89,16 +89,24 @@ class HandLink final : public BodyLink, private RemoteBody {
     adopted_frame_ = adopted_tick_ = -1;
   }
 
+  /// What goes wrong here ends the force, not the program: the ticks' records are kept.
   void run() {
-    while (!stop_) {
-      take_used();
-      take_reports();
-      send_reports();
-      ask_motion();
-      listen();
-      control();
+    try {
+      while (!stop_) go_on();
+      say_goodbye();
+    } catch (const std::exception& e) {
+      is_lost_ = true;
+      give_up(text("the link to the body's computer ended: ", e.what()));
     }
-    say_goodbye();
+  }
+
+  void go_on() {
+    take_used();
+    take_reports();
+    send_reports();
+    ask_motion();
+    listen();
+    control();
   }
 
   /// Models that were in use come back.
@@ -254,9 +262,8 @@ class HandLink final : public BodyLink, private RemoteBody {
 
   void look_for_server(Clock::time_point now) {
     const double gone = std::chrono::duration<double>(now - lost_at_).count();
-    if (gone > connection_->options().wait && !has_failed_) {
+    if (gone > connection_->options().wait && !has_failed_)
       give_up(text("the body's computer has been gone for ", connection_->options().wait, " s"));
-    }
     if (now < next_try_ || has_failed_) return;
     next_try_ = now + 1s;
     is_beginning_ = false;
@@ -271,9 +278,7 @@ class HandLink final : public BodyLink, private RemoteBody {
   }
 
   void greeted(const Welcome& welcome) {
-    if (welcome.body_hash != body_hash_) {
-      return give_up("the body's computer has another body now");
-    }
+    if (welcome.body_hash != body_hash_) return give_up("the body's computer has another body now");
     begin_session(welcome, history_.end());
     is_beginning_ = connection_->send(begin_message(welcome, history_.last()));
     next_try_ = Clock::now() + 20s;  // its first refresh takes its time

@@ -117,7 +117,11 @@ void ModelWorker::run() {
     if (bytes.empty())
       look_back(16);
     else
-      unpack(bytes, tick0, came_at);
+      try {
+        unpack(bytes, tick0, came_at);
+      } catch (const std::exception& e) {
+        refuse(e.what());
+      }
   }
 }
 
@@ -132,11 +136,7 @@ void ModelWorker::unpack(const Bytes& bytes, int tick0, int came_at) {
   if (!message) return refuse("it is none");
   if (const std::string wrong = unpacker_.trouble(message->model); !wrong.empty()) return refuse(wrong);
   auto parcel = std::make_unique<ModelParcel>();
-  try {
-    parcel->model = unpacker_.unpack(message->model);
-  } catch (const std::exception& e) {
-    return refuse(e.what());
-  }
+  parcel->model = unpacker_.unpack(message->model);
   parcel->frame = message->model.frame;
   parcel->linearized_tick = parcel->at_tick = parcel->model->linearized_tick += tick0;
   for (int round = 0; round < 8; ++round) {
