@@ -29,5 +29,3 @@ set(kt_longer_scripts check_command_property_test  # each kind of broken file on
 list(APPEND kt_long_tests ReportBox.SoItIsForTenThousandSeeds)
 # network: mutated messages by the million; twenty thousand are in the short run
 list(APPEND kt_long_tests Messages.AMillionMutatedOnesAreReadInRangeOrNotAtAll)
-# haptics, property: a tool that turns about over a link with delay takes 8 s
-list(APPEND kt_long_tests PatchUnderDelay.StaysSmallAndTheApronStopsTheTool)
