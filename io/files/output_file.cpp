@@ -69,13 +69,19 @@ std::string temporary_name(const std::string& path) {
   return (fs::path(path).parent_path() / name).string();
 }
 
-void replace_file(const std::string& path, std::string_view content) {
+using Parts = std::function<bool(std::string&)>;
+
+void write_parts(OpenFile& file, const Parts& next) {
+  for (std::string part; next(part);) file.write(part);
+}
+
+void replace_file(const std::string& path, const Parts& next) {
   struct stat old {};
   const bool is_there = ::stat(path.c_str(), &old) == 0;
   Leftover temporary(temporary_name(path));
   // Never one that is there already: it could be a link that somebody has laid.
   OpenFile file(path, ::open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  file.write(content);
+  write_parts(file, next);
   if (is_there) ::fchmod(file.number(), old.st_mode & 07777);
   file.sync();
   file.close();
@@ -125,17 +131,27 @@ void require_kind(const std::string& path, const struct stat& file) {
 }  // namespace
 
 void write_file_whole(const std::string& path, std::string_view content) {
+  bool is_told = false;
+  write_file_whole(path, [&](std::string& part) {
+    if (is_told) return false;
+    part = content;
+    return is_told = true;
+  });
+}
+
+void write_file_whole(const std::string& path, const std::function<bool(std::string&)>& next) {
   struct stat found {};
-  if (::stat(path.c_str(), &found) != 0) return replace_file(follow_links(path), content);
+  if (::stat(path.c_str(), &found) != 0) return replace_file(follow_links(path), next);
   require_kind(path, found);
   if (const int number = own_output(found); number >= 0) {
-    OpenFile(path, ::fcntl(number, F_DUPFD_CLOEXEC, 0)).write(content);
+    OpenFile own(path, ::fcntl(number, F_DUPFD_CLOEXEC, 0));
+    write_parts(own, next);
   } else if (S_ISREG(found.st_mode)) {
-    replace_file(follow_links(path), content);
+    replace_file(follow_links(path), next);
   } else {
     OpenFile device(path,
                     S_ISFIFO(found.st_mode) ? open_pipe(path) : ::open(path.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC));
-    device.write(content);
+    write_parts(device, next);
     device.close();
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 // Files that appear whole or not at all, and numbers that read back bit for bit.
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -10,6 +11,9 @@ namespace kt {
 /// written to and never replaced; a pipe that nobody reads is refused after a while.
 /// @throws InputError naming the file and the reason.
 void write_file_whole(const std::string& path, std::string_view content);
+/// The same in parts, for what need not be in memory at once.
+/// @param next  sets the part that comes next, and returns false when there is none
+void write_file_whole(const std::string& path, const std::function<bool(std::string&)>& next);
 
 /// Throws InputError unless the folder that `path` lies in is there, and `path` is no folder, disk or socket: to be
 /// asked before long work, not after it.

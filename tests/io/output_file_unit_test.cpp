@@ -50,6 +50,22 @@ TEST(WriteFileWhole, NewAndOldFilesAreReplacedAndNothingElseIsLeft) {
   EXPECT_EQ(entries(folder.path()), 1u);
 }
 
+TEST(WriteFileWhole, PartsAreWrittenInTheirOrder) {
+  const PrivateFolder folder;
+  std::string expected;
+  int i = 0;
+  write_file_whole(folder / "a", [&](std::string& part) {
+    part = i < 3 ? std::string(static_cast<std::size_t>(i) * 100000, static_cast<char>('a' + i)) : "";
+    expected += part;
+    return i++ < 3;
+  });
+  EXPECT_EQ(content(folder / "a"), expected);
+  EXPECT_EQ(expected.size(), 300000u);
+  EXPECT_THROW(write_file_whole(folder / "a", [](std::string&) -> bool { throw RunError("half"); }), RunError);
+  EXPECT_EQ(content(folder / "a"), expected);
+  EXPECT_EQ(entries(folder.path()), 1u);
+}
+
 TEST(WriteFileWhole, ALinkIsWrittenThrough) {
   const PrivateFolder folder;
   fs::create_directory(folder / "deep");
