@@ -95,6 +95,7 @@ class TurnSum {
  public:
   /// @returns sum of the rotation vectors from tick to tick, in the world [rad]; its work with a torque is the tool's
   Vec3 add(const Quaternion& r) noexcept;
+  const Vec3& sum() const noexcept { return sum_; }
 
  private:
   std::optional<Quaternion> before_;

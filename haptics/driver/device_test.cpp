@@ -37,7 +37,7 @@ class Ripple {
 
 }  // namespace
 
-double percentile(const std::vector<double>& sorted, double share) {
+double sorted_percentile(const std::vector<double>& sorted, double share) {
   if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
 }

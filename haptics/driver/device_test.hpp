@@ -40,6 +40,6 @@ struct DeviceTest {
 DeviceTest test_device(HapticDevice& device, const DeviceTestOptions& options);
 
 /// Of a sorted list, share in [0, 1]; NaN of an empty one.
-double percentile(const std::vector<double>& sorted, double share);
+double sorted_percentile(const std::vector<double>& sorted, double share);
 
 }  // namespace kt

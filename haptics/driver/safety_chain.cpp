@@ -80,6 +80,14 @@ SafetyChain::SafetyChain(const SafetyOptions& options)
                                         .most_delay = limits_.is_live ? MeasuredDelay::kMost + 2 * o_.h : 0,
                                         .axes_apart = limits_.is_live,
                                         .encoder_step = limits_.is_live ? limits_.encoder_step : 0});
+  if (limits_.is_live && limits_.yields && limits_.gives_torque && limits_.max_force > 0) {
+    const double arm = limits_.max_torque / limits_.max_force;  // [m] at which the damper of the force is felt
+    turning_.emplace(PassivityOptions{.most_damping = std::isfinite(arm) ? o_.most_damping * arm * arm : 0,
+                                      .h = o_.h,
+                                      .delay = delay_.delay,
+                                      .max_force = limits_.max_torque,
+                                      .most_delay = MeasuredDelay::kMost + 2 * o_.h});
+  }
 }
 
 void SafetyChain::begin_at(const Vec3& tool) noexcept {
@@ -106,6 +114,7 @@ void SafetyChain::follow_delay(const DeviceState& state) noexcept {
   if (counts_.ticks % std::max(1, static_cast<int>(0.25 / o_.h)) != 0) return;
   delay_ = measured_.estimate();
   if (passivity_) passivity_->set_delay(delay_.delay);
+  if (turning_) turning_->set_delay(delay_.delay);
 }
 
 /// Why the gate has to be shut now; open: it need not.
@@ -157,6 +166,17 @@ Vec3 SafetyChain::slewed(const Vec3& force, double dt, LocalFrame& frame) noexce
   return written_ + shortened(change, most);
 }
 
+/// Gate, slew and limit of the torque: its slew is that of the force, as a share of the limit.
+Vec3 SafetyChain::safe_torque(const Vec3& torque, double dt) noexcept {
+  const double by_force = limits_.max_torque * o_.max_slew / limits_.max_force;
+  const double most = std::max(by_force, limits_.max_torque / closing_) * dt;
+  const Vec3 wanted = shortened(gate_ * torque, limits_.max_torque);
+  torque_ += shortened(wanted - torque_, most);
+  if (gate_ == 0) torque_.setZero();
+  if (turning_) turning_->written(torque_);
+  return torque_;
+}
+
 /// Force that the device may give now [N]: a motor warms with its square, and what it can bear for long is what it may
 /// give once it is warm.
 double SafetyChain::allowed(double dt) noexcept {
@@ -202,6 +222,7 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
   else
     force = safe_force(force, limits_, limited);
   if (passivity_) limited = passivity_->limited();
+  if (turning_) torque = turning_->tick(device.is_finite() ? turned_.add(device.r) : turned_.sum(), torque, dt);
   if (is_live) {
     slow_ticks_ = dt > 2 * o_.h ? slow_ticks_ + 1 : 0;
     reason_ = is_there || state.health != DeviceHealth::ok ? look(frame, state) : GateReason::stale_pose;
@@ -213,11 +234,7 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
     now.max_force = allowed(dt);
     force = safe_force(force, now, warm);
     limited = limited || warm;
-    torque = shortened(gate_ * torque, limits_.max_torque);
-    const double most_turn = limits_.max_torque / (limits_.max_force / std::max(o_.max_slew, 1e-9)) * dt;
-    torque = torque_ + shortened(torque - torque_, std::max(most_turn, limits_.max_torque * dt / closing_));
-    if (gate_ == 0) torque.setZero();
-    torque_ = torque;
+    torque = safe_torque(torque, dt);
     if (passivity_) passivity_->written(force);
     if (gate_ < 1) frame.flags |= kGated;
     if (!is_there) frame.flags |= kStalePose;

@@ -87,6 +87,8 @@ class SafetyChain {
   GateReason last_reason() const noexcept { return last_reason_; }  ///< the last that was not `open`
   const SafetyCounts& counts() const noexcept { return counts_; }
   const std::optional<PassivityControl>& passivity() const noexcept { return passivity_; }
+  /// Of the torque, over the turns: of a live device that gives one.
+  const std::optional<PassivityControl>& turning() const noexcept { return turning_; }
   double coupling() const noexcept { return coupling_.stiffness(); }  ///< [N/m] at the device; 0: none
   const DelayEstimate& delay() const noexcept { return delay_; }
   double max_force() const noexcept { return limits_.max_force; }  ///< [N] at the device
@@ -101,11 +103,13 @@ class SafetyChain {
   void follow_delay(const DeviceState& state) noexcept;
   void move_gate(double dt) noexcept;
   Vec3 slewed(const Vec3& force, double dt, LocalFrame& frame) noexcept;
+  Vec3 safe_torque(const Vec3& torque, double dt) noexcept;
   double allowed(double dt) noexcept;
 
   SafetyOptions o_;
-  DeviceInfo limits_;                          // the device's, with the force that the scene allows
-  std::optional<PassivityControl> passivity_;  // of a device that moves with the force
+  DeviceInfo limits_;                                    // the device's, with the force that the scene allows
+  std::optional<PassivityControl> passivity_, turning_;  // of a device that moves with the force; of its torque
+  TurnSum turned_;                                       // of the device [rad]
   DeviceCoupling coupling_;
   MeasuredDelay measured_;
   DelayEstimate delay_;

@@ -148,6 +148,48 @@ TEST(SafetyChain, TheGateOpensSlowlyAndShutsWithin20ms) {
   EXPECT_LE(tick(0), 2 * 1e-3 / 0.5 + kRoundoff) << "from the start again";
 }
 
+/// A handle on a torsion spring that is held over each tick swings up by itself.
+/// @return largest turn of the last half second [rad], and energy that the handle was given at most [J]
+struct Swing {
+  double turn = 0, given = 0;
+};
+Swing turned_by_a_spring(double most_damping) {
+  constexpr double kInertia = 1e-4, kSpring = 1.5, kStart = 0.02;  // [kg m^2], [N m/rad], [rad]
+  constexpr int kPieces = 20;
+  SafetyOptions o;
+  o.coupling = 0;
+  o.device = live(3);
+  o.most_damping = most_damping;
+  o.delay = 0;
+  SafetyChain chain(o);
+  double angle = kStart, rate = 0, work = 0;
+  Swing out;
+  for (int tick = 0; tick < 4000; ++tick) {
+    const bool is_free = chain.gate() == 1;  // until then it is held
+    LocalFrame frame;
+    frame.torque = Vec3(0, 0, -kSpring * angle);
+    const Pose pose{Vec3::Zero(), Quaternion(Eigen::AngleAxisd(angle, Vec3::UnitZ()))};
+    const double torque = chain.make_safe(frame, pose, {}, 1e-3).torque.z();
+    EXPECT_LE(std::abs(torque), o.device.max_torque * (1 + kRoundoff));
+    const double before = angle;
+    for (int i = 0; is_free && i < kPieces; ++i) {
+      rate += torque / kInertia * 1e-3 / kPieces;
+      angle += rate * 1e-3 / kPieces;
+    }
+    work += torque * (angle - before);
+    out.given = std::max(out.given, work - 0.5 * kSpring * kStart * kStart);
+    if (tick > 3500) out.turn = std::max(out.turn, std::abs(angle));
+  }
+  return out;
+}
+
+TEST(SafetyChain, ATorqueGivesNoEnergyEither) {
+  const Swing watched = turned_by_a_spring(0), controlled = turned_by_a_spring(20);
+  EXPECT_GT(watched.turn, 0.1) << "without control it swings up to where the torque is cut";
+  EXPECT_LT(controlled.turn, 0.02);
+  EXPECT_LT(controlled.given, 0.1 * watched.given);
+}
+
 /// Energy is counted of what was written, not of what was asked for: see the observer's own tests for the rest.
 TEST(SafetyChain, WarmMotorsAreGivenWhatTheyCanBear) {
   SafetyOptions o;
