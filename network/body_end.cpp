@@ -77,7 +77,7 @@ void BodyEnd::follow_adoption(const ReportBatch& batch) {
   age_ = std::max(0, batch.adopted_tick - kept->second.linearized_tick);
   ages_.push_back(age_);
   if (ages_.size() > kAges) ages_.pop_front();
-  side_.adopted(kept->second.linearized_tick, batch.adopted_tick);
+  side_.adopted(kept->second.linearized_tick, batch.adopted_tick, nullptr);
   kept_.erase(kept_.begin(), kept_.lower_bound(before));  // a motion of the one before may wait here still
 }
 

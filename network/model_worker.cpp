@@ -64,14 +64,17 @@ std::optional<ModelWorker::Way> ModelWorker::take_way(int frame) {
 }
 
 void ModelWorker::look_back_on(std::unique_ptr<PreparedLocalModel> model) {
-  if (!observer_ || !model) return;
+  if (!model) return;
   const std::scoped_lock lock(guard_);
-  past_.push_back(std::move(model));
+  swaps_.add(*model);
+  if (observer_) past_.push_back(std::move(model));
 }
 
 TouchStatus ModelWorker::status() const {
   const std::scoped_lock lock(guard_);
-  return status_;
+  TouchStatus out = status_;
+  out.energy = swaps_.booked();
+  return out;
 }
 
 void ModelWorker::copy_positions(VectorX& x) const {

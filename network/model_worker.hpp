@@ -10,6 +10,7 @@
 #include "haptics/remote/model_unpacker.hpp"
 #include "haptics/tick/catch_up.hpp"
 #include "haptics/touch/body.hpp"
+#include "haptics/touch/swap_energy.hpp"
 #include "haptics/touch/tick_end.hpp"
 #include "haptics/touch/touch_status.hpp"
 #include "network/hand_link.hpp"
@@ -71,6 +72,7 @@ class ModelWorker {
   double loss_ = 0;
   std::string trouble_;
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;
+  SwapEnergy swaps_;
   TouchStatus status_;
   VectorX x_;
 };

@@ -69,7 +69,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   out->local_triangle.assign(num_triangles, -1);
   for (int t = 0; t < triangles; ++t) out->local_triangle[m.patch.global_triangle[t]] = t;
 
-  out->state.q = VectorX::Zero(r);
+  out->state.q = out->adopted_q = VectorX::Zero(r);
   out->state.q_rate = m.q_rate0;
   LocalWorkspace& w = out->work;
   w.v_free = w.v_free_end = w.q_trial = w.force = VectorX::Zero(r);

@@ -1,6 +1,7 @@
 #include "haptics/touch/body_side.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -201,12 +202,13 @@ void BodySide::finish() {
   open_.clear();
 }
 
-void BodySide::adopted(int linearized_tick, int tick) {
+void BodySide::adopted(int linearized_tick, int tick, const PreparedLocalModel* old) {
   const auto record =
       std::ranges::find(open_, linearized_tick, [](const RefreshRecord& r) { return r.event.linearized_tick; });
   if (record != open_.end()) record->event.adopted_tick = tick;
   overtaken_ = linearized_tick;
   const std::scoped_lock lock(guard_);
+  if (old) swaps_.add(*old);
   status_.late_ticks = tick - linearized_tick;
 }
 
@@ -217,7 +219,9 @@ void BodySide::failed(const std::string& why) {
 
 TouchStatus BodySide::status() const {
   const std::scoped_lock lock(guard_);
-  return status_;
+  TouchStatus out = status_;
+  out.energy = swaps_.booked();
+  return out;
 }
 
 void BodySide::copy_refresh(RefreshPicture& picture) const {

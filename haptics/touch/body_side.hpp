@@ -8,6 +8,7 @@
 #include "haptics/refresh/refresher.hpp"
 #include "haptics/touch/body.hpp"
 #include "haptics/touch/model_observer.hpp"
+#include "haptics/touch/swap_energy.hpp"
 #include "haptics/touch/touch_status.hpp"
 
 namespace kt {
@@ -29,7 +30,8 @@ class BodySide {
   void expect(std::optional<double> delay) { told_delay_ = delay; }
 
   /// A local model has been taken into use at this tick.
-  void adopted(int linearized_tick, int tick);
+  /// @param old  that was in use until then; null: it was the first, or is on another computer
+  void adopted(int linearized_tick, int tick, const PreparedLocalModel* old);
   void failed(const std::string& why);
 
   /// From the next refresh on. Throws InputError for a setting that cannot be changed while the body is touched, or a
@@ -80,7 +82,8 @@ class BodySide {
   int overtaken_ = -1;                  // models linearized up to that tick will not be adopted any more
   int num_refreshes_ = 0, last_tick_ = 0;
   std::size_t next_replayed_ = 0;
-  mutable std::mutex guard_;            // of what follows
+  mutable std::mutex guard_;  // of what follows
+  SwapEnergy swaps_;
   std::vector<SettingChange> waiting_;  // changes
   TouchOptions wanted_;                 // with those that wait
   SceneModel wanted_material_;

@@ -101,7 +101,12 @@ std::unique_ptr<PreparedLocalModel> HapticSide::adopt(std::unique_ptr<PreparedLo
   has_model_ = true;
   model_tick_ = model->linearized_tick;
   adopted_tick_ = tick_;
-  return local_->adopt(std::move(model));
+  PreparedLocalModel* const in_use = model.get();
+  std::unique_ptr<PreparedLocalModel> old = local_->adopt(std::move(model));
+  // With the state that it begins with here: nothing is allocated, they are as long.
+  if (&local_->model() == in_use && in_use->adopted_q.size() == in_use->state.q.size())
+    in_use->adopted_q = in_use->state.q;
+  return old;
 }
 
 void HapticSide::lay_patch_over(VectorX& out) const {

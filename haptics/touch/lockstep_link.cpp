@@ -144,8 +144,8 @@ class LockstepLink final : public BodyLink {
     while (!on_the_way_.empty() && on_the_way_.front().due_tick <= tick) {
       Parcel& parcel = on_the_way_.front();
       if (catches_up_) side.catch_up(parcel.model, parcel.at_tick, tick);
-      side.adopt(std::move(parcel.model));
-      body_.adopted(parcel.linearized_tick, parcel.due_tick);
+      const std::unique_ptr<PreparedLocalModel> old = side.adopt(std::move(parcel.model));
+      body_.adopted(parcel.linearized_tick, parcel.due_tick, old.get());
       if (observer_) observer_->adopted(side.model());
       on_the_way_.pop_front();
     }

@@ -128,7 +128,7 @@ class ThreadLink final : public BodyLink {
   /// there is memory for. True: there was something to do.
   bool look_back(int ticks) {
     if (auto parcel = ticks_.take_used(); parcel && parcel->model) {
-      body_.adopted(parcel->linearized_tick, parcel->adopted_tick);
+      body_.adopted(parcel->linearized_tick, parcel->adopted_tick, parcel->model.get());
       if (observer_) past_.push_back(std::move(parcel->model));
     }
     if (past_.size() > kMostWaiting) ticks = std::numeric_limits<int>::max();

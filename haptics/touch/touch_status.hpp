@@ -5,6 +5,14 @@
 
 namespace kt {
 
+/// Energy that local models had in store when they were taken into use, beyond what the one before had left: what a
+/// swap gave to whoever holds the tool, or took. Of swaps whose both models were in use and are definite; the last
+/// model's own swap is not counted yet.
+struct RefreshEnergy {
+  int swaps = 0;
+  double sum = 0, largest = 0;  ///< of all, and the one of largest size [J]; positive: the body gained
+};
+
 /// How a touch goes: of the refresh that was made last.
 struct TouchStatus {
   int refreshes = 0;                ///< made so far
@@ -14,6 +22,7 @@ struct TouchStatus {
   double late_ticks = 0;            ///< from the linearization until the local model was in use, of the last adopted
   double expected_force_error = 0;  ///< relative; NaN: not certified
   double certified_error = 0;       ///< of the impedance, worst of 0-500 Hz; NaN: not certified
+  RefreshEnergy energy{};           ///< of all swaps so far
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
 };
