@@ -7,6 +7,7 @@ set(kt_long_tests
     TwoTools.FeelEachOtherAsOnTheWholeBody
     TwoTools.SwappedGiveTheSameForces
     TwoTools.OneThatTouchesNothingChangesNoBit
+    TwoTools.StayInTheConeAndOutsideInEveryPair
     FullSimulation.OldMatricesChangeTheForceByLessThanTheStepDoes
     FullSimulation.ConvergesWithTheStep
     # haptics, determinism: runs of every combination of law, tool and link

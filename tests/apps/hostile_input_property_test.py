@@ -247,12 +247,12 @@ class HostileInput(unittest.TestCase):
         self.write("far.off", "\n".join(lines) + "\n")
         self.refused("run", "s.json", "--set", "object.mesh=far.off", says=["far.off:5", "1e200", "1e+100"])
 
-    def test_records_that_no_memory_holds_are_refused_before_the_run(self):
+    def test_figures_that_no_memory_holds_are_refused_before_the_run(self):
         import resource
         limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
         self.write("s.json", scene())
         error = self.kilotouch("run", "s.json", "--set", "duration=3600", "--set", "local.rate_hz=10000", status=2, preexec_fn=limit).stderr
-        self.assertRegex(error, r"3\.6e\+07 ticks.* 32\.4 GB .*GB are free, enough for \d+")
+        self.assertRegex(error, r"3\.6e\+07 ticks, whose figures in memory take 5\.4 GB; .*GB are free, enough for \d+")
 
     def test_nesting_has_a_limit(self):
         deep = "[" * 200000 + "]" * 200000

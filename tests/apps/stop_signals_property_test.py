@@ -139,6 +139,23 @@ class StopSignals(unittest.TestCase):
             self.assertEqual(len(file.readlines()) - 1, summary["ticks"]["total"])
         self.nothing_is_left()
 
+    def test_a_run_without_an_end_lasts_until_it_is_stopped(self):
+        out = os.path.join(self.work, "o")
+        pad = os.path.join(ROOT, "scenes", "slab_drag.json")
+        words = ["run", pad, "--set", "duration=null", "--set", "link.type=thread", "--set", "local.reducer=wall", "--out", "o"]
+        seconds, code, error = self.stopped(words, signal.SIGINT, lambda: os.path.isdir(out) and time.sleep(1.5) is None)
+        self.assertLess(seconds, LIMIT + SLACK)
+        self.assertEqual(code, 130)
+        with open(os.path.join(out, "session.json"), encoding="utf-8") as file:
+            session = json.load(file)
+        with open(os.path.join(out, "trace.csv"), encoding="utf-8") as file:
+            ticks = len(file.readlines()) - 1
+        self.assertAlmostEqual(session["scene"]["duration"] * 1000, ticks, places=6)
+        self.assertGreater(ticks, 100)
+        replay = subprocess.run([PROGRAM, "replay", "o"], cwd=self.work, capture_output=True, text=True)
+        self.assertEqual(replay.returncode, 0, replay.stdout + replay.stderr)
+        self.nothing_is_left()
+
     def test_no_stop_is_lost_while_a_matrix_is_ordered(self):
         """METIS, below CHOLMOD, sets a handler of its own for SIGTERM while it orders: that one must not get the signal."""
         words = ["run", ORGAN, "--no-report", "--out", "o", "--set", "duration=300", "--set", "local.reducer=full", *FINE]

@@ -20,7 +20,7 @@ TEST(HeldHand, ComesToRestOverALinkWithDelay) {
   const Vec3 up = Vec3::UnitZ();
   scene.tool.path.hand = SceneHand{.damping = 0.5, .target = {{0, pressed + 4.5e-3 * up}, {0.35, pressed - 1e-3 * up}}};
   const SessionResult run = Session(scene).run();
-  const std::vector<LocalFrame>& frames = run.tools[0].frames;
+  const std::span<const LocalFrame> frames = run.tools[0].frames;
   EXPECT_GT(frames.back().f_n, 0.1) << "it holds nothing";
   EXPECT_EQ(run.tools[0].missed_impacts, 0);
   Vec3 low = frames.back().pose.x, high = low;

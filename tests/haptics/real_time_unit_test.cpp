@@ -9,7 +9,7 @@ namespace {
 SessionResult quick_run() {
   SessionResult r;
   r.tools[0].frames.resize(1000);
-  r.step_us.assign(1000, 20);
+  r.step_us.resize(1000, 20);
   r.refresh.global_ms.assign(30, 1);
   r.refresh.refresh_ms.assign(30, 3);
   r.refresh.parts_ms = {{"linearize", std::vector<double>(30, 0.5)},
@@ -54,7 +54,7 @@ TEST(RealTime, NamesTheGlobalStepWhereThatIsSlow) {
 
 TEST(RealTime, NamesTheTickWhereThatIsSlower) {
   SessionResult r = quick_run();
-  r.step_us.assign(1000, 1500);
+  r.step_us.resize(1000, 1500);
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_EQ(t.keeps, Keeps::no);
   EXPECT_EQ(t.slow_part, "haptic tick");
@@ -102,7 +102,7 @@ TEST(RealTime, OfAChargedLockstepIsWhatWasReached) {
 /// Twenty-six of thirty are not "just about": the figures are of thirty.
 TEST(RealTime, OfAThreadedRunIsWhatWasReached) {
   SessionResult r = quick_run();
-  r.lateness_us.assign(1000, 5);
+  r.lateness_us.resize(1000, 5);
   const auto keeps = [&](std::size_t refreshes) {
     r.refreshes.resize(refreshes);
     return judge_real_time(Scene{}, r).keeps;

@@ -11,7 +11,7 @@ SessionResult calm_run() {
   SessionResult result;
   result.tools[0].frames.resize(100);
   for (LocalFrame& frame : result.tools[0].frames) frame.residual = 0.009;
-  result.tools[0].penetration.assign(100, 0.9e-4);
+  result.tools[0].penetration.resize(100, 0.9e-4);
   return result;
 }
 

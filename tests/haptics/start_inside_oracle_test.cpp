@@ -66,7 +66,7 @@ Scene scene_of(const Case& c, bool from_above, const PrivateFolder& folder) {
   return scene;
 }
 
-Vec3 mean_of_the_last(const std::vector<LocalFrame>& frames) {
+Vec3 mean_of_the_last(std::span<const LocalFrame> frames) {
   constexpr std::size_t kCount = 30;
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = frames.size() - kCount; i < frames.size(); ++i) sum += frames[i].force;

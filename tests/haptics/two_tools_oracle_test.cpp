@@ -58,14 +58,14 @@ Scene swapped(Scene scene) {
   return scene;
 }
 
-double largest(const std::vector<LocalFrame>& frames) {
+double largest(std::span<const LocalFrame> frames) {
   double out = 0;
   for (const LocalFrame& f : frames) out = std::max(out, f.force.norm());
   return out;
 }
 
 /// Largest difference of forces over the run [N].
-double difference(const std::vector<LocalFrame>& a, const std::vector<LocalFrame>& b) {
+double difference(std::span<const LocalFrame> a, std::span<const LocalFrame> b) {
   EXPECT_EQ(a.size(), b.size());
   double out = 0;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) out = std::max(out, (a[i].force - b[i].force).norm());
@@ -142,33 +142,40 @@ TEST(TwoTools, SwappedGiveTheSameForces) {
 
 /// With krylov: condensed has only the motions at rest, and loses tools on this bar at a refresh, a capsule alone too
 /// (docs/friction.md).
-TEST(TwoTools, StayInTheConeAndOutside) {
+/// Whatever way both take.
+/// @param pairs  of friction, and a capsule beside the first tool (else a point below)
+void expect_in_the_cone_and_outside(std::initializer_list<std::pair<double, bool>> pairs) {
   std::mt19937 random(5);
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
-  for (const double mu : {0.0, 1.0})
-    for (const bool above : {false, true}) {
-      const double top = 0.020, other = above ? top : 0, out = above ? 1 : -1;
-      const auto way = [&](double x, double z, double up) {
-        std::vector<Waypoint> path{{0, Vec3(x, 0.0153, z + 0.001 * up)}};
-        for (int i = 1; i <= 4; ++i)
-          path.push_back(
-              {0.05 * i, Vec3(x + uniform(-0.004, 0.004), uniform(0.012, 0.018), z - uniform(0.001, 0.003) * up)});
-        return path;
-      };
-      Scene scene = bar_scene(way(above ? 0.0293 : 0.0411, top, 1), way(above ? 0.0553 : 0.0411, other, out));
-      scene.contact.mu_static = scene.contact.mu_kinetic = mu;
-      scene.second_tool->shape = above ? "capsule" : "point";
-      scene.second_tool->turn = {0, 1.57, 0};
-      SCOPED_TRACE(testing::Message() << "mu " << mu << (above ? ", capsule beside" : ", point below"));
-      const SessionResult both = Session(scene, bar()).run();
-      const ForceMetrics first = measure_forces(both.tools[0].frames, 0.1, 1e-3),
-                         second = measure_forces(both.tools[1].frames, 0.1, 1e-3);
-      EXPECT_GT(std::min(first.max_n, second.max_n), 1e-3);
-      for (const ForceMetrics& m : {first, second}) EXPECT_LE(m.max_t_over_n, mu * (1 + 1e-9) + 1e-12);
-      EXPECT_EQ(both.tools[0].missed_impacts + both.tools[1].missed_impacts, 0);
-      EXPECT_LT(*std::ranges::max_element(both.tools[0].penetration), 1e-6);  // [m]
-      EXPECT_LT(*std::ranges::max_element(both.tools[1].penetration), 1e-6);  // [m]
-    }
+  for (const auto& [mu, above] : pairs) {
+    const double top = 0.020, other = above ? top : 0, out = above ? 1 : -1;
+    const auto way = [&](double x, double z, double up) {
+      std::vector<Waypoint> path{{0, Vec3(x, 0.0153, z + 0.001 * up)}};
+      for (int i = 1; i <= 4; ++i)
+        path.push_back(
+            {0.05 * i, Vec3(x + uniform(-0.004, 0.004), uniform(0.012, 0.018), z - uniform(0.001, 0.003) * up)});
+      return path;
+    };
+    Scene scene = bar_scene(way(above ? 0.0293 : 0.0411, top, 1), way(above ? 0.0553 : 0.0411, other, out));
+    scene.contact.mu_static = scene.contact.mu_kinetic = mu;
+    scene.second_tool->shape = above ? "capsule" : "point";
+    scene.second_tool->turn = {0, 1.57, 0};
+    SCOPED_TRACE(testing::Message() << "mu " << mu << (above ? ", capsule beside" : ", point below"));
+    const SessionResult both = Session(scene, bar()).run();
+    const ForceMetrics first = measure_forces(both.tools[0].frames, 0.1, 1e-3),
+                       second = measure_forces(both.tools[1].frames, 0.1, 1e-3);
+    EXPECT_GT(std::min(first.max_n, second.max_n), 1e-3);
+    for (const ForceMetrics& m : {first, second}) EXPECT_LE(m.max_t_over_n, mu * (1 + 1e-9) + 1e-12);
+    EXPECT_EQ(both.tools[0].missed_impacts + both.tools[1].missed_impacts, 0);
+    EXPECT_LT(*std::ranges::max_element(both.tools[0].penetration), 1e-6);  // [m]
+    EXPECT_LT(*std::ranges::max_element(both.tools[1].penetration), 1e-6);  // [m]
+  }
+}
+
+TEST(TwoTools, StayInTheConeAndOutside) { expect_in_the_cone_and_outside({{1.0, true}}); }
+
+TEST(TwoTools, StayInTheConeAndOutsideInEveryPair) {
+  expect_in_the_cone_and_outside({{0.0, false}, {0.0, true}, {1.0, false}, {1.0, true}});
 }
 
 /// What one hand puts in the other may take out; both together take out nothing.

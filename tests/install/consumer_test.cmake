@@ -12,7 +12,7 @@ function(run)
 endfunction()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
 run(${CMAKE_COMMAND} -G Ninja -S examples -B ${work}/build -DCMAKE_PREFIX_PATH=${work}/prefix
-    -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS=${FLAGS}")
+    -DCMAKE_BUILD_TYPE=None "-DCMAKE_CXX_FLAGS=${FLAGS} -O1")
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/press)
 message("${out}")

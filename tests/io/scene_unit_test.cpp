@@ -190,6 +190,14 @@ TEST(Scene, AnEmptyFixedGroupClampsNothing) {
   EXPECT_EQ(s.object.fixed, (SceneFixed{std::nullopt, std::nullopt, std::nullopt}));
 }
 
+TEST(Scene, MayHaveNoEnd) {
+  const Scene scene = parse_scene(kSmallest, {"duration=null"});
+  EXPECT_TRUE(scene.is_endless);
+  EXPECT_EQ(scene.duration, Scene{}.duration);
+  EXPECT_EQ(parse_scene(to_json(scene)), scene);
+  EXPECT_FALSE(parse_scene(kSmallest, {"duration=null", "duration=2"}).is_endless);
+}
+
 TEST(Scene, CommentsAreAllowed) {
   const Scene s = parse_scene("// a slab\n{\"object\": /* its mesh */ {\"mesh\": \"slab.off\"} // end\n}");
   EXPECT_EQ(s.object.mesh, "slab.off");
