@@ -24,7 +24,7 @@ std::string short_number(const Json& value) {
 Json device_json(const ToolRun& tool) {
   const DeviceRun& run = *tool.device;
   const SafetyCounts& s = run.safety;
-  std::vector<double> age = tool.pose_age;
+  std::vector<double> age(tool.pose_age.begin(), tool.pose_age.end());
   std::ranges::sort(age);
   Json out{{"backend", run.name}, {"name", run.info.name}, {"serial", run.info.serial}};
   out["max_force_n"] = run.max_force;
@@ -32,7 +32,7 @@ Json device_json(const ToolRun& tool) {
   out["gives_force"] = run.info.gives_force;
   out["gives_torque"] = run.info.gives_torque;
   out["origin_m"] = {run.origin.x(), run.origin.y(), run.origin.z()};
-  out["pose_age_ms"] = {{"p50", known(1e3 * percentile(age, 0.5))}, {"p99", known(1e3 * percentile(age, 0.99))}};
+  out["pose_age_ms"] = {{"p50", known(1e3 * sorted_percentile(age, 0.5))}, {"p99", known(1e3 * sorted_percentile(age, 0.99))}};
   out["delay_ms"] = {{"reckoned", 1e3 * run.delay.delay},
                      {"measured", run.delay.measured},
                      {"p50", known(1e3 * run.delay.p50)},
@@ -41,6 +41,8 @@ Json device_json(const ToolRun& tool) {
   out["gate"] = name_of(run.gate);
   out["ticks"] = {{"gated", s.gated},     {"stale", s.stale},           {"slewed", s.slewed},
                   {"limited", s.limited}, {"not_finite", s.not_finite}, {"shut", s.shut}};
+  out["turning"] = nullptr;  // what its torque gave, as "passivity" has it of the force
+  if (run.turning) out["turning"] = {{"energy_min_j", run.turning->least}, {"damped_ticks", run.turning->damped_ticks}};
   out["most_force_n"] = s.most_force;
   out["most_slew_n_per_s"] = s.most_slew;
   return out;

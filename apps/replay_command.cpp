@@ -3,6 +3,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/run_outputs.hpp"
+#include "apps/run_summary.hpp"
 #include "apps/run_session.hpp"
 #include "apps/session_file.hpp"
 #include "apps/words.hpp"

@@ -12,10 +12,11 @@
 #include "apps/allocation_counter.hpp"
 #include "apps/commands.hpp"
 #include "apps/print_summary.hpp"
-#include "apps/record_memory.hpp"
+#include "apps/record_room.hpp"
 #include "apps/report.hpp"
 #include "apps/run_folder.hpp"
 #include "apps/run_outputs.hpp"
+#include "apps/run_summary.hpp"
 #include "apps/stop_signals.hpp"
 #include "apps/words.hpp"
 #include "haptics/device/haptic_device.hpp"
@@ -169,7 +170,11 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
     throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
-  require_record_memory(scene, available_memory());
+  require_room(scene, needed_room(scene, !settings.out.empty()), free_room(settings.out));
+  if (scene.is_endless && settings.reference.compute)
+    throw InputError("--reference: is computed for a duration; this run has none (duration null)");
+  if (scene.is_endless && (!settings.reference.file.empty() || !settings.reference.truth.empty()))
+    throw InputError("duration: is null, until it is stopped; a reference has an end");
   const FolderHolds before =
       settings.out.empty() ? FolderHolds::nothing : look_at_folder(settings.out, scene, settings.force);
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
@@ -182,7 +187,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
-  options.progress = progress_bar(scene.title.empty() ? "running" : scene.title, settings.piped);
+  if (!scene.is_endless) options.progress = progress_bar(scene.title.empty() ? "running" : scene.title, settings.piped);
   options.stop = &stop_requested();
   const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0.2 * scene.duration;
   if (options.snapshot_times.empty())
@@ -199,7 +204,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
     throw;
   }
   std::optional<SavingResults> saving;  // a stop waits for what is made of the ticks until then
-  if (out.result.stopped) saving.emplace();
+  if (out.result.stopped || stop_requested()) saving.emplace();
   out.summary = make_summary(session, out.result);
   out.summary["command"] = settings.reproduce;
   if (settings.complete) settings.complete(out.summary);

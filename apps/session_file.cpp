@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "apps/run_summary.hpp"
 #include "core/base/error.hpp"
 #include "haptics/device/recording.hpp"
 #include "haptics/touch/live_settings.hpp"
@@ -179,6 +180,26 @@ std::string session_file(const std::string& file_or_folder) {
   if (!fs::exists(file))
     throw InputError(text(file, ": cannot read the session (a run leaves it as OUT/session.json)"));
   return file;
+}
+
+nlohmann::ordered_json session_json(const Session& session, const SessionResult& result) {
+  Json refreshes = Json::array();
+  for (const RefreshEvent& r : result.refreshes) {
+    refreshes.push_back({r.linearized_tick, r.adopted_tick, r.started_tick});
+    if (r.delay_ticks >= 0 || !r.lost.empty()) refreshes.back().push_back(r.delay_ticks);
+    if (!r.lost.empty()) refreshes.back().push_back(r.lost);
+  }
+  Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
+           {"recording", "recording.csv"}, {"max_speed", result.tools[0].max_speed},
+           {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
+  out["reducer_changes"] = Json::array();
+  for (const ReducerChange& c : result.reducer_changes) out["reducer_changes"].push_back({c.tick, c.to, c.why});
+  if (!result.setting_changes.empty()) out["setting_changes"] = Json::array();
+  for (const SettingChange& c : result.setting_changes)
+    out["setting_changes"].push_back({c.tick, c.key, c.word.empty() ? Json(c.value) : Json(c.word)});
+  if (result.tools.size() > 1)
+    out["second_tool"] = {{"recording", "recording_2.csv"}, {"max_speed", result.tools[1].max_speed}};
+  return out;
 }
 
 SavedSession read_session(const std::string& file) {

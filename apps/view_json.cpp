@@ -92,7 +92,7 @@ Json view_json(const Session& session, const SessionResult& result, const BodyFi
   if (result.tools.size() < 2) return out;
   out["second_tool"] = tool_json(*session.scene().second_tool, session.tools()[1]);
   Json second_path = Json::array();
-  const std::vector<LocalFrame>& second = result.tools[1].frames;
+  const std::span<const LocalFrame> second = result.tools[1].frames;
   for (std::size_t i = 0; i < second.size(); i += stride) second_path.push_back(point(second[i].pose.x));
   out["second_path"] = second_path;
   return out;

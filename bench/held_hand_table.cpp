@@ -31,7 +31,7 @@ Scene held(double damping, double latency_ms, double loss, const std::vector<std
 }
 
 /// Largest less smallest of any coordinate of the tool [m].
-double swing(const std::vector<LocalFrame>& frames, std::size_t begin, std::size_t end) {
+double swing(std::span<const LocalFrame> frames, std::size_t begin, std::size_t end) {
   Vec3 low = frames[begin].pose.x, high = low;
   for (std::size_t i = begin; i < end; ++i) {
     low = low.cwiseMin(frames[i].pose.x);
@@ -44,7 +44,7 @@ void row(double damping, double control, double latency_ms, double loss, std::ve
   settings.push_back(text("local.passivity_damping=", control));
   Session session(held(damping, latency_ms, loss, settings));
   const SessionResult run = session.run();
-  const std::vector<LocalFrame>& frames = run.tools[0].frames;
+  const std::span<const LocalFrame> frames = run.tools[0].frames;
   constexpr std::size_t kWindow = 250;  // ticks: two swings of a hand of 0.1 kg on 300 N/m
   std::size_t still = frames.size();
   while (still >= kWindow && swing(frames, still - kWindow, still) < kStill) still -= 10;

@@ -240,7 +240,7 @@ LiveStatus LiveRun::status() {
   out.error = error_.empty() ? out.touch.error : error_;
   if (step_us_.empty() || refreshes_.empty()) return out;
   SessionResult last;  // of the last seconds
-  last.step_us.assign(step_us_.begin(), step_us_.end());
+  for (const float us : step_us_) last.step_us.push_back(us);
   out.tick_p50_us = percentile(last.step_us, 0.5);
   out.tick_p99_us = percentile(last.step_us, 0.99);
   const double seconds = std::min(kSeconds, std::max(newest_.t, 1e-3));
@@ -250,7 +250,7 @@ LiveStatus LiveRun::status() {
     last.refresh.add(record);
   }
   out.refresh_hz = static_cast<double>(last.refreshes.size()) / seconds;
-  last.lateness_us = {0};  // against the wall clock
+  last.lateness_us.push_back(0);  // against the wall clock
   last.reducer = out.touch.reducer;
   Scene scene = session_.scene();
   scene.global.rate_hz = out.wanted_hz;

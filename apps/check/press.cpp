@@ -91,7 +91,7 @@ void check_press(MeshWork& work, StageResult& out) {
       const PressPath path = press_path(spot);
       const SessionResult run = run_along(body, path.path, work.options.stop);
       judge_run(run, name, where, all, out);
-      const double h = run.tools[0].frames.front().t;
+      const double h = run.tools[0].frames[0].t;
       const auto force = force_over_depth(tick_forces(run.tools[0].frames), h, path, spot.normal);
       const auto of_whole_body = [&] {
         const auto truth = truth_of(body, run, run.tools[0].frames.size(), work.options.stop);

@@ -44,7 +44,7 @@ std::string Loss::told() const {
 
 Loss longest_loss(const CheckBody& body, const SessionResult& run, double from, double to,
                   const std::atomic<bool>* stop) {
-  const double h = run.tools[0].frames.front().t;
+  const double h = run.tools[0].frames[0].t;
   const auto longest = [&](auto is_free) {
     int most = 0, now = 0;
     for (std::size_t i = 0; i < run.tools[0].frames.size(); ++i) {

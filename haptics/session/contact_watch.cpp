@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/error.hpp"
+
 namespace kt {
 
 constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers at 1 kHz: thousands of ticks of a usual local model
@@ -42,8 +44,13 @@ void ContactWatch::look(const MotionRecord::Tick& tick, const VectorX& q) {
     LostContact& lost = lost_[k];
     const int tool = static_cast<int>(k);
     const double depth = check_.depth(tool, way.sweep());
-    penetration_[k].resize(static_cast<std::size_t>(tick.tick) + 1);
-    penetration_[k].back() = depth;
+    try {
+      penetration_[k].resize(static_cast<std::size_t>(tick.tick) + 1, 0.0);
+      penetration_[k].back() = depth;
+    } catch (const RunError&) {  // no room for it: who records the ticks tells
+      ++lost.unchecked_ticks;
+      continue;
+    }
     if (way.is_free && depth > BodyCheck::kInside) {
       ++lost.free_ticks_inside;
     } else if (way.is_free ? check_.went_through(tool, way.sweep())

@@ -1,6 +1,7 @@
 #pragma once
 // Watches a touch for contact that should be and is not: the whole body is looked at after every tick, at once where
 // the body's half waits for the ticks, else later in its thread.
+#include "core/base/record.hpp"
 #include "haptics/link/motion_record.hpp"
 #include "haptics/session/lost_contact.hpp"
 #include "haptics/tick/body_check.hpp"
@@ -25,7 +26,7 @@ class ContactWatch final : public ModelObserver {
 
   const LostContact& lost(std::size_t tool) const { return lost_[tool]; }
   /// After each tick, into the whole body [m].
-  std::vector<double> take_penetration(std::size_t tool) { return std::move(penetration_[tool]); }
+  Record<double> take_penetration(std::size_t tool) { return std::move(penetration_[tool]); }
 
  private:
   void look(const MotionRecord::Tick& tick, const VectorX& q);
@@ -33,7 +34,7 @@ class ContactWatch final : public ModelObserver {
   BodyCheck check_;
   std::unique_ptr<MotionRecord> record_;  // of ticks that are looked at later
   std::array<LostContact, kMaxTools> lost_;
-  std::array<std::vector<double>, kMaxTools> penetration_;
+  std::array<Record<double>, kMaxTools> penetration_;
   VectorX past_q_;
   int past_frame_ = -1;
 };

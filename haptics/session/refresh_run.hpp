@@ -6,6 +6,7 @@
 
 #include "haptics/refresh/inverted_tetrahedra.hpp"
 #include "haptics/refresh/refresh_record.hpp"
+#include "haptics/touch/touch_status.hpp"
 
 namespace kt {
 
@@ -27,6 +28,7 @@ struct RefreshRun {
   std::vector<double> cpu_ms;  ///< CPU time of all threads but the haptic one for each refresh, with global steps
   std::vector<double> linearization_error;  ///< of each interval
   double damping_coupling = 0;              ///< of the last local model
+  RefreshEnergy energy{};                   ///< of the swaps of local models
   int exact_steps = 0;                      ///< local models that were stepped exactly
   int definite_tangents = 0;                ///< refreshes whose exact tangent was indefinite
   int looked_ahead = 0;                     ///< refreshes that linearized the body where it was expected to be

@@ -58,7 +58,7 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
              " refreshes: clamped there, the local model is stiffer than the body; set object.model.type to fem "
              "with object.model.material neo_hookean, or press less deep"));
   const auto warn_of_depth = [&](const ToolRun& tool) {
-    const std::vector<double>& depth = tool.penetration;
+    const std::span<const double> depth = tool.penetration;
     if (depth.empty() || !keeps_outside) return;
     const auto ticks = std::ranges::count_if(depth, [](double d) { return d > kNoticeableDepth; });
     if (ticks > 0)
@@ -69,7 +69,7 @@ std::vector<std::string> run_warnings(const SessionResult& result, bool keeps_ou
   std::ranges::for_each(result.tools, warn_of_depth);
   const auto warn_of_loss = [&](const ToolRun& tool) {
     const LostContact& lost = tool.lost;
-    const std::vector<LocalFrame>& frames = tool.frames;
+    const std::span<const LocalFrame> frames = tool.frames;
     if (lost.free_ticks_inside > 0 && keeps_outside)
       warnings.push_back(text(who(tool), "contact was lost: the tool was inside the body without contact in ",
                               lost.free_ticks_inside, " of ", frames.size(), " ticks; move slower, use a coarser mesh ",

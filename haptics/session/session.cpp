@@ -30,7 +30,7 @@ void warn_of_lag(const Scene& scene, SessionResult& result) {
 /// What a patch is not made for; the path of a device that yields is known when it is over.
 /// @param h  haptic step [s]
 void warn_of_speed(const ToolRun& run, double h, const std::string& who, std::vector<std::string>& warnings) {
-  const std::vector<LocalFrame>& frames = run.frames;
+  const std::span<const LocalFrame> frames = run.frames;
   int count = 0;
   std::size_t fastest = 0;
   double most = 0;
@@ -123,16 +123,18 @@ class Watched {
   SessionWatcher* watcher_;
 };
 
-std::optional<PassivityRun> energy_of(const SafetyChain& chain) {
-  if (!chain.passivity()) return {};
-  const PassivityControl& p = *chain.passivity();
+std::optional<PassivityRun> energy_of(const std::optional<PassivityControl>& control) {
+  if (!control) return {};
+  const PassivityControl& p = *control;
   return PassivityRun{p.least(), p.most(), p.most_debt(), p.given_by_hold(), p.damped_ticks()};
 }
 
 DeviceRun device_run(const GuardedDevice& device, const SceneTool& tool) {
   const SafetyChain& chain = device.chain();
-  return {tool.path.device->name, device.device().info(), chain.max_force(), device.device().origin(), chain.counts(),
-          chain.reason(),         chain.last_reason(),    chain.delay(),     chain.coupling()};
+  return {tool.path.device->name,    device.device().info(), chain.max_force(),
+          device.device().origin(),  chain.counts(),         chain.reason(),
+          chain.last_reason(),       chain.delay(),          chain.coupling(),
+          energy_of(chain.turning())};
 }
 
 void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, ContactWatch* watch, SessionResult& out) {
@@ -149,11 +151,11 @@ void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, Conta
       hash.add(f.triangle);
     }
     tool.limited_forces = devices[k].chain().counts().limited;
-    tool.passivity = energy_of(devices[k].chain());
+    tool.passivity = energy_of(devices[k].chain().passivity());
     if (is_live) tool.device = device_run(devices[k], k == 0 ? scene.tool : *scene.second_tool);
     if (!watch) continue;
     tool.penetration = watch->take_penetration(k);
-    tool.penetration.resize(tool.frames.size());
+    tool.penetration.resize(tool.frames.size(), 0.0);
     tool.lost = watch->lost(k);
     tool.missed_impacts = tool.lost.free_ticks_inside + tool.lost.pass_throughs;
   }
@@ -254,17 +256,18 @@ SessionResult Session::run(const SessionOptions& options) {
     guarded.emplace_back(std::move(devices[k]), safety_options(scene(), k == 0 ? scene().tool : *scene().second_tool));
   for (std::size_t k = 0; k < tools().size(); ++k) guarded[k].begin_at(start[k].x);  // it has moved on since then
   int ticks = static_cast<int>(std::llround(scene().duration * scene().local.rate_hz));
-  if (options.is_endless) ticks = std::numeric_limits<int>::max();
+  const bool is_endless = options.is_endless || scene().is_endless;
+  if (is_endless) ticks = std::numeric_limits<int>::max();
   const RunParts parts{options, ticks, touch, guarded, watch ? &*watch : nullptr, result};
   {
     const Watched watched(options.watcher, touch);
     threaded ? run_threads(parts) : run_lockstep(parts);
     touch.stop();
   }
-  if (options.is_endless) {
-    ticks = touch.next_tick();
+  if (is_endless) {
+    ticks = result.records_full.empty() ? touch.next_tick() : static_cast<int>(result.step_us.size());
     last(ticks * h);
-    result.stopped = false;  // that is how it ends
+    result.stopped = !result.records_full.empty();  // else that is how it ends
   }
 
   if (watch) watch->finish(touch.fast().model());
@@ -288,6 +291,7 @@ SessionResult Session::run(const SessionOptions& options) {
     result.self_contact->reach = contact->options.reach;
     result.self_contact->stiffness = contact->options.stiffness;
   }
+  result.refresh.energy = touch.status().energy;
   result.global_steps = refresher.statistics();
   if (const InvertedTetrahedra& inverted = result.refresh.inverted; inverted.most > 0)
     result.warnings.push_back(text(

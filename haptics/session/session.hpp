@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "core/base/record.hpp"
 #include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/safety_chain.hpp"
 #include "haptics/predict/predict.hpp"
@@ -44,22 +45,23 @@ struct DeviceRun {
   GateReason gate = GateReason::open;       ///< at the end
   GateReason last_gate = GateReason::open;  ///< why it was shut last
   DelayEstimate delay;
-  double coupling = 0;  ///< [N/m] at the end; 0: none
+  double coupling = 0;                  ///< [N/m] at the end; 0: none
+  std::optional<PassivityRun> turning;  ///< of the torque, where the device gives one
 };
 
 /// One tool in a run.
 struct ToolRun {
-  Pose start;                       ///< before the first tick
-  std::vector<LocalFrame> frames;   ///< one a tick; their force is the one that was written to the device
-  std::vector<Vec3> model_force;    ///< before passivity control and the device's limit: one a tick [N]
-  std::vector<double> penetration;  ///< per tick, into the whole body [m]; empty when not asked for
-  int limited_forces = 0;           ///< ticks whose force was cut to the device's limit
-  int missed_impacts = 0;           ///< ticks without contact that should have had one: the sum of `lost`
+  Pose start;                  ///< before the first tick
+  Record<LocalFrame> frames;   ///< one a tick; their force is the one that was written to the device
+  Record<Vec3> model_force;    ///< before passivity control and the device's limit: one a tick [N]
+  Record<double> penetration;  ///< per tick, into the whole body [m]; empty when not asked for
+  int limited_forces = 0;      ///< ticks whose force was cut to the device's limit
+  int missed_impacts = 0;      ///< ticks without contact that should have had one: the sum of `lost`
   LostContact lost;
   double max_speed = 0;                   ///< bound of its speed that the patches were made for [m/s]
   std::optional<PassivityRun> passivity;  ///< of a device that moves with the force
   std::optional<DeviceRun> device;        ///< that somebody held
-  std::vector<double> pose_age;           ///< of such a device at each tick [s]
+  Record<double> pose_age;                ///< of such a device at each tick [s]
 };
 
 /// The start and the place at the end of each tick [m].
@@ -67,8 +69,8 @@ std::vector<Vec3> places_of(const ToolRun& run);
 
 struct SessionResult {
   std::vector<ToolRun> tools = std::vector<ToolRun>(1);  ///< as many as the scene has
-  std::vector<double> step_us;                           ///< CPU time of each tick [us]
-  std::vector<double> lateness_us;                       ///< thread link: wall clock after the tick was due [us]
+  Record<double> step_us;                                ///< CPU time of each tick [us]
+  Record<double> lateness_us;                            ///< thread link: wall clock after the tick was due [us]
   RefreshRun refresh;                                    ///< what the refreshes took and found out
   std::string reducer, reducer_name, reducer_reason;     ///< in use at the end
   std::vector<ReducerCandidate> reducer_candidates;
@@ -86,7 +88,8 @@ struct SessionResult {
   std::optional<SelfContactRun> self_contact;  ///< of a scene that asks for it
   int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
   long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
-  bool stopped = false;                        ///< by the stop flag
+  bool stopped = false;                        ///< by the stop flag, or where records found no room
+  std::string records_full;                    ///< why the records end before the run should have; empty: they do not
   bool device_lost = false;                    ///< a device that somebody held did not come back for 10 s
   RealTimeGrant real_time{};                   ///< thread link: what the ticking thread was granted
   std::uint64_t hash = 0;                      ///< of every frame's position, force, mode and place, of all tools

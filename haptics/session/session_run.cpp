@@ -6,6 +6,7 @@
 #include <cmath>
 #include <thread>
 
+#include "core/base/error.hpp"
 #include "core/base/ticks.hpp"
 #include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/device_slots.hpp"
@@ -124,19 +125,51 @@ class DeviceTick {
   long long allocations_ = 0;
 };
 
-/// To the records and to who watches.
-void record(const TickRow& row, const RunParts& run) {
-  SessionResult& out = run.result;
-  if (SessionWatcher* watcher = run.options.watcher)
-    watcher->ticked(std::span(row.frames).first(out.tools.size()), row.step_us, row.allocations);
-  if (!run.options.keeps_records) return;
-  for (std::size_t k = 0; k < out.tools.size(); ++k) {
-    out.tools[k].frames.push_back(row.frames[k]);
-    out.tools[k].model_force.push_back(row.model_force[k]);
-    if (run.devices[k].device().info().is_live) out.tools[k].pose_age.push_back(row.pose_age[k]);
+/// To who watches, and to the records, which a full disk ends.
+class Recorder {
+ public:
+  explicit Recorder(const RunParts& run) : run_(run) {}
+
+  /// @param is_late  against the wall clock: how late a tick was is recorded, too
+  /// @return there was room for it
+  bool add(const TickRow& row, bool is_late) {
+    SessionResult& out = run_.result;
+    if (SessionWatcher* watcher = run_.options.watcher)
+      watcher->ticked(std::span(row.frames).first(out.tools.size()), row.step_us, row.allocations);
+    if (!run_.options.keeps_records || !out.records_full.empty()) return out.records_full.empty();
+    try {
+      for (std::size_t k = 0; k < out.tools.size(); ++k) {
+        out.tools[k].frames.push_back(row.frames[k]);
+        out.tools[k].model_force.push_back(row.model_force[k]);
+        if (run_.devices[k].device().info().is_live) out.tools[k].pose_age.push_back(row.pose_age[k]);
+      }
+      if (is_late) out.lateness_us.push_back(row.lateness_us);
+      out.step_us.push_back(row.step_us);
+    } catch (const RunError& e) {
+      end(e.what());
+      return false;
+    }
+    return true;
   }
-  out.step_us.push_back(row.step_us);
-}
+
+ private:
+  /// All lists end with the last whole tick.
+  void end(const std::string& why) {
+    SessionResult& out = run_.result;
+    out.records_full = why;
+    out.stopped = true;
+    out.warnings.push_back(why);
+    const std::size_t ticks = out.step_us.size();
+    for (ToolRun& tool : out.tools) {
+      tool.frames.truncate(ticks);
+      tool.model_force.truncate(ticks);
+      tool.pose_age.truncate(ticks);
+    }
+    out.lateness_us.truncate(ticks);
+  }
+
+  const RunParts& run_;
+};
 
 /// Pictures of the body between ticks, while nobody else has it.
 class Pictures {
@@ -169,12 +202,13 @@ class Pictures {
 void run_lockstep(const RunParts& run) {
   DeviceTick devices(run);
   Pictures pictures(run);
+  Recorder recorder(run);
   TickRow row;
   std::size_t next_snapshot = 0;
   for (int tick = 0; tick < run.ticks; ++tick) {
     devices.step(row, true);
     if (run.touch.error()) std::rethrow_exception(run.touch.error());
-    record(row, run);
+    if (!recorder.add(row, false)) break;
     const double t = (tick + 1) * run.touch.h();
     for (; next_snapshot < run.options.snapshot_times.size() && run.options.snapshot_times[next_snapshot] <= t;
          ++next_snapshot)
@@ -223,12 +257,11 @@ void run_threads(const RunParts& run) {
     run.result.real_time = on_time.grant();
     finished = true;
   });
+  Recorder recorder(run);
   const auto take_rows = [&] {
     TickRow row;
-    while (rows.pop(row)) {
-      record(row, run);
-      if (run.options.keeps_records) run.result.lateness_us.push_back(row.lateness_us);
-    }
+    while (rows.pop(row))
+      if (!recorder.add(row, true)) stop = true;
   };
   VectorX x;
   while (!finished) {

@@ -21,7 +21,11 @@ class BuiltScene {
   /// The first tool is held by a hand from now on, at the place where its path began: for a target that another thread
   /// moves.
   void hold();
-  void last(double seconds) { scene_.duration = seconds; }
+  /// It lasted that long [s].
+  void last(double seconds) {
+    scene_.duration = seconds;
+    scene_.is_endless = false;
+  }
 
   const Scene& scene() const { return scene_; }
   const Body& body() const { return body_; }

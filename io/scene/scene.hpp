@@ -147,8 +147,9 @@ struct SceneTool {
 
 struct Scene {
   std::string title;
-  double duration = 1.0;   ///< simulated [s]
-  std::uint64_t seed = 1;  ///< of everything random: hand tremor, link loss
+  double duration = 1.0;    ///< simulated [s]
+  bool is_endless = false;  ///< until it is stopped: "duration": null
+  std::uint64_t seed = 1;   ///< of everything random: hand tremor, link loss
   SceneObject object;
   SceneTool tool;
   std::optional<SceneTool> second_tool;  ///< of another hand, on the same body at the same time

@@ -363,6 +363,8 @@ Scene scene_from_json(const nlohmann::json& document) {
   for (const char* group : {"object", "tool", "second_tool"}) settle_unit(settled, group);
   for (const char* group : {"tool", "second_tool"}) settle_coupling(settled, group);
   Scene scene;
+  scene.is_endless = settled.contains("duration") && settled["duration"].is_null();
+  if (scene.is_endless) settled.erase("duration");
   Reader reader(settled);
   fields(reader, scene);
   return scene;
@@ -372,6 +374,7 @@ std::string to_json(const Scene& scene) {
   Scene copy = scene;  // the field lists serve reading as well, so they take references that are not const
   Writer writer;
   fields(writer, copy);
+  if (scene.is_endless) writer.json["duration"] = nullptr;
   return writer.json.dump(2, ' ', false, Ordered::error_handler_t::replace) + "\n";
 }
 

@@ -1,0 +1,375 @@
+#include "apps/run_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <span>
+
+#include "apps/device_summary.hpp"
+#include "core/base/error.hpp"
+#include "core/linear/kernels.hpp"
+#include "haptics/contact/contact_sweeps.hpp"
+#include "haptics/predict/contact_width.hpp"
+#include "haptics/session/real_time.hpp"
+#include "haptics/session/run_warnings.hpp"
+#include "haptics/study/contact_events.hpp"
+#include "haptics/study/run_doubts.hpp"
+
+namespace kt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json percentiles(std::span<const double> values, bool tail) {
+  Json out{{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
+  if (tail) out["p999"] = percentile(values, 0.999);
+  out["max"] = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+  return out;
+}
+
+/// CPU time of the ticks as a share of the time that there is for one.
+Json period_shares_json(std::span<const double> step_us, double rate_hz) {
+  const double per_us = 1e-6 * rate_hz;
+  return {{"p50", per_us * percentile(step_us, 0.5)}, {"p99", per_us * percentile(step_us, 0.99)}};
+}
+
+/// What the processor has to do, whatever else runs on the machine. Without the refresh that sets the run up.
+Json cpu_json(const SessionResult& result) {
+  const std::vector<double> refreshes(result.refresh.cpu_ms.begin() + 1, result.refresh.cpu_ms.end());
+  const double ticks_s = 1e-6 * std::accumulate(result.step_us.begin(), result.step_us.end(), 0.0);
+  const double refreshes_s = 1e-3 * std::accumulate(refreshes.begin(), refreshes.end(), 0.0);
+  const double simulated = result.tools[0].frames.empty() ? 0 : result.tools[0].frames.back().t;
+  Json out = {{"refresh_ms", percentiles(refreshes, false)}, {"ticks_s", ticks_s}, {"refreshes_s", refreshes_s}};
+  out["per_simulated_second"] = simulated > 0 ? Json((ticks_s + refreshes_s) / simulated) : Json(nullptr);
+  return out;
+}
+
+Json model_json(const Session& session) {
+  const ModelInfo info = session.model().info();
+  const Mesh& mesh = session.model().mesh();
+  const Vec3 size = bounds(mesh).size();
+  const auto springs = info.parameters.find("springs");
+  Json out{{"type", info.type},
+           {"material", info.material},
+           {"nodes", mesh.num_nodes()},
+           {"tets", mesh.tetrahedra.size()},
+           {"springs", springs == info.parameters.end() ? 0 : static_cast<int>(springs->second)},
+           {"triangles", mesh.triangles.size()},
+           {"size_m", {size.x(), size.y(), size.z()}},
+           {"mesh_unit_m", session.mesh_unit()},
+           {"fixed_nodes", session.model().fixed_nodes().size()}};
+  for (const auto& [name, value] : info.parameters)
+    if (name != "springs") out["parameters"][name] = value;
+  return out;
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json changes_json(const std::vector<ReducerChange>& changes) {
+  Json out = Json::array();
+  for (const ReducerChange& c : changes)
+    out.push_back({{"tick", c.tick},
+                   {"from", c.from},
+                   {"to", c.to},
+                   {"why", c.why},
+                   {"certified_error", number_or_null(c.error)},
+                   {"expected_force_error", number_or_null(c.force_error)}});
+  return out;
+}
+
+Json candidates_json(const std::vector<ReducerCandidate>& candidates) {
+  Json out = Json::array();
+  for (const ReducerCandidate& c : candidates) {
+    Json errors = Json::array();
+    for (const double e : c.errors) errors.push_back(number_or_null(e));
+    out.push_back({{"name", c.name},
+                   {"dof", c.dof},
+                   {"error", number_or_null(c.error)},
+                   {"errors", errors},
+                   {"expected_force_error", number_or_null(c.force_error)},
+                   {"predicted_us", number_or_null(c.tick_us)},
+                   {"predicted_refresh_ms", number_or_null(c.refresh_ms)}});
+  }
+  return out;
+}
+
+Json force_json(const ForceMetrics& force, const ContactSettings& contact) {
+  return {{"mean_n", force.mean_n},
+          {"max_n", force.max_n},
+          {"mean_t", force.mean_t},
+          {"max_t", force.max_t},
+          {"max_t_over_mu_n", contact.mu_static > 0 ? force.max_t_over_n / contact.mu_static : 0.0},
+          {"felt_t_over_mu_n", contact.mu_static > 0 ? force.felt_t_over_n / contact.mu_static : 0.0},
+          {"buzz", force.buzz},
+          {"crossing_jump", force.crossing_jump},
+          {"refresh_jump", force.refresh_jump}};
+}
+
+Json ticks_json(const ForceMetrics& force, std::size_t total) {
+  return {{"free", force.ticks_free},
+          {"stick", force.ticks_stick},
+          {"slide", force.ticks_slide},
+          {"frictional_slide", force.ticks_frictional_slide},
+          {"total", total}};
+}
+
+Json events_json(std::span<const LocalFrame> frames) {
+  constexpr ContactEventKind kKinds[] = {ContactEventKind::touch, ContactEventKind::release,
+                                         ContactEventKind::stick_to_slip, ContactEventKind::slip_to_stick,
+                                         ContactEventKind::edge};
+  const std::vector<ContactEvent> events = find_contact_events(frames);
+  Json out;
+  for (const ContactEventKind kind : kKinds) out[name_of(kind)] = std::ranges::count(events, kind, &ContactEvent::kind);
+  return out;
+}
+
+Json contact_solver_json(std::span<const LocalFrame> frames) {
+  double largest = 0;
+  for (const LocalFrame& f : frames) largest = std::max(largest, f.residual);
+  const auto unsolved =
+      std::ranges::count_if(frames, [](const LocalFrame& f) { return f.residual > SweepLimits{}.residual; });
+  return {{"unsolved_ticks", unsolved}, {"residual_max", largest}};
+}
+
+Json real_time_json(const RealTime& r) {
+  return {{"holds", r.keeps != Keeps::no},
+          {"keeps", name_of(r.keeps)},
+          {"slow_part", r.slow_part},
+          {"slow_part_ms", r.part_ms},
+          {"refresh_budget_ms", r.budget_ms},
+          {"refresh_ms_p50", r.refresh_ms},
+          {"refresh_hz", r.refresh_hz},
+          {"refresh_share", r.refresh_share},
+          {"tick_share", r.tick_share},
+          {"cure", r.cure.empty() ? Json(nullptr) : Json(r.cure)},
+          {"told", r.told()}};
+}
+
+/// Of the thread that ticks against the wall clock.
+Json thread_json(const RealTimeGrant& g) {
+  return {{"scheduler", g.scheduler()},   {"priority", g.priority},
+          {"locked", g.locked},           {"core", g.core < 0 ? Json(nullptr) : Json(g.core)},
+          {"page_faults", g.page_faults}, {"major_page_faults", g.major_page_faults},
+          {"why_not", g.why_not},         {"thread", g.told()}};
+}
+
+/// The mesh's cells against the width of the contact, along the way that the first tool took.
+Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
+  if (!w) return nullptr;
+  return {{"cell_m", w->cell},
+          {"contact_radius_m", w->contact_radius},
+          {"cell_over_contact_radius", {{"min", w->least}, {"mean", w->mean}, {"max", w->most}}},
+          {"force_factor", number_or_null(w->factor)},
+          {"fine_edge_m", number_or_null(w->fine_edge)}};
+}
+
+Json trust_json(const std::vector<Doubt>& doubts) {
+  Json reasons = Json::array();
+  for (const Doubt& d : doubts)
+    reasons.push_back({{"what", d.what}, {"cure", d.cure.empty() ? Json(nullptr) : Json(d.cure)}});
+  return {{"trustworthy", doubts.empty()}, {"reasons", reasons}};
+}
+
+/// Least work that all hands together have done on the body so far, over the run [J]; below 0: energy came out.
+double least_work_of_both(const SessionResult& result) {
+  double work = 0, least = 0;
+  for (std::size_t i = 1; i < result.tools[0].frames.size(); ++i) {
+    for (const ToolRun& tool : result.tools)
+      work -= tool.frames[i].force.dot(tool.frames[i].pose.x - tool.frames[i - 1].pose.x);
+    least = std::min(least, work);
+  }
+  return least;
+}
+
+/// What the check against the whole body found of one tool; null where it was not made.
+Json lost_json(std::span<const LocalFrame> frames, std::span<const double> penetration, int missed,
+               const LostContact& lost) {
+  const auto at_edge = std::ranges::count_if(frames, [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
+  Json out{{"missed_impacts", nullptr}, {"free_ticks_inside", nullptr}, {"went_through", nullptr}};
+  out["edge_ticks"] = at_edge;
+  out["penetration_max_m"] = nullptr;
+  if (penetration.empty()) return out;
+  out["missed_impacts"] = missed;
+  out["free_ticks_inside"] = lost.free_ticks_inside;
+  out["went_through"] = Json::array();
+  for (const auto& [tick, distance] : lost.went_through)
+    out["went_through"].push_back({{"tick", tick}, {"t", frames[static_cast<std::size_t>(tick)].t}, {"m", distance}});
+  out["penetration_max_m"] = *std::max_element(penetration.begin(), penetration.end());
+  return out;
+}
+
+/// In which the tool was inside and the body was pushed off it.
+auto pushed_out_ticks(std::span<const LocalFrame> frames) {
+  return std::ranges::count_if(frames, [](const LocalFrame& f) { return (f.flags & kPushedOut) != 0; });
+}
+
+Json second_tool_json(const Scene& scene, const SessionResult& result, double steady) {
+  const ToolRun& run = result.tools[1];
+  const ForceMetrics force = measure_forces(run.frames, steady, 1 / scene.local.rate_hz);
+  const Json lost = lost_json(run.frames, run.penetration, run.missed_impacts, run.lost);
+  return {{"force", force_json(force, scene.contact)},
+          {"ticks", ticks_json(force, run.frames.size())},
+          {"events", events_json(run.frames)},
+          {"crossings", force.crossings},
+          {"lost_contacts", force.lost_contacts},
+          {"pushed_out_ticks", pushed_out_ticks(run.frames)},
+          {"missed_impacts", lost["missed_impacts"]},
+          {"free_ticks_inside", lost["free_ticks_inside"]},
+          {"edge_ticks", lost["edge_ticks"]},
+          {"went_through", lost["went_through"]},
+          {"penetration_max_m", lost["penetration_max_m"]},
+          {"energy_min_j", force.energy_min},
+          {"energy_min_of_both_j", least_work_of_both(result)}};
+}
+
+}  // namespace
+
+/// The baselines and the paper's laws let tools in.
+static bool keeps_outside(const Scene& scene) {
+  return scene.local.method == "multirate" && scene.contact.law == "coulomb";
+}
+
+std::string hash_text(std::uint64_t hash) {
+  char out[17];
+  std::snprintf(out, sizeof out, "%016llx", static_cast<unsigned long long>(hash));
+  return out;
+}
+
+double steady_from(const Scene& scene, const SessionResult& result) {
+  constexpr double kSettle = 0.1;  // [s] the press's own transient
+  if (scene.tool.path.press_drag) return scene.tool.path.press_drag->press_time + kSettle;
+  for (const LocalFrame& f : result.tools[0].frames)
+    if (f.mode != ContactMode::free) return f.t + kSettle;
+  return 0;
+}
+
+Json make_summary(const Session& session, const SessionResult& result) {
+  const Scene& scene = session.scene();
+  const ForceMetrics force =
+      measure_forces(result.tools[0].frames, steady_from(scene, result), 1 / scene.local.rate_hz);
+  Json out;
+  out["scene"] = scene.title.empty() ? scene.object.mesh : scene.title;
+  out["seed"] = scene.seed;
+  out["hash"] = hash_text(result.hash);
+  out["model"] = model_json(session);
+  out["global"] = {{"integrator", scene.global.integrator},
+                   {"solver", scene.global.solver},
+                   {"definite", scene.global.definite},
+                   {"newton_iterations", result.global_steps.iterations},
+                   {"linear_iterations", result.global_steps.linear_iterations},
+                   {"projected", result.global_steps.projected},
+                   {"not_converged", result.global_steps.not_converged},
+                   {"looked_ahead", result.refresh.looked_ahead},
+                   {"linearization_error", percentiles(result.refresh.linearization_error, false)}};
+  if (result.self_contact) {
+    const SelfContactRun& s = *result.self_contact;
+    const bool touched = s.extremes.contacts > 0;
+    out["self_contact"] = {{"contacts", s.extremes.contacts},
+                           {"nearest_m", touched ? Json(s.extremes.nearest) : Json(nullptr)},
+                           {"normal_n", s.extremes.normal},
+                           {"mean_normal_n", s.mean_normal},
+                           {"energy_j", s.extremes.energy},
+                           {"touching_share", s.touching_share},
+                           {"intersections", s.crossings < 0 ? Json(nullptr) : Json(s.crossings)},
+                           {"reach_m", s.reach},
+                           {"stiffness_n_per_m", s.stiffness}};
+  }
+  out["local"] = {
+      {"method", haptic_method_name(scene.local.method, scene.contact.law)},
+      {"reducer", result.reducer},
+      {"name", result.reducer_name},
+      {"rings", scene.local.rings},
+      {"dof", result.last_dof},
+      {"patch_vertices", result.last_patch_vertices},
+      {"certified_error", number_or_null(result.certified_error)},
+      {"expected_force_error", number_or_null(result.expected_force_error)},
+      {"refresh_budget_ms", number_or_null(result.refresh_budget_ms)},
+      {"reason", result.reducer_reason},
+      {"reducer_changes", changes_json(result.reducer_changes)},
+      {"damping_coupling",
+       std::isfinite(result.refresh.damping_coupling) ? Json(result.refresh.damping_coupling) : Json(nullptr)},
+      {"exact_steps", text(result.refresh.exact_steps, " of ", result.refreshes.size(), " local models")}};
+  out["local"]["candidates"] = candidates_json(result.reducer_candidates);
+  out["force"] = force_json(force, scene.contact);
+  out["ticks"] = ticks_json(force, result.tools[0].frames.size());
+  out["events"] = events_json(result.tools[0].frames);
+  out["crossings"] = force.crossings;
+  out["lost_contacts"] = force.lost_contacts;
+  out["pushed_out_ticks"] = pushed_out_ticks(result.tools[0].frames);
+  out.update(lost_json(result.tools[0].frames, result.tools[0].penetration, result.tools[0].missed_impacts,
+                       result.tools[0].lost));
+  out["contact_lost"] = contact_was_lost(result, keeps_outside(scene));
+  out["contact_solver"] = contact_solver_json(result.tools[0].frames);
+  out["energy_min_j"] = force.energy_min;
+  if (result.tools[0].device) out["device"] = device_json(result.tools[0]);
+  if (result.tools.size() > 1) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
+  if (result.tools.size() > 1 && result.tools[1].device) out["second_tool"]["device"] = device_json(result.tools[1]);
+  out["step_us"] = percentiles(result.step_us, true);
+  out["tick_period_share"] = period_shares_json(result.step_us, scene.local.rate_hz);
+  if (!result.lateness_us.empty()) {
+    out["lateness_us"] = percentiles(result.lateness_us, true);
+    out["platform_gaps"] = std::count_if(result.lateness_us.begin(), result.lateness_us.end(),
+                                         [&](double late) { return late * scene.local.rate_hz > 1e6; });
+    out["real_time_scheduling"] = result.real_time.priority > 0;
+  }
+  out["global_ms"] = percentiles(result.refresh.global_ms, false);
+  out["refresh_ms"] = percentiles(result.refresh.refresh_ms, false);
+  for (const auto& [part, ms] : result.refresh.parts_ms) out["refresh_parts_ms"][part] = percentile(ms, 0.5);
+  const RefreshEnergy& energy = result.refresh.energy;
+  out["refresh_energy_j"] = {{"sum", energy.sum}, {"largest", energy.largest}, {"swaps", energy.swaps}};
+  if (!result.refresh.cpu_ms.empty()) out["cpu"] = cpu_json(result);
+  out["kernels"] = {{"vectors", vector_width_name()}, {"blas", blas_kernels_name()}};
+  out["refreshes"] = result.refreshes.size();
+  out["deadline_misses"] = result.deadline_misses;
+  out["allocations_per_tick"] =
+      result.allocations < 0 || result.tools[0].frames.empty()
+          ? Json(nullptr)
+          : Json(static_cast<double>(result.allocations) / static_cast<double>(result.tools[0].frames.size()));
+  const std::vector<Vec3> way = places_of(result.tools[0]);
+  const std::optional<ContactWidth> width = find_contact_width(session, way);
+  out["mesh_at_contact"] = mesh_at_contact_json(width);
+  out["real_time"] = real_time_json(judge_real_time(scene, result));
+  if (!result.lateness_us.empty()) out["real_time"].update(thread_json(result.real_time));
+  std::vector<std::string> warnings = run_warnings(result, keeps_outside(scene));
+  const bool is_scripted =
+      !session.path().empty() && !scene.tool.path.hand && !scene.tool.path.device;  // then it was predicted
+  if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));
+  std::vector<ForceMetrics> forces{force};
+  if (result.tools.size() > 1)
+    forces.push_back(measure_forces(result.tools[1].frames, steady_from(scene, result), 1 / scene.local.rate_hz));
+  out["trust"] = trust_json(find_doubts(scene, result, warnings, forces));
+  out["notes"] = result.notes;
+  out["warnings"] = std::move(warnings);
+  out["settings"] = Json::parse(to_json(scene));
+  return out;
+}
+
+void add_reference(Json& summary, const SessionResult& result, const Reference& reference) {
+  const ForceError error = compare_forces(result.tools[0].model_force, reference);  // it knows no device
+  summary["reference"] = {{"force_error", error.force_error},
+                          {"jnd_fraction", error.jnd_fraction},
+                          {"floor_n", error.floor},
+                          {"rate_hz", reference.rate_hz},
+                          {"seconds", reference.seconds}};
+  if (result.tools.size() > 1) {
+    const ForceError second = compare_forces(result.tools[1].model_force, second_tool_of(reference));
+    summary["reference"]["second_tool"] = {
+        {"force_error", second.force_error}, {"jnd_fraction", second.jnd_fraction}, {"floor_n", second.floor}};
+  }
+  for (const std::string& warning : reference.warnings) summary["warnings"].push_back(warning);
+}
+
+void add_truth(Json& summary, const SessionResult& result, const Reference& truth) {
+  const std::span<const Vec3> forces = result.tools[0].model_force;
+  const PosePath path = tool_paths(result)[0];
+  const ForceError error = compare_forces(forces, truth);
+  const double work = tool_work(forces, path), true_work = tool_work(truth.force, path);
+  summary["truth"] = {{"force_error", error.force_error},
+                      {"jnd_fraction", error.jnd_fraction},
+                      {"work_j", work},
+                      {"true_work_j", true_work},
+                      {"work_error", true_work != 0 ? Json(std::abs(work / true_work - 1)) : Json(nullptr)}};
+}
+
+}  // namespace kt
