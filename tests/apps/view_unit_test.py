@@ -151,7 +151,7 @@ class Page(unittest.TestCase):
     def setUpClass(cls):
         options = webdriver.chrome.options.Options()
         for option in ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                       "--window-size=1000,700", "--disable-dev-shm-usage"]:
+                       "--window-size=1000,700", "--force-device-scale-factor=0.5", "--disable-dev-shm-usage"]:
             options.add_argument(option)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         cls.browser = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
