@@ -4,11 +4,11 @@
 
 #include "apps/commands.hpp"
 #include "apps/host_and_port.hpp"
+#include "apps/network_run.hpp"
 #include "apps/page_options.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
 #include "core/base/error.hpp"
-#include "core/base/percentile.hpp"
 
 #if KT_WITH_NETWORK
 #include "apps/allocation_counter.hpp"
@@ -37,7 +37,6 @@ struct TouchArguments {
 #if KT_WITH_NETWORK
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 /// The scene as the other computer has it, with its files in `folder`.
 Scene received_scene(const Welcome& welcome, const std::string& folder, const std::vector<std::string>& set) {
@@ -53,39 +52,6 @@ Scene received_scene(const Welcome& welcome, const std::string& folder, const st
   Scene scene = load_scene(folder + "/scene.json", set);
   scene.link.type = "network";
   return scene;
-}
-
-Json ages_json(std::vector<double> ms) {
-  if (ms.empty()) return nullptr;
-  return {{"p50", percentile(ms, 0.5)}, {"p90", percentile(ms, 0.9)}, {"p99", percentile(ms, 0.99)}};
-}
-
-Json link_json(const HandLinkReport& r) {
-  const auto mbit_s = [&](long long bytes) {
-    return r.seconds > 0 ? 8e-6 * static_cast<double>(bytes) / r.seconds : 0;
-  };
-  return {{"model_age_ms", ages_json(r.age_ms)},
-          {"model_age_at_body_ms", ages_json(r.body_ms)},
-          {"model_age_here_ms", ages_json(r.hand_ms)},
-          {"models_sent", r.models_sent},
-          {"models_arrived", r.models_arrived},
-          {"models_adopted", r.models_adopted},
-          {"models_wrong", r.models_wrong},
-          {"messages_incomplete", r.port.joined.given_up},
-          {"mbit_s", {{"to_hand", mbit_s(r.port.bytes_received)}, {"to_body", mbit_s(r.port.bytes_sent)}}},
-          {"loss", {{"to_hand", r.loss_down}, {"to_body", r.loss_up}}},
-          {"datagrams_refused", r.port.opened.refused()},
-          {"reconnections", r.reconnections},
-          {"longest_gap_s", r.longest_gap_s}};
-}
-
-void tell(const HandLinkReport& r) {
-  const Json j = link_json(r);
-  if (r.age_ms.empty()) return;
-  std::cout << "  link          local models " << j["model_age_ms"]["p50"].get<double>()
-            << " ms old when they were taken, p99 " << j["model_age_ms"]["p99"].get<double>() << "; "
-            << r.models_arrived << " of " << r.models_sent << " arrived, " << j["mbit_s"]["to_hand"].get<double>()
-            << " Mbit/s; " << 100 * r.loss_down << " % of datagrams lost\n";
 }
 
 #if KT_WITH_BEAST
@@ -150,21 +116,13 @@ void touch(TouchArguments& a, int& exit_code) {
   if (by_pointer || a.shows_page) return show_page(a, connection, welcome, scene);
   const auto report = std::make_shared<HandLinkReport>();
   a.settings.session.link = make_hand_link(connection, welcome, report, say, request_stop);
-  a.settings.complete = [report](Json& summary) {
-    summary["link"] = link_json(*report);
-    if (report->reconnections > 0)
-      summary["warnings"].push_back(text("the body's computer was gone ", report->reconnections, " times, for up to ",
-                                         report->longest_gap_s,
-                                         " s: the body began at rest again, and the run cannot be "
-                                         "repeated by kilotouch replay"));
-    if (!report->gave_up.empty()) summary["warnings"].push_back(report->gave_up);
-  };
+  tell_of_link(a.settings, report);
   a.settings.input = a.where;
   std::vector<std::string> words{"kilotouch", "touch", a.where, "--device", a.device};
   for (const std::string& set : a.set) words.insert(words.end(), {"--set", set});
   a.settings.reproduce = shell_words(words);
   const RunOutcome outcome = run_scene(scene, a.settings);
-  tell(*report);
+  print_link(*report);
   exit_code = run_exit_code(outcome);
 }
 

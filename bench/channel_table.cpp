@@ -15,7 +15,7 @@
 #include "network/channel/sealed.hpp"
 #include "network/channel/shards.hpp"
 #include "network/channel/udp_socket.hpp"
-#include "tests/fakes/udp_relay.hpp"
+#include "network/udp_relay.hpp"
 
 namespace {
 

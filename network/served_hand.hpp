@@ -61,6 +61,7 @@ class ServedHand final : public ModelObserver {
     const auto message = port_.poll(timeout);
     if (!message || !body_) return;
     heard_ = Clock::now();
+    hears_ = true;
     if (message->kind == static_cast<std::uint8_t>(DatagramKind::reports)) {
       auto reports = decode_reports(message->bytes, limits_);
       if (!reports) return count_wrong();
@@ -76,7 +77,8 @@ class ServedHand final : public ModelObserver {
   }
 
   void count_wrong() { ++ended_.wrong_messages; }
-  bool is_silent() const { return Clock::now() - heard_ > kSilence; }
+  /// A hand that builds its half of the body, or takes in the first local model, says nothing for a while.
+  bool is_silent() const { return Clock::now() - heard_ > (!body_ ? kBuilding : hears_ ? kSilence : kStarting); }
   void alive() { heard_ = Clock::now(); }
 
   /// Why the body's simulation ended; empty: it goes on.
@@ -170,8 +172,8 @@ class ServedHand final : public ModelObserver {
     port_.send(DatagramKind::model, std::move(*bytes), loss, false);
   }
 
-  static constexpr long kFewSent = 500;               // datagrams
-  static constexpr std::chrono::seconds kSilence{3};  // of its datagrams: it is gone
+  static constexpr long kFewSent = 500;                                              // datagrams
+  static constexpr std::chrono::seconds kBuilding{120}, kStarting{20}, kSilence{3};  // after each it is gone
   const BuiltScene& scene_;
   std::string peer_;
   std::uint64_t id_;
@@ -181,6 +183,7 @@ class ServedHand final : public ModelObserver {
   std::unique_ptr<BodyEnd> body_;
   ServedSession ended_;
   Clock::time_point heard_;
+  bool hears_ = false;           // datagrams have come
   std::atomic<double> loss_{0};  // of datagrams from the hand
   std::atomic<bool> stop_{false};
   mutable std::mutex guard_;  // of what follows

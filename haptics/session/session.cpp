@@ -226,7 +226,9 @@ SessionResult Session::run(const SessionOptions& options) {
   result.notes = notes();
   const bool is_replay = !options.replay.refreshes.empty();
   if (scene().link.type == "network" && !options.link && !is_replay)
-    throw InputError("link.type network: the body is on another computer; kilotouch serve and kilotouch touch set it");
+    throw InputError(
+        "link.type network: the body is on another computer (kilotouch serve, kilotouch touch); kilotouch run has it "
+        "beside");
   const bool threaded = scene().link.type != "lockstep" && !is_replay;
   const double h = 1 / scene().local.rate_hz;
 

@@ -164,11 +164,13 @@ void look_at_link(const Scene& scene, Finder& out) {
   }
   if (l.type != "lockstep") {
     const std::string reason = text("link.type is ", l.type, ", as late as it is; lockstep simulates it");
-    out.unread("link.loss", l.loss, d.loss, reason);
-    out.unread("link.latency_ms", l.latency_ms, d.latency_ms, reason);
+    if (l.type != "network") {
+      out.unread("link.loss", l.loss, d.loss, reason);
+      out.unread("link.latency_ms", l.latency_ms, d.latency_ms, reason);
+    }
     out.unread("link.charge_refreshes", l.charge_refreshes, d.charge_refreshes, reason);
   }
-  if (l.type != "lockstep" || l.loss == 0) out.unread("seed", scene.seed, kDefault.seed, "nothing is random here");
+  if (l.type == "thread" || l.loss == 0) out.unread("seed", scene.seed, kDefault.seed, "nothing is random here");
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ class Explainer {
     if (type == "boolean") return value.is_boolean();
     if (type == "integer") return value.is_number_integer();
     if (type == "number") return value.is_number();
+    if (type == "null") return value.is_null();
     return true;
   }
 
@@ -98,6 +99,7 @@ class Explainer {
     if (type == "integer") return "a whole number" + range(rules);
     if (type == "string") return "a text in quotes";
     if (type == "boolean") return "true or false";
+    if (type == "null") return "null";
     if (type == "array") return "a list of " + count(rules) + plural(rules.at("items"));
     if (rules.contains("properties")) return "a group { } with keys from " + join(own_keys(rules));
     return "something else";

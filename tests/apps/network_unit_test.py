@@ -135,6 +135,17 @@ class Network(unittest.TestCase):
         self.assertEqual(replayed.returncode, 0, replayed.stderr)
         self.assertIn("equals the recorded run bit for bit", replayed.stdout)
 
+    def test_a_scene_whose_link_is_a_network_runs_alone(self):
+        run = subprocess.run([PROGRAM, "run", "scene.json", "--set", "link.type=network", "--set", "link.latency_ms=20", "--set", "link.loss=0.1",
+                              "--no-report", "--out", "alone"], cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        link = json.loads(self.read("alone", "summary.json"))["link"]
+        self.assertGreater(link["model_age_ms"]["p50"], 40, "there and back")
+        self.assertGreater(link["loss"]["to_hand"], 0.02)
+        self.assertGreater(max(force for _, force in self.forces("alone")), 0.01)
+        replayed = subprocess.run([PROGRAM, "replay", "alone"], cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(replayed.returncode, 0, replayed.stderr)
+
     def test_who_has_which_keys(self):
         self.new_keys("body", "hand", "stranger")
         shutil.copy(self.path("hand", "public.key"), self.path("authorized"))

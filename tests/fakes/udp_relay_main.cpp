@@ -7,7 +7,7 @@
 #include <map>
 
 #include "core/base/error.hpp"
-#include "tests/fakes/udp_relay.hpp"
+#include "network/udp_relay.hpp"
 
 namespace {
 

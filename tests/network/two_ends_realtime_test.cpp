@@ -6,7 +6,7 @@
 #include "haptics/session/session.hpp"
 #include "network/body_server.hpp"
 #include "network/hand_link.hpp"
-#include "tests/fakes/udp_relay.hpp"
+#include "network/udp_relay.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/haptics_scene.hpp"
 
@@ -107,6 +107,20 @@ TEST(TwoEnds, ThroughABadNetworkTheReplayHasTheSameBitsToo) {
   const auto& ended = body.end();
   ASSERT_EQ(ended.size(), 1u);
   EXPECT_EQ(ended[0].wrong_messages, 0);
+}
+
+TEST(TwoEnds, AHandThatTakesLongToBuildIsWaitedFor) {
+  Scene scene = one_second();
+  scene.duration = 0.05;
+  ServedBody body(scene);
+  Session session(scene);
+  const auto connection =
+      std::make_shared<HandConnection>(HandConnectionOptions{.port = body.port(), .version = "test", .wait = 20});
+  const Welcome welcome = connection->greet({});
+  std::this_thread::sleep_for(std::chrono::milliseconds(3500));  // more than the silence that ends a session
+  SessionOptions options;
+  options.link = make_hand_link(connection, welcome, std::make_shared<HandLinkReport>(), {});
+  EXPECT_EQ(session.run(options).tools[0].frames.size(), 50u);
 }
 
 /// Raises the friction in the middle.

@@ -5,7 +5,7 @@
 
 #include "core/base/loopback.hpp"
 #include "network/channel/udp_socket.hpp"
-#include "tests/fakes/udp_relay.hpp"
+#include "network/udp_relay.hpp"
 #include "tests/support/input_errors.hpp"
 
 namespace kt {

@@ -1,4 +1,4 @@
-#include "tests/fakes/udp_relay.hpp"
+#include "network/udp_relay.hpp"
 
 #include <poll.h>
 
