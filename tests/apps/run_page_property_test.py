@@ -42,8 +42,16 @@ const wait = async ms => { await new Promise(done => setTimeout(done, ms)); awai
   plot.dispatchEvent(new PointerEvent('pointerdown', {clientX: box.left + box.width / 2, clientY: box.top + 50}));
   await wait(100);
   seen.pressed = [readout(), Number(slider.value), pixels()];
+  const count = is => { const c = document.querySelector('.view canvas'); const g = c.getContext('webgl2') || c.getContext('webgl'); const p = new Uint8Array(4 * c.width * c.height);
+                        g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); let n = 0; for (let i = 0; i < p.length; i += 4) n += is(p[i], p[i + 1], p[i + 2]); return n; };
+  const blue = (r, g, b) => b > r + 40, orange = (r, g, b) => r > b + 90 && g > 40, colour = document.getElementById('colour');
+  colour.value = 'mode'; colour.dispatchEvent(new Event('change'));
+  input(500); await wait(100);
+  seen.sticks = [count(blue), count(orange)];
+  input(900); await wait(100);
+  seen.slips = [count(blue), count(orange)];
   document.getElementById('play').click();
-  for (let i = 0; i < 60 && Number(slider.value) < seen.pressed[1] + 30; ++i) await wait(100);
+  for (let i = 0; i < 60 && Number(slider.value) < 930; ++i) await wait(100);
   document.getElementById('play').click();
   seen.played = Number(slider.value);
   seen.id = document.body.id;
@@ -96,7 +104,10 @@ class RunPage(unittest.TestCase):
         self.assertNotEqual(seen["late"][3], 0)
         self.assertTrue(400 < seen["pressed"][1] < 600, seen["pressed"])  # the middle of the plot
         self.assertNotIn(seen["pressed"][2], (0, seen["late"][3]))
-        self.assertGreater(seen["played"], seen["pressed"][1] + 20)
+        self.assertGreater(seen["played"], 920)
+        self.assertGreater(seen["sticks"][0], 20, seen)
+        self.assertGreater(seen["slips"][1], seen["sticks"][1] + 20, seen)
+        self.assertLess(seen["slips"][0], 20, seen)
 
     def test_fits_a_phone(self):
         seen = self.look(390, 844)

@@ -16,10 +16,19 @@ function start() {
   for (const tool of tools) tool.times = Float32Array.from({length: tool.samples.length / 15}, (_, i) => tool.samples[15 * i]);
   let most = 0;
   for (const frame of frames) for (let i = 0; i < frame.length; i += 3) most = Math.max(most, Math.hypot(frame[i] - rest[i], frame[i + 1] - rest[i + 1], frame[i + 2] - rest[i + 2]));
-  const view = new BodyView(box);
+  const view = new BodyView(box), triangles = new Uint32Array(bytes(data.triangles));
+  let edges = 0;
+  for (let i = 0; i < triangles.length; i += 3) edges += Math.hypot(...[0, 1, 2].map(c => rest[3 * triangles[i] + c] - rest[3 * triangles[i + 1] + c]));
+  const edge = edges / Math.max(1, triangles.length / 3);
+  // The surface that a tool touches: about as wide as it is, and a cell around.
+  const touched = (point, radius) => {
+    const nodes = new Set(), reach = Math.max(0.7 * radius, 1.2 * edge);
+    for (let i = 0; i < x.length / 3; ++i) if (Math.hypot(x[3 * i] - point[0], x[3 * i + 1] - point[1], x[3 * i + 2] - point[2]) < reach) nodes.add(i);
+    return nodes;
+  };
   const largest = Math.max(...tools.map(tool => tool.largest_force));
   view.metresPerNewton = () => 0.33 * view.size / largest;  // the longest arrow is in the picture
-  view.setBody({x: rest, triangles: new Uint32Array(bytes(data.triangles))}, !data.flat);
+  view.setBody({x: rest, triangles}, !data.flat);
   view.setTools(tools);
   view.camera.position.copy(view.controls.target).addScaledVector(new THREE.Vector3(...data.direction), view.size * 1.9 / Math.min(1, 0.8 * view.camera.aspect));
   view.controls.update();
@@ -34,11 +43,13 @@ function start() {
     // Before the first frame the body is where it rests.
     const a = t < data.t[0] ? rest : frames[i], b = t < data.t[0] ? rest : frames[j];
     for (let k = 0; k < x.length; ++k) x[k] = a[k] + share * (b[k] - a[k]);
-    view.update({positions: x, tools: tools.map(tool => {
+    const shown = tools.map(tool => {
       const s = tool.samples.subarray(15 * before(tool.times, t)), place = s.slice(1, 4), normal = s.slice(7, 10), turn = [s[12], s[13], s[14], s[11]];
       const reach = normal.some(c => c !== 0) ? view.support(tool, turn, new THREE.Vector3(...normal)) : 0;
       return {x: place, r: turn, force: s.slice(4, 7), normal, mode: s[10], point: place.map((c, k) => c - reach * normal[k])};
-    })});
+    });
+    view.update({positions: x, tools: shown});
+    if (view.colour === 'mode') view.patchNodes = touched(shown[0].point, tools[0].radius);
     view.scale = most;  // one scale for all times
     view.colourIn();
     byId('time').value = 1000 * (t - data.start) / (data.end - data.start);
@@ -62,7 +73,7 @@ function start() {
   }
   byId('play').addEventListener('click', () => { if (!box.classList.contains('plays') && now >= data.end - 1e-9) now = data.start; play(!box.classList.contains('plays')); });
   byId('time').addEventListener('input', e => { play(false); send(data.start + e.target.value / 1000 * (data.end - data.start)); });
-  byId('colour').addEventListener('change', e => { view.setColour(e.target.value); show(now); });
+  byId('colour').addEventListener('change', e => { view.setColour(e.target.value); byId('modes').hidden = e.target.value !== 'mode'; byId('scale').hidden = e.target.value !== 'displacement'; show(now); });
   send(data.start + 0.6 * (data.end - data.start));
 }
 try {
