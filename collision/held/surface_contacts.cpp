@@ -34,9 +34,13 @@ bool all_sharing(const SurfacePatch& patch, int triangle, const ClosestPoint& at
 
 }  // namespace
 
-void ContactSet::add(const Contact& contact) noexcept {
-  if (count < kMaxContacts) {
-    contacts[count++] = contact;
+namespace {
+
+/// ContactSet::add() for contacts of a core with this radius: their places on the surface are that far from it, and
+/// those of a sphere differ by their normals alone.
+void add_of(ContactSet& set, const Contact& contact, double radius) noexcept {
+  if (set.count < kMaxContacts) {
+    set.contacts[set.count++] = contact;
     return;
   }
   // Where a neighbour at distance d has the gap g, a surface of this slope has at least g - slope d.
@@ -45,21 +49,27 @@ void ContactSet::add(const Contact& contact) noexcept {
     double most = -std::numeric_limits<double>::infinity();
     const auto tell = [&](const Contact& other) {
       const double higher = c.gap - other.gap;
-      if (&other != &c && higher > most) most = std::max(most, higher - kSlope * (c.core - other.core).norm());
+      if (&other == &c || !(higher > most)) return;
+      const Vec3 apart = c.core - other.core - radius * (c.normal - other.normal);
+      most = std::max(most, higher - kSlope * apart.norm());
     };
-    for (const Contact& other : contacts) tell(other);
+    for (const Contact& other : set.contacts) tell(other);
     tell(contact);
     return most;
   };
   Contact* known = nullptr;
   double best = told_by_others(contact);
-  for (Contact& c : contacts)
+  for (Contact& c : set.contacts)
     if (const double told = told_by_others(c); told > best) {
       best = told;
       known = &c;
     }
   if (known) *known = contact;
 }
+
+}  // namespace
+
+void ContactSet::add(const Contact& contact) noexcept { add_of(*this, contact, 0); }
 
 Vec3 face_normal(const SurfacePatch& patch, const VectorX& x, int triangle) noexcept {
   const Triangle& t = patch.triangles[triangle];
@@ -282,7 +292,7 @@ void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec
   out.count = 0;
   for (const int t : candidates) {
     if (start >= 0 && is_behind(patch, x, t, centre - way, radius)) continue;
-    if (const auto contact = find_sphere_contact(patch, x, centre, radius, margin, t)) out.add(*contact);
+    if (const auto contact = find_sphere_contact(patch, x, centre, radius, margin, t)) add_of(out, *contact, radius);
   }
   // In an order that does not depend on how triangles are numbered: a law that sweeps over them depends on it.
   std::sort(out.contacts.begin(), out.contacts.begin() + out.count, [](const Contact& a, const Contact& b) {
