@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "collision/held/chosen_places.hpp"
 #include "collision/held/tool_contacts.hpp"
 #include "collision/shape/apart_on_tool.hpp"
 #include "haptics/tick/local_simulation.hpp"
@@ -68,6 +69,9 @@ void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& o
   if (count < 0) count = index().candidates(box, shape.radius + margin, facets);
   find_tool_contacts(patch, x, moving.core(), shape.radius, margin, {facets.data(), static_cast<std::size_t>(count)},
                      start, w.near[tool], out, place - tools_[tool].rest.x_t0, model_->state.overlap[tool].allowed());
+  if (!are_chosen(out)) return;
+  add_flag(kContactsExhausted);
+  for (int i = 0; i < count; ++i) w.ignored[tool][facets[i]] = 1;  // what lies between may reach into the tool
 }
 
 /// Adds the places that the last iteration pushed at and that are not found any more: every place of the surface must

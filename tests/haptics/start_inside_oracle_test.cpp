@@ -127,13 +127,15 @@ TEST_P(RestsOfSprings, AreInBalanceOverTheWholeBody) {
   const PrivateFolder folder;
   Scene scene = scene_of({c.shape, "msd", kTop}, c.from_above, folder);
   scene.duration = c.duration;
-  scene.tool.path.waypoints.back().t = c.duration;
+  scene.tool.path.waypoints->back().t = c.duration;
   Session session(scene);
-  const SessionResult run = session.run({.snapshot_times = {c.duration}});
+  SessionOptions options;
+  options.snapshot_times = {c.duration};
+  const SessionResult run = session.run(options);
   const Vec3 on_tool = mean_of_the_last(run.tools[0].frames);
   EXPECT_NEAR(on_tool.z(), c.up, kRest * c.up);
   ASSERT_EQ(run.snapshots.size(), 1u);
-  State state{.x = run.snapshots[0].x, .v = VectorX::Zero(run.snapshots[0].x.size())};
+  const State state{0, run.snapshots[0].x, VectorX::Zero(run.snapshots[0].x.size())};
   VectorX force;
   session.model().force(state, force);
   for (const int i : session.model().fixed_nodes()) node(force, i).setZero();
