@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "collision/held/surface_contacts.hpp"
 #include "collision/shape/closest_point.hpp"
@@ -10,36 +11,39 @@
 namespace kt {
 namespace {
 
-/// Squares of the distances of the surface's triangles at rest from a place [m^2].
-std::vector<double> squares_from(const BuiltScene& built, const Vec3& place) {
+/// From the nearest place of the surface at rest [m].
+double distance_from_surface(const BuiltScene& built, const Vec3& place) {
   const VectorX& x = built.start().x;
-  std::vector<double> out;
+  double least = std::numeric_limits<double>::infinity();
   for (const Triangle& t : built.surface().triangles)
-    out.push_back(closest_point_on_triangle(place, node(x, t[0]), node(x, t[1]), node(x, t[2])).distance_sq);
-  return out;
+    least = std::min(least, closest_point_on_triangle(place, node(x, t[0]), node(x, t[1]), node(x, t[2])).distance_sq);
+  return std::sqrt(least);
 }
 
 /// Triangles that a ball touches where it is deepest: those that it overlaps by half of that or more, as far out as
 /// Hertz's contact reaches. Refused where no choice among them holds: a meter's ball on a pad of 60 mm with 200 of them
 /// leaps by ten times its force, one of 0.2 m with 70 by a quarter (docs/method.md).
 void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, std::vector<Prediction>& out) {
-  constexpr double kWork = 1e6, kMostTimes = 3.75;
+  constexpr double kWork = 1e6, kMostTimes = 2.5;
   const ToolShape& tool = built.tool();
   const std::size_t triangles = built.surface().triangles.size();
   if (tool.kind != ToolShape::Kind::sphere || tool.radius <= 0 || places.empty() || triangles <= kMaxContacts) return;
   const auto most = static_cast<std::size_t>(std::clamp(kWork / static_cast<double>(triangles), 8.0, 200.0));
   const std::size_t stride = std::max<std::size_t>(1, places.size() / most);
-  std::vector<double> nearest;
+  Vec3 deepest = places.front();
   double least = tool.radius;
   for (std::size_t i = 0; i < places.size(); i += stride) {
-    std::vector<double> squares = squares_from(built, places[i]);
-    const double distance = std::sqrt(std::ranges::min(squares));
+    const double distance = distance_from_surface(built, places[i]);
     if (distance >= least) continue;
     least = distance;
-    nearest.swap(squares);
+    deepest = places[i];
   }
+  if (least >= tool.radius) return;
   const double depth = tool.radius - least, half = tool.radius - 0.5 * depth;
-  const auto touched = std::ranges::count_if(nearest, [&](double square) { return square <= half * half; });
+  const auto touched = std::ranges::count_if(built.surface().triangles, [&](const Triangle& t) {
+    const VectorX& x = built.start().x;
+    return ((node(x, t[0]) + node(x, t[1]) + node(x, t[2])) / 3 - deepest).norm() <= half;
+  });
   if (touched <= kMaxContacts) return;
   const double radius = tool.radius * kMaxContacts / static_cast<double>(touched);  // the area goes as the radius
   const std::string line = text("tool: it touches about ", touched, " triangles of the surface at once, and ",
