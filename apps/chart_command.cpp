@@ -8,6 +8,7 @@
 #include "apps/chart/point.hpp"
 #include "apps/chart/run_matrix.hpp"
 #include "apps/commands.hpp"
+#include "apps/finite_number.hpp"
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
@@ -177,10 +178,10 @@ void add_chart_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--resume", a->settings.resume, "keep the runs that are in the folder already");
   auto* timeout = command->add_option("--timeout", a->settings.seconds, "of one run [s]; with --full 3600")
-                      ->check(CLI::Range(1.0, 1e6))
+                      ->check(number_within(1, 1e6))
                       ->capture_default_str();
   command->add_option("--reference-rate", a->settings.reference_hz, "steps of the full model that is the truth [Hz]")
-      ->check(CLI::Range(2000.0, 1e6))
+      ->check(number_within(2000, 1e6))
       ->capture_default_str();
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no chart.html");
   command->footer(

@@ -7,6 +7,7 @@
 #include "apps/check/rows.hpp"
 #include "apps/check/worker.hpp"
 #include "apps/commands.hpp"
+#include "apps/finite_number.hpp"
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
@@ -240,11 +241,9 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_option("PATH", a->paths, "mesh files and folders; or: merge, and folders of results to join");
   command->add_option("--out", a->out, "folder for the results")->capture_default_str();
   command->add_option("--jobs", a->jobs, "meshes at a time")->check(CLI::Range(1, 1024))->capture_default_str();
-  command->add_option("--timeout", a->timeout, "limit for a mesh, s")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  command->add_option("--timeout", a->timeout, "limit for a mesh, s")->check(positive_number())->capture_default_str();
   command->add_option("--memory", a->memory_gb, "limit for a mesh, GB")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   command->add_flag("--resume", a->resume, "keep the rows that are there, and go on");
   command->add_option("--shard", a->shard, "I/N: only part I of N of the meshes; merge makes the report");
@@ -253,7 +252,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(100, 10000000))
       ->capture_default_str();
   command->add_option("--young", a->check.young, "stiffness of the bodies, Pa, at a longest side of 0.1 m")
-      ->check(CLI::Range(1.0, 1e9))
+      ->check(number_within(1, 1e9))
       ->capture_default_str();
   command->add_option("--fill-holes", a->check.fill_holes, "close holes of at most this many edges first")
       ->check(CLI::Range(0, 1000000));
@@ -265,7 +264,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember(stages))
       ->capture_default_str();
   command->add_option("--backend-timeout", a->check.backend_seconds, "limit for each repair and tetrahedralizer, s")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   command->add_flag("--no-report", a->no_report, "no report.html");
   command->add_option("--one", a->one)->group("");  // the worker's part

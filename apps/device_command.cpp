@@ -268,8 +268,11 @@ void add_device_command(CLI::App& app, int& exit_code) {
   test_command->add_option("--max-force", a->max_force, "N; 0: 3 N, or what the device can give if that is less");
   add_json_option(*test_command, a->json, "the figures");
   test_command->footer("Example:\n  kilotouch device test haply --wall 300");
-  test_command->callback([a, &exit_code] {
+  test_command->callback([a, test_command, &exit_code] {
     if (a->of_machine == !a->device.name.empty()) throw InputError("device test: name a device, or give --machine");
+    for (const char* of_device : {"--seconds", "--rate", "--wall", "--max-force"})
+      if (a->of_machine && test_command->count(of_device) > 0)
+        throw InputError(text("device test --machine: ", of_device, " is of a device; three rates are measured here"));
     a->of_machine ? test_computer(*a, exit_code) : test(*a, exit_code);
   });
 

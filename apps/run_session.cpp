@@ -163,9 +163,10 @@ static std::vector<std::filesystem::path> missing_folders(const std::string& fol
 }
 
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {
-  if (settings.reference.compute && !(settings.reference.rate_hz >= scene.local.rate_hz))
-    throw InputError(text("--reference-rate: ", settings.reference.rate_hz, " Hz, must be at least local.rate_hz, ",
-                          scene.local.rate_hz));
+  if (const double rate = settings.reference.rate_hz;
+      settings.reference.compute && !(rate >= scene.local.rate_hz && rate <= kMostReferenceRate))
+    throw InputError(text("--reference-rate: ", rate, " Hz, must be at least local.rate_hz, ", scene.local.rate_hz,
+                          ", at most ", kMostReferenceRate));
   if (scene.global.self_contact && (settings.reference.compute || !settings.reference.file.empty()))
     throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))

@@ -82,6 +82,8 @@ std::string examine(const std::string& file) {
 
 void view(const ViewArguments& a) {
   check_page(a.page);
+  if (std::error_code none; fs::exists(a.record, none) && !fs::is_directory(a.record, none))
+    throw InputError(text("--record ", a.record, ": is not a folder"));
   check_live_device(a.device, {"pointer", "scene"});
   const std::vector<fs::path> files = scene_files(a.what);
   ViewOptions options;

@@ -16,6 +16,7 @@ namespace {
 using Cells = std::vector<std::string>;
 
 constexpr double kFarthest = 1e6;  // [m], as the waypoints of a scene
+constexpr double kLongest = 1e9;   // [s], from the first row on: a clock that was set in between
 
 std::string trimmed(std::string_view cell) {
   const auto is_mark = [](char c) { return std::isspace(static_cast<unsigned char>(c)) || c == '"'; };
@@ -160,6 +161,20 @@ void note_gaps(const std::vector<TimedPoint>& path, const std::vector<int>& line
                        ": the tool moves evenly in between (times are in s)"));
 }
 
+/// Rows that lie so far apart are places of a path, not a recording: their times are in other units.
+void check_unit(const std::string& file, const std::vector<TimedPoint>& path) {
+  constexpr std::size_t kMany = 20;
+  constexpr double kUsual = 0.4;  // [s]
+  if (path.size() < kMany) return;
+  std::vector<double> apart;
+  for (std::size_t i = 1; i < path.size(); ++i) apart.push_back(path[i].t - path[i - 1].t);
+  std::ranges::nth_element(apart, apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2));
+  if (const double usual = apart[apart.size() / 2]; usual >= kUsual)
+    throw InputError(text(file, ": the ", path.size(), " rows are usually ", usual, " s apart; must be below ", kUsual,
+                          " s: times are in seconds (milliseconds?); a few places with times of their own are "
+                          "tool.path.waypoints"));
+}
+
 /// Line ends as everywhere: a carriage return alone is one, too.
 std::string with_plain_line_ends(std::string data) {
   for (std::size_t i = 0; i < data.size(); ++i)
@@ -171,6 +186,7 @@ std::string with_plain_line_ends(std::string data) {
 
 Recording read_recording(const std::string& file, double h) {
   TextReader in(file, with_plain_line_ends(read_whole_file(file)));
+  in.drop_last_nuls();
   Recording out;
   std::vector<int> lines;
   Columns columns;
@@ -193,6 +209,9 @@ Recording read_recording(const std::string& file, double h) {
     const auto since = static_cast<double>(t - first);
     if (!out.path.empty() && !(since > out.path.back().t))
       in.fail("time ", in_quotes(cell(0)), " s does not follow that of the row before, ", in_quotes(before), " s");
+    if (since > kLongest)
+      in.fail("time ", in_quotes(cell(0)), " s is ", since, " s behind that of the first row; must be within ",
+              kLongest, " s (are times in seconds?)");
     before = cell(0);
     out.path.push_back({since, {to_place(in, cell(1), "x"), to_place(in, cell(2), "y"), to_place(in, cell(3), "z")}});
     if (columns.has_turn)
@@ -205,6 +224,7 @@ Recording read_recording(const std::string& file, double h) {
                              columns.has_turn ? " (only t, x, y, z and qw, qx, qy, qz are)"
                                               : " (only t, x, y, z are; the tool's orientation is that of tool.turn "
                                                 "and tool.spin, or of columns named qw, qx, qy, qz)"));
+  check_unit(file, out.path);
   note_gaps(out.path, lines, h, out.notes);
   return out;
 }

@@ -1,8 +1,60 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "collision/held/surface_contacts.hpp"
+#include "collision/shape/closest_point.hpp"
 #include "haptics/predict/contact_width.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/setup/built_scene.hpp"
 
 namespace kt {
+namespace {
+
+/// From the nearest place of the surface at rest [m].
+double distance_from_surface(const BuiltScene& built, const Vec3& place) {
+  const VectorX& x = built.start().x;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Triangle& t : built.surface().triangles)
+    least = std::min(least, closest_point_on_triangle(place, node(x, t[0]), node(x, t[1]), node(x, t[2])).distance_sq);
+  return std::sqrt(least);
+}
+
+/// Triangles that a ball touches where it is deepest: those that it overlaps by half of that or more, as far out as
+/// Hertz's contact reaches. Refused where no choice among them holds: a meter's ball on a pad of 60 mm with 200 of them
+/// leaps by ten times its force, one of 0.2 m with 70 by a quarter (docs/method.md).
+void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, std::vector<Prediction>& out) {
+  constexpr double kWork = 1e6, kMostTimes = 2.5;
+  const ToolShape& tool = built.tool();
+  const std::size_t triangles = built.surface().triangles.size();
+  if (tool.kind != ToolShape::Kind::sphere || tool.radius <= 0 || places.empty() || triangles <= kMaxContacts) return;
+  const auto most = static_cast<std::size_t>(std::clamp(kWork / static_cast<double>(triangles), 8.0, 200.0));
+  const std::size_t stride = std::max<std::size_t>(1, places.size() / most);
+  Vec3 deepest = places.front();
+  double least = tool.radius;
+  for (std::size_t i = 0; i < places.size(); i += stride) {
+    const double distance = distance_from_surface(built, places[i]);
+    if (distance >= least) continue;
+    least = distance;
+    deepest = places[i];
+  }
+  if (least >= tool.radius) return;
+  const double depth = tool.radius - least, half = tool.radius - 0.5 * depth;
+  const auto touched = std::ranges::count_if(built.surface().triangles, [&](const Triangle& t) {
+    const VectorX& x = built.start().x;
+    return ((node(x, t[0]) + node(x, t[1]) + node(x, t[2])) / 3 - deepest).norm() <= half;
+  });
+  if (touched <= kMaxContacts) return;
+  const double radius = tool.radius * kMaxContacts / static_cast<double>(touched);  // the area goes as the radius
+  const std::string line = text("tool: it touches about ", touched, " triangles of the surface at once, and ",
+                                kMaxContacts, " places are resolved: ");
+  const std::string cure = text("set tool.radius to ", radius, " or less, press less deep, or take larger cells");
+  if (static_cast<double>(touched) > kMostTimes * kMaxContacts)
+    throw InputError(text(line, "its force would leap; ", cure));
+  out.push_back({"contact_width", text(line, "expect steps of the force, and the tool a little inside; ", cure)});
+}
+
+}  // namespace
 
 /// A hand gets less deep than its target: its contact is measured after the run.
 void predict_contact_width(const BuiltScene& built, std::vector<Prediction>& out) {
@@ -10,6 +62,7 @@ void predict_contact_width(const BuiltScene& built, std::vector<Prediction>& out
   std::vector<Vec3> places;
   for (const TimedPoint& p : built.path())
     if (p.t <= built.scene().duration) places.push_back(p.x);
+  predict_places(built, places, out);
   const auto width = find_contact_width(built, places);
   if (width && is_off(*width)) out.push_back({"contact_width", coarse_mesh_warning(built, *width)});
 }

@@ -17,8 +17,9 @@ double cpu_seconds() {
 }
 
 int steps_per_tick(const Scene& scene, double rate_hz) {
-  if (!(rate_hz >= scene.local.rate_hz) || !std::isfinite(rate_hz))
-    throw InputError(text("reference rate: ", rate_hz, " Hz, must be at least local.rate_hz, ", scene.local.rate_hz));
+  if (!(rate_hz >= scene.local.rate_hz && rate_hz <= kMostReferenceRate))
+    throw InputError(text("reference rate: ", rate_hz, " Hz, must be at least local.rate_hz, ", scene.local.rate_hz,
+                          ", at most ", kMostReferenceRate));
   return static_cast<int>(std::ceil(rate_hz / scene.local.rate_hz - 1e-9));
 }
 

@@ -11,6 +11,8 @@ namespace kt {
 /// The start of a tool, then its pose at the end of each tick.
 using PosePath = std::vector<Pose>;
 
+constexpr double kMostReferenceRate = 1e7;  ///< [Hz] of its steps
+
 struct ReferenceOptions {
   double rate_hz = 10000;                     ///< at least; rounded up to a whole number of steps a tick
   double matrix_time = 0.02;                  ///< [s], see FullOptions

@@ -2,7 +2,9 @@
 // pushed at, without those that nothing needs.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "collision/held/chosen_places.hpp"
 #include "collision/held/tool_contacts.hpp"
 #include "collision/shape/apart_on_tool.hpp"
 #include "haptics/tick/local_simulation.hpp"
@@ -11,6 +13,20 @@ namespace kt {
 namespace {
 
 constexpr double kSamePlace = 0.001;  // of a triangle's first edge
+constexpr double kLookWithin = 0.05;  // of the smaller of the tool's radius and a cell: contacts are looked for within
+
+/// Side of a square of two such triangles [m]; infinite: none.
+double cell_of(const SurfacePatch& patch, const VectorX& x, int triangle) noexcept {
+  if (triangle < 0) return std::numeric_limits<double>::infinity();
+  const Triangle& v = patch.triangles[triangle];
+  const Vec3 a = node(x, v[0]);
+  return std::sqrt((node(x, v[1]) - a).cross(node(x, v[2]) - a).norm());
+}
+
+/// By the tool, and by the surface without contact [m].
+double moved_in_a_tick(const ToolSweep& sweep, double h, const VectorX& u_free) noexcept {
+  return (sweep.x_t1 - sweep.x_t0).norm() + 2 * h * u_free.lpNorm<Eigen::Infinity>();
+}
 
 }  // namespace
 
@@ -38,8 +54,11 @@ void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& o
     find_point_contacts(patch, x, place, start, out);
     return;
   }
-  // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick.
-  const double margin = 0.05 * shape.radius;
+  // Contacts that are not needed end with a zero impulse, so the margin only has to be wide enough for one tick. Of a
+  // tool that is large beside the surface's cells a share of its radius would be the whole surface.
+  const double margin =
+      std::min(kLookWithin * shape.radius,
+               kLookWithin * cell_of(patch, x, start) + moved_in_a_tick(moving.sweep(), h_, model_->work.u_free));
   LocalWorkspace& w = model_->work;
   std::vector<int>& facets = w.near_facets[tool];
   int& count = w.num_near[tool];
@@ -50,6 +69,9 @@ void LocalSimulation::find_contacts_of(int tool, const VectorX& x, ContactSet& o
   if (count < 0) count = index().candidates(box, shape.radius + margin, facets);
   find_tool_contacts(patch, x, moving.core(), shape.radius, margin, {facets.data(), static_cast<std::size_t>(count)},
                      start, w.near[tool], out, place - tools_[tool].rest.x_t0, model_->state.overlap[tool].allowed());
+  if (!are_chosen(out)) return;
+  add_flag(kContactsExhausted);
+  for (int i = 0; i < count; ++i) w.ignored[tool][facets[i]] = 1;  // what lies between may reach into the tool
 }
 
 /// Adds the places that the last iteration pushed at and that are not found any more: every place of the surface must

@@ -134,6 +134,10 @@ std::optional<std::string_view> TextReader::line() {
   return out;
 }
 
+void TextReader::drop_last_nuls() {
+  while (data_.size() > at_ && data_.back() == '\0') data_.pop_back();
+}
+
 bool TextReader::skip_past(std::string_view token) {
   const std::size_t found = data_.find(token, at_);
   const std::size_t end = found == std::string::npos ? data_.size() : found + token.size();

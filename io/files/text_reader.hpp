@@ -46,6 +46,8 @@ class TextReader {
   std::optional<std::string_view> line();
   /// Jumps behind the current line.
   void skip_line();
+  /// Forgets NULs at the end of a text, which buffers written whole leave there.
+  void drop_last_nuls();
   /// Jumps behind the next `token`; false when there is none.
   bool skip_past(std::string_view token);
 

@@ -1,4 +1,5 @@
 // TetGen's .node and .ele: either name loads both files of the pair.
+#include <cctype>
 #include <filesystem>
 
 #include "io/files/text_reader.hpp"
@@ -32,12 +33,22 @@ int read_nodes(const std::string& path, const LoadOptions& options, VectorX& x) 
   return static_cast<int>(base);
 }
 
+/// The file of the pair that ends in `extension`: `path` itself, or one beside it, in small letters or in capitals.
+std::string of_pair(const std::string& path, std::string extension) {
+  namespace fs = std::filesystem;
+  if (mesh_extension(path) == extension) return path;
+  const std::string small = fs::path(path).replace_extension(extension).string();
+  std::string& capitals = extension;
+  for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::string large = fs::path(path).replace_extension(capitals).string();
+  std::error_code error;
+  return fs::exists(large, error) && !fs::exists(small, error) ? large : small;
+}
+
 }  // namespace
 
 Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& notes) {
-  namespace fs = std::filesystem;
-  const std::string nodes = fs::path(path).replace_extension(".node").string();
-  const std::string elements = fs::path(path).replace_extension(".ele").string();
+  const std::string nodes = of_pair(path, ".node"), elements = of_pair(path, ".ele");
   Mesh mesh;
   const int base = read_nodes(nodes, options, mesh.x);
   TextReader in(elements, text_content(elements, options));

@@ -223,6 +223,7 @@ Header checked_header(TextReader& in) {
 Mesh read_ply(const std::string& path, const LoadOptions& options, Notes& notes) {
   TextReader in(path, file_content(path, options));
   const Header h = checked_header(in);
+  if (h.ascii) in.drop_last_nuls();
   const Wanted wanted = find_wanted(in, h);
   std::vector<double> x;
   Faces faces;

@@ -68,7 +68,10 @@ class VtkReader {
     const bool binary = format && equals_any_case(*format, "binary");
     if (!binary && (!format || !equals_any_case(*format, "ascii")))
       in_.fail("format ", in_quotes(format.value_or("")), " is unknown; known: ASCII, BINARY");
-    if (binary) numbers_.use_bytes(std::endian::big);
+    if (binary)
+      numbers_.use_bytes(std::endian::big);
+    else
+      in_.drop_last_nuls();
     const auto dataset = next_keyword();
     if (!dataset || !equals_any_case(*dataset, "dataset")) in_.fail("found no DATASET behind the format");
     const std::string_view name = word_of_line("the kind of dataset");

@@ -175,8 +175,28 @@ void VtuReader::read_header(const Element& e) {
   encoding_.wide = is("header_type", "UInt64");
 }
 
+/// What arrays stand in; ParaView puts keys and their values into arrays, which end none of these.
+bool is_section(std::string_view name) {
+  if (name.starts_with('/')) name.remove_prefix(1);
+  for (const char* section : {"Points", "Cells", "PointData", "CellData", "FieldData", "Piece", "UnstructuredGrid"})
+    if (name == section) return true;
+  return false;
+}
+
+/// Where the appended data begin; in a comment they do not.
+std::size_t find_appended(std::string_view data) {
+  constexpr std::string_view kTag = "<AppendedData", kComment = "<!--";
+  for (std::size_t at = 0; (at = data.find('<', at)) != data.npos; ++at) {
+    if (data.substr(at, kTag.size()) == kTag) return at;
+    if (data.substr(at, kComment.size()) != kComment) continue;
+    at = data.find("-->", at);
+    if (at == data.npos) break;
+  }
+  return data.npos;
+}
+
 Mesh VtuReader::read() {
-  const std::size_t tag = data_.find("<AppendedData");
+  const std::size_t tag = find_appended(data_);
   markup_end_ = std::min(tag, data_.size());
   if (tag != std::string::npos) {
     const std::size_t close = data_.find('>', tag), underscore = data_.find('_', close);
@@ -199,7 +219,7 @@ Mesh VtuReader::read() {
     if (e->name == "DataArray" && parent == "Points") points = e;
     if (e->name == "DataArray" && parent == "Cells" && e->attribute.count("Name"))
       cells.insert_or_assign(e->attribute.at("Name"), *e);
-    if (e->name != "DataArray" && e->name != "/DataArray") parent = e->name;
+    if (is_section(e->name)) parent = e->name;
   }
   if (!file) fail(0, "no <VTKFile> element: not a VTU file");
   if (!piece) fail(data_.size(), "no <Piece> element: the file may be truncated");

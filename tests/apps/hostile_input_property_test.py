@@ -247,6 +247,27 @@ class HostileInput(unittest.TestCase):
         self.write("far.off", "\n".join(lines) + "\n")
         self.refused("run", "s.json", "--set", "object.mesh=far.off", says=["far.off:5", "1e200", "1e+100"])
 
+    def test_options_that_are_no_numbers_or_do_nothing_are_refused(self):
+        """CLI11 takes nan for a number in every range; a rate of 1e308 Hz would be worked at for ever."""
+        self.write("s.json", scene())
+        self.refused("run", "s.json", "--reference", "--reference-rate", "1e308", says=["--reference-rate", "1e+308", "1e+07"])
+        for option, value in (("--timeout", "nan"), ("--memory", "nan"), ("--memory", "1e308"), ("--young", "nan"), ("--backend-timeout", "-nan")):
+            self.refused("check", "pad.off", "--until", "load", "--no-report", "--out", "o", f"{option}={value}", says=[option, value])
+        self.refused("chart", "s.json", "--timeout=nan", says=["--timeout", "nan"])
+        self.refused("device", "test", "--machine", "--rate", "nan", says=["--machine", "--rate"])
+        self.refused("view", "s.json", "--port", "0", "--record", "pad.off", says=["--record", "pad.off", "not a folder"])
+
+    def test_a_tool_as_good_as_a_plate_is_refused(self):
+        """It touches more of the surface at once than is held: it had hundreds of newtons where three are right."""
+        shutil.copy(os.path.join(ROOT, "meshes", "slab_coarse.off"), self.path("slab.off"))
+        with open(self.path("slab.off"), encoding="utf-8") as file:
+            points = [tuple(map(float, w)) for w in (line.split() for line in file) if len(w) == 3 and "." in "".join(w)]
+        x, y, top = (max(p[0] for p in points) / 2, max(p[1] for p in points) / 2, max(p[2] for p in points))
+        way = [[0, x, y, top + 1.001], [0.05, x, y, top + 0.998]]
+        self.write("s.json", scene(object={"mesh": "slab.off"},
+                                   tool={"shape": "sphere", "radius": 1, "path": {"waypoints": way}}))
+        self.refused("run", "s.json", says=["tool: it touches about", "40 places", "tool.radius"])
+
     def test_figures_that_no_memory_holds_are_refused_before_the_run(self):
         import resource
         limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))

@@ -1,8 +1,10 @@
 // A tool that is dragged about is never lost: tracking over neighbours stays on the surface it touches.
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 
+#include "collision/held/chosen_places.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/collision_surfaces.hpp"
 #include "tests/support/random_sample.hpp"
@@ -53,6 +55,57 @@ TEST(Drag, ContactFindingNeedsNoMemory) {
             }),
             0);
   EXPECT_LT(sum, 0);
+}
+
+/// A dish of triangles that a ball of 0.1 m lies in: more places than there is room for.
+TestSurface dish(int cells, double size, double radius) {
+  Mesh mesh;
+  mesh.x.resize(3 * (cells + 1) * (cells + 1));
+  for (int i = 0; i <= cells; ++i)
+    for (int k = 0; k <= cells; ++k) {
+      const double x = size * (i - 0.5 * cells) / cells, y = size * (k - 0.5 * cells) / cells;
+      node(mesh.x, i * (cells + 1) + k) = Vec3(x, y, radius - std::sqrt(radius * radius - x * x - y * y));
+    }
+  for (int i = 0; i < cells; ++i)
+    for (int k = 0; k < cells; ++k) {
+      const int a = i * (cells + 1) + k, b = a + cells + 1;
+      mesh.triangles.push_back({a, b, b + 1});
+      mesh.triangles.push_back({a, b + 1, a + 1});
+    }
+  return make_test_surface(std::move(mesh.triangles), std::move(mesh.x));
+}
+
+TEST(SphereContacts, MorePlacesThanRoomAreChosenApartAndStayChosen) {
+  constexpr double kRadius = 0.1, kSize = 0.03;
+  const TestSurface surface = dish(12, kSize, kRadius);
+  std::vector<int> all(surface.patch.triangles.size());
+  std::iota(all.begin(), all.end(), 0);
+  const auto find = [&](const Vec3& centre) {
+    ContactSet out;
+    find_sphere_contacts(surface.patch, surface.x, centre, kRadius, 3e-4, all, -1, out);
+    return out;
+  };
+  const ContactSet set = find({0, 0, kRadius});
+  EXPECT_TRUE(are_chosen(set));
+  EXPECT_GE(set.count, kMaxContacts / 3);
+  EXPECT_LT(set.count, kMaxContacts);
+  const auto place = [](const Contact& c) { return Vec3(c.core - (kRadius + c.gap) * c.normal); };
+  double farthest = 0;  // from the nearest place, over the dish
+  for (int v = 0; v < surface.patch.num_vertices(); ++v) {
+    double nearest = 1;
+    for (const Contact& c : set) nearest = std::min(nearest, (place(c) - node(surface.x, v)).norm());
+    farthest = std::max(farthest, nearest);
+  }
+  EXPECT_LT(farthest, 0.35 * kSize);
+  // A little deeper and a little aside: most are the same ones.
+  const ContactSet next = find({1e-5, 2e-5, kRadius - 1e-5});
+  int same = 0;
+  for (const Contact& c : next)
+    same += std::any_of(set.begin(), set.end(), [&](const Contact& o) { return (place(o) - place(c)).norm() < 1e-3; });
+  EXPECT_GE(same, next.count / 2) << next.count;
+  ContactSet few;  // what there is room for stays as it is
+  find_sphere_contacts(surface.patch, surface.x, {0, 0, kRadius}, kRadius, 3e-4, std::span(all).first(20), -1, few);
+  EXPECT_FALSE(are_chosen(few));
 }
 
 }  // namespace

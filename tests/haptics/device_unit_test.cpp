@@ -157,6 +157,30 @@ TEST_F(RecordedFile, TellsOfRowsFartherApartThanATick) {
       << gaps[0];
 }
 
+/// Clock times in milliseconds or nanoseconds: read as seconds, the tool would not move.
+TEST_F(RecordedFile, RefusesTimesThatAreNotInSeconds) {
+  const auto says = [&](const std::string& text) -> std::string {
+    try {
+      read_recording(write(text), 1e-3);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const auto rows = [](double step) {
+    std::string out;
+    for (int i = 0; i < 30; ++i) out += std::to_string(1.7e9 + step * i) + ",0,0,0\n";
+    return out;
+  };
+  EXPECT_NE(says(rows(1)).find("the 30 rows are usually 1 s apart; must be below 0.4 s"), std::string::npos);
+  EXPECT_EQ(says(rows(0.2)), "");
+  EXPECT_NE(says("0,0,0,0\n0.001,0,0,0\n1.7e9,0,0,0\n").find(":3: time \"1.7e9\" s is 1.7e+09 s behind"),
+            std::string::npos);
+  EXPECT_NE(says("-1e308,0,0,0\n0,0,0,0\n0.001,0,0,0\n").find(":2: time \"0\" s is 1e+308 s behind"),
+            std::string::npos);
+  EXPECT_EQ(says("0,0,0,0\n0.001,0,0,0\n" + std::string(5, '\0')), "") << "what a logger that lost its power left";
+}
+
 TEST_F(RecordedFile, SpeedIsThatFromTickToTick) {
   EXPECT_NEAR(play("0,0,0,0\n1,2,0,0\n1.1,2,1,0\n")->max_speed(), 10, 1e-9);
   // 1 mm of noise within a hundredth of a tick is no speed that a tick could see.

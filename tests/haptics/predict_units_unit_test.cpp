@@ -71,5 +71,25 @@ TEST(PredictUnits, OfASessionMeasureTheThicknessUnderThePress) {
   expect_words(found->message, {"8 mm is 0.4 of", "20 mm"});
 }
 
+/// The block's cells are 5 mm: a ball of 20 mm touches 10 triangles, one of 0.5 m some 230.
+TEST(PredictPlaces, OfALargeToolAreToldAndTooManyRefused) {
+  const auto scene_of = [](double radius, double depth) {
+    Scene scene = small_scene();
+    scene.tool.radius = radius;
+    scene.tool.path.press_drag.reset();
+    scene.tool.path.waypoints = {{0, {0.03, 0.026, 0.021 + radius}}, {0.1, {0.03, 0.026, 0.02 - depth + radius}}};
+    return scene;
+  };
+  const auto told = [](const Scene& scene) {
+    const Session session(scene);
+    return std::ranges::any_of(session.predictions(), [](const Prediction& p) {
+      return p.message.find("and 40 places are resolved") != std::string::npos;
+    });
+  };
+  EXPECT_FALSE(told(scene_of(0.02, 0.002)));
+  EXPECT_TRUE(told(scene_of(0.12, 0.002)));  // 60 triangles of 12.5 mm^2 in a circle of sqrt(0.12 m 2 mm)
+  EXPECT_THROW(Session(scene_of(0.5, 0.002)), InputError);
+}
+
 }  // namespace
 }  // namespace kt

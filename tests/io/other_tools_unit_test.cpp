@@ -59,6 +59,25 @@ std::string replaced(std::string s, const std::string& what, const std::string& 
   return at == std::string::npos ? s : s.replace(at, what.size(), by);
 }
 
+TEST(Vtk, NulsAtTheEndOfATextAreNothing) {
+  const PrivateFolder folder;
+  const std::string body = kPolydata.substr(0, kPolydata.find("\nPOINT_DATA")) + std::string(3, '\0');
+  EXPECT_EQ(load_mesh(write_sample(folder, "a.vtk", body)).triangles.size(), 4u);
+}
+
+/// As file systems without small letters leave them.
+TEST(NodeEle, EitherFileOfThePairMayBeNamedInCapitals) {
+  const PrivateFolder folder;
+  const char* const nodes = "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n";
+  const char* const elements = "1 4 0\n1 1 2 3 4\n";
+  write_sample(folder, "A.NODE", nodes);
+  write_sample(folder, "A.ELE", elements);
+  write_sample(folder, "b.node", nodes);
+  write_sample(folder, "b.ELE", elements);
+  for (const char* name : {"A.NODE", "A.ELE", "b.node", "b.ELE"})
+    EXPECT_EQ(load_mesh(folder / name).tetrahedra.size(), 1u) << name;
+}
+
 const std::string kMedit =
     "MeshVersionFormatted 2\nDimension 3\n# by hand\nVertices\n4\n0 0 0 7\n1 0 0 7\n0 1 0 7\n0 0 1 7\nCorners 2\n1\n2\n"
     "Triangles\n1\n1 3 2 1\nTetrahedra\n1\n1 2 3 4 9\nEnd\n";

@@ -51,6 +51,16 @@ TEST(Ply, AsciiWithExtrasAndPolygonsIsRead) {
   EXPECT_EQ(load_mesh(write_sample(folder, "a.ply", content)).triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
 }
 
+TEST(Ply, NulsAtTheEndOfATextAreNothing) {
+  const PrivateFolder folder;
+  const std::string content =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2";
+  for (const char* end : {"", "\n"})
+    EXPECT_EQ(load_mesh(write_sample(folder, "a.ply", content + end + std::string(3, '\0'))).triangles,
+              (std::vector<Triangle>{{0, 1, 2}}));
+}
+
 TEST(Ply, BadFilesAreRefused) {
   const PrivateFolder folder;
   save_mesh(folder / "good.ply", tetrahedron_surface());

@@ -88,6 +88,24 @@ std::string said_of_tetrahedron(const std::string& what, const std::string& by) 
   return input_error(folder, [&] { load_mesh(write_sample(folder, "a.vtu", content)); });
 }
 
+/// ParaView writes keys into every array; a comment may hold any words.
+TEST(Vtu, KeysInsideArraysAndWordsInCommentsChangeNothing) {
+  const PrivateFolder folder;
+  const std::string keys =
+      "<InformationKey name=\"L2_NORM_RANGE\" location=\"vtkDataArray\" length=\"1\">\n<Value index=\"0\">\n1\n"
+      "</Value>\n</InformationKey>\n</DataArray>\n";
+  const auto array = [&](const std::string& name, const std::string& values) {
+    return "<DataArray type=\"Float64\" Name=\"" + name + "\" format=\"ascii\">\n" + values + "\n" + keys;
+  };
+  const std::string content = "<!-- <AppendedData encoding=\"raw\">_ <Piece> -->\n" + std::string(kHead) + kPiece +
+                              array("p", "0 0 0 1 0 0 0 1 0 0 0 1") + "</Points>\n<Cells>\n" +
+                              array("connectivity", "0 1 2 3 0 1") + array("offsets", "4 6") + array("types", "10 3") +
+                              "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+  const Mesh mesh = load_mesh(write_sample(folder, "a.vtu", content));
+  EXPECT_EQ(mesh.num_nodes(), 4);
+  EXPECT_EQ(mesh.tetrahedra, (std::vector<Tetrahedron>{{0, 1, 2, 3}}));
+}
+
 TEST(Vtu, NumbersThatAreNoIndicesAreRefused) {
   EXPECT_EQ(said_of_tetrahedron("Name", "Name"), "");
   EXPECT_NE(said_of_tetrahedron("1 2 3<", "1 2 2.5<").find("point 2.5 of cell 0 is no integer"), std::string::npos);
