@@ -136,7 +136,8 @@ std::vector<std::string> troubles(const DeviceArguments& a, const DeviceInfo& in
                        " times: lower local.rate_hz, or see to the device's service"));
   if (sorted_percentile(t.lateness, 0.99) > h)
     out.push_back(text("one tick in a hundred came more than a period late (",
-                       shown(1e3 * sorted_percentile(t.lateness, 0.99)), " ms): kilotouch device test --machine says why"));
+                       shown(1e3 * sorted_percentile(t.lateness, 0.99)),
+                       " ms): kilotouch device test --machine says why"));
   if (info.gives_force && t.deepest > 0 && t.ripple > 0.1)
     out.push_back(text("the force on the wall swung by ", shown(100 * t.ripple),
                        " % of its mean: kilotouch device identify, and then tool.path.device.damping"));
@@ -169,8 +170,9 @@ void test(const DeviceArguments& a, int& exit_code) {
     };
   const DeviceTest t = test_device(*device, options);
   const auto ms = [](const std::vector<double>& sorted) {
-    return text("median ", shown(1e3 * sorted_percentile(sorted, 0.5)), " ms, p99 ", shown(1e3 * sorted_percentile(sorted, 0.99)),
-                " ms, most ", shown(1e3 * sorted_percentile(sorted, 1)), " ms");
+    return text("median ", shown(1e3 * sorted_percentile(sorted, 0.5)), " ms, p99 ",
+                shown(1e3 * sorted_percentile(sorted, 0.99)), " ms, most ", shown(1e3 * sorted_percentile(sorted, 1)),
+                " ms");
   };
   const Vec3 way = 1e3 * (t.high - t.low);
   print_row("fresh poses", text(shown(t.readings_per_s, "%.0f"), " a second"));

@@ -32,7 +32,8 @@ Json device_json(const ToolRun& tool) {
   out["gives_force"] = run.info.gives_force;
   out["gives_torque"] = run.info.gives_torque;
   out["origin_m"] = {run.origin.x(), run.origin.y(), run.origin.z()};
-  out["pose_age_ms"] = {{"p50", known(1e3 * sorted_percentile(age, 0.5))}, {"p99", known(1e3 * sorted_percentile(age, 0.99))}};
+  out["pose_age_ms"] = {{"p50", known(1e3 * sorted_percentile(age, 0.5))},
+                        {"p99", known(1e3 * sorted_percentile(age, 0.99))}};
   out["delay_ms"] = {{"reckoned", 1e3 * run.delay.delay},
                      {"measured", run.delay.measured},
                      {"p50", known(1e3 * run.delay.p50)},

@@ -3,8 +3,8 @@
 
 #include "apps/commands.hpp"
 #include "apps/run_outputs.hpp"
-#include "apps/run_summary.hpp"
 #include "apps/run_session.hpp"
+#include "apps/run_summary.hpp"
 #include "apps/session_file.hpp"
 #include "apps/words.hpp"
 #include "io/files/shell_words.hpp"
