@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <span>
-#include <utility>
 
 #include "collision/held/chosen_places.hpp"
 #include "collision/shape/closest_point.hpp"
@@ -280,71 +277,22 @@ bool is_behind(const SurfacePatch& patch, const VectorX& x, int triangle, const 
 
 }  // namespace
 
-namespace {
-
-/// Places of a sphere before some are chosen.
-struct SphereContacts {
-  static constexpr int kMost = 1024;  // beyond them others say enough
-  std::array<Contact, kMost> contacts;
-  int count = 0;
-};
-
-/// The same for a triangle from tick to tick and from model to model, and without order over the surface.
-std::uint32_t rank_of(const SurfacePatch& patch, int triangle) noexcept {
-  const auto& global = patch.global_triangle;  // none: the whole surface
-  auto h = static_cast<std::uint32_t>(global.empty() ? triangle : global[triangle]) + 0x9e3779b9u;
-  for (int i = 0; i < 2; ++i) h = (h ^ (h >> 16)) * 0x45d9f3bu;
-  return h ^ (h >> 16);
-}
-
-/// More places than there is room for, as of a tool that is large beside the surface's cells: those that lie apart, by
-/// a distance that lets most of the room be used. Which of two neighbours stays is the triangles' own, not how deep
-/// they are, so that the same ones are held in all iterations of a tick and in the next one: a choice that changes is a
-/// force that leaps. (A maximal independent set by fixed priorities: Luby 1986.)
-void choose_apart(const SurfacePatch& patch, const VectorX& x, double radius, SphereContacts& found,
-                  ContactSet& out) noexcept {
-  constexpr int kRoom = kMaxContacts - 8;   // others come by: keep_pushing()
-  constexpr double kWider = 1.18920711500;  // from try to try: a quarter of an octave
-  const auto all = std::span(found.contacts.data(), static_cast<std::size_t>(found.count));
-  std::sort(all.begin(), all.end(), [&](const Contact& a, const Contact& b) {
-    return std::pair(rank_of(patch, a.triangle), a.triangle) < std::pair(rank_of(patch, b.triangle), b.triangle);
-  });
-  const Triangle& v = patch.triangles[all[0].triangle];
-  double apart = 0.5 * (node(x, v[1]) - node(x, v[0])).norm();
-  for (int attempt = 0; attempt < 64; ++attempt, apart *= kWider) {
-    out.count = 0;
-    bool has_room = true;
-    for (const Contact& c : all) {
-      const bool is_near = std::any_of(out.begin(), out.end(), [&](const Contact& kept) {
-        return (c.core - kept.core - radius * (c.normal - kept.normal)).squaredNorm() < apart * apart;
-      });
-      if (is_near) continue;
-      has_room = out.count < kRoom;
-      if (!has_room) break;
-      out.contacts[out.count] = c;
-      out.contacts[out.count++].toi = kChosenMark;
-    }
-    if (has_room) return;
-  }
-}
-
-}  // namespace
-
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
                           std::span<const int> candidates, int start, ContactSet& out, const Vec3& way,
                           double overlap) noexcept {
   out.count = 0;
-  SphereContacts found;
+  const auto contact_at = [&](int t) -> std::optional<Contact> {
+    if (start >= 0 && is_behind(patch, x, t, centre - way, radius)) return std::nullopt;
+    return find_sphere_contact(patch, x, centre, radius, margin, t);
+  };
   for (const int t : candidates) {
-    if (start >= 0 && is_behind(patch, x, t, centre - way, radius)) continue;
-    if (found.count == SphereContacts::kMost) break;
-    if (const auto contact = find_sphere_contact(patch, x, centre, radius, margin, t))
-      found.contacts[found.count++] = *contact;
+    const auto contact = contact_at(t);
+    if (contact && out.count == kMaxContacts) {
+      choose_apart(patch, x, radius, candidates, std::cref(contact_at), out);  // by reference: no allocation
+      break;
+    }
+    if (contact) out.contacts[out.count++] = *contact;
   }
-  if (found.count > kMaxContacts)
-    choose_apart(patch, x, radius, found, out);
-  else
-    for (int i = 0; i < found.count; ++i) out.contacts[out.count++] = found.contacts[i];
   // In an order that does not depend on how triangles are numbered: a law that sweeps over them depends on it.
   std::sort(out.contacts.begin(), out.contacts.begin() + out.count, [](const Contact& a, const Contact& b) {
     return std::lexicographical_compare(a.normal.data(), a.normal.data() + 3, b.normal.data(), b.normal.data() + 3);
