@@ -1,6 +1,9 @@
 #include "core/local/graded_body.hpp"
+#include "core/base/stages.hpp"
 
 #include <Eigen/LU>
+#include <optional>
+#include <utility>
 #include <numbers>
 
 #include "core/base/error.hpp"
@@ -45,6 +48,7 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
   ++gradings_;
   // A patch that has left where it was goes on: what lies on its way is kept as well.
   const bool moved = graded_x_.size() == tangent.state.x.size() && !graded_patch_.empty();
+  Stage an("graded.anew");
   graded_x_ = tangent.state.x;
   edge_ = patch_spacing(graded_x_, patch.global_node);
   Vec3 ahead = Vec3::Zero();
@@ -59,7 +63,8 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
     yielding_ = FarRows::Zero(dofs_.size(), kFarEach);
     vibrations_ = even_motions(dofs_, graded_x_);
   }
-  interpolation_ = interpolate_far_nodes(graded_x_, ranks_, fixed_, graded_patch_, options_);
+  {Stage a("graded.interpolate");
+  interpolation_ = interpolate_far_nodes(graded_x_, ranks_, fixed_, graded_patch_, options_);}
   whole_ = 3 * num_kept() + kFar > 3 * dofs_.size() / 4;
   if (whole_) return;
   kept_row_.clear();
@@ -77,9 +82,11 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
       body_.dofs.to_free[3 * i + c] = body_.dofs.size();
       body_.dofs.to_all.push_back(3 * i + c);
     }
+  {Stage a("graded.confinement");
   confinement_ = BlockConfinement(blocks_, interpolation_);
-  confinement_.product<9>(blocks_, blocks_.mass_values(), mass_sums_);
-  make_matrix_pattern();
+  confinement_.product<9>(blocks_, blocks_.mass_values(), mass_sums_);}
+  {Stage a("graded.pattern");
+  make_matrix_pattern();}
   if (gradings_ == 1)
     for (const auto& solver : {&coarse_, &solver_}) *solver = make_block_solver();
   std::vector<int> loaded;  // by the patch, and by all nodes: far motions
@@ -134,6 +141,7 @@ void GradedBody::make_matrix_pattern() {
 /// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far
 /// motions.
 void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const NodeRows<kFar>& times_far) const {
+  std::optional<Stage> wr(std::in_place, "fill.values");
   double* values = out.valuePtr();
   const int* outer = out.outerIndexPtr();
   const int nodes = num_kept();
@@ -151,8 +159,12 @@ void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const N
         }
     }
   }
+  wr.reset();
+  std::optional<Stage> st(std::in_place,"fill.restrict");
   const NodeRows<kFar> border = restrict_forces<kFar>(times_far) * far_basis_;
+  st.emplace("fill.corner");
   const FarBlock corner = far_basis_.transpose() * symmetric_product(far_apart_, times_far) * far_basis_;
+  st.emplace("fill.write");
   for (int c = 0; c < 3 * nodes; ++c)
     for (int f = 0; f < kFar; ++f) {
       values[outer[c + 1] - kFar + f] = border(c, f);
@@ -181,11 +193,17 @@ void GradedBody::factor_preconditioner() {
   has_coarse_ = coarse_->factor(body_.stiffness);
 }
 
-/// The kept nodes' own response, and each follower's to the force on it alone.
+/// The kept nodes' response, and each follower's to the force on it alone. The kept nodes' is that of the last refresh,
+/// with the far motions, where it is at hand.
 FarRows GradedBody::precondition(const FarRows& residual) const {
-  MatrixX coarse = MatrixX::Zero(pattern_.rows(), kFarEach);
-  coarse.topRows(3 * num_kept()) = restrict_forces<kFarEach>(residual);
-  FarRows out = prolong<kFarEach>(coarse_->solve(coarse).topRows(3 * num_kept()));
+  FarRows out;
+  if (leads_far_) {
+    out = expand<kFarEach>(solver_->solve(contract<kFarEach>(residual)));
+  } else {
+    MatrixX coarse = MatrixX::Zero(pattern_.rows(), kFarEach);
+    coarse.topRows(3 * num_kept()) = restrict_forces<kFarEach>(residual);
+    out = prolong<kFarEach>(coarse_->solve(coarse).topRows(3 * num_kept()));
+  }
   for (std::size_t k = 0; k < followers_.size(); ++k)
     out.middleRows<3>(3 * followers_[k]) += node_inverse_[k] * residual.middleRows<3>(3 * followers_[k]);
   return out;
@@ -220,7 +238,7 @@ NodeRows<6> GradedBody::Preconditioner::apply(const NodeRows<6>& forces) const {
 
 /// @param turns  one turn improves one kind of motions, the next the other
 void GradedBody::improve_far_motions(const TangentModel& tangent, const SurfacePatch& patch, int turns, int steps) {
-  if (!has_coarse_) return;
+  if (!leads_far_ && !has_coarse_) return;
   node_inverse_ = follower_inverses(0);
   const FarOperators body{[&](const FarRows& u, FarRows& out) {
                             blocks_.stiffness<kFarEach>(u, out);
@@ -251,10 +269,12 @@ void GradedBody::set_far_apart() {
 
 void GradedBody::fill_matrices() {
   NodeRows<kFar> product, damped;
+  Stage y("fill.M+basis+fillM");
   blocks_.mass<kFar>(far_apart_, product);
   far_basis_ = orthonormalizer<kFar>(symmetric_product(far_apart_, product));
   fill(body_.mass, mass_sums_.data(), 9, product);
-  blocks_.stiffness_and_damping<kFar>(far_apart_, product, damped);
+  {Stage z("fill.KD");
+  blocks_.stiffness_and_damping<kFar>(far_apart_, product, damped);}
   fill(body_.stiffness, sums_.data(), 18, product);
   fill(body_.damping, sums_.data() + 9, 18, damped);
 }
@@ -271,23 +291,42 @@ const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
 }
 
 const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePatch& patch) {
-  const bool anew = turns_ == 0;
-  bool stays = covers(tangent, patch);
+  Stage all("graded");
+  const bool is_first = turns_ == 0, covered = covers(tangent, patch);
   is_factored_ = false;
+  if (covered && whole_) return update_whole(tangent);
+  const FreeDofs dofs =
+      covered ? dofs_ : make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes);
+  std::optional<Stage> st(std::in_place, "graded.blocks");
+  // Of one pattern, unless contacts of the body with itself came or went.
+  const bool stays = !blocks_.update(tangent, dofs) && covered;
+  st.reset();
+  // Far motions are the whole body's: the kept nodes of before lead them as well, and a factor of these is at hand.
+  leads_far_ = leads_far_ && !whole_ && dofs.to_all == dofs_.to_all;
+  {Stage a("graded.far");
+  if (leads_far_) improve_far_motions(tangent, patch, stays ? 1 : kTurnsAnew, kSteps);}
+  const bool leads_now = std::exchange(leads_far_, false);
   if (!stays) {
-    blocks_.update(tangent, make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes));
-    choose_nodes(tangent, patch);
-  } else if (!whole_ && blocks_.update(tangent, dofs_)) {  // contacts of the body with itself came or went
-    stays = false;
+    has_coarse_ = false;
     choose_nodes(tangent, patch);
   }
   if (whole_) return update_whole(tangent);
-  confinement_.product<18>(blocks_, blocks_.values(), sums_);
-  if (!stays || !has_coarse_) factor_preconditioner();
-  improve_far_motions(tangent, patch, stays ? 1 : anew ? kSetUpTurns : kTurnsAnew, anew ? kSetUpSteps : kSteps);
+  {
+    Stage a("graded.PtKP");
+    confinement_.product<18>(blocks_, blocks_.values(), sums_);
+  }
+  if (!leads_now) {
+    Stage a("graded.factorpre");
+    if (!has_coarse_) factor_preconditioner();
+    improve_far_motions(tangent, patch, stays ? 1 : is_first ? kSetUpTurns : kTurnsAnew,
+                        is_first ? kSetUpSteps : kSteps);
+  }
   is_graded_anew_ = !stays;
-  set_far_apart();
-  fill_matrices();
+  if (getenv("KT_DBG")) printf("kept %d of %d anew %d nnz %ld edge %g patch %d\n", num_kept(), int(dofs_.size()/3), !stays, long(body_.stiffness.nonZeros()), edge_, int(patch.global_node.size()));
+  {Stage a("graded.apart");
+  set_far_apart();}
+  {Stage a("graded.fill");
+  fill_matrices();}
 
   NodeRows<1> force = gather(dofs_, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v));
   body_.force = contract<1>(force);

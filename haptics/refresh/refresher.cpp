@@ -1,4 +1,5 @@
 #include "haptics/refresh/refresher.hpp"
+#include "core/base/stages.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -284,11 +285,12 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   measure_forces(reports);
   if (t > global_.state().t) {
     known_.before = global_.state();
-    global_.advance(t, history, holds);
+    {Stage a("advance");
+    global_.advance(t, history, holds);}
     record_.inverted = count_inverted();
     if (self_contact_) report_self_contact();
     judge_linearization(holds);
-    if (motion && options_.global.look_ahead) ahead = foresee(t, reports);
+    if (motion && options_.global.look_ahead) {Stage a("foresee"); ahead = foresee(t, reports);}
     record_.global_ms = milliseconds_since(start);
   }
 
@@ -310,11 +312,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   }
   const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
   known_.last = t;
+  Stage p("patch+reduce+prepare");
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   local.frame = known_.frame++;
   is_new_ = false;
   const auto prepare_start = std::chrono::steady_clock::now();
+  Stage q("prepare");
   const LocalScheme scheme = choose_scheme(local);
   auto out = prepare(std::move(local), scheme, metric_, 1 / options_.local.rate_hz, options_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
@@ -324,8 +328,8 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   out->site = site;
   for (std::size_t k = 0; k < tools_.size(); ++k) out->places[k] = at[k].x;
   out->body_x = tangent_.state.x;
-  if (has_apron_)
-    lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);
+  if (has_apron_) {Stage r("apron");
+    lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);}
   method_->complete(*out, 1 / options_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);
@@ -341,6 +345,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
   record_.prepare_ms = milliseconds_since(prepare_start);
   record_.refresh_ms = milliseconds_since(start);
+  if (StageTimes* times = StageTimes::asked()) times->close();
   return out;
 }
 
