@@ -36,7 +36,8 @@ void print_stages(const StageTimes& times) {
     double sum = 0;
     for (double ms : all[name]) sum += ms;
     std::printf("      %-24s %7.2f %7.2f  all %8.1f in %3zu of %zu\n", name.c_str(), percentile(all[name], 0.5),
-                percentile(all[name], 0.9), sum / static_cast<double>(times.rows().size() - 3), all[name].size(), times.rows().size() - 3);
+                percentile(all[name], 0.9), sum / static_cast<double>(times.rows().size() - 3), all[name].size(),
+                times.rows().size() - 3);
   }
 }
 
@@ -101,8 +102,10 @@ int main(int argc, char** argv) {
   for (const char* model : {"msd", "fem"})
     for (const kt::SizedBody& body : kt::kBodies)
       if ((options.model.empty() || options.model == model) && (options.nodes == 0 || options.nodes == body.about)) {
-        if (threads == 0) kt::run(body, model, options);
-        else kt::with_threads(threads, [&] { kt::run(body, model, options); });
+        if (threads == 0)
+          kt::run(body, model, options);
+        else
+          kt::with_threads(threads, [&] { kt::run(body, model, options); });
       }
   return 0;
 }

@@ -1,17 +1,17 @@
 #include "core/body/tangent_model.hpp"
+
 #include "core/base/stages.hpp"
 
 namespace kt {
 
 void linearize(const DeformableModel& model, const State& state, TangentKind kind, TangentModel& out) {
-  Stage a("linearize");
+  const Stage stage("linearize");
   out.state = state;
   model.force(state, out.f0);
   Tangent tangent;
   tangent.dfdx.swap(out.dfdx);  // moving a sparse matrix would copy it
   tangent.dfdv.swap(out.dfdv);
-  {Stage b("linearize.tangent");
-  model.update_tangent(state, kind, tangent);}
+  model.update_tangent(state, kind, tangent);
   out.dfdx.swap(tangent.dfdx);
   out.dfdv.swap(tangent.dfdv);
   if (out.mass.rows() != model.mass().rows() || out.mass.nonZeros() != model.mass().nonZeros()) out.mass = model.mass();

@@ -1,12 +1,11 @@
 #include "core/local/graded_body.hpp"
-#include "core/base/stages.hpp"
 
 #include <Eigen/LU>
-#include <optional>
-#include <utility>
 #include <numbers>
 
 #include "core/base/error.hpp"
+#include "core/base/parallel.hpp"
+#include "core/base/stages.hpp"
 #include "core/linear/dense_product.hpp"
 #include "core/linear/orthonormalizer.hpp"
 
@@ -48,7 +47,7 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
   ++gradings_;
   // A patch that has left where it was goes on: what lies on its way is kept as well.
   const bool moved = graded_x_.size() == tangent.state.x.size() && !graded_patch_.empty();
-  Stage an("graded.anew");
+  const Stage stage("grading: nodes chosen anew");
   graded_x_ = tangent.state.x;
   edge_ = patch_spacing(graded_x_, patch.global_node);
   Vec3 ahead = Vec3::Zero();
@@ -63,8 +62,8 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
     yielding_ = FarRows::Zero(dofs_.size(), kFarEach);
     vibrations_ = even_motions(dofs_, graded_x_);
   }
-  {Stage a("graded.interpolate");
-  interpolation_ = interpolate_far_nodes(graded_x_, ranks_, fixed_, graded_patch_, options_);}
+  interpolation_ = interpolate_far_nodes(graded_x_, ranks_, fixed_, graded_patch_, options_);
+  has_coarse_ = leads_far_ = false;
   whole_ = 3 * num_kept() + kFar > 3 * dofs_.size() / 4;
   if (whole_) return;
   kept_row_.clear();
@@ -82,11 +81,9 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
       body_.dofs.to_free[3 * i + c] = body_.dofs.size();
       body_.dofs.to_all.push_back(3 * i + c);
     }
-  {Stage a("graded.confinement");
   confinement_ = BlockConfinement(blocks_, interpolation_);
-  confinement_.product<9>(blocks_, blocks_.mass_values(), mass_sums_);}
-  {Stage a("graded.pattern");
-  make_matrix_pattern();}
+  confinement_.product<9>(blocks_, blocks_.mass_values(), mass_sums_);
+  make_matrix_pattern();
   if (gradings_ == 1)
     for (const auto& solver : {&coarse_, &solver_}) *solver = make_block_solver();
   std::vector<int> loaded;  // by the patch, and by all nodes: far motions
@@ -141,7 +138,6 @@ void GradedBody::make_matrix_pattern() {
 /// Writes the blocks, nine numbers at the beginning of every `size`, and, from A far_apart, what couples to the far
 /// motions.
 void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const NodeRows<kFar>& times_far) const {
-  std::optional<Stage> wr(std::in_place, "fill.values");
   double* values = out.valuePtr();
   const int* outer = out.outerIndexPtr();
   const int nodes = num_kept();
@@ -159,12 +155,9 @@ void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const N
         }
     }
   }
-  wr.reset();
-  std::optional<Stage> st(std::in_place,"fill.restrict");
   const NodeRows<kFar> border = restrict_forces<kFar>(times_far) * far_basis_;
-  st.emplace("fill.corner");
+
   const FarBlock corner = far_basis_.transpose() * symmetric_product(far_apart_, times_far) * far_basis_;
-  st.emplace("fill.write");
   for (int c = 0; c < 3 * nodes; ++c)
     for (int f = 0; f < kFar; ++f) {
       values[outer[c + 1] - kFar + f] = border(c, f);
@@ -269,12 +262,10 @@ void GradedBody::set_far_apart() {
 
 void GradedBody::fill_matrices() {
   NodeRows<kFar> product, damped;
-  Stage y("fill.M+basis+fillM");
   blocks_.mass<kFar>(far_apart_, product);
   far_basis_ = orthonormalizer<kFar>(symmetric_product(far_apart_, product));
   fill(body_.mass, mass_sums_.data(), 9, product);
-  {Stage z("fill.KD");
-  blocks_.stiffness_and_damping<kFar>(far_apart_, product, damped);}
+  blocks_.stiffness_and_damping<kFar>(far_apart_, product, damped);
   fill(body_.stiffness, sums_.data(), 18, product);
   fill(body_.damping, sums_.data() + 9, 18, damped);
 }
@@ -291,42 +282,39 @@ const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
 }
 
 const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePatch& patch) {
-  Stage all("graded");
+  const Stage stage("grading");
   const bool is_first = turns_ == 0, covered = covers(tangent, patch);
   is_factored_ = false;
   if (covered && whole_) return update_whole(tangent);
-  const FreeDofs dofs =
-      covered ? dofs_ : make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes);
-  std::optional<Stage> st(std::in_place, "graded.blocks");
+  const FreeDofs dofs = covered ? dofs_ : make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes);
   // Of one pattern, unless contacts of the body with itself came or went.
   const bool stays = !blocks_.update(tangent, dofs) && covered;
-  st.reset();
   // Far motions are the whole body's: the kept nodes of before lead them as well, and a factor of these is at hand.
-  leads_far_ = leads_far_ && !whole_ && dofs.to_all == dofs_.to_all;
-  {Stage a("graded.far");
-  if (leads_far_) improve_far_motions(tangent, patch, stays ? 1 : kTurnsAnew, kSteps);}
-  const bool leads_now = std::exchange(leads_far_, false);
-  if (!stays) {
-    has_coarse_ = false;
+  const bool is_led = leads_far_ = leads_far_ && !whole_ && dofs.to_all == dofs_.to_all;
+  const auto confine = [&] { confinement_.product<18>(blocks_, blocks_.values(), sums_); };
+  const auto improve = [&] {
+    const Stage improving("grading: far motions");
+    const int turns = stays ? 1 : is_first ? kSetUpTurns : kTurnsAnew;
+    improve_far_motions(tangent, patch, turns, is_first ? kSetUpSteps : kSteps);
+  };
+  if (stays) rests_ = !rests_;
+  const bool improves_now = is_led && !(stays && rests_);
+  if (stays) {
+    parallel_for(improves_now ? 2 : 1, [&](int part) { part == 0 ? confine() : improve(); });
+  } else {
+    if (improves_now) improve();
     choose_nodes(tangent, patch);
+    if (whole_) return update_whole(tangent);
+    confine();
   }
-  if (whole_) return update_whole(tangent);
-  {
-    Stage a("graded.PtKP");
-    confinement_.product<18>(blocks_, blocks_.values(), sums_);
-  }
-  if (!leads_now) {
-    Stage a("graded.factorpre");
+  leads_far_ = false;
+  if (!is_led) {
     if (!has_coarse_) factor_preconditioner();
-    improve_far_motions(tangent, patch, stays ? 1 : is_first ? kSetUpTurns : kTurnsAnew,
-                        is_first ? kSetUpSteps : kSteps);
+    improve();
   }
   is_graded_anew_ = !stays;
-  if (getenv("KT_DBG")) printf("kept %d of %d anew %d nnz %ld edge %g patch %d\n", num_kept(), int(dofs_.size()/3), !stays, long(body_.stiffness.nonZeros()), edge_, int(patch.global_node.size()));
-  {Stage a("graded.apart");
-  set_far_apart();}
-  {Stage a("graded.fill");
-  fill_matrices();}
+  set_far_apart();
+  fill_matrices();
 
   NodeRows<1> force = gather(dofs_, VectorX(tangent.f0 - tangent.dfdv * tangent.state.v));
   body_.force = contract<1>(force);

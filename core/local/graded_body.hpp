@@ -113,7 +113,8 @@ class GradedBody {
   bool has_coarse_ = false;
   double added_mass_ = 0;     // [1/s^2], of a body that is free to move
   bool is_factored_ = false;  // solver_, since the last update
-  bool leads_far_ = false;    // solver_ holds a factor of these kept nodes' body, of some refresh before
+  bool leads_far_ = false;    // solver_ holds a factor of these kept nodes' body, of the refresh before
+  bool rests_ = false;        // far motions are improved at every other update
   bool is_graded_anew_ = false;
   FreeBody body_;
   Motions motions_;

@@ -1,5 +1,4 @@
 #include "haptics/refresh/refresher.hpp"
-#include "core/base/stages.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -7,6 +6,7 @@
 #include <optional>
 
 #include "collision/shape/tool_shape.hpp"
+#include "core/base/stages.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
 #include "haptics/refresh/foresight.hpp"
@@ -285,12 +285,17 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   measure_forces(reports);
   if (t > global_.state().t) {
     known_.before = global_.state();
-    {Stage a("advance");
-    global_.advance(t, history, holds);}
+    {
+      const Stage stage("step");
+      global_.advance(t, history, holds);
+    }
     record_.inverted = count_inverted();
     if (self_contact_) report_self_contact();
     judge_linearization(holds);
-    if (motion && options_.global.look_ahead) {Stage a("foresee"); ahead = foresee(t, reports);}
+    if (motion && options_.global.look_ahead) {
+      const Stage stage("look-ahead");
+      ahead = foresee(t, reports);
+    }
     record_.global_ms = milliseconds_since(start);
   }
 
@@ -312,13 +317,11 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   }
   const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
   known_.last = t;
-  Stage p("patch+reduce+prepare");
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   local.frame = known_.frame++;
   is_new_ = false;
   const auto prepare_start = std::chrono::steady_clock::now();
-  Stage q("prepare");
   const LocalScheme scheme = choose_scheme(local);
   auto out = prepare(std::move(local), scheme, metric_, 1 / options_.local.rate_hz, options_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
@@ -328,8 +331,10 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   out->site = site;
   for (std::size_t k = 0; k < tools_.size(); ++k) out->places[k] = at[k].x;
   out->body_x = tangent_.state.x;
-  if (has_apron_) {Stage r("apron");
-    lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);}
+  if (has_apron_) {
+    const Stage stage("apron");
+    lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);
+  }
   method_->complete(*out, 1 / options_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);

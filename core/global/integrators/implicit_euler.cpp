@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "core/global/newton.hpp"
-#include "core/base/stages.hpp"
 
 namespace kt {
 namespace {
@@ -29,8 +28,7 @@ class ImplicitEuler final : public Integrator {
   void take_step(const DeformableModel& model, const VectorX& external, double dt, State& state, VectorX& change,
                  Solve solver) {
     if (!matrix_) prepare(model);
-    {Stage a("step.force");
-    model.force(state, force_);}
+    model.force(state, force_);
     ++statistics_.iterations;
     if (options_.definite) {
       if (!solve(model, external, dt, state, TangentKind::definite, change, solver)) fail(state);
@@ -55,8 +53,7 @@ class ImplicitEuler final : public Integrator {
     if (matrix_->dofs().size() == 0) return true;  // none free: nothing to solve
     added_.clear();
     model.added_stiffness(added_);
-    {Stage a("step.tangent");
-    update_tangent(model, state, kind);}
+    update_tangent(model, state, kind);
     const SparseMatrix* sum = &add_up(model, dt);
     if (!matrix_->add(-dt * dt, added_)) {  // couples nodes that the body does not
       SparseMatrix more(tangent_.dfdx.rows(), tangent_.dfdx.cols());
@@ -66,15 +63,12 @@ class ImplicitEuler final : public Integrator {
       tangent_of_ = nullptr;
       sum = &add_up(model, dt);
     }
-    {Stage a("step.pull");}
     const VectorX rhs = dt * (gather(matrix_->dofs(), VectorX(force_ + external)) + dt * pull_along(state.v, kind));
-    Stage a("step.solve");
     const bool good = (solver_.get()->*solver)(*sum, rhs, change);
     statistics_.linear_iterations += solver_->iterations();
     return good;
   }
   const SparseMatrix& add_up(const DeformableModel& model, double dt) {
-    Stage a("step.sum");
     return matrix_->sum({{{1, &model.mass()}, {-dt, &tangent_.dfdv}, {-dt * dt, &tangent_.dfdx}}});
   }
   /// That of the model's base, which is kept where it lasts: a step begins where the last one was looked ahead from.

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/base/parallel.hpp"
-#include "core/base/stages.hpp"
 #include "core/linear/coarse_space.hpp"
 #include "core/linear/sparsity_pattern.hpp"
 #include "core/linear/step_solver.hpp"
@@ -36,13 +35,11 @@ class ConjugateGradients final : public StepSolver {
   static constexpr double kRough = 1e-3;
 
   bool prepare(const SparseMatrix& matrix) {
-    Stage a("pcg.prepare");
     const bool is_new = pattern_.changes_to(matrix);
     if (is_new) make_room(matrix);
     matrix_.update(matrix);
     if (!invert_blocks()) return false;
     if (is_new || aged_) {
-      Stage b("pcg.coarse");
       if (!coarse_->update(matrix)) return false;
       fresh_iterations_ = 0;
       aged_ = false;
@@ -134,12 +131,9 @@ class ConjugateGradients final : public StepSolver {
                        z_.data(), inverse_.data(), arms_.data(), coarse_->members_begin().data()};
     double rr = 0, rz_before = 1;
     double rz = descend(v, 1, rr);  // r = rhs - A x; p is still zero
-    const double rr0 = rr, zero = rhs.squaredNorm();
     for (iterations_ = 0; !(rr <= enough); ++iterations_) {
-      if (getenv("KT_DBG2") && iterations_ % 10 == 0) printf(" %d:%.1e", iterations_, std::sqrt(rr / zero));
       if (iterations_ == options_.most_iterations) return false;
-      {Stage b("pcg.coarsesolve");
-      coarse_->solve(loads_, motions_);}
+      coarse_->solve(loads_, motions_);
       rz += loads_.dot(motions_);
       if (!(rz > 0)) return false;
       turn(v, iterations_ == 0 ? 0 : rz / rz_before);
@@ -149,7 +143,6 @@ class ConjugateGradients final : public StepSolver {
       rz = descend(v, rz / curvature, rr);
     }
     matrix_.from_lanes(x_, x);
-    if (getenv("KT_DBG")) printf("pcg %d iterations from %.2e, tol %g, %zu\n", iterations_, std::sqrt(rr0 / zero), tolerance, chunks_.size());
     return true;
   }
 
