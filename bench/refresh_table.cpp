@@ -2,6 +2,7 @@
 // neo-Hookean elements: medians [ms] of the clock by stage, and of the processor's time in all with its 90th
 // percentile, its largest and what was predicted of it. The first refresh, which sets the run up, is left out.
 //   build/release/bench/refresh_table [--reducer NAME] [--model msd|fem] [--nodes ABOUT] [--duration S] [--thread 1]
+//     [--stages 1] [--threads N]
 #include <cstdio>
 #include <string>
 
