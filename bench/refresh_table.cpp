@@ -2,9 +2,12 @@
 // neo-Hookean elements: medians [ms] of the clock by stage, and of the processor's time in all with its 90th
 // percentile, its largest and what was predicted of it. The first refresh, which sets the run up, is left out.
 //   build/release/bench/refresh_table [--reducer NAME] [--model msd|fem] [--nodes ABOUT] [--duration S] [--thread 1]
+//     [--stages 1] [--threads N]
 #include <cstdio>
 #include <string>
 
+#include "core/base/parallel.hpp"
+#include "core/base/stages.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/study/metrics.hpp"
 #include "io/scene/scene.hpp"
@@ -16,8 +19,28 @@ struct Options {
   std::string reducer = "condensed", model;
   int nodes = 0;
   double duration = 0.9;
-  bool thread = false;
+  bool thread = false, stages = false;
 };
+
+/// Of each stage over the refreshes after the first three: median, 90th percentile and mean of those with it, and in
+/// how many it was.
+void print_stages(const StageTimes& times) {
+  std::map<std::string, std::vector<double>> all;
+  std::vector<std::string> order;
+  for (std::size_t i = 3; i < times.rows().size(); ++i)
+    for (const auto& [name, ms] : times.rows()[i]) {
+      if (all.count(name) == 0) order.push_back(name);
+      all[name].push_back(ms);
+    }
+  std::sort(order.begin(), order.end());
+  for (const std::string& name : order) {
+    double sum = 0;
+    for (double ms : all[name]) sum += ms;
+    std::printf("      %-24s %7.2f %7.2f  all %8.1f in %3zu of %zu\n", name.c_str(), percentile(all[name], 0.5),
+                percentile(all[name], 0.9), sum / static_cast<double>(times.rows().size() - 3), all[name].size(),
+                times.rows().size() - 3);
+  }
+}
 
 /// The organ's surface, and the largest tetrahedron below it [m^3].
 struct SizedBody {
@@ -34,7 +57,10 @@ void run(const SizedBody& body, const std::string& model, const Options& options
   scene.local.reducer = options.reducer;
   if (options.thread) scene.link.type = "thread";
   Session session(scene);
+  StageTimes times;
+  if (options.stages) StageTimes::asked() = &times;
   const SessionResult result = session.run();
+  StageTimes::asked() = nullptr;
   const auto later = [](std::vector<double> ms) {
     ms.erase(ms.begin(), ms.begin() + std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(ms.size())));
     return ms;
@@ -50,6 +76,7 @@ void run(const SizedBody& body, const std::string& model, const Options& options
   std::printf(" | %6.1f %6.1f %6.1f %6.2f %9.1f | %4.1f\n", percentile(cpu, 0.5), percentile(cpu, 0.9),
               percentile(cpu, 1), percentile(cpu, 0.9) / percentile(cpu, 0.5), predicted,
               static_cast<double>(result.refreshes.size()) / options.duration);
+  if (options.stages) print_stages(times);
   std::fflush(stdout);
 }
 
@@ -58,12 +85,15 @@ void run(const SizedBody& body, const std::string& model, const Options& options
 
 int main(int argc, char** argv) {
   kt::Options options;
+  int threads = 0;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string word = argv[i], value = argv[i + 1];
     if (word == "--reducer") options.reducer = value;
     if (word == "--model") options.model = value;
     if (word == "--nodes") options.nodes = std::stoi(value);
     if (word == "--duration") options.duration = std::stod(value);
+    if (word == "--stages") options.stages = value == "1";
+    if (word == "--threads") threads = std::stoi(value);
     if (word == "--thread") options.thread = value == "1";
   }
   std::printf(
@@ -72,7 +102,11 @@ int main(int argc, char** argv) {
       "predicted |  Hz\n");
   for (const char* model : {"msd", "fem"})
     for (const kt::SizedBody& body : kt::kBodies)
-      if ((options.model.empty() || options.model == model) && (options.nodes == 0 || options.nodes == body.about))
-        kt::run(body, model, options);
+      if ((options.model.empty() || options.model == model) && (options.nodes == 0 || options.nodes == body.about)) {
+        if (threads == 0)
+          kt::run(body, model, options);
+        else
+          kt::with_threads(threads, [&] { kt::run(body, model, options); });
+      }
   return 0;
 }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/error.hpp"
+#include "core/base/stages.hpp"
 #include "core/linear/complex_symmetric.hpp"
 #include "core/linear/dense_solvers.hpp"
 
@@ -306,6 +307,7 @@ RunningCertificate::RunningCertificate(std::vector<double> hz) {
 
 const Certificate& RunningCertificate::sample(const GradedBody& graded, const LocalModel& model,
                                               const ContactSite& site) {
+  const Stage stage("certify");
   const std::vector<int> vertices = certified_vertices(model, site);
   if (vertices.empty() || latest_.hz.empty()) return latest_;
   const std::size_t f = calls_ % latest_.hz.size(), v = calls_ / latest_.hz.size() % vertices.size();

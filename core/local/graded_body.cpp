@@ -4,6 +4,8 @@
 #include <numbers>
 
 #include "core/base/error.hpp"
+#include "core/base/parallel.hpp"
+#include "core/base/stages.hpp"
 #include "core/linear/dense_product.hpp"
 #include "core/linear/orthonormalizer.hpp"
 
@@ -45,6 +47,7 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
   ++gradings_;
   // A patch that has left where it was goes on: what lies on its way is kept as well.
   const bool moved = graded_x_.size() == tangent.state.x.size() && !graded_patch_.empty();
+  const Stage stage("grading: nodes chosen anew");
   graded_x_ = tangent.state.x;
   edge_ = patch_spacing(graded_x_, patch.global_node);
   Vec3 ahead = Vec3::Zero();
@@ -60,6 +63,7 @@ void GradedBody::choose_nodes(const TangentModel& tangent, const SurfacePatch& p
     vibrations_ = even_motions(dofs_, graded_x_);
   }
   interpolation_ = interpolate_far_nodes(graded_x_, ranks_, fixed_, graded_patch_, options_);
+  has_coarse_ = leads_far_ = false;
   whole_ = 3 * num_kept() + kFar > 3 * dofs_.size() / 4;
   if (whole_) return;
   kept_row_.clear();
@@ -152,6 +156,7 @@ void GradedBody::fill(SparseMatrix& out, const double* blocks, int size, const N
     }
   }
   const NodeRows<kFar> border = restrict_forces<kFar>(times_far) * far_basis_;
+
   const FarBlock corner = far_basis_.transpose() * symmetric_product(far_apart_, times_far) * far_basis_;
   for (int c = 0; c < 3 * nodes; ++c)
     for (int f = 0; f < kFar; ++f) {
@@ -181,11 +186,17 @@ void GradedBody::factor_preconditioner() {
   has_coarse_ = coarse_->factor(body_.stiffness);
 }
 
-/// The kept nodes' own response, and each follower's to the force on it alone.
+/// The kept nodes' response, and each follower's to the force on it alone. The kept nodes' is that of the last refresh,
+/// with the far motions, where it is at hand.
 FarRows GradedBody::precondition(const FarRows& residual) const {
-  MatrixX coarse = MatrixX::Zero(pattern_.rows(), kFarEach);
-  coarse.topRows(3 * num_kept()) = restrict_forces<kFarEach>(residual);
-  FarRows out = prolong<kFarEach>(coarse_->solve(coarse).topRows(3 * num_kept()));
+  FarRows out;
+  if (leads_far_) {
+    out = expand<kFarEach>(solver_->solve(contract<kFarEach>(residual)));
+  } else {
+    MatrixX coarse = MatrixX::Zero(pattern_.rows(), kFarEach);
+    coarse.topRows(3 * num_kept()) = restrict_forces<kFarEach>(residual);
+    out = prolong<kFarEach>(coarse_->solve(coarse).topRows(3 * num_kept()));
+  }
   for (std::size_t k = 0; k < followers_.size(); ++k)
     out.middleRows<3>(3 * followers_[k]) += node_inverse_[k] * residual.middleRows<3>(3 * followers_[k]);
   return out;
@@ -220,7 +231,7 @@ NodeRows<6> GradedBody::Preconditioner::apply(const NodeRows<6>& forces) const {
 
 /// @param turns  one turn improves one kind of motions, the next the other
 void GradedBody::improve_far_motions(const TangentModel& tangent, const SurfacePatch& patch, int turns, int steps) {
-  if (!has_coarse_) return;
+  if (!leads_far_ && !has_coarse_) return;
   node_inverse_ = follower_inverses(0);
   const FarOperators body{[&](const FarRows& u, FarRows& out) {
                             blocks_.stiffness<kFarEach>(u, out);
@@ -271,20 +282,36 @@ const FreeBody& GradedBody::update_whole(const TangentModel& tangent) {
 }
 
 const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePatch& patch) {
-  const bool anew = turns_ == 0;
-  bool stays = covers(tangent, patch);
+  const Stage stage("grading");
+  const bool is_first = turns_ == 0, covered = covers(tangent, patch);
   is_factored_ = false;
-  if (!stays) {
-    blocks_.update(tangent, make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes));
+  if (covered && whole_) return update_whole(tangent);
+  const FreeDofs dofs = covered ? dofs_ : make_free_dofs(static_cast<int>(tangent.f0.size()) / 3, tangent.fixed_nodes);
+  // Of one pattern, unless contacts of the body with itself came or went.
+  const bool stays = !blocks_.update(tangent, dofs) && covered;
+  // Far motions are the whole body's: the kept nodes of before lead them as well, and a factor of these is at hand.
+  const bool is_led = leads_far_ = leads_far_ && !whole_ && dofs.to_all == dofs_.to_all;
+  const auto confine = [&] { confinement_.product<18>(blocks_, blocks_.values(), sums_); };
+  const auto improve = [&] {
+    const Stage improving("grading: far motions");
+    const int turns = stays ? 1 : is_first ? kSetUpTurns : kTurnsAnew;
+    improve_far_motions(tangent, patch, turns, is_first ? kSetUpSteps : kSteps);
+  };
+  if (stays) rests_ = !rests_;
+  const bool improves_now = is_led && !(stays && rests_);
+  if (stays) {
+    parallel_for(improves_now ? 2 : 1, [&](int part) { part == 0 ? confine() : improve(); });
+  } else {
+    if (improves_now) improve();
     choose_nodes(tangent, patch);
-  } else if (!whole_ && blocks_.update(tangent, dofs_)) {  // contacts of the body with itself came or went
-    stays = false;
-    choose_nodes(tangent, patch);
+    if (whole_) return update_whole(tangent);
+    confine();
   }
-  if (whole_) return update_whole(tangent);
-  confinement_.product<18>(blocks_, blocks_.values(), sums_);
-  if (!stays || !has_coarse_) factor_preconditioner();
-  improve_far_motions(tangent, patch, stays ? 1 : anew ? kSetUpTurns : kTurnsAnew, anew ? kSetUpSteps : kSteps);
+  leads_far_ = false;
+  if (!is_led) {
+    if (!has_coarse_) factor_preconditioner();
+    improve();
+  }
   is_graded_anew_ = !stays;
   set_far_apart();
   fill_matrices();

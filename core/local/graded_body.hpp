@@ -48,7 +48,7 @@ class GradedBody {
   /// The solver has to hold a factor of this body's K + s D + s^2 M, for some s.
   void set_motions(Motions motions) {
     motions_ = std::move(motions);
-    is_factored_ = true;
+    is_factored_ = leads_far_ = true;
   }
 
   /// A cheap approximate inverse of K + w D + w^2 M on all free nodes: the kept nodes' and far motions' exact one, or
@@ -113,6 +113,8 @@ class GradedBody {
   bool has_coarse_ = false;
   double added_mass_ = 0;     // [1/s^2], of a body that is free to move
   bool is_factored_ = false;  // solver_, since the last update
+  bool leads_far_ = false;    // solver_ holds a factor of these kept nodes' body, of the refresh before
+  bool rests_ = false;        // far motions are improved at every other update
   bool is_graded_anew_ = false;
   FreeBody body_;
   Motions motions_;

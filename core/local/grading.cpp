@@ -184,7 +184,9 @@ Interpolation interpolate_far_nodes(const VectorX& x, const std::vector<double>&
     const double wanted =
         std::min(options.coarsest * edge, options.slope * (distance - options.margin * edge) + 0.5 * edge);
     spacing[i] = std::max(edge, wanted);
-    follows[i] = distance > options.margin * edge * (1 + 1e-6) && ranks[i] < wanted;
+    const bool is_near = distance <= options.margin * edge * (1 + 1e-6);
+    const bool is_next = distance <= (options.margin - 1) * edge * (1 + 1e-6);
+    follows[i] = !is_next && ranks[i] < (is_near ? options.finest * edge : std::max(wanted, options.finest * edge));
     if (follows[i]) continue;
     support.push_back(i);
     if (fixed[i]) continue;

@@ -9,7 +9,8 @@ namespace kt {
 
 struct GradingOptions {
   double slope = 0.6;   ///< growth of the spacing of the kept nodes with the distance from the patch [-]
-  double margin = 2;    ///< so far around the patch every node is kept, in edges of the patch
+  double margin = 2;    ///< so far around the patch the spacing does not grow, in edges of the patch
+  double finest = 0.6;  ///< spacing to which a finer body is thinned out further than margin - 1, in edges of the patch
   double coarsest = 7;  ///< largest spacing, in edges of the patch
   int neighbours = 8;   ///< how many kept nodes each of the others follows
 };

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/base/error.hpp"
+#include "core/base/stages.hpp"
 #include "core/linear/sparse_product.hpp"
 #include "core/local/far_motions.hpp"
 
@@ -66,6 +67,7 @@ struct DynamicStiffness {
 /// What was factored in the end.
 DynamicStiffness factor_at(const FreeBody& body, double hz, SparseSolver& solver) {
   // Of a free body: high enough that its swimming does not outweigh, and so hide, how it yields under the tool.
+  const Stage stage("factor");
   const double s = 2 * std::numbers::pi * hz, s_free = 2 * std::numbers::pi * 20;
   DynamicStiffness out{s * s, s};
   bool good = solver.factor(dynamic_stiffness(body, s)) && (s > 0 || answers(body, solver));
@@ -193,7 +195,10 @@ void answer_at(ShiftAnswers& a, bool with_echoes, const FreeBody& body, const Sy
   const Eigen::Index loads = a.loads.cols(), slopes = a.share.cols();
   a.loads.write_to(X.middleCols(a.first, loads));
   X.col(a.first + loads) = body.force;
-  solver.solve_in_place(X.middleCols(a.first, loads + 1));
+  {
+    const Stage stage("solve");
+    solver.solve_in_place(X.middleCols(a.first, loads + 1));
+  }
   const auto moved = [&](const RowMatrix& share) { return tall_product(X.middleCols(a.first, loads), share); };
   const int echoes = with_echoes ? out.echoes : 0;
   RowMatrix next(X.rows(), slopes + (echoes > 0 ? 3 : 0));
@@ -271,6 +276,7 @@ ConfinedMotions confined_responses(const FreeBody& body, const SurfacePatch& pat
                                    SparseSolver& solver, int echoes, bool slopes) {
   const SymmetricMatrix mass(body.mass), damping(body.damping);
   Answers answers = answer(body, mass, damping, patch, shifts, solver, echoes, slopes);
+  const Stage stage("products");
   ConfinedMotions out{std::move(answers.X), {}, {}, {}};
   const ColumnGroups X(out.X);
   out.mass = symmetric_product(X, mass.times(X));

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "collision/shape/tool_shape.hpp"
+#include "core/base/stages.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
 #include "haptics/refresh/foresight.hpp"
@@ -284,11 +285,17 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   measure_forces(reports);
   if (t > global_.state().t) {
     known_.before = global_.state();
-    global_.advance(t, history, holds);
+    {
+      const Stage stage("step");
+      global_.advance(t, history, holds);
+    }
     record_.inverted = count_inverted();
     if (self_contact_) report_self_contact();
     judge_linearization(holds);
-    if (motion && options_.global.look_ahead) ahead = foresee(t, reports);
+    if (motion && options_.global.look_ahead) {
+      const Stage stage("look-ahead");
+      ahead = foresee(t, reports);
+    }
     record_.global_ms = milliseconds_since(start);
   }
 
@@ -324,8 +331,10 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   out->site = site;
   for (std::size_t k = 0; k < tools_.size(); ++k) out->places[k] = at[k].x;
   out->body_x = tangent_.state.x;
-  if (has_apron_)
+  if (has_apron_) {
+    const Stage stage("apron");
     lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);
+  }
   method_->complete(*out, 1 / options_.global.rate_hz);
   if (motion) {
     carry_motion(*motion, *out);
@@ -341,6 +350,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
   record_.prepare_ms = milliseconds_since(prepare_start);
   record_.refresh_ms = milliseconds_since(start);
+  if (StageTimes* times = StageTimes::asked()) times->close();
   return out;
 }
 

@@ -1,6 +1,7 @@
 // What the body does under forces on the patch that grow as e^(s t), for a few rates s: nearly exact there, and close
 // between and on the frequencies near them where the body is damped (rational Krylov; Grimme 1997, Antoulas 2005,
 // chapter 11).
+#include "core/base/stages.hpp"
 #include "core/local/graded_body.hpp"
 
 namespace kt {
@@ -17,6 +18,7 @@ LocalModel reduce_krylov(const TangentModel& tangent, SurfacePatch patch, const 
     ConfinedMotions motions =
         confined_responses(body, patch, options.shifts_hz, graded.solver(), options.echoes, options.slopes);
     MatrixX combination;
+    const Stage stage("confine");
     if (auto out = confine(tangent, body, patch, motions, options.rank_tolerance, firm, combination)) {
       graded.set_motions({std::move(motions.X), std::move(combination)});
       out->reducer = "krylov";
