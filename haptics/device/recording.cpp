@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/error.hpp"
+#include "core/base/percentile.hpp"
 #include "io/files/text_reader.hpp"
 
 namespace kt {
@@ -161,18 +163,23 @@ void note_gaps(const std::vector<TimedPoint>& path, const std::vector<int>& line
                        ": the tool moves evenly in between (times are in s)"));
 }
 
-/// Rows that lie so far apart are places of a path, not a recording: their times are in other units.
+/// Rows that lie far apart, of a tool that hardly moves between them, are those of a faster recording whose times are
+/// in other units. Places of a robot's way, some seconds apart, are taken.
 void check_unit(const std::string& file, const std::vector<TimedPoint>& path) {
   constexpr std::size_t kMany = 20;
-  constexpr double kUsual = 0.4;  // [s]
-  if (path.size() < kMany) return;
-  std::vector<double> apart;
-  for (std::size_t i = 1; i < path.size(); ++i) apart.push_back(path[i].t - path[i - 1].t);
-  std::ranges::nth_element(apart, apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2));
-  if (const double usual = apart[apart.size() / 2]; usual >= kUsual)
-    throw InputError(text(file, ": the ", path.size(), " rows are usually ", usual, " s apart; must be below ", kUsual,
-                          " s: times are in seconds (milliseconds?); a few places with times of their own are "
-                          "tool.path.waypoints"));
+  constexpr double kUsual = 0.4, kSlow = 1e-3;  // [s], [m/s]
+  std::vector<double> apart, speed;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double way = (path[i].x - path[i - 1].x).norm(), dt = path[i].t - path[i - 1].t;
+    apart.push_back(dt);
+    if (way > 0) speed.push_back(way / dt);
+  }
+  if (path.size() < kMany || speed.empty()) return;
+  const double usual = percentile(apart, 0.5), usual_speed = percentile(speed, 0.5);
+  if (usual >= kUsual && usual_speed < kSlow)
+    throw InputError(text(file, ": the ", path.size(), " rows are usually ", usual, " s apart, and the tool moves at ",
+                          usual_speed, " m/s between them; must be below ", kUsual, " s or above ", kSlow,
+                          " m/s: times are in seconds (milliseconds?), places in metres"));
 }
 
 /// Line ends as everywhere: a carriage return alone is one, too.

@@ -167,13 +167,16 @@ TEST_F(RecordedFile, RefusesTimesThatAreNotInSeconds) {
     }
     return "";
   };
-  const auto rows = [](double step) {
+  const auto rows = [](double step, double way) {
     std::string out;
-    for (int i = 0; i < 30; ++i) out += std::to_string(1.7e9 + step * i) + ",0,0,0\n";
+    for (int i = 0; i < 30; ++i) out += std::to_string(1.7e9 + step * i) + ',' + std::to_string(way * i) + ",0,0\n";
     return out;
   };
-  EXPECT_NE(says(rows(1)).find("the 30 rows are usually 1 s apart; must be below 0.4 s"), std::string::npos);
-  EXPECT_EQ(says(rows(0.2)), "");
+  EXPECT_NE(says(rows(4, 2e-4)).find("the 30 rows are usually 4 s apart, and the tool moves at 5e-05 m/s"),
+            std::string::npos);  // 50 mm/s at 250 Hz, in milliseconds
+  EXPECT_EQ(says(rows(4, 0.02)), "") << "a robot's way";
+  EXPECT_EQ(says(rows(4, 0)), "") << "a tool at rest";
+  EXPECT_EQ(says(rows(0.2, 2e-5)), "");
   EXPECT_NE(says("0,0,0,0\n0.001,0,0,0\n1.7e9,0,0,0\n").find(":3: time \"1.7e9\" s is 1.7e+09 s behind"),
             std::string::npos);
   EXPECT_NE(says("-1e308,0,0,0\n0,0,0,0\n0.001,0,0,0\n").find(":2: time \"0\" s is 1e+308 s behind"),
