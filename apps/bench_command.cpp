@@ -7,7 +7,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/words.hpp"
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "core/base/error.hpp"
 #include "io/files/ccd_queries.hpp"
 #include "io/files/json_file.hpp"

@@ -153,9 +153,9 @@ TEST(IncludeOrder, TheRuleAllowsDownAndForbidsUpAndSideways) {
   EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "self_contact/barrier.hpp"));
   EXPECT_TRUE(may_include("tests/support/allocations.hpp", "apps/allocation_counter.hpp"));
   for (const char* above :
-       {"collision/impact/ccd.hpp", "models/model.hpp", "io/scene/scene.hpp", "haptics/session/session.hpp"})
+       {"collision/impact/tool_impact.hpp", "models/model.hpp", "io/scene/scene.hpp", "haptics/session/session.hpp"})
     EXPECT_FALSE(may_include("core/body/mesh.cpp", above)) << above;
-  EXPECT_FALSE(may_include("collision/impact/ccd.cpp", "io/mesh/mesh_io.hpp"));
+  EXPECT_FALSE(may_include("collision/impact/tool_impact.cpp", "io/mesh/mesh_io.hpp"));
   EXPECT_FALSE(may_include("models/fem/fem_model.cpp", "models/msd/springs.hpp"));
   EXPECT_FALSE(may_include("haptics/contact/coulomb.cpp", "haptics/device/haptic_device.hpp"));
   EXPECT_FALSE(may_include("haptics/link/ring.hpp", "haptics/session/session.hpp"));

@@ -5,7 +5,7 @@
 
 #include "collision/broad/triangle_index.hpp"
 #include "collision/held/moving_tool.hpp"
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 
 namespace kt {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "core/base/parallel.hpp"
 
 namespace kt {

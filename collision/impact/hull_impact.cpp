@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "collision/impact/advancement.hpp"
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "collision/shape/closest_point.hpp"
 #include "collision/shape/unit_vector.hpp"
 

@@ -9,7 +9,7 @@
 namespace kt {
 namespace {
 
-using contact_search::Areas;
+using touch_times::Areas;
 
 Vec3 at(const double (&x)[2][3], double t) noexcept {
   const auto lerp = [&](int k) { return (1 - t) * x[0][k] + t * x[1][k]; };

@@ -1,6 +1,6 @@
 #pragma once
 // Where and how two features touch, once the time is known.
-#include "collision/impact/contact_search.hpp"
+#include "collision/impact/touch_times.hpp"
 
 namespace kt {
 
@@ -12,6 +12,6 @@ struct FeatureTouch {
 };
 
 /// areas: those at time t.
-FeatureTouch touch_at(const RoundedMotion& m, double t, const contact_search::Areas& areas) noexcept;
+FeatureTouch touch_at(const RoundedMotion& m, double t, const touch_times::Areas& areas) noexcept;
 
 }  // namespace kt

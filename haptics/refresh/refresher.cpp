@@ -9,7 +9,7 @@
 #include "core/base/stages.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
-#include "haptics/refresh/foresight.hpp"
+#include "haptics/refresh/look_ahead.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "self_contact/crossings.hpp"
 

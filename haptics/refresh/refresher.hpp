@@ -7,7 +7,7 @@
 
 #include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/refresh/excitation.hpp"
-#include "haptics/refresh/foresight.hpp"
+#include "haptics/refresh/look_ahead.hpp"
 #include "haptics/refresh/patch_site.hpp"
 #include "haptics/refresh/reducer_choice.hpp"
 #include "haptics/refresh/refresh_record.hpp"

@@ -1,5 +1,5 @@
 // What a time of impact must be whatever the speed, place, size and shape: nothing tunnels, nothing sticks.
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 #include "io/files/child_process.hpp"
 #include "tests/support/collision_oracle.hpp"
 

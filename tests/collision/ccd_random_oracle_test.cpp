@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 #include "tests/support/collision_oracle.hpp"
 #include "tests/support/random_sample.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 #include "collision/shape/closest_point.hpp"
 
 namespace kt {

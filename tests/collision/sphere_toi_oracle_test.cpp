@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 #include "tests/support/environment.hpp"
 #include "tests/support/random_sample.hpp"
 #include "tests/support/translation_oracle.hpp"

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <random>
 
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "tests/support/toi_oracle.hpp"
 
 namespace kt {

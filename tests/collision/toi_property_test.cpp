@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <random>
 
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/random_sample.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "io/files/ccd_queries.hpp"
 #include "io/files/child_process.hpp"
 

@@ -1,5 +1,5 @@
 // Times of impact that are known by hand.
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// First impacts of tools with a triangle (collision/impact/ccd.hpp, collision/impact/hull_impact.hpp) of whatever
+// First impacts of tools with a triangle (collision/impact/tool_impact.hpp, collision/impact/hull_impact.hpp) of whatever
 // numbers a fuzzer makes up, NaN, infinite and tiny ones too: what must hold without knowing the answer, and, of whole
 // numbers, that tool and triangle stay apart until then.
 //
@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 #include "collision/impact/hull_impact.hpp"
 #include "collision/shape/closest_point.hpp"
 #include "tests/fuzz/numbers.hpp"

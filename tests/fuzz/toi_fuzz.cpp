@@ -1,4 +1,4 @@
-// Times of impact (collision/impact/toi.hpp) of whatever numbers a fuzzer makes up: what must hold without knowing the
+// Times of impact (collision/impact/feature_toi.hpp) of whatever numbers a fuzzer makes up: what must hold without knowing the
 // answer, and, of whole numbers, at the eighths of the step, where the answer is exact.
 //
 //     scripts/fuzz toi_fuzz
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "tests/fuzz/exact_touch.hpp"
 #include "tests/fuzz/numbers.hpp"
 

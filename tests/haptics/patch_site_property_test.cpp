@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "haptics/refresh/foresight.hpp"
+#include "haptics/refresh/look_ahead.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/haptic_side.hpp"

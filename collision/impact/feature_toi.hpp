@@ -1,7 +1,7 @@
 #pragma once
 // Narrow phase for any two meshes: the first time at which a vertex touches a face, or an edge an edge, while all their
 // points move on straight lines over the step. Two-sided and without conditions on the direction: do they touch at any
-// time of the closed interval [0, 1]? (collision/impact/ccd.hpp answers for a tool and a body with an outside.)
+// time of the closed interval [0, 1]? (collision/impact/tool_impact.hpp answers for a tool and a body with an outside.)
 // Method and derivation of the bounds: docs/collision.md.
 #include "core/base/types.hpp"
 

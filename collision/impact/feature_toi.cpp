@@ -1,19 +1,19 @@
 // Vertices in a canonical order; the search with rounded polynomials; in exact mode, what these leave open is searched
 // again in exact arithmetic on a small part of the step around it, where the polynomials' rounding is that much
 // smaller.
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 
 #include <cmath>
 #include <type_traits>
 #include <utility>
 
-#include "collision/impact/contact_search.hpp"
+#include "collision/impact/touch_times.hpp"
 #include "collision/impact/touch.hpp"
 
 namespace kt {
 namespace {
 
-using contact_search::Candidate;
+using touch_times::Candidate;
 using Status = ToiResult::Status;
 
 constexpr int kMaxParts = 10;                // of the step that are searched in exact arithmetic

@@ -1,4 +1,4 @@
-#include "haptics/refresh/foresight.hpp"
+#include "haptics/refresh/look_ahead.hpp"
 
 #include <algorithm>
 #include <iterator>

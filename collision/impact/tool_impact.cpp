@@ -6,14 +6,14 @@
 // plane. When no plane is left, or the steps become smaller than kTimeResolution, that time is the hit. So no contact
 // is missed, no time is late, and all feature classes (face, edge, vertex), degenerate triangles and coplanar motion
 // take one path. Derivation, and the rounding allowance: docs/collision.md.
-#include "collision/impact/ccd.hpp"
+#include "collision/impact/tool_impact.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "collision/impact/advancement.hpp"
-#include "collision/impact/toi.hpp"
+#include "collision/impact/feature_toi.hpp"
 #include "collision/shape/closest_point.hpp"
 #include "collision/shape/unit_vector.hpp"
 

@@ -1,5 +1,5 @@
 // The body as it will be, against the body as it became.
-#include "haptics/refresh/foresight.hpp"
+#include "haptics/refresh/look_ahead.hpp"
 
 #include <gtest/gtest.h>
 
@@ -114,7 +114,7 @@ struct Block {
   }
 };
 
-TEST(Foresight, IsNearerToWhatTheBodyBecomesThanWhatItIs) {
+TEST(LookAhead, IsNearerToWhatTheBodyBecomesThanWhatItIs) {
   const Block block;
   GlobalSimulation simulation(*block.model, make_integrator("implicit_euler"), 0.1);
   const double dt = 0.005, speed = 0.05;
@@ -140,7 +140,7 @@ TEST(Foresight, IsNearerToWhatTheBodyBecomesThanWhatItIs) {
   EXPECT_LE((ahead->x - later).norm(), 0.25 * (now.x - later).norm());
 }
 
-TEST(Foresight, DoesNotPull) {
+TEST(LookAhead, DoesNotPull) {
   const Block block;
   GlobalSimulation simulation(*block.model, make_integrator("implicit_euler"), 0.1);
   ContactHold hold = block.hold(0.02);
@@ -154,7 +154,7 @@ TEST(Foresight, DoesNotPull) {
 }
 
 /// Springs under a local model that comes one interval late: the force errors without and with looking ahead.
-TEST(Foresight, BringsTheForceNearerToTheReference) {
+TEST(LookAhead, BringsTheForceNearerToTheReference) {
   Scene scene = small_scene();
   scene.duration = 0.45;
   scene.global.rate_hz = 60;

@@ -7,7 +7,7 @@
 
 #include "collision/impact/four_points.hpp"
 
-namespace kt::contact_search {
+namespace kt::touch_times {
 
 using bernstein::Cubic;
 using bernstein::kNever;
@@ -160,4 +160,4 @@ std::optional<double> certain_until(const Motion& m, const Candidate& c) noexcep
   return at_end;
 }
 
-}  // namespace kt::contact_search
+}  // namespace kt::touch_times
