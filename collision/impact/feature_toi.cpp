@@ -7,8 +7,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "collision/impact/touch_times.hpp"
 #include "collision/impact/touch.hpp"
+#include "collision/impact/touch_times.hpp"
 
 namespace kt {
 namespace {

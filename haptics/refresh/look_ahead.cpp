@@ -33,7 +33,8 @@ Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int too
   const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, ticks_in(kVelocityTime, rate_hz));
   const LocalReport& before = reports[reports.size() - 1 - ticks];
   const Vec3 way = reports.back().tools[tool].pose.x - before.tools[tool].pose.x;
-  return rate_hz / static_cast<double>(std::max(1, reports.back().tick - before.tick)) * way;  // some between may be lost
+  return rate_hz / static_cast<double>(std::max(1, reports.back().tick - before.tick)) *
+         way;  // some between may be lost
 }
 
 Vec3 expected_way(const Vec3& velocity, const Vec3& came, double seconds) {

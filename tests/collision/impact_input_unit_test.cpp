@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "collision/impact/tool_impact.hpp"
-#include "collision/impact/hull_impact.hpp"
 #include "collision/impact/feature_toi.hpp"
+#include "collision/impact/hull_impact.hpp"
+#include "collision/impact/tool_impact.hpp"
 
 namespace kt {
 namespace {

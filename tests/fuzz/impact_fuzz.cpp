@@ -1,6 +1,6 @@
-// First impacts of tools with a triangle (collision/impact/tool_impact.hpp, collision/impact/hull_impact.hpp) of whatever
-// numbers a fuzzer makes up, NaN, infinite and tiny ones too: what must hold without knowing the answer, and, of whole
-// numbers, that tool and triangle stay apart until then.
+// First impacts of tools with a triangle (collision/impact/tool_impact.hpp, collision/impact/hull_impact.hpp) of
+// whatever numbers a fuzzer makes up, NaN, infinite and tiny ones too: what must hold without knowing the answer, and,
+// of whole numbers, that tool and triangle stay apart until then.
 //
 //     scripts/fuzz impact_fuzz
 #include <algorithm>
@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "collision/impact/tool_impact.hpp"
 #include "collision/impact/hull_impact.hpp"
+#include "collision/impact/tool_impact.hpp"
 #include "collision/shape/closest_point.hpp"
 #include "tests/fuzz/numbers.hpp"
 

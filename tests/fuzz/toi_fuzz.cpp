@@ -1,5 +1,5 @@
-// Times of impact (collision/impact/feature_toi.hpp) of whatever numbers a fuzzer makes up: what must hold without knowing the
-// answer, and, of whole numbers, at the eighths of the step, where the answer is exact.
+// Times of impact (collision/impact/feature_toi.hpp) of whatever numbers a fuzzer makes up: what must hold without
+// knowing the answer, and, of whole numbers, at the eighths of the step, where the answer is exact.
 //
 //     scripts/fuzz toi_fuzz
 #include <algorithm>
