@@ -13,8 +13,8 @@
 
 namespace kt {
 
-void write_run(const std::string& dir, const Session& session, const SessionResult& result, const Json& summary,
-               const BodyFilm* film) {
+void write_run(const std::string& dir, const Session& session, const SessionResult& result,
+               const nlohmann::ordered_json& summary, const BodyFilm* film) {
   make_folder(dir);
   const Indentation indentation(session.model().mesh().triangles, session.start().x);
   write_file_whole(dir + "/scene.json", to_json(session.scene()) + "\n");

@@ -89,7 +89,7 @@ TEST(MovedHolds, SlideOverTheSurfaceThatFacesTheTool) {
   EXPECT_EQ(moved[1].friction, Vec3::Zero());
 }
 
-struct Block {
+struct SlidBlock {
   Mesh mesh = kuhn_block(8, 4, 4, 0.005);
   std::unique_ptr<DeformableModel> model = make_model("fem", mesh,
                                                       {.young = 1e4,
@@ -115,7 +115,7 @@ struct Block {
 };
 
 TEST(LookAhead, IsNearerToWhatTheBodyBecomesThanWhatItIs) {
-  const Block block;
+  const SlidBlock block;
   GlobalSimulation simulation(*block.model, make_integrator("implicit_euler"), 0.1);
   const double dt = 0.005, speed = 0.05;
   const auto drag_to = [&](double t) {
@@ -141,7 +141,7 @@ TEST(LookAhead, IsNearerToWhatTheBodyBecomesThanWhatItIs) {
 }
 
 TEST(LookAhead, DoesNotPull) {
-  const Block block;
+  const SlidBlock block;
   GlobalSimulation simulation(*block.model, make_integrator("implicit_euler"), 0.1);
   ContactHold hold = block.hold(0.02);
   simulation.advance(0.1, {}, {&hold, 1});

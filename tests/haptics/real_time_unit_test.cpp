@@ -8,7 +8,7 @@ namespace {
 /// A second in which everything is quick: 30 refreshes of 4 ms, ticks of 20 us.
 SessionResult quick_run() {
   SessionResult r;
-  r.tools[0].frames.resize(1000);
+  r.tools[0].frames.resize(1000, LocalFrame());
   r.step_us.resize(1000, 20);
   r.refresh.global_ms.assign(30, 1);
   r.refresh.refresh_ms.assign(30, 3);

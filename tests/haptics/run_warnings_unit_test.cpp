@@ -9,7 +9,7 @@ using Texts = std::vector<std::string>;
 
 SessionResult calm_run() {
   SessionResult result;
-  result.tools[0].frames.resize(100);
+  result.tools[0].frames.resize(100, LocalFrame());
   for (LocalFrame& frame : result.tools[0].frames) frame.residual = 0.009;
   result.tools[0].penetration.resize(100, 0.9e-4);
   return result;
@@ -64,7 +64,7 @@ TEST(RunWarnings, TellEachFlagOnceWithItsTool) {
   result.tools[0].frames[1].flags = result.tools[0].frames[2].flags = kLeftPatch;
   result.tools[0].frames[2].flags |= kNotFinite;
   result.tools.resize(2);
-  result.tools[1].frames.resize(50);
+  result.tools[1].frames.resize(50, LocalFrame());
   result.tools[1].frames[0].flags = kNotFinite;
   result.stopped = true;
   expect_parts(run_warnings(result, true),

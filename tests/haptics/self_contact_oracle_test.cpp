@@ -47,7 +47,7 @@ Scene touching_scene(double speed = 0) {
 /// Mean normal force while the tool is held [N].
 double held_force(const SessionResult& run) {
   double sum = 0;
-  for (std::size_t i = 150; i < 200; ++i) sum += run.tools[0].frames.at(i).f_n / 50;
+  for (std::size_t i = 150; i < 200; ++i) sum += run.tools[0].frames[i].f_n / 50;
   return sum;
 }
 
