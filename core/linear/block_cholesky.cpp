@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/parallel.hpp"
 #include "core/base/wide.hpp"
 #include "core/linear/dense_product.hpp"
 #include "core/linear/sparse_product.hpp"
@@ -17,8 +16,6 @@ namespace {
 constexpr int kWide = kGroup;              // columns of a panel
 constexpr int kStrip = kGroup / 3;         // nodes whose columns are subtracted at a time
 constexpr int kTile = kTileRows * kGroup;  // numbers
-constexpr std::ptrdiff_t kWorthThreads =
-    50000;  // numbers of a factor: a group's two passes take ten times as long as to wake a thread
 
 std::ptrdiff_t up_to_tiles(std::ptrdiff_t n) { return (n + kTileRows - 1) / kTileRows * kTileRows; }
 
@@ -149,12 +146,11 @@ class BlockSolver final : public SparseSolver {
   /// Loads without numbers on a supernode leave it out on the way down.
   void solve_in_place(RowsRef rhs) const override {
     if (others_) return others_->solve_in_place(rhs);
+    thread_local std::vector<double> group, room;  // as large each time
+    group.resize(static_cast<std::size_t>(kGroup * rhs.rows()));
+    room.resize(static_cast<std::size_t>(kGroup * (analysis_->tallest + kTileRows)));
     const std::vector<int>& order = analysis_->supernodes.order;
-    const auto solve_group = [&](int g) {
-      thread_local std::vector<double> group, room;  // as large each time
-      group.resize(static_cast<std::size_t>(kGroup * rhs.rows()));
-      room.resize(static_cast<std::size_t>(kGroup * (analysis_->tallest + kTileRows)));
-      const Eigen::Index from = static_cast<Eigen::Index>(kGroup) * g;
+    for (Eigen::Index from = 0; from < rhs.cols(); from += kGroup) {
       const Eigen::Index count = std::min<Eigen::Index>(kGroup, rhs.cols() - from);
       const auto row_of = [&](std::size_t k, int c) {
         return rhs.data() + rhs.outerStride() * (3 * order[k] + c) + from;
@@ -169,12 +165,7 @@ class BlockSolver final : public SparseSolver {
       for (std::size_t k = 0; k < order.size(); ++k)
         for (int c = 0; c < 3; ++c)
           std::copy_n(group.data() + kGroup * (3 * k + static_cast<std::size_t>(c)), count, row_of(k, c));
-    };
-    const int groups = static_cast<int>((rhs.cols() + kGroup - 1) / kGroup);
-    if (analysis_->size >= kWorthThreads)
-      parallel_for(groups, solve_group);
-    else
-      for (int g = 0; g < groups; ++g) solve_group(g);
+    }
   }
 
   void take_analysis(const SparseSolver& other) override {

@@ -84,13 +84,12 @@ ColumnGroups SymmetricMatrix::times(const ColumnGroups& V) const {
   if (!in_blocks_) return ColumnGroups(times(apart(V)));
   const int *outer = A_.outerIndexPtr(), *inner = A_.innerIndexPtr();
   ColumnGroups out(V.rows, V.cols);
-  parallel_for(static_cast<int>(V.num_groups()), [&](int g) {
+  for (Eigen::Index g = 0; g < V.num_groups(); ++g)
     for (Eigen::Index c = 0; c < A_.cols(); c += 3) {
       const int first = begin_[static_cast<std::size_t>(c / 3)], last = begin_[static_cast<std::size_t>(c / 3) + 1];
       sum_blocks(A_.valuePtr() + outer[c], outer[c + 1] - outer[c], blocks_.data() + first, last - first,
                  inner + outer[c], V.group(g), out.group(g) + kGroup * c);
     }
-  });
   return out;
 }
 

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "core/base/error.hpp"
-#include "core/base/parallel.hpp"
 #include "core/base/stages.hpp"
 #include "core/linear/dense_product.hpp"
 #include "core/linear/orthonormalizer.hpp"
@@ -291,7 +290,6 @@ const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePat
   const bool stays = !blocks_.update(tangent, dofs) && covered;
   // Far motions are the whole body's: the kept nodes of before lead them as well, and a factor of these is at hand.
   const bool is_led = leads_far_ = leads_far_ && !whole_ && dofs.to_all == dofs_.to_all;
-  const auto confine = [&] { confinement_.product<18>(blocks_, blocks_.values(), sums_); };
   const auto improve = [&] {
     const Stage improving("grading: far motions");
     const int turns = stays ? 1 : is_first ? kSetUpTurns : kTurnsAnew;
@@ -299,14 +297,12 @@ const FreeBody& GradedBody::update(const TangentModel& tangent, const SurfacePat
   };
   if (stays) rests_ = !rests_;
   const bool improves_now = is_led && !(stays && rests_);
-  if (stays) {
-    parallel_for(improves_now ? 2 : 1, [&](int part) { part == 0 ? confine() : improve(); });
-  } else {
-    if (improves_now) improve();
+  if (improves_now) improve();
+  if (!stays) {
     choose_nodes(tangent, patch);
     if (whole_) return update_whole(tangent);
-    confine();
   }
+  confinement_.product<18>(blocks_, blocks_.values(), sums_);
   leads_far_ = false;
   if (!is_led) {
     if (!has_coarse_) factor_preconditioner();
