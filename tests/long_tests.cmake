@@ -19,6 +19,10 @@ set(kt_long_tests
 # haptics, property: random drags on every mesh, of which those on the block stay; a fine path over the smooth surface
 list(APPEND kt_long_tests Meshes/RandomDrags.*/slab_coarse Meshes/RandomDrags.*/sphere
      Meshes/RandomDrags.*/organ SmoothDrag.FeelsNoFoldsOfTheMesh)
+list(APPEND kt_long_tests Meshes/SmoothDrags.*/sphere Meshes/SmoothDrags.*/torus Meshes/SmoothDrags.*/organ)
+# io: each pair of keys through valijson; every own mesh through every tetrahedralizer
+list(APPEND kt_long_tests SceneSchema.ValijsonAndTheWordsAgreeOnGroupsAndPairs
+     Tetrahedralize.FillsEveryOwnMeshAndKeepsItsSurface)
 # network, property: each has a tenth of it beside it
 list(APPEND kt_long_tests ChannelMutations.Million*)
 # Scripts, by the name of the file:

@@ -19,7 +19,7 @@ inline bool are_chosen(const ContactSet& contacts) noexcept {
 
 /// More places than there is room for, as of a tool that is large beside the surface's cells: those that lie apart, by
 /// a distance that lets most of the room be used. Which of two neighbours stays is the triangles' own, not how deep
-/// they are, so that the same ones are held in all iterations of a tick and in the next one: a choice that changes is a
+/// they are, so that most of them are held again in the next iteration and the next tick: a choice that changes is a
 /// force that leaps. (A maximal independent set by fixed priorities: Luby 1986.)
 /// @param radius      of the tool [m]
 /// @param contact_at  the contact on a triangle of `candidates`, or none

@@ -21,8 +21,9 @@ double distance_from_surface(const BuiltScene& built, const Vec3& place) {
 }
 
 /// Triangles that a ball touches where it is deepest: those that it overlaps by half of that or more, as far out as
-/// Hertz's contact reaches. Refused where no choice among them holds: a meter's ball on a pad of 60 mm with 200 of them
-/// leaps by ten times its force, one of 0.2 m with 70 by a quarter (docs/method.md).
+/// Hertz's contact reaches. Refused where no choice among them holds, of a ball that is as good as a plate: one of a
+/// metre on a pad of 60 mm with 200 of them leaps by ten times its force, one of 0.2 m with 70 by a quarter
+/// (docs/method.md).
 void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, std::vector<Prediction>& out) {
   constexpr double kWork = 1e6, kMostTimes = 2.5;
   const ToolShape& tool = built.tool();
@@ -49,7 +50,8 @@ void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, st
   const std::string line = text("tool: it touches about ", touched, " triangles of the surface at once, and ",
                                 kMaxContacts, " places are resolved: ");
   const std::string cure = text("set tool.radius to ", radius, " or less, press less deep, or take larger cells");
-  if (static_cast<double>(touched) > kMostTimes * kMaxContacts)
+  const double size = bounds(built.model().mesh()).size().maxCoeff();
+  if (static_cast<double>(touched) > kMostTimes * kMaxContacts && tool.radius > 0.5 * size)
     throw InputError(text(line, "its force would leap; ", cure));
   out.push_back({"contact_width", text(line, "expect steps of the force, and the tool a little inside; ", cure)});
 }

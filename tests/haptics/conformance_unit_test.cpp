@@ -1,5 +1,6 @@
 // What every entry of the haptics tables must do, whoever adds it: contact_solver.def, device.def, link.def.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -139,7 +140,9 @@ class Device : public testing::TestWithParam<std::string> {
     for (int i = 0; i <= 1000; ++i) out << i * 1e-3 << ',' << 1 + 0.0005 * i << ",2,3\n";
   }
   void TearDown() override { std::filesystem::remove(file_); }
-  const std::string file_ = (std::filesystem::temp_directory_path() / ("kt_device_" + GetParam() + ".csv")).string();
+  const std::string file_ =
+      (std::filesystem::temp_directory_path() / ("kt_device_" + GetParam() + std::to_string(::getpid()) + ".csv"))
+          .string();
 };
 /// Without those outside the program: tests/driver/ has what stands for them.
 std::vector<BackendInfo> simulated_devices() {

@@ -1,6 +1,7 @@
 // Keys in files.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -16,7 +17,7 @@ namespace fs = std::filesystem;
 class CurveKeys : public testing::Test {
  protected:
   void SetUp() override { fs::remove_all(dir_); }
-  void TearDown() override { fs::remove_all(dir_); }
+  void TearDown() override { fs::remove_all(fs::path(dir_).parent_path()); }
   static std::string content(const std::string& file) {
     std::ifstream in(file);
     return {std::istreambuf_iterator<char>(in), {}};
@@ -26,7 +27,8 @@ class CurveKeys : public testing::Test {
     std::ofstream(dir_ + "/list") << text;
     return dir_ + "/list";
   }
-  const std::string dir_ = testing::TempDir() + "kt_curve_keys/deep";
+  const std::string dir_ =
+      testing::TempDir() + "kt_curve_keys_" + std::to_string(::getpid()) + "/deep";  // tests run beside each other
 };
 
 TEST_F(CurveKeys, AreWrittenOnceAndRead) {
