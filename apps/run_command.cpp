@@ -1,6 +1,5 @@
 // kilotouch run SCENE.json
 #include "apps/commands.hpp"
-#include "apps/network_run.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
 #include "io/files/shell_words.hpp"
@@ -60,9 +59,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     std::vector<std::string> words{"kilotouch", "run", a->scene};
     for (const std::string& set : a->set) words.insert(words.end(), {"--set", set});
     a->settings.reproduce = shell_words(words);
-    const Scene scene = load_scene(a->scene, a->set);
-    put_body_beside(scene, a->settings);
-    const RunOutcome outcome = run_scene(scene, a->settings);
+    const RunOutcome outcome = run_scene(load_scene(a->scene, a->set), a->settings);
     exit_code = run_exit_code(outcome);
   });
 }

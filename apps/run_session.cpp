@@ -11,6 +11,7 @@
 
 #include "apps/allocation_counter.hpp"
 #include "apps/commands.hpp"
+#include "apps/network_run.hpp"
 #include "apps/print_summary.hpp"
 #include "apps/record_room.hpp"
 #include "apps/report.hpp"
@@ -179,6 +180,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   const FolderHolds before =
       settings.out.empty() ? FolderHolds::nothing : look_at_folder(settings.out, scene, settings.force);
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
+  if (!settings.session.link) put_body_beside(scene, settings);
   Session session = make_session(scene, settings.input);
   if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
   require_folder_of(settings.json_file);

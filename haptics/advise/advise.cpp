@@ -42,6 +42,11 @@ PressSite site_of(const Vec3& tool, const Mesh& mesh, double radius) {
 /// Runs the scene as it is and takes the tool's path from the first touch on: the same for all methods, also of a hand
 /// that answers to the force.
 AdviceScene prepare(const Scene& scene, const AdviceClock& clock) {
+  if (scene.link.type == "network")
+    throw InputError(
+        "link.type network: advise runs the scene many times in this process; take lockstep, and set the link for the "
+        "run "
+        "itself");
   if (is_live(scene))
     throw InputError(
         "tool.path.device: advise runs the scene many times, and whoever holds the device goes another "

@@ -135,7 +135,7 @@ CASES = [
          ["tool.path.device", "recording"]),
     ]),
     ("Two computers", [
-        ("a body elsewhere, for a command that runs it many times", ["advise", "ball.json", "--set", "link.type=network"], ["link.type", "kilotouch serve"]),
+        ("a body elsewhere, for a command that runs it many times", ["advise", "ball.json", "--set", "link.type=network"], ["link.type network", "lockstep"]),
         ("an address without a port that is one", ["serve", "ball.json", "--listen", "127.0.0.1:http"],
          ["--listen", "127.0.0.1:http", "0 .. 65535"]),
         ("open to others without keys", ["serve", "ball.json", "--listen", "0.0.0.0:0"],
