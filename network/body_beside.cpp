@@ -30,7 +30,7 @@ struct BodyBeside::Parts {
   Parts(const Scene& scene, const std::string& version, Say say_to)
       : say(std::move(say_to)),
         built(over_network(scene)),
-        server(built, to_json(built.scene()), {}, server_options(version, stop), [](const std::string&) {}),
+        server(built, "{}", {}, server_options(version, stop), [](const std::string&) {}),
         relay({.host_port = server.port(),
                .delay_ms = scene.link.latency_ms,
                .loss = scene.link.loss,

@@ -103,7 +103,7 @@ const std::vector<Home> kHomes{
     {"CGAL/", "(io|collision)/[a-z]+/[a-z_]*cgal\\.cpp"},
     {"nglib", "io/solid/tetrahedralize_netgen\\.cpp"},
     {"nlohmann/",
-     "io/(files|scene)/(json|scene|number_range)[a-z_]*\\.[ch]pp|apps/.*|view/page_[a-z]+\\.cpp|"
+     "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*|view/page_[a-z]+\\.cpp|"
      "haptics/driver/haply_messages\\.cpp|tests/(fakes|haptics)/haply_[a-z_]*\\.cpp"},
     {"valijson/", "io/scene/json_schema\\.cpp"},
     {"zlib.h", "io/mesh/inflate_zlib\\.cpp"},

@@ -1,9 +1,10 @@
 #include "haptics/touch/live_settings.hpp"
 
+#include <cmath>
+
 #include "core/base/error.hpp"
 #include "core/local/contact_surface.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
-#include "io/scene/number_range.hpp"
 
 namespace kt {
 namespace {
@@ -12,18 +13,18 @@ namespace {
 #define WORD(field) nullptr, [](LiveValues v) -> std::string* { return &v.field; }
 
 const LiveSetting kSettings[] = {
-    {"contact.mu", Renews::friction, NUMBER(touch.contact.mu_static)},
-    {"contact.mu_static", Renews::friction, NUMBER(touch.contact.mu_static)},
-    {"contact.mu_kinetic", Renews::friction, NUMBER(touch.contact.mu_kinetic)},
-    {"contact.stribeck", Renews::friction, NUMBER(touch.contact.stribeck)},
-    {"tool.radius", Renews::radius, NUMBER(touch.tools[0].shape.radius)},
-    {"object.model.young", Renews::model, NUMBER(material.young)},
-    {"object.model.damping.mass", Renews::model, NUMBER(material.damping.mass)},
-    {"object.model.damping.stiffness", Renews::model, NUMBER(material.damping.stiffness)},
-    {"global.rate_hz", Renews::refresher, NUMBER(touch.global.rate_hz)},
-    {"local.tolerance", Renews::refresher, NUMBER(touch.local.tolerance)},
-    {"local.reducer", Renews::refresher, WORD(touch.local.reducer)},
-    {"contact.surface", Renews::refresher, WORD(touch.contact.surface)},
+    {"contact.mu", Renews::friction, 0, 100, false, NUMBER(touch.contact.mu_static)},
+    {"contact.mu_static", Renews::friction, 0, 100, false, NUMBER(touch.contact.mu_static)},
+    {"contact.mu_kinetic", Renews::friction, 0, 100, false, NUMBER(touch.contact.mu_kinetic)},
+    {"contact.stribeck", Renews::friction, 0, 100, false, NUMBER(touch.contact.stribeck)},
+    {"tool.radius", Renews::radius, 0, 10, true, NUMBER(touch.tools[0].shape.radius)},
+    {"object.model.young", Renews::model, 0, 1e13, true, NUMBER(material.young)},
+    {"object.model.damping.mass", Renews::model, 0, 1e6, false, NUMBER(material.damping.mass)},
+    {"object.model.damping.stiffness", Renews::model, 0, 1000, false, NUMBER(material.damping.stiffness)},
+    {"global.rate_hz", Renews::refresher, 0, 100000, true, NUMBER(touch.global.rate_hz)},
+    {"local.tolerance", Renews::refresher, 0, 10, true, NUMBER(touch.local.tolerance)},
+    {"local.reducer", Renews::refresher, 0, 0, false, WORD(touch.local.reducer)},
+    {"contact.surface", Renews::refresher, 0, 0, false, WORD(touch.contact.surface)},
 };
 
 #undef NUMBER
@@ -54,9 +55,9 @@ void change_setting(const SettingChange& change, LiveValues values) {
   }
   const double value = change.value;
   if (!change.word.empty()) throw InputError(text(change.key, " is \"", change.word, "\", must be a number"));
-  NumberRange range = number_range(change.key);
-  range.above = range.above || s.renews == Renews::radius;  // a point's is 0; a tool that has one keeps it
-  if (!range.holds(value)) throw InputError(text(change.key, " is ", value, ", must be ", range.told()));
+  if (!(std::isfinite(value) && value <= s.most && (s.above ? value > s.least : value >= s.least)))
+    throw InputError(
+        text(change.key, " is ", value, ", must be ", s.above ? "above " : "at least ", s.least, ", at most ", s.most));
   if (change.key == "global.rate_hz" && value > values.touch.local.rate_hz)
     throw InputError(
         text("global.rate_hz is ", value, ", must be at most local.rate_hz, ", values.touch.local.rate_hz));

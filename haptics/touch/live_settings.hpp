@@ -19,6 +19,8 @@ enum class Renews { friction, radius, refresher, model };
 struct LiveSetting {
   const char* key;
   Renews renews;
+  double least, most;             ///< as in the scene's schema; names: not used
+  bool above;                     ///< `least` itself is not allowed
   double* (*number)(LiveValues);  ///< null: it is a name
   std::string* (*word)(LiveValues);
 };
