@@ -26,7 +26,7 @@ Row row(std::size_t i) {
   return out;
 }
 
-constexpr std::size_t kManyMegabytes = 200;  // [MB], of which two fifths may stay in memory
+constexpr std::size_t kManyMegabytes = 300;  // [MB]
 constexpr std::size_t kRows = kManyMegabytes * 1000 * 1000 / sizeof(Row);
 
 void expect_rows(const Record<Row>& rows, std::size_t count) {
@@ -64,7 +64,8 @@ TEST(Record, OfALongRunTakesNoMemory) {
   Record<Row> rows;
   const double before = resident();
   for (std::size_t i = 0; i < kRows; ++i) rows.push_back(row(i));
-  EXPECT_LT(resident() - before, 0.4e6 * kManyMegabytes);
+  // Two steps of the file, and what a sanitizer takes for its own.
+  EXPECT_LT(resident() - before, 130e6);
   EXPECT_EQ(rows[kRows / 2].number, row(kRows / 2).number);
   EXPECT_EQ(rows.back().number, row(kRows - 1).number);
 }
