@@ -155,7 +155,7 @@ std::string make_private_folder(const std::string& prefix) {
 
 }  // namespace
 
-PrivateFolder::PrivateFolder(const std::string& prefix) : folder_(make_private_folder(prefix)) {}
+PrivateFolder::PrivateFolder(const std::string& prefix) : folder_([&] { return make_private_folder(prefix); }) {}
 
 namespace {
 

@@ -35,6 +35,12 @@ Leftover::Leftover(std::string path) : path_(std::move(path)) {
   known().paths.insert(path_);
 }
 
+Leftover::Leftover(const std::function<std::string()>& make) {
+  const std::lock_guard lock(known().mutex);  // a process that ends has it for good
+  path_ = make();
+  known().paths.insert(path_);
+}
+
 Leftover::~Leftover() {
   if (!is_kept_) remove(path_);
   const std::lock_guard lock(known().mutex);

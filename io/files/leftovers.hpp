@@ -1,6 +1,7 @@
 #pragma once
 // Temporary files, folders and children of this process: gone when their owner ends, and all at once when the process
 // has to end before its owners do.
+#include <functional>
 #include <string>
 
 namespace kt {
@@ -9,6 +10,8 @@ namespace kt {
 class Leftover {
  public:
   explicit Leftover(std::string path);
+  /// What `make` makes, which is not let to leave anything behind when the process ends just then.
+  explicit Leftover(const std::function<std::string()>& make);
   ~Leftover();  ///< removes what is there, and all inside
   Leftover(const Leftover&) = delete;
   Leftover& operator=(const Leftover&) = delete;
