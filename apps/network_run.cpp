@@ -69,7 +69,7 @@ void put_body_beside(const Scene& scene, RunSettings& settings) {
   if (scene.link.type != "network") return;
   const auto report = std::make_shared<HandLinkReport>();
   const auto say = [](const std::string& line) { std::cerr << "kilotouch: " << line << std::endl; };
-  const auto body = std::make_shared<BodyBeside>(scene, KT_VERSION, say);
+  const auto body = std::make_shared<BodyBeside>(scene, KT_VERSION, &stop_requested(), say);
   settings.session.link = [body, link = body->link(report)](BodySide& side, HapticSide& hand,
                                                             const SurfaceFriction& friction, ModelObserver* observer) {
     return link(side, hand, friction, observer);

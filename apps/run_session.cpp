@@ -180,9 +180,9 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   const FolderHolds before =
       settings.out.empty() ? FolderHolds::nothing : look_at_folder(settings.out, scene, settings.force);
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
-  if (!settings.session.link) put_body_beside(scene, settings);
   Session session = make_session(scene, settings.input);
   if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
+  if (!settings.session.link) put_body_beside(scene, settings);
   require_folder_of(settings.json_file);
   const std::vector<std::filesystem::path> made = missing_folders(settings.out);
   if (!settings.out.empty()) make_folder(settings.out);

@@ -27,7 +27,7 @@ BodyServerOptions server_options(const std::string& version, const std::atomic<b
 }  // namespace
 
 struct BodyBeside::Parts {
-  Parts(const Scene& scene, const std::string& version, Say say_to)
+  Parts(const Scene& scene, const std::string& version, const std::atomic<bool>* stop_hand, Say say_to)
       : say(std::move(say_to)),
         built(over_network(scene)),
         server(built, "{}", {}, server_options(version, stop), [](const std::string&) {}),
@@ -39,7 +39,7 @@ struct BodyBeside::Parts {
     options.port = server.port();
     options.data_port = relay.port();
     options.version = version;
-    options.stop = &stop;
+    options.stop = stop_hand;
     connection = std::make_shared<HandConnection>(options);
     serving = std::thread([this] {
       try {
@@ -65,8 +65,8 @@ struct BodyBeside::Parts {
   std::thread serving;
 };
 
-BodyBeside::BodyBeside(const Scene& scene, const std::string& version, Say say)
-    : parts_(std::make_unique<Parts>(scene, version, std::move(say))) {}
+BodyBeside::BodyBeside(const Scene& scene, const std::string& version, const std::atomic<bool>* stop, Say say)
+    : parts_(std::make_unique<Parts>(scene, version, stop, std::move(say))) {}
 
 BodyBeside::~BodyBeside() = default;
 

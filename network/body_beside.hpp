@@ -1,6 +1,7 @@
 #pragma once
 // The body's computer in this process: for a scene with link.type network that is run alone, as in a test. Everything
 // goes through sockets as between two computers, with the delay and loss that the scene gives its link.
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,7 +18,8 @@ class BodyBeside {
   /// Builds the body, which takes its time. @throws InputError, RunError as a session of the scene does
   /// @param scene    its link.latency_ms holds each way, its link.loss is the share of datagrams that are lost
   /// @param version  of the program
-  BodyBeside(const Scene& scene, const std::string& version, Say say);
+  /// @param stop     true: the hand waits for the body no longer; borrowed
+  BodyBeside(const Scene& scene, const std::string& version, const std::atomic<bool>* stop, Say say);
   ~BodyBeside();  ///< the server has ended
 
   /// For one run. @param report  filled when the touch stops

@@ -140,9 +140,8 @@ TEST(TwoTools, SwappedGiveTheSameForces) {
   }
 }
 
-/// With krylov: condensed has only the motions at rest, and loses tools on this bar at a refresh, a capsule alone too
-/// (docs/friction.md).
-/// Whatever way both take.
+/// Whatever way both take. With krylov: condensed has only the motions at rest, and loses tools on this bar at a
+/// refresh, a capsule alone too (docs/friction.md).
 /// @param pairs  of friction, and a capsule beside the first tool (else a point below)
 void expect_in_the_cone_and_outside(std::initializer_list<std::pair<double, bool>> pairs) {
   std::mt19937 random(5);
