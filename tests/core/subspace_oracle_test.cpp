@@ -143,6 +143,49 @@ void expect_confined(const FreeBody& body, const SurfacePatch& patch, const std:
   expect(found.stiffness, body.stiffness, " stiffness ");
 }
 
+/// Two tools squeeze a bar that bends under either of them a hundred times as far: by the mass of their motions, what
+/// is left of two that bend alike is next to nothing.
+TEST(Condensed, IsSqueezedByTwoToolsAsTheBodyIs) {
+  const Mesh mesh = kuhn_block(14, 6, 3, 0.005);
+  std::vector<int> clamped;
+  for (int i = 0; i < mesh.num_nodes(); ++i)
+    if (mesh.x[3 * i] < 1e-6) clamped.push_back(i);
+  const auto model = make_model("fem", mesh, {.young = 2e5, .poisson = 0.4, .fixed_nodes = clamped});
+  const TangentModel tangent = linearize(*model, rest_state(*model), TangentKind::definite);
+  const Surface surface = make_surface(mesh);
+  const auto site_at = [&](const Vec3& at) {
+    ContactSite out{at, 0, 0.004};
+    double best = 1;
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+      Vec3 centroid = Vec3::Zero();
+      for (int i : surface.triangles[t]) centroid += node(mesh.x, i) / 3;
+      if (const double d = (centroid - at).norm(); d < best) {
+        best = d;
+        out.triangle = t;
+      }
+    }
+    return out;
+  };
+  ContactSite site = site_at({0.05, 0.015, 0.015});
+  site.others = {site_at({0.05, 0.015, 0})};
+  const LocalModel m = find_reducer("condensed")(tangent, make_patch(surface, mesh.x, site), site, {});
+  const auto vertex_at = [&](const Vec3& at) {
+    int best = 0;
+    for (int v = 0; v < m.patch.num_vertices(); ++v)
+      if ((node(m.x0, v) - at).norm() < (node(m.x0, best) - at).norm()) best = v;
+    return best;
+  };
+  const int above = vertex_at(site.centre), below = vertex_at(site.others[0].centre);
+  const FreeBody body(tangent);
+  VectorX load = VectorX::Zero(body.force.size());
+  load[body.dofs.to_free[3 * m.patch.global_node[above] + 2]] = -1;
+  load[body.dofs.to_free[3 * m.patch.global_node[below] + 2]] = 1;
+  const double squeezed = load.dot(VectorX(solve_symmetric(MatrixX(body.stiffness), MatrixX(load))));
+  const VectorX of_model = MatrixX(m.basis).row(3 * below + 2) - MatrixX(m.basis).row(3 * above + 2);
+  const double squeezed_model = of_model.dot(VectorX(solve_symmetric(MatrixX(m.stiffness), MatrixX(of_model))));
+  EXPECT_NEAR(squeezed_model, squeezed, 1e-3 * squeezed);
+}
+
 TEST(Confined, StiffnessOfRawMotionsIsKnownFromWhatWasSolved) {
   for (const char* type : {"msd", "fem"}) {
     const LinearizedBlock b(3, type);
