@@ -3,8 +3,8 @@
 // between the two never makes either wait.
 #include <algorithm>
 #include <array>
-#include <atomic>
 
+#include "core/base/slot.hpp"
 #include "core/base/types.hpp"
 
 namespace kt {
@@ -17,11 +17,7 @@ class MovedTarget {
   /// Where it is to go [m]. From one thread at a time; what is not finite is left out.
   void move(const Vec3& to) noexcept {
     if (!to.allFinite()) return;
-    const unsigned version = version_.load(std::memory_order_relaxed);
-    version_.store(version + 1, std::memory_order_relaxed);  // odd: being written
-    std::atomic_thread_fence(std::memory_order_release);
-    for (std::size_t i = 0; i < 3; ++i) wanted_[i].store(to[static_cast<int>(i)], std::memory_order_relaxed);
-    version_.store(version + 2, std::memory_order_release);
+    wanted_.put({to.x(), to.y(), to.z()});
   }
 
   /// The target at the end of the next h seconds [m]: towards the newest place, evenly over a sample's time. In the
@@ -39,16 +35,11 @@ class MovedTarget {
  private:
   /// A place that is being written is taken in the next tick.
   void read() noexcept {
-    const unsigned before = version_.load(std::memory_order_acquire);
-    if (before % 2 == 1) return;
-    Vec3 place;
-    for (std::size_t i = 0; i < 3; ++i) place[static_cast<int>(i)] = wanted_[i].load(std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_acquire);
-    if (version_.load(std::memory_order_relaxed) == before) newest_ = place;
+    std::array<double, 3> place;
+    if (wanted_.read(place)) newest_ = {place[0], place[1], place[2]};
   }
 
-  std::array<std::atomic<double>, 3> wanted_{};
-  std::atomic<unsigned> version_{0};
+  Slot<std::array<double, 3>> wanted_;
   Vec3 newest_ = Vec3::Zero(), x_;  // of the ticking thread
   double fastest_;
 };

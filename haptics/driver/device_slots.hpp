@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/slot.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/driver/let_go.hpp"
-#include "haptics/driver/slot.hpp"
 
 namespace kt {
 
