@@ -2,11 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace kt {
 namespace {
 
-constexpr double kHoldStiffness = 1e5;  // [N/m] a hundred times any tissue under a tool: some micrometres of error
+constexpr double kHoldStiffness = 1e5;  // [N/m] at least: a hundred times any tissue under a tool
+constexpr double kHarder = 500;  // than a node of the body is held by its neighbours: some thousandths of an error
+
+/// Of springs that hold touched points where the tool left them [N/m]. Of a stiff body they are stiffer, too: they
+/// would give way in its place.
+double hold_stiffness(const DeformableModel& model, const State& state) {
+  const VectorX diagonal = -model.tangent(state, TangentKind::definite).dfdx.diagonal();
+  std::vector<double> springs;
+  for (double k : diagonal)
+    if (k > 0) springs.push_back(k);
+  if (springs.empty()) return kHoldStiffness;
+  const auto middle = springs.begin() + static_cast<std::ptrdiff_t>(springs.size() / 2);
+  std::ranges::nth_element(springs, middle);
+  return std::max(kHoldStiffness, kHarder * *middle);
+}
 
 /// The model with its touched points on their way: where the body has them at the start of a step, and where the tool
 /// left them at its end. A stage in between that had them at the end already would be a blow to the body. Integrators
@@ -54,7 +69,10 @@ GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr
       max_step_(max_step),
       state_(start ? std::move(*start) : rest_state(model)) {
   unconditional_ = !std::isfinite(integrator_->stable_step({.omega = 1, .zeta = 0}));
-  if (unconditional_) return;
+  if (unconditional_) {
+    hold_stiffness_ = hold_stiffness(model, state_);
+    return;
+  }
   // 80 %: the mode is estimated from below, and contact and stretching stiffen the body a little.
   max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(fastest_mode(model, state_)));
 }
@@ -63,7 +81,7 @@ std::optional<State> GlobalSimulation::foresee(double dt, std::span<const Contac
   if (!unconditional_ || holds.empty() || dt <= 0) return {};
   VectorX friction = VectorX::Zero(state_.x.size());
   for (const ContactHold& hold : holds) hold.moves.add_to(friction, friction_scale_ * hold.friction);
-  const MovingHolds held(model_, holds, kHoldStiffness, state_, dt);
+  const MovingHolds held(model_, holds, hold_stiffness_, state_, dt);
   State ahead = state_;
   integrator_->look_ahead(held, friction, dt, ahead);
   ahead.t = state_.t + dt;
@@ -84,7 +102,7 @@ bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample>
     if (all_stick || s.sticks) continue;  // what sticks is held in all directions
     s.moves.add_to(friction, friction_scale_ / dt * (s.impulse - along * s.normal));
   }
-  const MovingHolds held(model_, holds, kHoldStiffness, state_, dt);
+  const MovingHolds held(model_, holds, hold_stiffness_, state_, dt);
   const State before = state_;
   integrator_->step(held, friction, dt, state_);
   state_.t = t_end;

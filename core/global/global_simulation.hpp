@@ -55,6 +55,7 @@ class GlobalSimulation {
   std::unique_ptr<Integrator> integrator_;
   double max_step_;
   bool unconditional_ = false;  // the integrator is stable at any step, and with stiff springs
+  double hold_stiffness_ = 0;   // [N/m], where unconditional
   double friction_scale_ = 1;   // normal force of the body / of the local model, in the last held interval
   double contact_error_ = 0;
   State state_;

@@ -120,10 +120,11 @@ TEST(GlobalSimulation, SaysWhatToDoWhenTheBodyBlowsUp) {
 }
 
 struct HeldBlock {
+  double young = 5e3;  // Pa
   Mesh mesh = kuhn_block(2, 2, 2, 0.01);
-  std::unique_ptr<DeformableModel> model =
-      make_model("msd", mesh,
-                 {.young = 5e3, .damping_mass = 1, .damping_stiffness = 2e-3, .fixed_nodes = nodes_below(mesh, 1e-6)});
+  std::unique_ptr<DeformableModel> model = make_model(
+      "msd", mesh,
+      {.young = young, .damping_mass = 1, .damping_stiffness = 2e-3, .fixed_nodes = nodes_below(mesh, 1e-6)});
   /// A point of the top triangle (22 23 26), pressed down by `depth`.
   ContactHold hold(double depth, bool sticks) const {
     ContactHold out{{{22, 23, 26}, Vec3(0.5, 0.3, 0.2)}, Vec3::UnitZ(), Vec3::Zero(), sticks};
@@ -198,6 +199,20 @@ TEST(GlobalSimulation, BringsAHeldPointToWhereTheToolLeftIt) {
     EXPECT_LE(std::abs(miss.z()), 5e-6) << sticks;  // a few tenths of a newton over 1e5 N/m
     EXPECT_GE(miss.z(), 0) << sticks;               // the body pushes back
     EXPECT_TRUE(!sticks || miss.norm() <= 5e-6);
+  }
+}
+
+/// Springs of one stiffness for all bodies gave way in the body's place from 1e6 Pa on.
+TEST(GlobalSimulation, HoldsAStiffBodyAsItHoldsASoftOne) {
+  constexpr double kDepth = 1e-3;
+  for (const double young : {5e3, 1e6, 1e8, 1e9}) {
+    const HeldBlock b{young};
+    GlobalSimulation simulation(*b.model, make_integrator("implicit_euler"), 0.1);
+    const ContactHold hold = b.hold(kDepth, false);
+    for (int i = 1; i <= 20; ++i) simulation.advance(0.1 * i, {}, {&hold, 1});
+    const double miss = HeldBlock::point(simulation.state().x).z() - hold.point.z();
+    EXPECT_LE(miss, 0.005 * kDepth) << young;
+    EXPECT_GE(miss, 0) << young;
   }
 }
 

@@ -97,8 +97,8 @@ TEST(GlobalSimulation, MakesOneTangentForALookAheadAndTheStepThatFollows) {
       EXPECT_TRUE(one.foresee(0.015, {&next, 1}));
     }
     EXPECT_EQ(one.state(), other.state()) << type;  // to the bit
-    EXPECT_EQ(blind.tangents, 4);
-    EXPECT_EQ(looking.tangents, 5);  // the first step's, and one after each step
+    EXPECT_EQ(blind.tangents, 1 + 4);               // one at rest tells how stiff a hold has to be
+    EXPECT_EQ(looking.tangents, 1 + 5);             // the first step's, and one after each step
   }
 }
 
