@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """kilotouch check over small libraries: verdicts, kills and resumption, parts and their merge, baselines, the page.
-KILOTOUCH names the program; KT_LONG=1: more broken files."""
+KILOTOUCH names the program; KT_LONG=1: more broken files, more kills."""
 import importlib.machinery
 import importlib.util
 import json
@@ -19,6 +19,7 @@ PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build"
 loader = importlib.machinery.SourceFileLoader("mesh_variants", os.path.join(ROOT, "scripts", "mesh_variants"))
 variants = importlib.util.module_from_spec(importlib.util.spec_from_loader("mesh_variants", loader))
 loader.exec_module(variants)
+LONG = os.environ.get("KT_LONG")
 STAGES = ["load", "doctor", "repair", "queries", "shots", "solid", "models", "local_models", "press", "drag", "energy"]
 
 
@@ -128,11 +129,11 @@ class Check(unittest.TestCase):
 
     def test_killed_at_random_and_resumed_it_loses_and_repeats_nothing(self):
         library = self.small_library()
-        for i in range(12):  # enough work to be killed in
+        for i in range(12 if LONG else 6):  # enough work to be killed in
             shutil.copy(os.path.join(library, "ball.off"), os.path.join(library, f"ball{i}.off"))
         check(library, *SURFACES, "--out", self.path("whole"), "--no-report")
         r, rows, before, parents = random.Random(1), self.path("killed", "rows.jsonl"), [], 0
-        for _ in range(60):
+        for _ in range(60 if LONG else 20):
             run = subprocess.Popen([PROGRAM, "check", library, *SURFACES, "--jobs", "2", "--out", self.path("killed"), "--resume", "--no-report"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
             try:
@@ -186,7 +187,7 @@ class Check(unittest.TestCase):
 
     def test_ctrl_c_keeps_what_is_done(self):
         library = self.small_library()
-        run = subprocess.Popen([PROGRAM, "check", library, "--out", self.path("out"), "--no-report"], stdout=subprocess.PIPE, text=True)
+        run = subprocess.Popen([PROGRAM, "check", library, "--quick", "--out", self.path("out"), "--no-report"], stdout=subprocess.PIPE, text=True)
         deadline = time.time() + 300
         while time.time() < deadline and not (os.path.exists(self.path("out", "rows.jsonl")) and lines(self.path("out", "rows.jsonl"))):
             time.sleep(0.02)
@@ -244,7 +245,7 @@ class Check(unittest.TestCase):
 
     def test_broken_files_have_the_right_reasons(self):
         kinds = len(variants.DEEDS)
-        variants.make(self.path("variants"), 2 * kinds if os.environ.get("KT_LONG") else kinds, 1)  # each kind of fault twice, or once
+        variants.make(self.path("variants"), *((2 * kinds, 1) if LONG else (kinds, 3)))  # each kind of fault twice, or once; where that is quick
         check(self.path("variants"), *SURFACES, "--jobs", 2, "--out", self.path("out"), "--no-report")
         with open(self.path("variants", "expected.json"), encoding="utf-8") as file:
             expected = json.load(file)

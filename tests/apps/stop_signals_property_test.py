@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """SIGTERM and the first Ctrl-C end every stage within two seconds: exit code 143 or 130, a word of what is kept, whole
-files only, no children and no temporary files left. KILOTOUCH names the program; KT_LONG=1: late signals too."""
+files only, no children and no temporary files left. KILOTOUCH names the program; KT_LONG=1: each stage by every signal, not
+by one of them, and at more moments while a matrix is ordered."""
 import json
 import os
 import shutil
@@ -16,7 +17,9 @@ LIMIT = 2.0  # [s]
 SLACK = 1.0  # [s] the test may share its machine
 ORGAN = os.path.join(ROOT, "scenes", "organ_drag.json")
 BODY = os.path.join(ROOT, "meshes", "organ.off")
-MOMENTS = [(signal.SIGTERM, 0.15), (signal.SIGINT, 0.8)] + ([(signal.SIGTERM, 3.0)] if os.environ.get("KT_LONG") else [])  # [s] after its start
+LONG = os.environ.get("KT_LONG")
+MOMENTS = [(signal.SIGTERM, 0.15), (signal.SIGINT, 0.8), (signal.SIGTERM, 3.0)]  # [s] after its start
+AT_ONCE = ("tetgen", "netgen", "wrap", "stability", "chart", "paper")  # stages that have no other before them
 FINE = ["--set", "object.tetrahedralize.max_volume=2e-9"]  # a body whose every stage takes long
 
 
@@ -109,7 +112,7 @@ class StopSignals(unittest.TestCase):
         for name, words in stages():
             if os.environ.get("STAGE", name) != name:
                 continue
-            for number, after in MOMENTS:
+            for number, after in MOMENTS if LONG else [MOMENTS[name not in AT_ONCE]]:
                 with self.subTest(f"{name}, {after} s"):
                     for folder in (self.work, self.scratch):
                         shutil.rmtree(folder)
@@ -142,14 +145,18 @@ class StopSignals(unittest.TestCase):
     def test_a_run_without_an_end_lasts_until_it_is_stopped(self):
         out = os.path.join(self.work, "o")
         pad = os.path.join(ROOT, "scenes", "slab_drag.json")
-        words = ["run", pad, "--set", "duration=null", "--set", "link.type=thread", "--set", "local.reducer=wall", "--out", "o"]
-        seconds, code, error = self.stopped(words, signal.SIGINT, lambda: os.path.isdir(out) and time.sleep(1.5) is None)
-        self.assertLess(seconds, LIMIT + SLACK)
-        self.assertEqual(code, 130)
-        with open(os.path.join(out, "session.json"), encoding="utf-8") as file:
-            session = json.load(file)
-        with open(os.path.join(out, "trace.csv"), encoding="utf-8") as file:
-            ticks = len(file.readlines()) - 1
+        words = ["run", pad, "--set", "duration=null", "--set", "link.type=thread", "--set", "local.reducer=wall", "--no-report", "--out", "o"]
+        for wait in (1.5, 5, 20):  # [s] on a busy machine it may still prepare its first model
+            seconds, code, error = self.stopped(words, signal.SIGINT, lambda: os.path.isdir(out) and time.sleep(wait) is None)
+            self.assertLess(seconds, LIMIT + SLACK)
+            self.assertEqual(code, 130)
+            with open(os.path.join(out, "session.json"), encoding="utf-8") as file:
+                session = json.load(file)
+            with open(os.path.join(out, "trace.csv"), encoding="utf-8") as file:
+                ticks = len(file.readlines()) - 1
+            if ticks > 100:
+                break
+            shutil.rmtree(out)
         self.assertAlmostEqual(session["scene"]["duration"] * 1000, ticks, places=6)
         self.assertGreater(ticks, 100)
         replay = subprocess.run([PROGRAM, "replay", "o"], cwd=self.work, capture_output=True, text=True)
@@ -159,7 +166,7 @@ class StopSignals(unittest.TestCase):
     def test_no_stop_is_lost_while_a_matrix_is_ordered(self):
         """METIS, below CHOLMOD, sets a handler of its own for SIGTERM while it orders: that one must not get the signal."""
         words = ["run", ORGAN, "--no-report", "--out", "o", "--set", "duration=300", "--set", "local.reducer=full", *FINE]
-        for k in range(6):
+        for k in range(6) if LONG else (1, 4):
             found = self.stopped(words, signal.SIGTERM, 0.3 + 0.35 * k)
             self.assertIsNotNone(found)
             self.assertLess(found[0], LIMIT + SLACK)
