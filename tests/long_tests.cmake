@@ -20,6 +20,14 @@ set(kt_long_tests
 list(APPEND kt_long_tests Meshes/RandomDrags.*/slab_coarse Meshes/RandomDrags.*/sphere
      Meshes/RandomDrags.*/organ SmoothDrag.FeelsNoFoldsOfTheMesh)
 list(APPEND kt_long_tests Meshes/SmoothDrags.*/sphere Meshes/SmoothDrags.*/torus Meshes/SmoothDrags.*/organ)
+# haptics: materials of the block that have a nonlinear one beside them; broken positions of a point beside those of a sphere
+list(APPEND kt_long_tests Meshes/RandomDrags.*/block_linear Meshes/RandomDrags.*/block_stvk
+     Meshes/RandomDrags.*/torus All/Method.TakesUpABrokenPosition*_point TwoTools.StayInTheConeAndOutside
+     AutoReducer.NeverGetsWorseWhenTheToleranceIsHalved ContactWidth.ForceFactorIsTheOneThatPressesMeasure)
+# collision: every pair of features on 1,600 poses; poses known by hand are in the short run
+list(APPEND kt_long_tests ToolContacts.TellAsMuchAsAllPairsDo)
+# apps: presses of `check` on a broken mesh and on a whole one; the second is in the short run
+list(APPEND kt_long_tests Meshes/CheckPress.*/malformed_polygonfaces)
 # io: each pair of keys through valijson; every own mesh through every tetrahedralizer
 list(APPEND kt_long_tests SceneSchema.ValijsonAndTheWordsAgreeOnGroupsAndPairs
      Tetrahedralize.FillsEveryOwnMeshAndKeepsItsSurface)

@@ -19,7 +19,12 @@ TEST(ThreadLink, RunsForASecondWithFiniteForcesAndFreshModels) {
     pressed = std::max(pressed, f.f_n);
   }
   EXPECT_GT(pressed, 0.01);
-  EXPECT_GT(r.refreshes.size(), 3u);
+#ifdef __SANITIZE_THREAD__
+  constexpr std::size_t kFew = 1;  // the body is ten times slower
+#else
+  constexpr std::size_t kFew = 3;
+#endif
+  EXPECT_GT(r.refreshes.size(), kFew);
   for (std::size_t i = 1; i < r.refreshes.size(); ++i) {
     EXPECT_GT(r.refreshes[i].linearized_tick, r.refreshes[i - 1].linearized_tick);
     if (r.refreshes[i].adopted_tick >= 0) {  // -1: overtaken by a newer one
