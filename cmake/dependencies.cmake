@@ -10,6 +10,8 @@ if(KT_WITH_CHOLMOD)
 endif()
 if(KT_WITH_TBB)
   find_package(TBB REQUIRED)
+  # In debug builds it defines a macro for what uses it, which the precompiled headers of the others then lack (KT_PCH).
+  set_target_properties(TBB::tbb PROPERTIES INTERFACE_COMPILE_DEFINITIONS "")
 endif()
 if(KT_WITH_EMBREE)
   find_package(embree 3 REQUIRED)

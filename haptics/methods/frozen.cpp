@@ -52,7 +52,7 @@ class Frozen final : public HapticMethod {
     u_.setZero(0);
   }
 
-  void complete(PreparedLocalModel& m, double interval) const override {
+  void prepare_method_data(PreparedLocalModel& m, double interval) const override {
     auto out = std::make_unique<FrozenContacts>();
     find_contacts(m, out->contacts);
     const Statics statics(m.model, interval);

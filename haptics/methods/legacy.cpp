@@ -20,7 +20,7 @@ class Legacy final : public HapticMethod {
     solution_.impulse.setZero(0);
   }
 
-  void complete(PreparedLocalModel& m, double) const override {
+  void prepare_method_data(PreparedLocalModel& m, double) const override {
     const SurfacePatch& patch = m.model.patch;
     const VectorX x = m.model.x0.head(3 * patch.num_vertices());
     const Contact surface = nearest_point_contact(patch, x, m.tool);

@@ -17,10 +17,6 @@ namespace kt {
 namespace {
 
 constexpr double kUncoupled = 0.02;  // of the damping power: far below what a hand can tell
-constexpr double kGaveWay = 0.15;    // of the largest force: that a local model was off
-constexpr double kAlert = 0.25;      // [s] after that
-constexpr double kOfTheDelay = 0.25;
-constexpr double kShortestInterval = 0.008;  // [s] in which a new local model's force is back where its own balance is
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -192,30 +188,16 @@ LocalScheme Refresher::choose_scheme(LocalModel& local) {
   return scheme;
 }
 
-/// The body bent away from what the local model made of it: ask for the next one sooner, up to four times as often. A
-/// body that gave way under the tool, as springs that buckle do, does so again where the tool goes: go on so for a
-/// while.
 void Refresher::judge_linearization(std::span<const ContactHold> holds) {
   const double error = std::abs(global_.contact_error());
   record_.linearization_error = error;
   double force = 0;
   for (const ContactHold& hold : holds) force += hold.force;
-  known_.most_force = std::max(known_.most_force, force);
-  const double t = global_.state().t;
-  if (error * force > kGaveWay * known_.most_force) known_.gave_way = t;
-  if (!refreshes_early_) return;
-  if (error > options_.local.tolerance)
-    known_.haste = std::min(2 * known_.haste, 4);
-  else if (error < 0.5 * options_.local.tolerance && t - known_.gave_way > kAlert)
-    known_.haste = std::max(known_.haste / 2, 1);
+  if (refreshes_early_) known_.pace.judge(global_.state().t, error, force, options_.local.tolerance);
 }
 
 int Refresher::next_interval(int usual) const {
-  // Of models on their way for long, at most four at a time: more would tell the same, and each is the slow side's
-  // work.
-  const double least = std::max(kShortestInterval, kOfTheDelay * known_.delay);
-  const int shortest = static_cast<int>(std::lround(least * options_.local.rate_hz));
-  return std::max({1, usual / known_.haste, std::min(usual, shortest)});
+  return known_.pace.interval(usual, known_.delay, options_.local.rate_hz);
 }
 
 /// Of a tool while a local model is on its way [m].
@@ -230,7 +212,7 @@ Vec3 Refresher::way_until_used(const Vec3& velocity, int tool) const {
 /// that is pressed in further, and swing the more. A tool that is not expected to get anywhere meanwhile is best served
 /// with the body as it is.
 std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
-  const double use = 0.5 * interval(t) / known_.haste, lead = known_.delay + use;
+  const double use = 0.5 * interval(t) / known_.pace.haste(), lead = known_.delay + use;
   constexpr double kSomewhere = 0.1;  // of a tool's reach
   bool goes_on = known_.delay <= 0;
   std::vector<ContactHold> all;
@@ -268,11 +250,9 @@ std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const 
                        is_first ? static_cast<int>(shape.corners.size()) : kFew);
 }
 
-std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const Pose> at,
-                                                       std::span<const LocalReport> reports,
-                                                       const LocalMotion* motion) {
-  auto start = std::chrono::steady_clock::now();
-  record_ = {.t = t};
+/// The body at time t, and where it will be in the middle of the next model's use, if that can be told.
+std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> reports, bool looks_ahead) {
+  const auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   for (const LocalReport& report : reports)
     for (const TickContact& c : report.contacts())
@@ -280,33 +260,32 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   std::vector<ContactHold> holds;
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
     std::ranges::move(last_holds(reports, nodes_, options_.local.rate_hz, k), std::back_inserter(holds));
-  std::optional<State> ahead;
-  known_.past.add(t, at);
-  measure_forces(reports);
-  if (t > global_.state().t) {
-    known_.before = global_.state();
-    {
-      const Stage stage("step");
-      global_.advance(t, history, holds);
-    }
-    record_.inverted = count_inverted();
-    if (self_contact_) report_self_contact();
-    judge_linearization(holds);
-    if (motion && options_.global.look_ahead) {
-      const Stage stage("look-ahead");
-      ahead = foresee(t, reports);
-    }
-    record_.global_ms = milliseconds_since(start);
+  known_.before = global_.state();
+  {
+    const Stage stage("step");
+    global_.advance(t, history, holds);
   }
+  record_.inverted = count_inverted();
+  if (self_contact_) report_self_contact();
+  judge_linearization(holds);
+  std::optional<State> ahead;
+  if (looks_ahead) {
+    const Stage stage("look-ahead");
+    ahead = foresee(t, reports);
+  }
+  record_.global_ms = milliseconds_since(start);
+  return ahead;
+}
 
-  start = std::chrono::steady_clock::now();
-  std::vector<ToolPlace> tools;
-  std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
+/// Where each tool is, how far it can get, and on which triangle: of the last report, else of its way out of the body.
+std::vector<ToolPlace> Refresher::place_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports,
+                                              std::array<int, kMaxTools>& way_out) const {
+  std::vector<ToolPlace> out;
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
     ToolPlace& tool =
-        tools.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
-                           patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity, interval(t)));
+        out.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
+                         patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity, interval(t)));
     expect_late(tools_[k], velocity, way_until_used(velocity, static_cast<int>(k)), known_.delay, tool);
     if (tool.triangle >= 0) continue;
     const std::optional<WayOut> way = find_way_out(static_cast<int>(k), at[k]);
@@ -315,13 +294,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
     tool.triangle = way->triangle;
     tool.reach += way->depth;
   }
-  const ContactSite site = find_contact_sites(surface_, global_.state().x, tools);
-  known_.last = t;
-  const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
-  LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
-  local.frame = known_.frame++;
-  is_new_ = false;
-  const auto prepare_start = std::chrono::steady_clock::now();
+  return out;
+}
+
+/// Everything that the tick needs of a local model.
+std::unique_ptr<PreparedLocalModel> Refresher::prepare_for_ticks(LocalModel local, std::span<const Pose> at,
+                                                                 const ContactSite& site,
+                                                                 const std::array<int, kMaxTools>& way_out) {
   const LocalScheme scheme = choose_scheme(local);
   auto out = prepare(std::move(local), scheme, metric_, 1 / options_.local.rate_hz, options_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
@@ -335,17 +314,44 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
     const Stage stage("apron");
     lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);
   }
-  method_->complete(*out, 1 / options_.global.rate_hz);
-  if (motion) {
-    carry_motion(*motion, *out);
-    if (const LocalReport* last = last_before(reports, motion->tick)) {
-      std::array<bool, kMaxTools> sliding{};
-      for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = last->tools[k].sliding;
-      std::vector<TickContact> placed;
-      for (const TickContact& c : last->contacts()) placed.push_back(nodes_.on_triangle(c));
-      place_contacts(*out, placed, sliding);
-    }
-  }
+  method_->prepare_method_data(*out, 1 / options_.global.rate_hz);
+  return out;
+}
+
+/// The new model goes on moving as the one in use did, with its contacts.
+void Refresher::carry_over(const LocalMotion& motion, std::span<const LocalReport> reports,
+                           PreparedLocalModel& out) const {
+  carry_motion(motion, out);
+  const LocalReport* last = last_before(reports, motion.tick);
+  if (!last) return;
+  std::array<bool, kMaxTools> sliding{};
+  for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = last->tools[k].sliding;
+  std::vector<TickContact> placed;
+  for (const TickContact& c : last->contacts()) placed.push_back(nodes_.on_triangle(c));
+  place_contacts(out, placed, sliding);
+}
+
+std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const Pose> at,
+                                                       std::span<const LocalReport> reports,
+                                                       const LocalMotion* motion) {
+  record_ = {.t = t};
+  known_.past.add(t, at);
+  measure_forces(reports);
+  std::optional<State> ahead;
+  if (t > global_.state().t) ahead = catch_up(t, reports, motion && options_.global.look_ahead);
+
+  const auto start = std::chrono::steady_clock::now();
+  std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
+  const ContactSite site = find_contact_sites(surface_, global_.state().x, place_tools(t, at, reports, way_out));
+  known_.last = t;
+  const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
+  LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
+  local.frame = known_.frame++;
+  is_new_ = false;
+
+  const auto prepare_start = std::chrono::steady_clock::now();
+  auto out = prepare_for_ticks(std::move(local), at, site, way_out);
+  if (motion) carry_over(*motion, reports, *out);
   nodes_.keep(*out);
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
   record_.prepare_ms = milliseconds_since(prepare_start);

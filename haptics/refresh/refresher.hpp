@@ -1,15 +1,18 @@
 #pragma once
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
+#include <array>
 #include <cmath>
-#include <limits>
+#include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/refresh/excitation.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 #include "haptics/refresh/patch_site.hpp"
 #include "haptics/refresh/reducer_choice.hpp"
+#include "haptics/refresh/refresh_pace.hpp"
 #include "haptics/refresh/refresh_record.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/tick/local_report.hpp"
@@ -56,6 +59,13 @@ class Refresher {
   bool look_for_crossings = false;  ///< of the surface with itself after each global step, with self-contact
 
  private:
+  std::optional<State> catch_up(double t, std::span<const LocalReport> reports, bool looks_ahead);
+  std::vector<ToolPlace> place_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports,
+                                     std::array<int, kMaxTools>& way_out) const;
+  std::unique_ptr<PreparedLocalModel> prepare_for_ticks(LocalModel local, std::span<const Pose> at,
+                                                        const ContactSite& site,
+                                                        const std::array<int, kMaxTools>& way_out);
+  void carry_over(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& out) const;
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
   void linearize_at(const State& state, TangentKind kind);
@@ -89,15 +99,13 @@ class Refresher {
   bool is_new_ = true;                // no model was made yet
   /// What is known of the body whatever the settings.
   struct Known {
-    State before;                                                // where the last global step began
-    double delay = 0;                                            // of the next local model on its way [s]
-    double last = 0;                                             // time of the last refresh [s]
-    PastPlaces past;                                             // of the tools
-    int frame = 0;                                               // of the next local model
-    int haste = 1;                                               // the usual interval is divided by
-    std::vector<SpectrumMeter> forces;                           // of each tool, from its first contact on
-    double most_force = 0;                                       // of the contacts at the end of an interval [N]
-    double gave_way = -std::numeric_limits<double>::infinity();  // when the body did last [s]
+    State before;                       // where the last global step began
+    double delay = 0;                   // of the next local model on its way [s]
+    double last = 0;                    // time of the last refresh [s]
+    PastPlaces past;                    // of the tools
+    int frame = 0;                      // of the next local model
+    RefreshPace pace;                   // when the next is due
+    std::vector<SpectrumMeter> forces;  // of each tool, from its first contact on
   } known_;
 };
 

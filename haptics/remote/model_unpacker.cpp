@@ -250,7 +250,7 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   for (Eigen::Index i = 0; i < out->body_x.size(); ++i)
     out->body_x[i] = sent.body.low[i % 3] + sent.body.step[i % 3] * sent.body.at[static_cast<std::size_t>(i)];
   lay_apron(*out, surface_, model_.fixed_nodes(), static_cast<int>(options_.tools.size()), options_.collision.backend);
-  method_->complete(*out, 1 / options_.global.rate_hz);
+  method_->prepare_method_data(*out, 1 / options_.global.rate_hz);
 
   LocalState& s = out->state;
   s.q = sent.q;

@@ -20,7 +20,7 @@ class HapticMethod {
 
   /// On the slow side, at each refresh: adds what this method computes once per local model. May allocate and throw.
   /// @param interval  from one refresh to the next [s]
-  virtual void complete(PreparedLocalModel& /*model*/, double /*interval*/) const {}
+  virtual void prepare_method_data(PreparedLocalModel& /*model*/, double /*interval*/) const {}
 
   // The rest belongs to the haptic thread: no allocation, lock or clock.
 
