@@ -71,7 +71,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                        haptic_method_name(options.local.method, options.contact.law) == "multirate"),
       has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
                  !is_geometric(options.contact.law)),
-      known_{.before = start, .past = {}, .forces = {}} {}
+      known_{.before = start, .past = {}, .pace = {}, .forces = {}} {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
