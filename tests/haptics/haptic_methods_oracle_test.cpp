@@ -27,7 +27,7 @@ class Bench {
   void refresh(const Vec3& then) {
     auto model = body().local_model(kPlace);
     model->tool = then;
-    method_->complete(*model, 0.1);
+    method_->prepare_method_data(*model, 0.1);
     method_->adopt(std::move(model));
   }
   LocalFrame move(const Vec3& from, const Vec3& to, int ticks) {
@@ -130,7 +130,7 @@ TEST(Frozen, ABodyThatFloatsIsHeldByItsInertia) {
   auto model = body.local_model(kPlace);
   const double interval = 0.1;
   model->tool = kPlace;
-  method->complete(*model, interval);
+  method->prepare_method_data(*model, interval);
   method->adopt(std::move(model));
   const Vec3 down = kPlace - Vec3(0, 0, 0.0005);
   const double force = method->step({kPlace, down}).force.z();
