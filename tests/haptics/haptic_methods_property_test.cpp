@@ -84,7 +84,7 @@ TEST_P(Method, TakesUpABrokenPositionWithoutForceAndGoesOn) {
     const auto refresh = [&](const Vec3& tool) {
       auto model = body.local_model(tool);
       model->tool = tool;
-      tick->complete(*model, 0.1);
+      tick->prepare_method_data(*model, 0.1);
       tick->adopt(std::move(model));
     };
     refresh(in);
