@@ -85,13 +85,23 @@ Json without_limits(Json settings) {
   return settings;
 }
 
+/// The keys in which two settings differ, with both values: "young" 1e5, not 2e5.
+std::string differences(const Json& there, const Json& here) {
+  std::vector<std::string> out;
+  for (const auto& [key, value] : here.items())
+    if (const Json its = there.value(key, Json()); its != value)
+      out.push_back(text('"', key, "\" ", shown_json(its), ", not ", shown_json(value)));
+  return out.empty() ? "a key more" : join(out);
+}
+
 /// Rows of other settings are no rows of this run; with other limits, those that met a limit are made again.
 void agree_on_settings(const std::string& rows, const Json& settings, bool resume) {
   const std::string file = rows + ".settings.json";
   if (resume && fs::exists(file) && fs::exists(rows) && fs::file_size(rows) > 0) {
     const Json before = read_settings(rows);
     if (without_limits(before) != without_limits(settings))
-      throw InputError(text("--resume: ", rows, " was made with other settings: ", json_text(before),
+      throw InputError(text("--resume: ", rows, " was made with other settings: ",
+                            differences(without_limits(before), without_limits(settings)),
                             "; give the same (--timeout and --memory may differ), or another --out"));
     if (before != settings) forget_rows(rows, met_limit);
   }
@@ -205,8 +215,8 @@ int merge(const CheckArguments& a) {
     const Json its = read_settings(file);
     if (settings.is_null()) settings = its;
     if (without_limits(its) != without_limits(settings))
-      throw InputError(text(file, " was made with other settings than ", files.front(), ": ", json_text(its), ", ",
-                            json_text(settings)));
+      throw InputError(text(file, " was made with other settings than ", files.front(), ": ",
+                            differences(without_limits(its), without_limits(settings))));
     for (const char* limit : kLimits)
       settings[limit] = std::max(settings[limit].get<double>(), its[limit].get<double>());
     for (const Json& row : read_check_rows(file)) {

@@ -235,10 +235,17 @@ class Check(unittest.TestCase):
     def test_other_settings_and_wrong_words_are_refused(self):
         library = self.small_library()
         check(self.path("library", "empty.off"), "--quick", "--out", self.path("out"), "--no-report")
-        for arguments, reason in ((["--out", "out", "--resume"], "other settings"), (["--shard", "3/2"], "must be I/N"), (["--baseline", "none.json"], "cannot be read")):
+        for arguments, reason in ((["--out", "out", "--resume"], 'other settings: "quick" true, not false;'), (["--shard", "3/2"], "must be I/N"), (["--baseline", "none.json"], "cannot be read")):
             run = subprocess.run([PROGRAM, "check", os.path.join(library, "empty.off"), *arguments], cwd=self.folder, capture_output=True, text=True)
             self.assertEqual(run.returncode, 2)
             self.assertRegex(run.stderr, reason)
+        with open(self.path("out", "rows.jsonl.settings.json"), encoding="utf-8") as file:
+            settings = json.load(file)
+        with open(self.path("out", "rows.jsonl.settings.json"), "w", encoding="utf-8") as file:
+            json.dump(dict(settings, quick="a" * 5000), file)
+        run = subprocess.run([PROGRAM, "check", os.path.join(library, "empty.off"), "--out", "out", "--resume"], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(run.returncode, 2)
+        self.assertLess(len(run.stderr), 300, "a line that can be read")
         run = subprocess.run([PROGRAM, "check", self.path("nowhere")], capture_output=True, text=True)
         self.assertEqual(run.returncode, 2)
         self.assertIn("no such file or folder", run.stderr)
