@@ -116,6 +116,9 @@ TEST(RealTime, OfAThreadedRunIsWhatWasReached) {
   keeps(26);
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_TRUE(t.lags);
+  EXPECT_NE(t.cure.find("set global.rate_hz to 26 "), std::string::npos) << t.cure;
+  keeps(28);
+  EXPECT_NE(judge_real_time(Scene{}, r).cure.find("set global.rate_hz to 27 "), std::string::npos);
   EXPECT_EQ(t.told().rfind("no: 26 of 30 refreshes a second, a refresh takes 4 ms", 0), 0u) << t.told();
 }
 
