@@ -153,21 +153,8 @@ TEST(Condensed, IsSqueezedByTwoToolsAsTheBodyIs) {
   const auto model = make_model("fem", mesh, {.young = 2e5, .poisson = 0.4, .fixed_nodes = clamped});
   const TangentModel tangent = linearize(*model, rest_state(*model), TangentKind::definite);
   const Surface surface = make_surface(mesh);
-  const auto site_at = [&](const Vec3& at) {
-    ContactSite out{at, 0, 0.004};
-    double best = 1;
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-      Vec3 centroid = Vec3::Zero();
-      for (int i : surface.triangles[t]) centroid += node(mesh.x, i) / 3;
-      if (const double d = (centroid - at).norm(); d < best) {
-        best = d;
-        out.triangle = t;
-      }
-    }
-    return out;
-  };
-  ContactSite site = site_at({0.05, 0.015, 0.015});
-  site.others = {site_at({0.05, 0.015, 0})};
+  ContactSite site = site_near(surface, mesh.x, {0.05, 0.015, 0.015}, 0.004);
+  site.others = {site_near(surface, mesh.x, {0.05, 0.015, 0}, 0.004)};
   const LocalModel m = find_reducer("condensed")(tangent, make_patch(surface, mesh.x, site), site, {});
   const auto vertex_at = [&](const Vec3& at) {
     int best = 0;

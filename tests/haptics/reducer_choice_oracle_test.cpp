@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "models/model.hpp"
+#include "tests/support/contact_site.hpp"
 #include "tests/support/meshes.hpp"
 
 namespace kt {
@@ -76,15 +77,7 @@ struct TouchedBlock {
     tangent = linearize(*model, rest_state(*model));
     const Surface surface = make_surface(mesh);
     const Vec3 top = o.edge * Vec3(o.across * o.x + 0.1, 0.5 * o.y + 0.2, o.z);
-    double nearest = 1;
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-      Vec3 centroid = Vec3::Zero();
-      for (int i : surface.triangles[t]) centroid += node(mesh.x, i) / 3;
-      if (const double d = (centroid - top).norm(); d < nearest) {
-        nearest = d;
-        site = {centroid, t, 0.3 * o.edge};
-      }
-    }
+    site = site_near(surface, mesh.x, top, 0.3 * o.edge);
     patch = make_patch(surface, tangent.state.x, site);
   }
   ReducerChoice choice(double tolerance, double budget_us = 200) const {

@@ -2,6 +2,7 @@
 // A body ready to be reduced: what the tests of reducers and local dynamics start from.
 #include "core/local/reducer.hpp"
 #include "models/model.hpp"
+#include "tests/support/contact_site.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 
@@ -27,15 +28,7 @@ struct LinearizedBlock {
     tangent = linearize(*model, state, TangentKind::definite);
     surface = make_surface(mesh);
     const Vec3 top(0.5 * cells * edge, 0.5 * cells * edge, cells * edge);
-    double best = 1;
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-      Vec3 centroid = Vec3::Zero();
-      for (int i : surface.triangles[t]) centroid += node(mesh.x, i) / 3;
-      if (const double d = (centroid - top).norm(); d < best) {
-        best = d;
-        site = {centroid, t, 0.4 * edge};
-      }
-    }
+    site = site_near(surface, mesh.x, top, 0.4 * edge);
   }
   SurfacePatch patch() const { return make_patch(surface, tangent.state.x, site); }
   LocalModel reduce(const std::string& name, const ReduceOptions& options = {}) const {
