@@ -14,6 +14,7 @@ void check_live_device(const std::string& name, std::vector<std::string> others)
 }
 
 Scene with_live_device(Scene scene, const std::string& name) {
+  if (name == "pointer") return scene;  // the page's run puts its hand there
   const auto live = live_device_backends();
   if (std::ranges::find(live, name, &BackendInfo::name) == live.end()) return scene;
   if (scene.tool.path.device && scene.tool.path.device->name == name) return scene;  // with its settings

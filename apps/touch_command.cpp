@@ -95,7 +95,7 @@ void touch(TouchArguments& a, int& exit_code) {
   const auto [host, port] = host_and_port(a.where, "ADDRESS");
   if (!(a.wait >= 0 && a.wait <= 1e6)) throw InputError(text("--wait is ", a.wait, ", must be 0 .. 1e6 s"));
   const bool by_pointer = a.device == "pointer";
-  check_live_device(a.device, {"scene", "pointer"});
+  check_live_device(a.device, {"scene"});
   HandConnectionOptions options{.host = host,
                                 .port = port,
                                 .data_host = {},

@@ -84,7 +84,7 @@ void view(const ViewArguments& a) {
   check_page(a.page);
   if (std::error_code none; fs::exists(a.record, none) && !fs::is_directory(a.record, none))
     throw InputError(text("--record ", a.record, ": is not a folder"));
-  check_live_device(a.device, {"pointer", "scene"});
+  check_live_device(a.device, {"scene"});
   const std::vector<fs::path> files = scene_files(a.what);
   ViewOptions options;
   options.server = {a.page.listen, static_cast<unsigned short>(a.page.port), a.page.token};

@@ -112,6 +112,7 @@ CASES = [
     ("Devices", [
         ("an unknown device", run_with("tool.path.device.name=hapli"), ["tool.path.device.name", "hapli", "haply"]),
         ("a device without a name", run_with("tool.path.device={}"), ["tool.path.device", "name"]),
+        ("a pointer without a page", run_with("tool.path.device.name=pointer"), ["pointer", "kilotouch view"]),
         ("a device whose service does not run", run_with("tool.path.device.name=haply",
                                                          "tool.path.device.address=ws://localhost:7"),
          ["tool.path.device", "ws://localhost:7", "refused", "Haply Inverse Service"]),
