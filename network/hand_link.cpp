@@ -50,9 +50,7 @@ class HandLink final : public BodyLink, private RemoteBody {
   ~HandLink() override { stop(); }
 
   void before_tick(HapticSide& side) noexcept override { ticks_.before_tick(side); }
-  void after_tick(HapticSide& side, const LocalReport& report) noexcept override {
-    if (!ticks_.after_tick(side, report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
-  }
+  void after_tick(HapticSide& side, const LocalReport& report) noexcept override { ticks_.after_tick(side, report); }
 
   void stop() override {
     if (!thread_.joinable()) return;
@@ -63,7 +61,7 @@ class HandLink final : public BodyLink, private RemoteBody {
   }
   std::exception_ptr error() const noexcept override { return nullptr; }  // the force goes to zero, ticks go on
   bool has_failed() const noexcept override { return has_failed_.load(std::memory_order_acquire); }
-  int lost_reports() const noexcept override { return lost_reports_.load(std::memory_order_relaxed); }
+  int lost_reports() const noexcept override { return ticks_.lost_reports(); }
   RemoteBody* remote() noexcept override { return this; }
 
  private:
@@ -333,7 +331,6 @@ class HandLink final : public BodyLink, private RemoteBody {
   SharedHistory history_;
   ModelWorker worker_;
   std::atomic<bool> stop_{false}, has_failed_{false};
-  std::atomic<int> lost_reports_{0};
 
   // Of the link's own thread.
   std::unique_ptr<DatagramPort> port_;

@@ -26,7 +26,7 @@ struct TouchTool {
 struct RefreshEvent {
   int linearized_tick = 0, adopted_tick = 0, started_tick = linearized_tick;
   int delay_ticks = -1;     ///< link network: how old its local model was expected to be when taken; -1: not told
-  std::vector<int> lost{};  ///< link network: ticks since the refresh before whose reports never arrived, ascending
+  std::vector<int> lost{};  ///< in two threads or computers: ticks before it whose reports never arrived, ascending
   bool operator==(const RefreshEvent&) const = default;
 };
 

@@ -84,6 +84,14 @@ class Schedule {
   std::mt19937_64 random_;
 };
 
+/// Where the tools were last told to be: where reports were lost, not where they are.
+std::vector<Pose> places(std::span<const LocalReport> reports, std::span<const Pose> start) {
+  std::vector<Pose> out(start.begin(), start.end());
+  if (!reports.empty())
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] = reports.back().tools[k].pose;
+  return out;
+}
+
 /// What a network makes of the values that go over it: a run that was made over one has the same bits again.
 class AsOverNetwork {
  public:
@@ -99,12 +107,6 @@ class AsOverNetwork {
   std::span<const LocalReport> reports() {
     if (outbox_.empty()) return {};
     return inbox_.close(outbox_.batch(1));
-  }
-  std::vector<Pose> places(std::span<const LocalReport> reports, std::span<const Pose> start) const {
-    if (reports.empty()) return {start.begin(), start.end()};
-    std::vector<Pose> out;
-    for (std::size_t k = 0; k < start.size(); ++k) out.push_back(reports.back().tools[k].pose);
-    return out;
   }
   std::unique_ptr<PreparedLocalModel> carry(const PreparedLocalModel& model) {
     return unpacker_.unpack(pack_model(model, bits_));
@@ -159,7 +161,7 @@ class LockstepLink final : public BodyLink {
     if (error_) return;
     if (network_)
       network_->add(report, schedule_.is_lost(report.tick));
-    else
+    else if (!schedule_.is_lost(report.tick))
       reports_.add(report);
   }
   void stop() override { body_.finish(); }
@@ -179,18 +181,12 @@ class LockstepLink final : public BodyLink {
     if (goes_on) event.started_tick = motion_.tick;
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
-    const auto none = [] { return 0.0; };
-    std::unique_ptr<PreparedLocalModel> model;
-    if (network_) {
-      const std::span<const LocalReport> reports = network_->reports();
-      if (goes_on) round_as_sent(motion_);
-      if (event.delay_ticks >= 0) body_.expect(event.delay_ticks * side.h());
-      model =
-          body_.refresh(event, network_->places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, none);
-      model = network_->carry(*model);
-    } else {
-      model = body_.refresh(event, side.poses(), reports_.all(), goes_on ? &motion_ : nullptr, none);
-    }
+    const std::span<const LocalReport> reports = network_ ? network_->reports() : reports_.all();
+    if (network_ && goes_on) round_as_sent(motion_);
+    if (network_ && event.delay_ticks >= 0) body_.expect(event.delay_ticks * side.h());
+    auto model =
+        body_.refresh(event, places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, [] { return 0.0; });
+    if (network_) model = network_->carry(*model);
     const double took_ms = body_.last_cpu_ms();
     if (!schedule_.is_replayed() && tick > 0) {
       schedule_.charge(tick, charged_ticks(options, took_ms, predicted_ms), event);

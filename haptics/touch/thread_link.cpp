@@ -50,9 +50,7 @@ class ThreadLink final : public BodyLink {
     ticks_.before_tick(side);
   }
 
-  void after_tick(HapticSide& side, const LocalReport& report) noexcept override {
-    if (!ticks_.after_tick(side, report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
-  }
+  void after_tick(HapticSide& side, const LocalReport& report) noexcept override { ticks_.after_tick(side, report); }
 
   void stop() override {
     if (!thread_.joinable()) return;
@@ -64,7 +62,7 @@ class ThreadLink final : public BodyLink {
   }
   std::exception_ptr error() const noexcept override { return has_failed_ ? error_ : nullptr; }
   bool has_failed() const noexcept override { return has_failed_.load(std::memory_order_acquire); }
-  int lost_reports() const noexcept override { return lost_reports_.load(std::memory_order_relaxed); }
+  int lost_reports() const noexcept override { return ticks_.lost_reports(); }
 
  private:
   void run() {
@@ -108,14 +106,25 @@ class ThreadLink final : public BodyLink {
     auto parcel = std::make_unique<ModelParcel>();
     parcel->linearized_tick = parcel->at_tick = tick;
     std::vector<Pose> at = poses_in(reports.back());
-    parcel->model =
-        body_.refresh({tick, -1}, at, reports, catches_up_ ? newest_.get() : nullptr, [this] { return ticking_ms(); });
+    parcel->model = body_.refresh(event_at(tick, reports), at, reports, catches_up_ ? newest_.get() : nullptr,
+                                  [this] { return ticking_ms(); });
     body_.refresher().charge(body_.last_cpu_ms());
     interval_ = body_.refresher().next_interval(ticks_per_refresh(body_.options()));
     pending_.drop(count);
     if (catches_up_) bring_near(*parcel, std::move(at));
     ticks_.put(std::move(parcel));
     last_ = tick;
+  }
+
+  /// A refresh, with the ticks before it that have not reported: a replay leaves them out, too.
+  RefreshEvent event_at(int tick, std::span<const LocalReport> reports) {
+    RefreshEvent out{tick, -1};
+    for (const LocalReport& report : reports) {
+      for (; next_report_ < report.tick; ++next_report_) out.lost.push_back(next_report_);
+      ++next_report_;
+    }
+    for (; next_report_ < tick; ++next_report_) out.lost.push_back(next_report_);
+    return out;
   }
 
   /// CPU time of the thread that ticks.
@@ -177,13 +186,13 @@ class ThreadLink final : public BodyLink {
   bool catches_up_;
   CatchUp catch_up_;                                         // of the body's thread
   int interval_, last_ = 0;                                  // ticks to the next refresh; of the last one
+  int next_report_ = 0;                                      // tick of the first one that no refresh has taken
   ReportList pending_{kUsualReports};                        // not taken into a refresh yet
   std::unique_ptr<LocalMotion> newest_;                      // of the body's thread
   std::vector<std::unique_ptr<LocalMotion>> spare_motions_;  // of the body's thread
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;     // whose ticks are not looked at yet
   std::atomic<clockid_t> ticking_clock_{0};
   std::atomic<bool> stop_{false}, has_failed_{false};
-  std::atomic<int> lost_reports_{0};
   std::exception_ptr error_;
   std::thread thread_;
 };

@@ -33,10 +33,9 @@ void TickEnd::before_tick(HapticSide& side) noexcept {
   used_.put(std::move(arrived_));
 }
 
-bool TickEnd::after_tick(HapticSide& side, const LocalReport& report) noexcept {
-  const bool is_kept = reports_.push(report);
+void TickEnd::after_tick(HapticSide& side, const LocalReport& report) noexcept {
+  if (!reports_.push(report)) lost_reports_.fetch_add(1, std::memory_order_relaxed);
   send_motion(side);
-  return is_kept;
 }
 
 /// The refresher goes on from here, when it has asked for that; what it has not read is written over.

@@ -2,6 +2,7 @@
 // The ticking thread's end of a link to a body in another thread or computer: local models come, reports and motion go,
 // all without a lock, and used models go back to be freed elsewhere.
 #include <algorithm>
+#include <atomic>
 
 #include "haptics/link/mailbox.hpp"
 #include "haptics/link/ring.hpp"
@@ -26,10 +27,11 @@ class TickEnd {
   // In the thread that ticks.
   /// Adopts a model that has arrived, once it has caught up.
   void before_tick(HapticSide& side) noexcept;
-  /// False: the report was lost, there is no room.
-  bool after_tick(HapticSide& side, const LocalReport& report) noexcept;
+  /// The report is lost where there is no room.
+  void after_tick(HapticSide& side, const LocalReport& report) noexcept;
 
   // In the other thread.
+  int lost_reports() const noexcept { return lost_reports_.load(std::memory_order_relaxed); }
   Ring<LocalReport>& reports() noexcept { return reports_; }
   void put(std::unique_ptr<ModelParcel> parcel) noexcept { down_.put(std::move(parcel)); }
   std::unique_ptr<ModelParcel> take_used() noexcept { return used_.take(); }
@@ -48,6 +50,7 @@ class TickEnd {
   bool catches_up_;
   Mailbox<ModelParcel> down_, used_;
   Ring<LocalReport> reports_;
+  std::atomic<int> lost_reports_{0};
   Mailbox<LocalMotion> motion_, free_motion_;  // written; to be written over
   std::unique_ptr<ModelParcel> arrived_;       // of the ticking thread: not adopted yet
   std::unique_ptr<LocalMotion> next_motion_;   // of the ticking thread

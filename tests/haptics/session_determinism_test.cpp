@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+#include <utility>
+
 #include "haptics/link/links.hpp"
 #include "haptics/session/body_film.hpp"
 #include "tests/support/haptics_scene.hpp"
@@ -164,6 +168,33 @@ TEST(Thread, LockstepReplayOfAThreadedRunIsTheRun) {
   for (const LocalFrame& f : live.tools[0].frames) ASSERT_TRUE(f.force.allFinite());
   SessionOptions replay = replay_of(live);
   EXPECT_EQ(run(scene, replay).hash, live.hash);
+}
+
+/// Holds the body's thread up once, for longer than there is room for reports.
+class HoldsUp final : public SessionWatcher {
+ public:
+  void refreshed(const RefreshRecord& record) override {
+    if (record.t > 0.1 && !std::exchange(has_held_up_, true)) std::this_thread::sleep_for(std::chrono::seconds(2));
+  }
+
+ private:
+  bool has_held_up_ = false;
+};
+
+TEST(Thread, LockstepReplayOfARunWhoseReportsWereLostIsTheRun) {
+  Scene scene = small_scene();
+  scene.link.type = "thread";
+  scene.local.rate_hz = 4000;  // room for a second
+  scene.duration = 2.5;
+  Session session(scene);
+  HoldsUp watcher;
+  SessionOptions options;
+  options.watcher = &watcher;
+  const SessionResult threaded = session.run(options);
+  std::size_t lost = 0;
+  for (const RefreshEvent& event : threaded.refreshes) lost += event.lost.size();
+  ASSERT_GT(lost, 100u);
+  EXPECT_EQ(session.run(replay_of(threaded)).hash, threaded.hash);
 }
 
 /// Replayed, every sweep is that of the haptic loop: a model that was brought near along others would differ.
