@@ -20,11 +20,16 @@ constexpr double kNoDearer = 1.1;  // of a cost
 bool has_samples(const std::string& reducer) { return reducer != "modal" && reducer != "full"; }
 
 /// CPU time of what a body's size adds to a local model [us]: the body in its kept nodes (core/local/graded_body.hpp),
-/// of the wall for samples only. Fitted to springs and elements of 919, 1,651 and 7,151 nodes, as the other costs are.
-double predict_grading_us(const std::string& reducer, int num_nodes) {
-  constexpr double kAllKept = 250, kPerNode = 5.5;  // all are kept; the others
-  if (reducer == "full" || reducer == "modal") return 0;
-  return kPerNode * std::max(0.0, num_nodes - kAllKept) / (reducer == "wall" ? kSampleEvery : 1);
+/// of the wall for samples only. Fitted to springs and elements of 919 to 10,575 nodes (bench/refresh_table), as the
+/// other costs are.
+double predict_grading_us(const ReducerCandidate& candidate, int num_nodes) {
+  constexpr double kAllKept = 250, kPerNode = 8;  // all are kept; the others
+  constexpr double kPerShift = 0.75;              // a factor, solutions
+  double share = 1;
+  if (candidate.reducer == "full" || candidate.reducer == "modal") share = 0;
+  if (candidate.reducer == "wall") share = 1.0 / kSampleEvery;
+  if (candidate.reducer == "krylov") share = kPerShift * static_cast<double>(candidate.options.shifts_hz.size());
+  return share * kPerNode * std::max(0.0, num_nodes - kAllKept);
 }
 
 std::string percent(double x) {
@@ -103,7 +108,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
       const LocalModel model = find_reducer(c.reducer)(tangent, patch, site, options);
       c.dof = model.dof();
       c.tick_us = predict_tick_us(model);
-      const double own_us = predict_refresh_us(model, c.options) + predict_grading_us(c.reducer, num_nodes);
+      const double own_us = predict_refresh_us(model, c.options) + predict_grading_us(c, num_nodes);
       c.refresh_ms = needs_.rest_ms + 1e-3 * own_us;
       const double refreshes_us = needs_.refresh_per_tick * 1e3 * c.refresh_ms;
       c.cost_us = c.tick_us + refreshes_us;
