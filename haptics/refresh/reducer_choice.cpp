@@ -11,8 +11,7 @@ namespace kt {
 namespace {
 
 constexpr int kSampleEvery = 4;    // refreshes: a sample costs up to a third of one
-constexpr int kLongQuiet = 15;     // samples, two seconds at the usual rate
-constexpr int kMeasuredQuiet = 6;  // refreshes, a fifth of a second, where the forces are measured
+constexpr int kLongQuiet = 15;     // samples, two seconds at the usual rate; refreshes where the forces are measured
 constexpr double kWell = 0.8;      // of the tolerance, of a cost: what a cheaper one has to keep to
 constexpr double kMuchLater = 3;   // times the budget of a refresh: 12 Hz where four fifths of 30 Hz are there
 constexpr double kNoDearer = 1.1;  // of a cost
@@ -223,7 +222,7 @@ void ReducerChoice::revise(const LocalModel& model, const ContactSite& site, int
   if (error > needs_.tolerance) {
     if (const auto next = better_than_present())
       go_to(*next, tick, text("a force error of ", percent(error), " was to be expected"));
-  } else if (quiet_ > (excitation_ ? kMeasuredQuiet : kLongQuiet)) {
+  } else if (quiet_ > kLongQuiet) {
     if (cheaper)
       go_to(*cheaper, tick,
             text("for long, a force error of only ", percent(candidates_[*cheaper].force_error),
