@@ -1,6 +1,24 @@
 #include "haptics/tick/local_motion.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace kt {
+namespace {
+
+/// Makes a motion smaller where `fit` would make the nodes' mean square motion larger than it was. A basis that follows
+/// another's badly would do so at each refresh, until the patch is far from the body.
+/// @param motion  of the recovered nodes [m or m/s], zero of those that have none, (3 recovered)
+/// @param share   of the nodes that have one
+void keep_from_growing(const SparseMatrix& fit, const PreparedLocalModel& model, double share, VectorX& motion,
+                       LocalWorkspace& w) noexcept {
+  w.fitted.noalias() = fit * motion;
+  w.followed.noalias() = model.model.basis * w.fitted;
+  const double had = motion.squaredNorm(), has = share * w.followed.squaredNorm();
+  if (has > had) motion *= std::sqrt(had / has);
+}
+
+}  // namespace
 
 LocalMotion make_local_motion(int num_nodes) {
   LocalMotion out;
@@ -27,15 +45,22 @@ void record_motion(const PreparedLocalModel& model, int tick, LocalMotion& out) 
 void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept {
   const LocalModel& m = model.model;
   LocalWorkspace& w = model.work;
-  for (int i = 0; i < static_cast<int>(m.recovered_node.size()); ++i) {
+  const auto count = static_cast<int>(m.recovered_node.size());
+  int known = 0;
+  for (int i = 0; i < count; ++i) {
     const int row = motion.row[m.recovered_node[i]];
+    known += row >= 0;
     node(w.x_recovered, i) = row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(motion.x, row) - node(m.x0, i));
     node(w.v_recovered, i) = row < 0 ? Vec3(Vec3::Zero()) : Vec3(node(motion.v, row) - node(m.v0, i));
   }
-  model.state.q.noalias() = m.fit * w.x_recovered;
-  model.state.q_rate = m.q_rate0;
-  model.state.q_rate.noalias() += m.fit_rate * w.v_recovered;
-  model.state.overlap = motion.overlap;
+  const double share = static_cast<double>(known) / std::max(count, 1);
+  keep_from_growing(m.fit, model, share, w.x_recovered, w);
+  keep_from_growing(m.fit_rate, model, share, w.v_recovered, w);
+  LocalState& s = model.state;
+  s.q.noalias() = m.fit * w.x_recovered;
+  s.q_rate = m.q_rate0;
+  s.q_rate.noalias() += m.fit_rate * w.v_recovered;
+  s.overlap = motion.overlap;
   // The motion that contact causes goes on: the first guess of the next tick.
   for (int i = 0; i < m.patch.num_vertices(); ++i) {
     const int row = motion.row[m.patch.global_node[i]];

@@ -72,12 +72,12 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   out->state.q = out->adopted_q = VectorX::Zero(r);
   out->state.q_rate = m.q_rate0;
   LocalWorkspace& w = out->work;
-  w.v_free = w.v_free_end = w.q_trial = w.force = VectorX::Zero(r);
+  w.v_free = w.v_free_end = w.q_trial = w.force = w.fitted = VectorX::Zero(r);
   w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
   w.motion = w.patch_motion = VectorX::Zero(p3);
   w.motion_of = VectorX::Constant(r, std::numeric_limits<double>::quiet_NaN());
   w.u_free = w.du = w.du_guess = w.step = w.step_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
-  w.x_recovered = m.x0;
+  w.x_recovered = w.followed = m.x0;
   w.v_recovered = m.v0;
   w.coupling = CouplingRoom(m.patch.num_vertices());
   make_room_for_contacts(surface.facets, w);

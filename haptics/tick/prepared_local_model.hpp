@@ -48,6 +48,7 @@ struct LocalWorkspace {
   VectorX du_guess, step, step_before;  ///< iterates of du
   VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
   VectorX x_recovered, v_recovered;   ///< (3 recovered)
+  VectorX fitted, followed;           ///< a carried motion: in coordinates, (r), and of the nodes, (3 recovered)
   std::vector<int> candidates;        ///< (facets)
   /// Of each tool, while it is held: facets that it may touch, ascending, how many (-1: not looked for), and features.
   std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)

@@ -21,6 +21,8 @@ using Backend = Mesh (*)(const Mesh&, const TetrahedralizeOptions&);
 #define KT_ENTRY_(available, name) KT_ENTRY_##available(name)
 #define KT_ENTRY(available, name) KT_ENTRY_(available, name)
 
+bool keeps_surface(const std::string& backend) { return backend != "cgal"; }
+
 Backend find_backend(const std::string& name) {
 #define TETRAHEDRALIZER(known, available, option, what) \
   if (name == #known) return KT_ENTRY(available, known);
@@ -29,11 +31,29 @@ Backend find_backend(const std::string& name) {
   return nullptr;
 }
 
-std::string first_available() {
+/// That may fill a surface: the named one, or all of this build that keep the surface.
+std::vector<std::string> candidates(const std::string& wanted) {
+  if (!wanted.empty()) {
+    require_backend("tetrahedralizer", wanted, tetrahedralizers());
+    return {wanted};
+  }
+  std::vector<std::string> keeping, all;
+  for (const BackendInfo& b : tetrahedralizers()) {
+    if (!b.available) continue;
+    all.emplace_back(b.name);
+    if (keeps_surface(b.name)) keeping.emplace_back(b.name);
+  }
+  if (all.empty())
+    throw InputError(
+        "no tetrahedralizer is in this build: configure with -DKT_WITH_TETGEN=ON (or KT_WITH_NETGEN, KT_WITH_CGAL)");
+  return keeping.empty() ? all : keeping;
+}
+
+std::string not_among(const std::vector<std::string>& tried) {
+  std::vector<std::string> out;
   for (const BackendInfo& b : tetrahedralizers())
-    if (b.available) return b.name;
-  throw InputError(
-      "no tetrahedralizer is in this build: configure with -DKT_WITH_TETGEN=ON (or KT_WITH_NETGEN, KT_WITH_CGAL)");
+    if (b.available && std::ranges::find(tried, b.name) == tried.end()) out.emplace_back(b.name);
+  return join(out);
 }
 
 void check_options(const TetrahedralizeOptions& o) {
@@ -96,7 +116,8 @@ void restore_surface(const std::string& backend, const Mesh& surface, Mesh& soli
   constexpr double kTextRoundoff = 1e-12;  // TetGen writes 16 digits
   const double size = bounds(surface).size().norm();
   const Eigen::Index n = surface.x.size();
-  if (solid.x.size() < n || !solid.x.allFinite() || (solid.x.head(n) - surface.x).lpNorm<Eigen::Infinity>() > kTextRoundoff * size)
+  if (solid.x.size() < n || !solid.x.allFinite() ||
+      (solid.x.head(n) - surface.x).lpNorm<Eigen::Infinity>() > kTextRoundoff * size)
     throw RunError(text(backend, " moved or dropped nodes of the surface"));
   solid.x.head(n) = surface.x;
   if (!same_triangles(solid.triangles, surface.triangles))
@@ -158,22 +179,37 @@ double automatic_max_volume(const Mesh& surface) {
   return 1.5 * edge * edge * edge / (6.0 * std::sqrt(2.0));
 }
 
+namespace {
+
+/// @throws RunError naming it
+Mesh fill_by(const std::string& backend, const Mesh& surface, const TetrahedralizeOptions& options) {
+  Mesh solid = find_backend(backend)(surface, options);
+  const bool keeps = keeps_surface(backend);
+  if (keeps && !solid.tetrahedra.empty()) restore_surface(backend, surface, solid);
+  constexpr double kExact = 1e-9, kRemeshed = 0.1;  // [-] of the volume
+  check_result(backend, surface, solid, keeps ? kExact : kRemeshed);
+  return solid;
+}
+
+}  // namespace
+
 Mesh tetrahedralize(const Mesh& surface, const TetrahedralizeOptions& options) {
   check_options(options);
-  TetrahedralizeOptions settings = options;
-  if (settings.backend.empty()) settings.backend = first_available();
-  require_backend("tetrahedralizer", settings.backend, tetrahedralizers());
-  check_surface(surface, settings.name);
+  const std::vector<std::string> backends = candidates(options.backend);
+  check_surface(surface, options.name);
   Mesh input{surface.x, surface.triangles, {}};
   drop_unused_nodes(input);
+  TetrahedralizeOptions settings = options;
   if (settings.max_volume == 0) settings.max_volume = automatic_max_volume(input);
-
-  Mesh solid = find_backend(settings.backend)(input, settings);
-  const bool keeps_surface = settings.backend != "cgal";
-  if (keeps_surface && !solid.tetrahedra.empty()) restore_surface(settings.backend, input, solid);
-  constexpr double kExact = 1e-9, kRemeshed = 0.1;  // [-] of the volume
-  check_result(settings.backend, input, solid, keeps_surface ? kExact : kRemeshed);
-  return solid;
+  std::string failures;
+  for (const std::string& backend : backends) try {
+      return fill_by(backend, input, settings);
+    } catch (const RunError& e) {
+      failures += text(failures.empty() ? "" : "; ", e.what());
+      if (options.stop && *options.stop) throw;
+    }
+  const std::string others = not_among(backends);
+  throw RunError(others.empty() ? failures : text(failures, "; another tetrahedralizer may fill it: ", others));
 }
 
 }  // namespace kt

@@ -12,12 +12,13 @@ namespace kt {
 
 struct TetrahedralizeOptions {
   std::string name = "tetrahedralize";  ///< stands for the surface in messages: its file
-  std::string backend = {};             ///< name in tetrahedralizer.def; empty: the first that this build has
-  double max_volume = 0;                ///< largest tetrahedron [m^3]; 0: automatic_max_volume(). Tetrahedra near the
-                                        ///< kept surface may be larger; for netgen and cgal it is a target
-  double quality = 1.4;  ///< bound on radius / shortest edge [-], 1.1 .. 10 (a regular tetrahedron has 0.61)
-  double timeout = 120;  ///< wall clock [s], > 0
-  double memory_gb = 4;  ///< address space of the child, > 0
+  std::string backend = {};  ///< name in tetrahedralizer.def; empty: the first that fills it of those in this
+                             ///< build, but none that makes a new surface where another is there
+  double max_volume = 0;     ///< largest tetrahedron [m^3]; 0: automatic_max_volume(). Tetrahedra near the
+                             ///< kept surface may be larger; for netgen and cgal it is a target
+  double quality = 1.4;      ///< bound on radius / shortest edge [-], 1.1 .. 10 (a regular tetrahedron has 0.61)
+  double timeout = 120;      ///< wall clock [s], > 0
+  double memory_gb = 4;      ///< address space of the child, > 0
   const std::atomic<bool>* stop = nullptr;  ///< when set and true: the child is ended, RunError "interrupted"
 };
 

@@ -157,6 +157,35 @@ TEST(Tetrahedralize, ASelfIntersectingSurfaceNeverGivesAResult) {
   }
 }
 
+/// With its program away, TetGen fails as it does on a surface that it cannot fill.
+TEST(Tetrahedralize, WhereOneFailsAnotherFillsThatKeepsTheSurface) {
+  if (!KT_WITH_TETGEN) GTEST_SKIP() << "no TetGen in this build";
+  const Mesh surface = load_mesh(KT_SOURCE_DIR "/meshes/sphere.off");
+  const PrivateFolder empty;
+  const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
+  setenv("PATH", empty.path().c_str(), 1);
+  std::string named, unnamed;
+  Mesh solid;
+  try {
+    tetrahedralize(surface, {.backend = "tetgen"});
+  } catch (const RunError& e) {
+    named = e.what();
+  }
+  try {
+    solid = tetrahedralize(surface);
+  } catch (const RunError& e) {
+    unnamed = e.what();
+  }
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_NE(named.find("the program is not installed"), std::string::npos) << named;
+  const bool has_another = std::ranges::count(available(), std::string("netgen")) > 0;
+  EXPECT_EQ(named.find("; another tetrahedralizer may fill it: netgen") != std::string::npos, has_another) << named;
+  EXPECT_EQ(unnamed.empty(), has_another) << unnamed;
+  if (has_another) {
+    EXPECT_EQ(solid.triangles, surface.triangles);
+  }
+}
+
 TEST(Tetrahedralize, TimeAndMemoryAreLimited) {
   const Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/slab_fine.off");
   for (const std::string& backend : available())
