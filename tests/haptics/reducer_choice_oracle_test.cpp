@@ -53,6 +53,9 @@ TEST(ChooseReducer, KeepsToTheBudgetOfTheRefresh) {
   const std::vector<ReducerCandidate> slow{with_refresh(0.5, 30), with_refresh(0.02, 40), with_refresh(0.01, 60)};
   EXPECT_EQ(choose_reducer(slow, {.tolerance = 0.05, .refresh_budget_ms = 20}), 1u) << "none is in time: hardly later";
   EXPECT_EQ(choose_reducer(c, {.tolerance = 0.05, .budget_us = 40, .refresh_budget_ms = 100}), 1u);
+  const std::vector<ReducerCandidate> late{with_refresh(0.17, 10), with_refresh(0.03, 27), with_refresh(0.01, 38)};
+  EXPECT_EQ(choose_reducer(late, {.tolerance = 0.05, .refresh_budget_ms = 26.7}), 1u) << "right, and hardly late";
+  EXPECT_EQ(choose_reducer(late, {.tolerance = 0.05, .refresh_budget_ms = 15}), 0u) << "too late to be right";
 }
 
 struct BlockOptions {
