@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/percentile.hpp"
 
@@ -39,13 +40,22 @@ std::string cure_of_tick(const Scene& scene, const SessionResult& result) {
   return "set local.reducer to condensed";
 }
 
+/// A wall near the contact is cheap, and too stiff: what that costs, where it is known.
+std::string to_wall(const SessionResult& result) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ReducerCandidate& c : result.reducer_candidates)
+    if (c.reducer == "wall") least = std::min(least, c.force_error);
+  const std::string out = "set local.reducer to wall";
+  return std::isfinite(least) ? text(out, " (force off by ", short_number(100 * least), " %)") : out;
+}
+
 std::string cure_of_refresh(const Scene& scene, const SessionResult& result, const RealTime& r) {
   std::string out;
   if (r.slow_part == "reduce" || r.slow_part == "prepare" || r.slow_part == "certify") {
     if (result.reducer == "krylov" || result.reducer == "modal" || result.reducer == "full")
       out = "set local.reducer to condensed";
     else if (result.reducer == "condensed")
-      out = "set local.reducer to wall";
+      out = to_wall(result);
   } else if (scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
     out = "set object.model.element to tet4";
   }
