@@ -249,6 +249,7 @@ LiveStatus LiveRun::status() {
     last.refreshes.push_back(record.event);
     last.refresh.add(record);
   }
+  if (last.refreshes.empty()) last.refresh.add(refreshes_.back());  // what the last one took, however long ago
   out.refresh_hz = static_cast<double>(last.refreshes.size()) / seconds;
   last.lateness_us.push_back(0);  // against the wall clock
   last.reducer = out.touch.reducer;

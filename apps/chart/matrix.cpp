@@ -86,11 +86,9 @@ ChartMatrix press_matrix(const std::string& scene, bool full) {
   }
   // A slow press hardly asks for inertia: condensed is exact at rest, and the same for every mesh.
   out.methods = {{"mesh", "condensed, 20 Hz", {rate_setting(20), "local.reducer=condensed"}, false}};
-  // Fine under the tool, to 1 % of the continuum (tests/haptics/axisymmetric_press_oracle_test.cpp).
-  ChartBody truth = fem_body("10-node elements, edges 1.5 mm under the tool", "neo_hookean", "tet10");
-  const auto mesh = std::filesystem::absolute(scene).parent_path() / "../meshes/pad_graded.off";
-  truth.set.push_back("object.mesh=" + mesh.lexically_normal().string());
-  truth.set.push_back("object.tetrahedralize.max_volume=1e-6");
+  // 3.5 % above the continuum. Edges of 1.5 mm under the tool come to 1 %, but a refresh takes two minutes there: the
+  // patch has a thousand nodes (tests/haptics/axisymmetric_press_oracle_test.cpp).
+  const ChartBody truth = with_edge(fem_body("10-node elements", "neo_hookean", "tet10"), 0.004);
   out.truth = {truth};
   return out;
 }

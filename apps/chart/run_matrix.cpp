@@ -162,6 +162,8 @@ class MatrixRun {
             {"body", body.name}, {"family", method.family}, {"label", method.label}, {"is_ours", method.is_ours}};
         point["command"] = command_of(matrix_, body, method.set);
         point.update(chart_point(row->second));
+        if (const auto truth = rows.find(truth_key(body)); truth != rows.end() && truth->second["outcome"] != "done")
+          point["trouble"] = text("no truth to compare with: ", truth->second["trouble"].get<std::string>());
         out.push_back(point);
       }
     return out;

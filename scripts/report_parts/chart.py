@@ -38,6 +38,9 @@ def front_of(points, cost, error):
     return out
 
 
+FAILED = 300  # %: larger errors are drawn here, with their number; they would squeeze all others
+
+
 def short(point):
     return point["body"] if point["family"] == "mesh" else point["label"]
 
@@ -65,12 +68,15 @@ def draw_panel(axes, points, cost, error, titles, jnd):
     for name in FAMILIES:
         if name in families:
             colour, marker, _ = FAMILIES[name]
-            axes.scatter([p[cost] for p in families[name]], [p[error] for p in families[name]], c=colour, marker=marker,
+            axes.scatter([p[cost] for p in families[name]], [min(p[error], FAILED) for p in families[name]], c=colour, marker=marker,
                          s=110 if name == "ours" else 42, label=name, zorder=4 if name == "ours" else 3, linewidths=0.5,
                          edgecolors="white" if marker not in "xX" else None)
     front = front_of(points, cost, error)
     if front:
         axes.step([p[cost] for p in front], [p[error] for p in front], where="post", color=GREY, lw=1.2, ls="-", zorder=2)
+    for point in points:
+        if is_number(point[cost]) and is_number(point[error]) and point[error] > FAILED:
+            axes.annotate(f"{short(point)}: {point[error]:.2g} %", (point[cost], FAILED), textcoords="offset points", xytext=(-8, -3), ha="right", fontsize=8.5)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.axhline(100 * jnd, color=VERMILION, lw=1, ls="--", zorder=1)
@@ -114,7 +120,8 @@ def draw_chart(folder, chart, titles, jnd):
         handles.update(dict(zip(*reversed(axes.get_legend_handles_labels()))))
     # matplotlib 3.6 cannot lay a figure's legend outside: room is left below.
     figure.get_layout_engine().set(rect=(0, 0.5 / figure.get_figheight(), 1, 1 - 0.5 / figure.get_figheight()))
-    figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=min(8, len(handles)), fontsize=10)
+    if handles:  # none: no run of it has an error to draw, as when its truth failed
+        figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=min(8, len(handles)), fontsize=10)
     for extension in ("png", "svg"):
         save_figure(figure, os.path.join(folder, f"chart_{chart['name']}.{extension}"))
     plt.close(figure)
