@@ -115,6 +115,7 @@ void print_chart(const Json& chart) {
     for (const Json& truth : matrix["references"]) {
       std::cout << "  truth         " << truth["what"].get<std::string>();
       if (truth.contains("trouble")) std::cout << ": FAILED: " << truth["trouble"].get<std::string>();
+      if (truth.contains("doubt")) std::cout << ": its run doubts it: " << truth["doubt"].get<std::string>();
       if (truth.contains("change_by_halving") && truth["change_by_halving"].is_number())
         std::printf(", %s: %.2g %% from steps twice as long", truth["body"].get<std::string>().c_str(),
                     100 * truth["change_by_halving"].get<double>());

@@ -145,7 +145,8 @@ class MatrixRun {
       const auto row = rows.find(named(body.name));
       if (row == rows.end()) continue;
       Json one{{"body", "all"}, {"what", body.name}, {"nodes", chart_point(row->second)["nodes"]}};
-      if (row->second["outcome"] != "done") one["trouble"] = row->second["trouble"];
+      if (row->second["outcome"] != "done")  // with a result: it ended, and doubts it
+        one[row->second["result"].is_null() ? "trouble" : "doubt"] = row->second["trouble"];
       if (const Json& run = row->second["result"]; run.is_object()) one["last_force_n"] = run["force"]["max_n"];
       out.push_back(one);
     }
@@ -162,7 +163,7 @@ class MatrixRun {
             {"body", body.name}, {"family", method.family}, {"label", method.label}, {"is_ours", method.is_ours}};
         point["command"] = command_of(matrix_, body, method.set);
         point.update(chart_point(row->second));
-        if (const auto truth = rows.find(truth_key(body)); truth != rows.end() && truth->second["outcome"] != "done")
+        if (const auto truth = rows.find(truth_key(body)); truth != rows.end() && truth->second["result"].is_null())
           point["trouble"] = text("no truth to compare with: ", truth->second["trouble"].get<std::string>());
         out.push_back(point);
       }

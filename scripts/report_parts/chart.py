@@ -38,7 +38,7 @@ def front_of(points, cost, error):
     return out
 
 
-FAILED = 300  # %: larger errors are drawn here, with their number; they would squeeze all others
+FAILED = 1000  # %: larger errors are drawn here, with their number; they would squeeze all others
 
 
 def short(point):
