@@ -138,9 +138,12 @@ void tet(MeshArguments& a) {
   a.tet.name = a.mesh;
   a.tet.timeout = a.timeout;
   a.tet.stop = &stop_requested();
+  std::vector<std::string> notes;
+  a.tet.notes = &notes;
   const auto start = std::chrono::steady_clock::now();
   const Mesh solid = tetrahedralize(surface, a.tet);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  for (const std::string& note : notes) std::cout << "  " << note << '\n';
   const TetrahedraQuality q = tetrahedra_quality(solid);
   const double surface_volume = enclosed_volume(surface);
   std::cout << "  " << solid.num_nodes() << " nodes, " << solid.tetrahedra.size() << " tetrahedra, "

@@ -52,6 +52,21 @@ void note_unused(const SceneObject& object, bool has_tetrahedra, std::vector<std
                        object.layers ? "object.layers makes the tetrahedra" : object.mesh + " has tetrahedra already"));
 }
 
+Mesh fill(Mesh mesh, const SceneObject& object, std::vector<std::string>* notes) {
+  if (object.layers)
+    return add_inner_layers(mesh, object.layers->count, object.layers->count * object.layers->thickness);
+  if (!mesh.tetrahedra.empty()) return mesh;
+  const SceneTetrahedralize wanted = object.tetrahedralize.value_or(SceneTetrahedralize{});
+  if (wanted.max_edge) mesh = split_long_edges(std::move(mesh), *wanted.max_edge);
+  TetrahedralizeOptions options;
+  options.name = object.mesh;
+  options.backend = wanted.backend;
+  options.max_volume = wanted.max_volume.value_or(0);
+  options.quality = wanted.quality;
+  options.notes = notes;
+  return tetrahedralize(mesh, options);
+}
+
 }  // namespace
 
 Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, double* unit) {
@@ -67,22 +82,10 @@ Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, 
     for (const std::string& what : repaired.done) notes.push_back("object.repair: " + what);
     mesh = std::move(repaired.mesh);
   }
-  return filled(std::move(mesh), object);
+  return fill(std::move(mesh), object, &notes);
 }
 
-Mesh filled(Mesh mesh, const SceneObject& object) {
-  if (object.layers)
-    return add_inner_layers(mesh, object.layers->count, object.layers->count * object.layers->thickness);
-  if (!mesh.tetrahedra.empty()) return mesh;
-  const SceneTetrahedralize wanted = object.tetrahedralize.value_or(SceneTetrahedralize{});
-  if (wanted.max_edge) mesh = split_long_edges(std::move(mesh), *wanted.max_edge);
-  TetrahedralizeOptions options;
-  options.name = object.mesh;
-  options.backend = wanted.backend;
-  options.max_volume = wanted.max_volume.value_or(0);
-  options.quality = wanted.quality;
-  return tetrahedralize(mesh, options);
-}
+Mesh filled(Mesh mesh, const SceneObject& object) { return fill(std::move(mesh), object, nullptr); }
 
 std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed) {
   std::vector<int> out;

@@ -203,7 +203,9 @@ Mesh tetrahedralize(const Mesh& surface, const TetrahedralizeOptions& options) {
   if (settings.max_volume == 0) settings.max_volume = automatic_max_volume(input);
   std::string failures;
   for (const std::string& backend : backends) try {
-      return fill_by(backend, input, settings);
+      Mesh solid = fill_by(backend, input, settings);
+      if (!failures.empty() && options.notes) options.notes->push_back(text(failures, "; filled by ", backend));
+      return solid;
     } catch (const RunError& e) {
       failures += text(failures.empty() ? "" : "; ", e.what());
       if (options.stop && *options.stop) throw;

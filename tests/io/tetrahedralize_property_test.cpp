@@ -165,6 +165,7 @@ TEST(Tetrahedralize, WhereOneFailsAnotherFillsThatKeepsTheSurface) {
   const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
   setenv("PATH", empty.path().c_str(), 1);
   std::string named, unnamed;
+  std::vector<std::string> notes;
   Mesh solid;
   try {
     tetrahedralize(surface, {.backend = "tetgen"});
@@ -172,7 +173,7 @@ TEST(Tetrahedralize, WhereOneFailsAnotherFillsThatKeepsTheSurface) {
     named = e.what();
   }
   try {
-    solid = tetrahedralize(surface);
+    solid = tetrahedralize(surface, {.notes = &notes});
   } catch (const RunError& e) {
     unnamed = e.what();
   }
@@ -183,6 +184,8 @@ TEST(Tetrahedralize, WhereOneFailsAnotherFillsThatKeepsTheSurface) {
   EXPECT_EQ(unnamed.empty(), has_another) << unnamed;
   if (has_another) {
     EXPECT_EQ(solid.triangles, surface.triangles);
+    ASSERT_EQ(notes.size(), 1u) << "another filled it without a word";
+    EXPECT_NE(notes[0].find("; filled by netgen"), std::string::npos) << notes[0];
   }
 }
 
