@@ -46,7 +46,7 @@ std::string to_wall(const SessionResult& result) {
   for (const ReducerCandidate& c : result.reducer_candidates)
     if (c.reducer == "wall") least = std::min(least, c.force_error);
   const std::string out = "set local.reducer to wall";
-  return std::isfinite(least) ? text(out, " (force off by ", short_number(100 * least), " %)") : out;
+  return std::isfinite(least) ? text(out, " (force off by ", short_number(100 * least), " % or more)") : out;
 }
 
 std::string cure_of_refresh(const Scene& scene, const SessionResult& result, const RealTime& r) {
