@@ -106,8 +106,8 @@ KT_API void kt_close(kt_touch* touch); /* null does nothing */
 KT_API int32_t kt_num_tools(const kt_touch* touch); /* 1 or 2; 0 of null */
 /* Where the tools are before the first tick. */
 KT_API kt_status kt_place(kt_touch* touch, const kt_pose* tools, size_t count);
-/* The body in a thread of its own from now on: before the first tick. Without it, ticks refresh the body themselves,
- * deterministic, and some take tens of milliseconds. */
+/* The body in a thread of its own from now on: after kt_place, before the first tick. Without it, ticks refresh the body
+ * themselves, deterministic, and some take tens of milliseconds. */
 KT_API kt_status kt_start(kt_touch* touch);
 KT_API kt_status kt_stop(kt_touch* touch);
 /* One tick of the haptic rate (local.rate_hz); a frame a tool. After kt_start: no allocation, lock or clock. */

@@ -22,12 +22,12 @@ std::size_t history_ticks(const TouchOptions& options) {
          static_cast<std::size_t>(ticks_per_refresh(options));
 }
 
+}  // namespace
+
 bool is_usable(const Pose& pose) noexcept {
   return pose.is_finite() && pose.x.lpNorm<Eigen::Infinity>() <= kFarthest && pose.r.squaredNorm() > 0.5 &&
          pose.r.squaredNorm() < 2;
 }
-
-}  // namespace
 
 HapticSide::HapticSide(const TouchOptions& options, const SurfaceFriction& friction)
     : local_(make_method(options, friction)),

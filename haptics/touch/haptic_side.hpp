@@ -7,6 +7,9 @@
 
 namespace kt {
 
+/// Finite, no farther than places of a scene, and a rotation.
+bool is_usable(const Pose& pose) noexcept;
+
 class HapticSide {
  public:
   HapticSide(const TouchOptions& options, const SurfaceFriction& friction);

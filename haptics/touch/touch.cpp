@@ -87,7 +87,7 @@ void Touch::place(std::span<const Pose> tools) {
     throw InputError(text("place: ", tools.size(), " poses for ", p.haptic.num_tools(), " tools"));
   if (p.link) throw InputError("place: after the first tick or start(); tools are where the ticks have them");
   for (const Pose& pose : tools)
-    if (!pose.is_finite()) throw InputError("place: a pose is not finite");
+    if (!is_usable(pose)) throw InputError("place: a pose is not finite, no rotation, or beyond 1e6 m");
   p.haptic.place(tools);
   p.is_placed = true;
 }
@@ -98,6 +98,7 @@ void Touch::start(const LinkMaker& make) { parts_->start("network", make); }
 
 void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
   if (link) throw InputError("start: after the first tick, or twice");
+  if (!is_placed) throw InputError("start: place() the tools before, the first local model is made around them");
   options.link.type = type;
   const std::vector<SettingChange> early = side->waiting();
   side = std::make_unique<BodySide>(body, options);
@@ -123,6 +124,7 @@ void Touch::stop() {
 void Touch::refresh_if_due() noexcept { parts_->refresh_if_due(); }
 
 void Touch::Parts::refresh_if_due() noexcept {
+  if (!is_placed) return;
   if (!link) link = make_lockstep_link(*side, observer);
   link->before_tick(haptic);
 }
@@ -131,7 +133,14 @@ std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools) noexcept { 
 
 std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noexcept {
   const std::span<LocalFrame> out = all_frames();
-  if (tools.size() < out.size()) return out;  // wrong use: nothing happens
+  if (tools.size() < out.size()) return out;                                     // wrong use: nothing happens
+  if (!is_placed && !std::ranges::all_of(tools.first(out.size()), is_usable)) {  // nobody has said where it begins
+    for (LocalFrame& frame : out) {
+      frame = {};
+      frame.flags = kNoModel | kBadPose;
+    }
+    return out;
+  }
   if (!is_placed) haptic.place(tools);
   is_placed = true;
   refresh_if_due();

@@ -33,21 +33,24 @@ class Touch {
   Touch(const Touch&) = delete;
   Touch& operator=(const Touch&) = delete;
 
-  /// Where the tools are before the first tick; without it, where the first tick has them.
+  /// Where the tools are before the first tick; without it, where the first tick has them. Throws InputError for a pose
+  /// that is not finite, no rotation, or beyond 1e6 m.
   void place(std::span<const Pose> tools);
   void place(const Pose& tool) { place({&tool, 1}); }
 
-  /// The body from now on in a thread of its own. Before the first tick; throws what its first refresh throws.
+  /// The body from now on in a thread of its own. After place(), before the first tick; throws what its first refresh
+  /// throws.
   void start();
-  /// The body at the other end of a link of one's own (network/hand_link.hpp). Before the first tick; throws what the
-  /// maker throws.
+  /// The body at the other end of a link of one's own (network/hand_link.hpp). After place(), before the first tick;
+  /// throws what the maker throws.
   void start(const LinkMaker& make);
   /// Ends that thread; ticks go on with the last local model. Throws what ended the body's simulation before.
   void stop();
 
   /// One haptic tick: the tools have come to these poses, world frame, each the same tool in every tick. A frame for
   /// each, which is there until the next tick. Forces are finite: a pose that is not leaves the tool where it was, and
-  /// LocalFrame::flags says so. After start(): no allocation, lock or clock.
+  /// LocalFrame::flags says so; of a tool that was nowhere yet the touch has not begun. After start(): no allocation,
+  /// lock or clock.
   std::span<const LocalFrame> tick(std::span<const Pose> tools) noexcept;
   const LocalFrame& tick(const Pose& tool) noexcept { return tick(std::span(&tool, 1))[0]; }
 

@@ -150,6 +150,37 @@ TEST(Touch, APoseThatIsNoneLeavesTheToolWhereItWas) {
   EXPECT_EQ(touch.tick(Pose{over}).flags & kBadPose, 0u);
 }
 
+TEST(Touch, BeginsWithTheFirstPoseThatIsOne) {
+  const Session session(small_scene());
+  const Pose over{{0.03, 0.026, 0.0245}};
+  Touch late(session.body(), session.options()), at_once(session.body(), session.options());
+  late.refresh_if_due();  // nobody has said where
+  for (const Pose& bad : {Pose{{NAN, 0, 0}}, Pose{{1e300, 0, 0}}, Pose{over.x, Quaternion(0, 0, 0, 0)}}) {
+    const LocalFrame& f = late.tick(bad);
+    EXPECT_EQ(f.flags, kNoModel | kBadPose);
+    EXPECT_TRUE(f.force.isZero(0));
+    EXPECT_THROW(late.place(bad), InputError);
+  }
+  EXPECT_EQ(late.next_tick(), 0);
+  double most = 0;
+  for (int i = 0; i < 80; ++i) {
+    const Pose pose{over.x - Vec3(0, 0, 3e-5 * i)};
+    const Vec3 force = late.tick(pose).force;
+    EXPECT_EQ(force, at_once.tick(pose).force) << i;
+    most = std::max(most, force.norm());
+  }
+  EXPECT_GT(most, 1e-3);
+}
+
+TEST(Touch, IsNotStartedBeforeItIsToldWhereTheToolsAre) {
+  const Session session(small_scene());
+  Touch touch(session.body(), session.options());
+  EXPECT_THROW(touch.start(), InputError);
+  touch.place(Pose{{0.03, 0.026, 0.0245}});
+  touch.start();
+  touch.stop();
+}
+
 /// What a run is repeated by, as it is told.
 struct Records final : ModelObserver {
   TouchReplay replay{.reducer_changes = std::vector<ReducerChange>{}};
