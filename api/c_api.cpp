@@ -1,29 +1,15 @@
-// The C interface over Body and Touch. Nothing is decided here.
+// The C interface over HeldTouch. Nothing is decided here.
 #include <algorithm>
 #include <cstring>
 
+#include "api/held_touch.hpp"
 #include "api/kilotouch.h"
 #include "api/kilotouch.hpp"
-#include "haptics/setup/scene_safety.hpp"
 
 const char* kt::version() noexcept { return KT_VERSION; }
 
-struct kt_touch {
-  kt_touch(kt::Body made, const kt::TouchOptions& options, const kt::Scene& scene)
-      : body(std::move(made)), touch(body, options) {
-    guards.emplace_back(guard_of(scene, scene.tool));
-    if (scene.second_tool) guards.emplace_back(guard_of(scene, *scene.second_tool));
-  }
-  /// Of a device that the caller has: kt_tick_device.
-  static kt::SafetyOptions guard_of(const kt::Scene& scene, kt::SceneTool tool) {
-    if (!tool.path.device) tool.path.device.emplace();
-    kt::SafetyOptions out = kt::safety_options(scene, tool);
-    out.device.is_live = out.device.yields = out.device.gives_torque = true;
-    return out;
-  }
-  kt::Body body;
-  kt::Touch touch;
-  std::vector<kt::SafetyChain> guards;
+struct kt_touch : kt::HeldTouch {
+  using HeldTouch::HeldTouch;
 };
 
 namespace {
@@ -84,13 +70,6 @@ kt_touch* opened(F&& open) noexcept {
   kt_touch* out = nullptr;
   guarded([&] { out = open(); });
   return out;
-}
-
-/// What is wrong with a setting is told before the mesh is read.
-template <class MakeBody>
-kt_touch* touch_of(const kt::Scene& scene, MakeBody&& make_body) {
-  const kt::TouchOptions options = kt::touch_options(scene);
-  return new kt_touch(make_body(), options, scene);
 }
 
 /// Element i of a caller's array, whose elements may be shorter or longer than ours.
@@ -164,10 +143,7 @@ const char* kt_last_error(void) { return last_error.c_str(); }
 
 kt_touch* kt_open_scene(const char* file, const char* const* settings, size_t count) {
   if (!file) return misuse("kt_open_scene: a null pointer"), nullptr;
-  return opened([&] {
-    const kt::Scene scene = scene_file(file, texts(settings, count));
-    return touch_of(scene, [&] { return kt::Body(kt::body_options(scene)); });
-  });
+  return opened([&] { return new kt_touch(scene_file(file, texts(settings, count))); });
 }
 
 kt_touch* kt_open_mesh(const char* file, const char* const* settings, size_t count) {
@@ -175,7 +151,7 @@ kt_touch* kt_open_mesh(const char* file, const char* const* settings, size_t cou
   return opened([&] {
     kt::Scene scene = scene_of(texts(settings, count));
     scene.object.mesh = file;
-    return touch_of(scene, [&] { return kt::Body(kt::body_options(scene)); });
+    return new kt_touch(scene);
   });
 }
 
@@ -198,8 +174,7 @@ kt_touch* kt_open_arrays(const double* xyz, size_t nodes, const int32_t* triangl
       mesh.tetrahedra.push_back({index(tetrahedra[4 * i]), index(tetrahedra[4 * i + 1]), index(tetrahedra[4 * i + 2]),
                                  index(tetrahedra[4 * i + 3])});
     const kt::Scene scene = scene_of(texts(settings, count));
-    return touch_of(scene,
-                    [&] { return kt::Body(kt::filled(std::move(mesh), scene.object), kt::body_options(scene)); });
+    return new kt_touch(scene, [&] { return kt::body_of_mesh(std::move(mesh), scene); });
   });
 }
 
@@ -237,26 +212,18 @@ kt_status kt_tick_device(kt_touch* touch, const kt_pose* tools, const kt_device*
   if (!devices) return misuse("kt_tick_device: a null pointer");
   if (!(seconds > 0)) return misuse("kt_tick_device: seconds must be above 0");
   if (devices->size < sizeof(kt_device)) return misuse("kt_device.size: set it to sizeof(kt_device)");
-  std::array<kt::LocalFrame, kt::kMaxTools> given;
+  std::array<kt::DeviceState, kt::kMaxTools> states;
+  for (std::size_t k = 0; k < std::min(count, states.size()); ++k) {
+    const kt_device& d = *at(devices, k);
+    const bool is_known = d.health >= KT_DEVICE_OK && d.health <= KT_DEVICE_UNCALIBRATED;
+    states[k] = {.health = is_known ? static_cast<kt::DeviceHealth>(d.health) : kt::DeviceHealth::fault,
+                 .age = d.age,
+                 .buttons = d.buttons,
+                 .delay = d.delay,
+                 .delays = d.delays};
+  }
   return ticked(touch, tools, count, frames, [&](std::span<const kt::Pose> poses) {
-    std::array<kt::Pose, kt::kMaxTools> to;
-    for (std::size_t k = 0; k < count; ++k) to[k] = touch->guards[k].tool(poses[k], seconds);
-    const std::span<const kt::LocalFrame> body = touch->touch.tick(std::span<const kt::Pose>(to.data(), count));
-    for (std::size_t k = 0; k < count; ++k) {
-      const kt_device& d = *at(devices, k);
-      const bool is_known = d.health >= KT_DEVICE_OK && d.health <= KT_DEVICE_UNCALIBRATED;
-      const kt::DeviceState state{
-          .health = is_known ? static_cast<kt::DeviceHealth>(d.health) : kt::DeviceHealth::fault,
-          .age = d.age,
-          .buttons = d.buttons,
-          .delay = d.delay,
-          .delays = d.delays};
-      given[k] = body[k];
-      const kt::Wrench out = touch->guards[k].make_safe(given[k], poses[k], state, seconds);
-      given[k].force = out.force;
-      given[k].torque = out.torque;
-    }
-    return std::span<const kt::LocalFrame>(given.data(), count);
+    return touch->tick_devices(poses, std::span<const kt::DeviceState>(states.data(), count), seconds);
   });
 }
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "apps/commands.hpp"
-#include "apps/mesh_report.hpp"
+#include "apps/outputs/mesh_report.hpp"
 #include "apps/words.hpp"
 #include "core/base/error.hpp"
 #include "io/files/json_file.hpp"

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "apps/device_summary.hpp"
+#include "apps/outputs/device_summary.hpp"
 #include "core/base/error.hpp"
 
 namespace kt {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "apps/run_outputs.hpp"
-#include "apps/run_summary.hpp"
+#include "apps/outputs/run_outputs.hpp"
+#include "apps/outputs/run_summary.hpp"
 #include "apps/stop_signals.hpp"
 #include "core/base/error.hpp"
 #include "io/files/json_file.hpp"

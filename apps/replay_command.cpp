@@ -2,10 +2,10 @@
 #include <iostream>
 
 #include "apps/commands.hpp"
-#include "apps/run_outputs.hpp"
+#include "apps/outputs/run_outputs.hpp"
 #include "apps/run_session.hpp"
-#include "apps/run_summary.hpp"
-#include "apps/session_file.hpp"
+#include "apps/outputs/run_summary.hpp"
+#include "apps/outputs/session_file.hpp"
 #include "apps/words.hpp"
 #include "io/files/shell_words.hpp"
 

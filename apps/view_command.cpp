@@ -14,7 +14,7 @@
 #include "apps/live_scene.hpp"
 #include "apps/mesh_scene.hpp"
 #include "apps/recordings.hpp"
-#include "apps/session_file.hpp"
+#include "apps/outputs/session_file.hpp"
 #include "apps/words.hpp"
 #include "io/files/child_process.hpp"
 #include "io/files/json_file.hpp"

@@ -61,7 +61,7 @@ kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/li
 kt_library(api DIRS api DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics)
 
 # The C interface as one shared library: everything inside, nothing but kt_* outside.
-add_library(kt_shared SHARED api/c_api.cpp)
+add_library(kt_shared SHARED api/c_api.cpp api/held_touch.cpp)
 set_target_properties(kt_shared PROPERTIES OUTPUT_NAME kilotouch EXPORT_NAME shared VERSION ${PROJECT_VERSION} SOVERSION 0
                       CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
 target_include_directories(kt_shared PRIVATE ${PROJECT_SOURCE_DIR} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

@@ -1,4 +1,4 @@
-#include "apps/view_json.hpp"
+#include "apps/outputs/view_json.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "apps/mesh_report.hpp"
+#include "apps/outputs/mesh_report.hpp"
 
 #include <algorithm>
 #include <cmath>

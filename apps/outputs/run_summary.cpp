@@ -1,4 +1,4 @@
-#include "apps/run_summary.hpp"
+#include "apps/outputs/run_summary.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <span>
 
-#include "apps/device_summary.hpp"
+#include "apps/outputs/device_summary.hpp"
 #include "core/base/error.hpp"
 #include "core/linear/kernels.hpp"
 #include "haptics/contact/contact_sweeps.hpp"

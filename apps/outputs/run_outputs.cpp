@@ -1,10 +1,10 @@
-#include "apps/run_outputs.hpp"
+#include "apps/outputs/run_outputs.hpp"
 
 #include <filesystem>
 
-#include "apps/run_tables.hpp"
-#include "apps/session_file.hpp"
-#include "apps/view_json.hpp"
+#include "apps/outputs/run_tables.hpp"
+#include "apps/outputs/session_file.hpp"
+#include "apps/outputs/view_json.hpp"
 #include "haptics/study/contact_events.hpp"
 #include "haptics/study/indentation.hpp"
 #include "io/files/json_file.hpp"

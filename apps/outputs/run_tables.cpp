@@ -1,4 +1,4 @@
-#include "apps/run_tables.hpp"
+#include "apps/outputs/run_tables.hpp"
 
 #include "core/base/error.hpp"
 #include "io/files/output_file.hpp"

@@ -1,4 +1,4 @@
-#include "apps/device_summary.hpp"
+#include "apps/outputs/device_summary.hpp"
 
 #include <algorithm>
 #include <cmath>

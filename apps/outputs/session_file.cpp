@@ -1,11 +1,11 @@
-#include "apps/session_file.hpp"
+#include "apps/outputs/session_file.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "apps/run_summary.hpp"
+#include "apps/outputs/run_summary.hpp"
 #include "core/base/error.hpp"
 #include "haptics/device/recording.hpp"
 #include "haptics/touch/live_settings.hpp"

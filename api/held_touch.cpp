@@ -1,0 +1,45 @@
+#include "api/held_touch.hpp"
+
+#include "haptics/setup/scene_safety.hpp"
+
+namespace kt {
+namespace {
+
+/// Of a device that the caller has.
+SafetyOptions options_of_chain(const Scene& scene, SceneTool tool) {
+  if (!tool.path.device) tool.path.device.emplace();
+  SafetyOptions out = safety_options(scene, tool);
+  out.device.is_live = out.device.yields = out.device.gives_torque = true;
+  return out;
+}
+
+}  // namespace
+
+HeldTouch::HeldTouch(const Scene& scene, const std::function<Body()>& make_body)
+    : HeldTouch(scene, touch_options(scene), make_body) {}
+
+HeldTouch::HeldTouch(const Scene& scene, const TouchOptions& options, const std::function<Body()>& make_body)
+    : body(make_body ? make_body() : Body(body_options(scene))), touch(body, options) {
+  chains_.emplace_back(options_of_chain(scene, scene.tool));
+  if (scene.second_tool) chains_.emplace_back(options_of_chain(scene, *scene.second_tool));
+}
+
+std::span<const LocalFrame> HeldTouch::tick_devices(std::span<const Pose> devices, std::span<const DeviceState> states,
+                                                    double dt) noexcept {
+  std::array<Pose, kMaxTools> to;
+  for (std::size_t k = 0; k < devices.size(); ++k) to[k] = chains_[k].tool(devices[k], dt);
+  const std::span<const LocalFrame> frames = touch.tick(std::span<const Pose>(to.data(), devices.size()));
+  for (std::size_t k = 0; k < devices.size(); ++k) {
+    given_[k] = frames[k];
+    const Wrench out = chains_[k].make_safe(given_[k], devices[k], states[k], dt);
+    given_[k].force = out.force;
+    given_[k].torque = out.torque;
+  }
+  return {given_.data(), devices.size()};
+}
+
+Body body_of_mesh(Mesh mesh, const Scene& scene) {
+  return Body(filled(std::move(mesh), scene.object), body_options(scene));
+}
+
+}  // namespace kt

@@ -1,0 +1,45 @@
+#pragma once
+// What the interfaces of other languages hold by one handle: a body, its touch, and a safety chain for each tool.
+#include <array>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "haptics/driver/safety_chain.hpp"
+#include "haptics/setup/session_parts.hpp"
+#include "haptics/touch/touch.hpp"
+
+namespace kt {
+
+class HeldTouch {
+ public:
+  /// What is wrong with a setting is told before the body is made. Throws InputError.
+  /// @param make_body  once; none: of the scene's own mesh
+  explicit HeldTouch(const Scene& scene, const std::function<Body()>& make_body = {});
+
+  /// One tick for devices that somebody holds: Touch::tick() between SafetyChain::tool() and make_safe(). Forces and
+  /// torques of the frames, which are there until the next call, are what is to be written to the devices now.
+  /// @param devices  where they are, one a tool, in the world's frame
+  /// @param dt       since the last call [s], > 0
+  std::span<const LocalFrame> tick_devices(std::span<const Pose> devices, std::span<const DeviceState> states,
+                                           double dt) noexcept;
+
+  /// Of tool k, for gauges.
+  const SafetyChain& chain(std::size_t k) const { return chains_[k]; }
+
+ private:
+  HeldTouch(const Scene& scene, const TouchOptions& options, const std::function<Body()>& make_body);
+
+ public:
+  Body body;
+  Touch touch;
+
+ private:
+  std::vector<SafetyChain> chains_;
+  std::array<LocalFrame, kMaxTools> given_;
+};
+
+/// A surface in metres that the scene's `object` fills, a solid as it is. For HeldTouch.
+Body body_of_mesh(Mesh mesh, const Scene& scene);
+
+}  // namespace kt
