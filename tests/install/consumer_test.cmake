@@ -40,6 +40,16 @@ if(NOT out MATCHES "refused: contact.mu is -1.*kilotouch ${VERSION}: 0\\.[0-9]*[
   message(FATAL_ERROR "the C example printed no force")
 endif()
 
+# The Python package, where the build has it.
+set(python_folder ${work}/prefix/lib/python3/dist-packages)
+if(EXISTS ${python_folder}/kilotouch/__init__.py)
+  run(${CMAKE_COMMAND} -E env PYTHONPATH=${python_folder} /usr/bin/python3 examples/pushed_device.py)
+  message("${out}")
+  if(NOT out MATCHES "at most 0\\.1000 N of 0\\.1000 N; at the end 0\\.0000 N")
+    message(FATAL_ERROR "the device that Python drives was given no force, or one that stayed")
+  endif()
+endif()
+
 # The shared library gives away what its header declares, and nothing else.
 file(GLOB library ${work}/prefix/lib*/libkilotouch.so ${work}/prefix/lib/*/libkilotouch.so)
 run(nm -D --defined-only ${library})

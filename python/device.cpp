@@ -1,0 +1,79 @@
+#include "python/bindings.hpp"
+#include "python/device_reading.hpp"
+
+namespace kt {
+namespace {
+
+DeviceHealth health_of(const std::string& name) {
+  std::vector<std::string> known;
+  for (const DeviceHealth health :
+       {DeviceHealth::ok, DeviceHealth::stale, DeviceHealth::gone, DeviceHealth::fault, DeviceHealth::uncalibrated}) {
+    if (name == name_of(health)) return health;
+    known.emplace_back(name_of(health));
+  }
+  throw_unknown("health", name, known);
+}
+
+Vec3 finite_vector(const py::object& given, const char* what) {
+  const Vec3 out = given.cast<Vec3>();
+  if (!out.allFinite()) throw InputError(text(what, ": a number is not finite"));
+  return out;
+}
+
+DeviceReadingAt make_reading(const py::array_t<double>& pose, double age, const std::string& health, unsigned buttons,
+                             double delay, unsigned delays, const py::object& v) {
+  DeviceReadingAt out{pose_of(pose), {health_of(health), age, buttons, delay, delays, {}}};
+  if (!v.is_none()) out.state.v = finite_vector(v, "v");
+  return out;
+}
+
+void push(PushedDevice& device, const py::array_t<double>& given, unsigned buttons, const py::object& v, double age) {
+  const Pose pose = pose_of(given);
+  if (!pose.is_finite()) throw InputError("pose: a number is not finite; nothing was pushed");
+  if (!(age >= 0)) throw InputError(text("age: ", age, ", must be at least 0 [s]"));
+  DeviceReading reading;
+  std::copy_n(pose.x.data(), 3, reading.x);
+  const double turn[4] = {pose.r.w(), pose.r.x(), pose.r.y(), pose.r.z()};
+  std::copy_n(turn, 4, reading.turn);
+  if (!v.is_none()) std::copy_n(finite_vector(v, "v").data(), 3, reading.v);
+  reading.buttons = buttons;
+  reading.at_ns = monotonic_ns() - static_cast<std::int64_t>(1e9 * std::min(age, 1e6));
+  reading.count = ++device.count;
+  device.slots->reading.put(reading);
+  device.slots->health.store(DeviceHealth::ok);
+}
+
+py::tuple order_of(const PushedDevice& device) {
+  const DeviceOrder order = device.slots->wanted(monotonic_ns());
+  return py::make_tuple(Vec3(order.force[0], order.force[1], order.force[2]),
+                        Vec3(order.torque[0], order.torque[1], order.torque[2]));
+}
+
+}  // namespace
+
+void bind_device(py::module_& m) {
+  py::class_<DeviceReadingAt>(m, "DeviceReading", "Where a device is and how it is: for Touch.tick_device().")
+      .def(py::init(&make_reading), py::arg("pose"), py::arg("age") = 0.0, py::arg("health") = "ok",
+           py::arg("buttons") = 0U, py::arg("delay") = 0.0, py::arg("delays") = 0U, py::arg("v") = py::none(),
+           "pose: (3,) [m] or (7,), with the turn as a quaternion w x y z, in the world's frame; age: of the pose [s]; "
+           "health: ok, stale, gone, fault or uncalibrated; buttons: bit 0 is the first; delay: from a force that was "
+           "written until it acted, as measured last [s], and how many were measured; v: the device's own velocity "
+           "(3,) [m/s].");
+  py::class_<PushedDevice>(m, "PushedDevice",
+                           "A device that Python drives: poses in, forces out. The scene's tool.path.device.name is "
+                           "pushed; Session.start(pushed=device) ticks it at the haptic rate in a thread of its own.")
+      .def(py::init<>())
+      .def("push", &push, py::arg("pose"), py::arg("buttons") = 0U, py::arg("v") = py::none(), py::arg("age") = 0.0,
+           "Where the device is now: (3,) [m] or (7,), in its own frame. A pose that is older than 5 ms shuts the "
+           "gate, so push at 250 Hz or more; a first one before start(). age: since it was read [s].")
+      .def_property_readonly("order", &order_of,
+                             "What to write to the device now: (force (3,) [N], torque (3,) [N m]), in its own frame. "
+                             "Finite, within the limits; zero when no tick has come for 20 ms. Read it after what may "
+                             "block.")
+      .def_property(
+          "health", [](const PushedDevice& d) { return name_of(d.slots->health.load()); },
+          [](PushedDevice& d, const std::string& name) { d.slots->health.store(health_of(name)); },
+          "ok, stale, gone, fault or uncalibrated: all but ok shut the gate. push() sets it to ok.");
+}
+
+}  // namespace kt

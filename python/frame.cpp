@@ -1,0 +1,78 @@
+#include "haptics/tick/local_frame.hpp"
+
+#include "python/bindings.hpp"
+
+namespace kt {
+namespace {
+
+using Values = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+}  // namespace
+
+Pose pose_of(const py::array_t<double>& given) {
+  const Values values = Values::ensure(given);
+  if (!values || values.ndim() != 1 || (values.size() != 3 && values.size() != 7))
+    throw InputError("pose: 3 numbers are needed, x y z [m], or 7, with the turn as a quaternion w x y z");
+  const double* p = values.data();
+  Pose out{{p[0], p[1], p[2]}, Quaternion::Identity()};
+  if (values.size() == 7) out.r = Quaternion(p[3], p[4], p[5], p[6]);
+  return out;
+}
+
+void bind_frame(py::module_& m) {
+  const auto read = [](auto member, const char*) { return [member](const LocalFrame& f) { return f.*member; }; };
+  py::class_<LocalFrame> frame(m, "Frame", "What one haptic tick gives, of one tool. SI units, world frame.");
+  const auto add = [&](const char* name, auto member, const char* doc) {
+    frame.def_property_readonly(name, read(member, doc), doc);
+  };
+  add("t", &LocalFrame::t, "end of the tick [s]");
+  add("force", &LocalFrame::force, "on the tool (3,) [N]");
+  add("torque", &LocalFrame::torque, "on the tool about its reference point (3,) [N m]");
+  add("f_n", &LocalFrame::f_n, "normal part of the force [N]");
+  add("f_t", &LocalFrame::f_t, "tangential part of the force [N]");
+  add("normal", &LocalFrame::normal, "of the contact that carries most, from the body towards the tool (3,)");
+  add("point", &LocalFrame::point, "where that one touches the tool (3,) [m]");
+  add("gap", &LocalFrame::gap, "smallest of a held contact [m]");
+  add("triangle", &LocalFrame::triangle, "of the body's surface; -1: none");
+  add("contacts", &LocalFrame::contacts, "how many places touch");
+  add("model_frame", &LocalFrame::model_frame, "count of the local model in use");
+  frame.def_property_readonly(
+      "x", [](const LocalFrame& f) { return f.pose.x; }, "the tool's reference point at t (3,) [m]");
+  frame.def_property_readonly(
+      "turn",
+      [](const LocalFrame& f) { return Eigen::Vector4d(f.pose.r.w(), f.pose.r.x(), f.pose.r.y(), f.pose.r.z()); },
+      "the tool's turn at t, a quaternion w x y z (4,)");
+  frame.def_property_readonly(
+      "mode", [](const LocalFrame& f) { return name_of(f.mode); }, "free, stick, slide or frictional_slide");
+  frame.def_property_readonly("_flags", [](const LocalFrame& f) { return f.flags; });
+  frame.def("__repr__", [](const LocalFrame& f) {
+    return text("<kilotouch.Frame: t ", f.t, " s, normal ", f.f_n, " N, tangential ", f.f_t, " N, ", name_of(f.mode),
+                ">");
+  });
+  py::dict flags;
+  for (const auto& [name, value] :
+       std::initializer_list<std::pair<const char*, unsigned>>{{"EVENTS_EXHAUSTED", kEventsExhausted},
+                                                               {"LEFT_PATCH", kLeftPatch},
+                                                               {"LOST_ANCHOR", kLostAnchor},
+                                                               {"RIGID_CONTACT", kRigidContact},
+                                                               {"NOT_FINITE", kNotFinite},
+                                                               {"CONTACTS_EXHAUSTED", kContactsExhausted},
+                                                               {"PUSHED_OUT", kPushedOut},
+                                                               {"STALE_MODEL", kStaleModel},
+                                                               {"BODY_FAILED", kBodyFailed},
+                                                               {"NO_MODEL", kNoModel},
+                                                               {"BAD_POSE", kBadPose},
+                                                               {"LATE_TICK", kLateTick},
+                                                               {"GATED", kGated},
+                                                               {"SLEWED", kSlewed},
+                                                               {"STALE_POSE", kStalePose}})
+    flags[name] = value;
+  m.attr("_flags") = flags;
+  py::list modes;
+  for (const ContactMode mode :
+       {ContactMode::free, ContactMode::stick, ContactMode::slide, ContactMode::frictional_slide})
+    modes.append(name_of(mode));
+  m.attr("MODES") = py::tuple(modes);
+}
+
+}  // namespace kt

@@ -1,0 +1,108 @@
+"""kilotouch: touch on deformable bodies at a kilohertz.
+
+    import kilotouch as kt
+
+    scene = kt.Scene("scenes/organ_drag.json", {"contact.mu": 0.8})
+    trace = kt.Session(scene).run()                 # as `kilotouch run`
+    trace.force                                     # (n, 3) [N], a row a tick
+
+    touch = kt.Touch(scene)                         # your loop
+    frame = touch.tick([0.02, 0.03, 0.04])          # the tool is there now [m]
+    frame.force, frame.mode
+
+SI units, world frame. Wrong input raises InputError, one line: what, where, value, allowed.
+docs/python.md says the rest.
+"""
+import enum as _enum
+import json as _json
+import os as _os
+
+from ._kilotouch import (MODES, DeviceReading, Frame, InputError, Mesh, PushedDevice, RunError, Session, Status, Touch,
+                         Trace, __version__, check_model, load_mesh)
+from . import _kilotouch
+
+__all__ = ["MODES", "DeviceReading", "Flag", "Frame", "InputError", "Mesh", "Model", "PushedDevice", "RunError", "Scene",
+           "Session", "Status", "Touch", "Trace", "check_model", "load_mesh", "plot"]
+
+Flag = _enum.IntFlag("Flag", _kilotouch._flags, module=__name__)
+Flag.__doc__ = "Why a force is what it is: bits of Frame.flags. docs/embedding.md has their meaning."
+Frame.flags = property(lambda self: Flag(self._flags), doc="why the force is what it is: kilotouch.Flag")
+
+
+def _plain(value):
+    """What json does not take: numpy's numbers and arrays, paths."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if hasattr(value, "__fspath__"):
+        return _os.fspath(value)
+    raise TypeError(f"a setting is a number, a text, a list or a dict, not {type(value).__name__}")
+
+
+def _setting(key, value):
+    return f"{key}={_json.dumps(value, default=_plain)}"
+
+
+class Scene(_kilotouch.Scene):
+    """A scene: body, tool, path, settings. Keys are those of a scene file (docs/scene.md).
+
+    file: a scene file; None: every setting as by default, with the mesh that a Touch or a Session is given.
+    settings: {"contact.mu": 0.8, "object.mesh": "liver.obj"}, as --set on the command line.
+    scene["contact.mu_static"] reads and changes one; None: it is not set, or short for others, as contact.mu is.
+    InputError: file, key, value, what is allowed; nothing is changed then.
+    """
+
+    def __init__(self, file=None, settings=None):
+        super().__init__(None if file is None else _os.fspath(file),
+                         [_setting(key, value) for key, value in (settings or {}).items()])
+
+    def __getitem__(self, key):
+        return _json.loads(self._get(key))
+
+    def __setitem__(self, key, value):
+        self._set(_setting(key, value))
+
+    def keys(self):
+        """Every key that a scene can have."""
+        return self._keys()
+
+    def to_dict(self):
+        """Every key with its value, nested as in a scene file."""
+        return _json.loads(self.to_json())
+
+    def __repr__(self):
+        return f"<kilotouch.Scene: {self['title'] or 'no title'}, mesh {self['object.mesh']}>"
+
+
+class Model:
+    """Physics of one's own: M a = force(x, v). Derive from it, and write force(); tangent() where differences are too slow.
+
+    mesh: a Mesh, at rest; mass: of each node (n,) [kg], or scipy's sparse (3n, 3n); fixed: indices of clamped nodes.
+    It is called at the body's rate (30 Hz), never in a haptic tick, by one thread at a time. What it raises ends the
+    body's simulation. check_model() tries it.
+    """
+
+    def __init__(self, mesh, mass, fixed=()):
+        self.mesh = mesh
+        self.fixed = [int(i) for i in fixed]
+        if not hasattr(mass, "tocsc"):
+            import numpy
+            import scipy.sparse
+            mass = numpy.asarray(mass, float)
+            if mass.ndim != 1:
+                raise InputError("mass: a number a node, (n,) [kg], or scipy's sparse (3n, 3n)")
+            mass = scipy.sparse.diags(numpy.repeat(mass, 3), format="csc")
+        self.mass = mass.tocsc()
+
+    def force(self, x, v):
+        """Inner and outer forces (n, 3) [N] at places x (n, 3) [m] and speeds v (n, 3) [m/s]."""
+        raise NotImplementedError("Model.force(x, v) is to be written")
+
+    #: tangent(x, v, definite) gives (dfdx, dfdv), scipy's sparse (3n, 3n) [N/m], [N s/m]; definite: -dfdx and -dfdv
+    #: positive semidefinite. None: by differences of force(), 300 to 600 calls.
+    tangent = None
+
+
+def plot(trace, other=None):
+    """A matplotlib figure of a run: normal and tangential force, stick and slip. other: a trace to compare with."""
+    from .plots import draw
+    return draw(trace, other)

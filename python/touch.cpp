@@ -1,0 +1,202 @@
+#include <atomic>
+
+#include "api/held_touch.hpp"
+#include "python/bindings.hpp"
+#include "python/device_reading.hpp"
+
+namespace kt {
+namespace {
+
+/// A touch in Python. One thread at a time ticks; a second one is told so.
+class PythonTouch {
+ public:
+  PythonTouch(const NamedScene& named, const py::object& mesh, const py::object& model) {
+    check_body_source(named, mesh, model);
+    std::unique_ptr<DeformableModel> own;
+    std::optional<Mesh> body;
+    if (!model.is_none()) own = model_of(model);
+    if (!mesh.is_none()) body = mesh.cast<Mesh>();
+    const py::gil_scoped_release no_gil;
+    const Scene& scene = named.scene;
+    const auto make = [&] {
+      if (own) return Body(std::move(own), body_options(scene));
+      return body ? body_of_mesh(std::move(*body), scene) : Body(body_options(scene));
+    };
+    held_ = std::make_unique<HeldTouch>(scene, make);
+  }
+  ~PythonTouch() {
+    const py::gil_scoped_release no_gil;  // the body's thread may wait for it
+    held_.reset();
+  }
+
+  Touch& touch() { return held_->touch; }
+  HeldTouch& held() { return *held_; }
+  bool is_started = false;
+
+  /// Alone, and without the GIL.
+  template <class F>
+  auto alone(F&& f) {
+    struct Lock {
+      explicit Lock(std::atomic_flag& its) : flag(its) {
+        if (flag.test_and_set()) throw RunError("two threads tick one Touch: one at a time may");
+      }
+      ~Lock() { flag.clear(); }
+      std::atomic_flag& flag;
+    };
+    const py::gil_scoped_release no_gil;
+    const Lock lock(ticking_);
+    return f();
+  }
+
+ private:
+  std::unique_ptr<HeldTouch> held_;
+  std::atomic_flag ticking_;
+};
+
+struct Tools {
+  std::array<Pose, kMaxTools> poses;
+  std::size_t count = 0;
+  std::span<const Pose> span() const { return {poses.data(), count}; }
+};
+
+void check_count(PythonTouch& t, std::size_t given) {
+  if (given != t.touch().num_tools())
+    throw InputError(text("poses: ", given, " given; the scene has ", t.touch().num_tools(), " tools"));
+}
+
+Tools tools_of(PythonTouch& t, const py::args& poses) {
+  check_count(t, poses.size());
+  Tools out;
+  for (const auto& pose : poses) out.poses[out.count++] = pose_of(py::array_t<double>::ensure(pose));
+  PyErr_Clear();
+  return out;
+}
+
+std::optional<double> time_of(const py::object& given) {
+  if (given.is_none()) return {};
+  const auto dt = given.cast<double>();
+  if (!(dt > 0) || !std::isfinite(dt)) throw InputError(text("dt: ", dt, ", must be above 0 [s]"));
+  return dt;
+}
+
+/// One frame, or a tuple of as many as there are tools. In lockstep a body that failed is told by its own words.
+py::object frames_of(PythonTouch& t, std::span<const LocalFrame> frames) {
+  if (!t.is_started && (frames[0].flags & kBodyFailed) != 0U && t.touch().error())
+    std::rethrow_exception(t.touch().error());
+  if (frames.size() == 1) return py::cast(frames[0]);
+  py::tuple out(frames.size());
+  for (std::size_t k = 0; k < frames.size(); ++k) out[k] = py::cast(frames[k]);
+  return out;
+}
+
+py::object tick(PythonTouch& t, const py::args& poses, const py::object& time) {
+  const Tools tools = tools_of(t, poses);
+  const std::optional<double> dt = time_of(time);
+  return frames_of(t, t.alone([&] { return dt ? t.touch().tick(tools.span(), *dt) : t.touch().tick(tools.span()); }));
+}
+
+py::object tick_device(PythonTouch& t, const py::args& readings, const py::object& time) {
+  check_count(t, readings.size());
+  const double seconds = time_of(time).value_or(t.touch().h());
+  Tools tools;
+  std::array<DeviceState, kMaxTools> states;
+  for (const auto& given : readings) {
+    const auto& reading = given.cast<const DeviceReadingAt&>();
+    tools.poses[tools.count] = reading.pose;
+    states[tools.count++] = reading.state;
+  }
+  return frames_of(t, t.alone([&] {
+    return t.held().tick_devices(tools.span(), std::span<const DeviceState>(states.data(), tools.count), seconds);
+  }));
+}
+
+void set(PythonTouch& t, const std::string& key, const py::object& value) {
+  if (py::isinstance<py::str>(value))
+    t.touch().set(key, value.cast<std::string>());
+  else
+    t.touch().set(key, value.cast<double>());
+}
+
+py::object get(PythonTouch& t, const std::string& key) {
+  try {
+    return py::float_(t.touch().number(key));
+  } catch (const InputError&) {
+    return py::str(t.touch().word(key));  // or throws: no such setting
+  }
+}
+
+}  // namespace
+
+void bind_touch(py::module_& m) {
+  py::class_<TouchStatus>(m, "Status", "How a touch goes: of the refresh that was made last.")
+      .def_readonly("refreshes", &TouchStatus::refreshes, "made so far")
+      .def_readonly("linearized_tick", &TouchStatus::linearized_tick)
+      .def_readonly("dof", &TouchStatus::dof, "of its local model")
+      .def_readonly("patch_vertices", &TouchStatus::patch_vertices)
+      .def_readonly("refresh_ms", &TouchStatus::refresh_ms, "CPU time, with its global step")
+      .def_readonly("late_ticks", &TouchStatus::late_ticks, "until the last local model was in use")
+      .def_readonly("expected_force_error", &TouchStatus::expected_force_error, "share; nan: not certified")
+      .def_readonly("certified_error", &TouchStatus::certified_error, "of the impedance; nan: not certified")
+      .def_readonly("reducer", &TouchStatus::reducer)
+      .def_readonly("error", &TouchStatus::error, "why the body's simulation ended; empty: it goes on");
+
+  py::class_<PythonTouch>(m, "Touch",
+                          "A body that tools touch, one call a haptic tick. Without start() the body is refreshed "
+                          "inside some ticks: the same poses give the same bits.")
+      .def(py::init<const NamedScene&, const py::object&, const py::object&>(), py::arg("scene"),
+           py::arg("mesh") = py::none(), py::arg("model") = py::none(),
+           "scene: tools and settings; its path is not followed. mesh: a kilotouch.Mesh for the scene's own; model: a "
+           "kilotouch.Model for it. InputError: what, where, value, allowed.")
+      .def(
+          "place",
+          [](PythonTouch& t, const py::args& poses) {
+            const Tools tools = tools_of(t, poses);
+            t.alone([&] { t.touch().place(tools.span()); });
+          },
+          "Where the tools are before the first tick.")
+      .def(
+          "start",
+          [](PythonTouch& t) {
+            t.alone([&] { t.touch().start(); });
+            t.is_started = true;
+          },
+          "The body from now on in a thread of its own; before the first tick.")
+      .def(
+          "stop",
+          [](PythonTouch& t) {
+            t.alone([&] { t.touch().stop(); });
+            t.is_started = false;
+          },
+          "Ends that thread. Raises what ended the body's simulation before.")
+      .def("tick", &tick, py::arg("dt") = py::none(),
+           "tick(pose, ...): the tools have come to these poses, one each: (3,) [m], or (7,) with the turn as a "
+           "quaternion w x y z. A Frame, of two tools a tuple. dt: seconds since the last call, for a loop that does "
+           "not keep local.rate_hz.")
+      .def("tick_device", &tick_device, py::arg("dt") = py::none(),
+           "tick_device(reading, ...): the same for devices that somebody holds, a DeviceReading each. Forces and "
+           "torques of the frames are what is to be written to the devices now: made safe by tool.path.device's limits "
+           "(docs/devices.md). dt: seconds since the last call; none: one tick.")
+      .def("__getitem__", &get, py::arg("key"))
+      .def("__setitem__", &set, py::arg("key"), py::arg("value"))
+      .def_property_readonly(
+          "positions",
+          [](PythonTouch& t) {
+            VectorX x;
+            {
+              const py::gil_scoped_release no_gil;
+              t.touch().copy_positions(x);
+            }
+            return rows_of(x);
+          },
+          "Where the body's nodes are, as the last refresh had them, with the part around the contact as it was some "
+          "ticks ago: (n, 3) [m], a copy.")
+      .def_property_readonly(
+          "mesh", [](PythonTouch& t) { return t.held().body.model().mesh(); }, "At rest; a copy.")
+      .def_property_readonly(
+          "status", [](PythonTouch& t) { return t.touch().status(); }, "Of the refresh that was made last.")
+      .def_property_readonly(
+          "h", [](PythonTouch& t) { return t.touch().h(); }, "of a tick [s]")
+      .def_property_readonly("num_tools", [](PythonTouch& t) { return t.touch().num_tools(); });
+}
+
+}  // namespace kt
