@@ -77,15 +77,20 @@ GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr
   max_step_ = std::min(max_step_, 0.8 * integrator_->stable_step(fastest_mode(model, state_)));
 }
 
-std::optional<State> GlobalSimulation::foresee(double dt, std::span<const ContactHold> holds) {
-  if (!unconditional_ || holds.empty() || dt <= 0) return {};
-  VectorX friction = VectorX::Zero(state_.x.size());
-  for (const ContactHold& hold : holds) hold.moves.add_to(friction, friction_scale_ * hold.friction);
-  const MovingHolds held(model_, holds, hold_stiffness_, state_, dt);
+std::optional<State> GlobalSimulation::foresee(double dt, std::span<const std::vector<ContactHold>> stops) {
+  if (!unconditional_ || stops.empty() || dt <= 0) return {};
+  const double step = dt / static_cast<double>(stops.size());
   State ahead = state_;
-  integrator_->look_ahead(held, friction, dt, ahead);
+  for (const std::vector<ContactHold>& holds : stops) {
+    if (holds.empty()) return {};
+    VectorX friction = VectorX::Zero(ahead.x.size());
+    for (const ContactHold& hold : holds) hold.moves.add_to(friction, friction_scale_ * hold.friction);
+    const MovingHolds held(model_, holds, hold_stiffness_, ahead, step);
+    integrator_->look_ahead(held, friction, step, ahead);
+    if (held.push(ahead.x) < 0) return {};
+  }
   ahead.t = state_.t + dt;
-  if (held.push(ahead.x) < 0 || !ahead.x.allFinite() || !ahead.v.allFinite()) return {};
+  if (!ahead.x.allFinite() || !ahead.v.allFinite()) return {};
   return ahead;
 }
 

@@ -213,9 +213,10 @@ Vec3 Refresher::way_until_used(const Vec3& velocity, int tool) const {
 /// with the body as it is.
 std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> reports) {
   const double use = 0.5 * interval(t) / known_.pace.haste(), lead = known_.delay + use;
-  constexpr double kSomewhere = 0.1;  // of a tool's reach
+  constexpr double kSomewhere = 0.1;    // of a tool's reach
+  constexpr double kLongestStep = 0.1;  // [s] on the way of a tool that drags, a body of springs bends otherwise
   bool goes_on = known_.delay <= 0;
-  std::vector<ContactHold> all;
+  std::vector<std::vector<ContactHold>> stops(static_cast<std::size_t>(std::ceil(lead / kLongestStep)));
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, k);
     std::vector<ContactHold> holds = last_holds(reports, nodes_, options_.local.rate_hz, k);
@@ -225,11 +226,14 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
       goes_on |= way.norm() > kSomewhere * tool_reach(tools_[k].shape);
       step = way + use * velocity;
     }
-    std::ranges::move(moved_holds(std::move(holds), surface_, smoothing_, global_.model().mesh().x, step),
-                      std::back_inserter(all));
+    for (std::size_t i = 0; i < stops.size(); ++i) {
+      const double share = static_cast<double>(i + 1) / static_cast<double>(stops.size());
+      std::ranges::move(moved_holds(holds, surface_, smoothing_, global_.model().mesh().x, share * step),
+                        std::back_inserter(stops[i]));
+    }
   }
   if (!goes_on) return {};
-  return global_.foresee(lead, all);
+  return global_.foresee(lead, stops);
 }
 
 void Refresher::go_on_from(Refresher& before) {

@@ -94,7 +94,7 @@ TEST(GlobalSimulation, MakesOneTangentForALookAheadAndTheStepThatFollows) {
       const ContactHold hold = b.hold(2e-4 * i), next = b.hold(2e-4 * i + 1e-4);
       one.advance(0.03 * i, {}, {&hold, 1});
       other.advance(0.03 * i, {}, {&hold, 1});
-      EXPECT_TRUE(one.foresee(0.015, {&next, 1}));
+      EXPECT_TRUE(one.foresee(0.015, std::vector(1, std::vector{next})));
     }
     EXPECT_EQ(one.state(), other.state()) << type;  // to the bit
     EXPECT_EQ(blind.tangents, 1 + 4);               // one at rest tells how stiff a hold has to be

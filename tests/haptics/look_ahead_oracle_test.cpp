@@ -131,7 +131,7 @@ TEST(LookAhead, IsNearerToWhatTheBodyBecomesThanWhatItIs) {
       moved_holds({block.hold(0.013 + speed * 0.1)}, block.surface, {}, block.mesh.x, Vec3(speed * 0.05, 0, 0));
   const NodeWeights expected = block.hold(0.013 + speed * 0.15).moves;
   EXPECT_TRUE(std::equal(expected.node.begin(), expected.node.begin() + 3, holds[0].moves.node.begin()));
-  const std::optional<State> ahead = simulation.foresee(0.05, holds);
+  const std::optional<State> ahead = simulation.foresee(0.05, std::vector(1, holds));
   ASSERT_TRUE(ahead);
   EXPECT_EQ(simulation.state(), now);  // it only looks
   EXPECT_DOUBLE_EQ(ahead->t, now.t + 0.05);
@@ -140,17 +140,42 @@ TEST(LookAhead, IsNearerToWhatTheBodyBecomesThanWhatItIs) {
   EXPECT_LE((ahead->x - later).norm(), 0.25 * (now.x - later).norm());
 }
 
+/// The further away, the more steps it takes: each is straight, and the body is not.
+TEST(LookAhead, FarAwayIsNearerInSteps) {
+  const SlidBlock block;
+  GlobalSimulation simulation(*block.model, make_integrator("implicit_euler"), 0.1);
+  constexpr double kSpeed = 0.04, kFar = 0.3;
+  const auto drag_to = [&](double t) {
+    while (simulation.state().t < t - 1e-9) {
+      const ContactHold hold = block.hold(0.013 + kSpeed * (simulation.state().t + 0.005));
+      simulation.advance(simulation.state().t + 0.005, {}, {&hold, 1});
+    }
+  };
+  drag_to(0.1);
+  std::vector<std::optional<State>> ahead;
+  for (const int steps : {1, 3}) {
+    std::vector<std::vector<ContactHold>> stops;
+    for (int i = 1; i <= steps; ++i) stops.push_back({block.hold(0.013 + kSpeed * (0.1 + kFar * i / steps))});
+    ahead.push_back(simulation.foresee(kFar, stops));
+    ASSERT_TRUE(ahead.back());
+    EXPECT_DOUBLE_EQ(ahead.back()->t, 0.1 + kFar);
+  }
+  drag_to(0.1 + kFar);
+  const VectorX& later = simulation.state().x;
+  EXPECT_LE((ahead[1]->x - later).norm(), 0.7 * (ahead[0]->x - later).norm());
+}
+
 TEST(LookAhead, DoesNotPull) {
   const SlidBlock block;
   GlobalSimulation simulation(*block.model, make_integrator("implicit_euler"), 0.1);
   ContactHold hold = block.hold(0.02);
   simulation.advance(0.1, {}, {&hold, 1});
   hold.point.z() = 0.022;
-  EXPECT_FALSE(simulation.foresee(0.05, {&hold, 1}));
+  EXPECT_FALSE(simulation.foresee(0.05, std::vector(1, std::vector{hold})));
   EXPECT_FALSE(simulation.foresee(0.05, {}));
   GlobalSimulation limited(*block.model, make_integrator("symplectic_euler"), 0.1);
   const ContactHold pressed = block.hold(0.02);
-  EXPECT_FALSE(limited.foresee(0.05, {&pressed, 1}));
+  EXPECT_FALSE(limited.foresee(0.05, std::vector(1, std::vector{pressed})));
 }
 
 /// Springs under a local model that comes one interval late: the force errors without and with looking ahead.
