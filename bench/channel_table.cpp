@@ -57,7 +57,7 @@ Result measure(const Cell& cell, double seconds, std::size_t bytes) {
     kt::Peer from;
     while (!stop) {
       if (!receiver.receive(datagram, from, 20) || !opener.open(datagram, payload)) continue;
-      loss = opener.loss();
+      loss = opener.loss().value_or(kt::kLossUntilKnown);
       const auto message = joiner.take(payload);
       if (!message) continue;
       double sent_at = 0;

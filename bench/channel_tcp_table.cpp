@@ -177,7 +177,7 @@ void take_datagrams(Watch& watch, Shared& shared) {
   kt::Peer from;
   while (!watch.stop) {
     if (!socket.receive(datagram, from, 20) || !opener.open(datagram, payload)) continue;
-    shared.loss = opener.loss();
+    shared.loss = opener.loss().value_or(kt::kLossUntilKnown);
     if (const auto message = joiner.take(payload)) watch.came(message->bytes.data());
   }
 }

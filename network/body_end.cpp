@@ -149,7 +149,7 @@ void BodyEnd::set(const SettingChange& change) {
     side_.set(change.key, change.word);
 }
 
-double BodyEnd::model_loss() const {
+std::optional<double> BodyEnd::model_loss() const {
   const std::scoped_lock lock(guard_);
   return loss_;
 }

@@ -46,7 +46,7 @@ class BodyEnd {
   void set(const SettingChange& change);
   TouchStatus status() const { return side_.status(); }
   void copy_positions(VectorX& x) const { side_.copy_positions(x); }
-  double model_loss() const;  ///< of datagrams to the hand, as it has told
+  std::optional<double> model_loss() const;  ///< of datagrams to the hand, as it has told; none: not yet
   BodyEndCounts counts() const;
   /// The last report that came.
   LocalReport last_report() const;
@@ -74,7 +74,7 @@ class BodyEnd {
   std::vector<ReportBatch> batches_;
   std::optional<MotionMessage> motion_;
   std::chrono::steady_clock::time_point motion_came_{};
-  double loss_ = 0;
+  std::optional<double> loss_;
   BodyEndCounts counts_;
   LocalReport last_report_;
 };

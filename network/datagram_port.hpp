@@ -34,7 +34,7 @@ class DatagramPort {
   /// Sends what is due and waits for a message, but no longer than that.
   std::optional<Message> poll(std::chrono::microseconds timeout);
 
-  double loss() const { return opener_.loss(); }  ///< of incoming datagrams
+  std::optional<double> loss() const { return opener_.loss(); }  ///< of incoming datagrams; none: not known yet
   bool has_peer() const { return peer_.size != 0; }
   const Peer& peer() const { return peer_; }
   /// When the last datagram came that was no forgery.

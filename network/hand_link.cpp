@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "core/base/ticks.hpp"
+#include "network/channel/parity.hpp"
 #include "network/model_worker.hpp"
 
 namespace kt {
@@ -163,7 +164,8 @@ class HandLink final : public BodyLink, private RemoteBody {
       motion->tick -= tick0_;
       std::swap(out.motion, *motion);
       // Parity for what is small costs little: a motion that is lost makes a model a quarter of an interval later.
-      port_->send(DatagramKind::motion, encode(out, tools_), std::max(0.2, worker_.loss()), true);
+      port_->send(DatagramKind::motion, encode(out, tools_), std::max(kLossUntilKnown, worker_.loss().value_or(0)),
+                  true);
       std::swap(out.motion, *motion);
     }
     rooms_.push_back(std::move(motion));
@@ -312,8 +314,8 @@ class HandLink final : public BodyLink, private RemoteBody {
     r.hand_ms = hand_ms_;
     r.models_adopted = static_cast<int>(age_ms_.size());
     r.port = port_->counts();
-    r.loss_down = port_->loss();
-    r.loss_up = worker_.loss();
+    r.loss_down = port_->loss().value_or(0);
+    r.loss_up = worker_.loss().value_or(0);
     r.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
     r.reconnections = reconnections_;
     r.longest_gap_s = longest_gap_;

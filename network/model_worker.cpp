@@ -100,7 +100,7 @@ void ModelWorker::add_to(HandLinkReport& report) const {
   report.last_trouble = trouble_;
 }
 
-double ModelWorker::loss() const {
+std::optional<double> ModelWorker::loss() const {
   const std::scoped_lock lock(guard_);
   return loss_;
 }

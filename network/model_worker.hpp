@@ -47,7 +47,7 @@ class ModelWorker {
   void set_late(int ticks);
   void fail(const std::string& why);
   void add_to(HandLinkReport& report) const;
-  double loss() const;
+  std::optional<double> loss() const;
 
  private:
   void run();
@@ -69,7 +69,7 @@ class ModelWorker {
   Bytes bytes_;
   std::map<int, Way> ways_;  // by frame, of models that were not adopted yet
   int tick0_ = 0, came_at_ = 0, arrived_ = 0, wrong_ = 0, last_frame_ = 0;
-  double loss_ = 0;
+  std::optional<double> loss_;
   std::string trouble_;
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;
   SwapEnergy swaps_;

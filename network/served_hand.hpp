@@ -8,6 +8,7 @@
 #include "haptics/setup/built_scene.hpp"
 #include "network/body_end.hpp"
 #include "network/body_server.hpp"
+#include "network/channel/parity.hpp"
 #include "network/datagram_port.hpp"
 
 namespace kt {
@@ -108,8 +109,8 @@ class ServedHand final : public ModelObserver {
     body_->finish();
     ended_.body = body_->counts();
     ended_.port = port_.counts();
-    ended_.loss_up = port_.loss();
-    ended_.loss_down = body_->model_loss();
+    ended_.loss_up = port_.loss().value_or(0);
+    ended_.loss_down = body_->model_loss().value_or(0);
   }
 
   bool look(VectorX& x, LocalReport& tools, TouchStatus& status) const {
@@ -140,7 +141,10 @@ class ServedHand final : public ModelObserver {
         body_->wait(std::chrono::milliseconds(5));
         auto model = body_->refresh_if_due();
         if (!model) continue;
-        model->loss = loss_;
+        {
+          const std::scoped_lock lock(guard_);
+          model->loss = loss_;
+        }
         Bytes bytes = encode(*model);
         const std::scoped_lock lock(guard_);
         ready_ = std::move(bytes);
@@ -152,10 +156,10 @@ class ServedHand final : public ModelObserver {
   }
 
   void send_model() {
-    loss_ = port_.loss();
     std::optional<Bytes> bytes;
     {
       const std::scoped_lock lock(guard_);
+      loss_ = port_.loss();
       bytes = std::exchange(ready_, {});
     }
     if (!bytes) return;
@@ -165,14 +169,12 @@ class ServedHand final : public ModelObserver {
                     " do not travel; set link.basis_bits 8, local.reducer krylov or a smaller tool");
       return;
     }
-    // The hand can tell of a loss once it has got a few models; until then what is lost on the way here stands for
-    // it.
-    const bool is_known = port_.counts().sent > kFewSent;
-    const double loss = is_known ? body_->model_loss() : std::max(body_->model_loss(), port_.loss());
+    // The hand can tell of a loss once it has got a few models, and a way later: until then what is lost on the way
+    // here stands for it.
+    const double loss = body_->model_loss().value_or(port_.loss().value_or(kLossUntilKnown));
     port_.send(DatagramKind::model, std::move(*bytes), loss, false);
   }
 
-  static constexpr long kFewSent = 500;                                              // datagrams
   static constexpr std::chrono::seconds kBuilding{120}, kStarting{20}, kSilence{3};  // after each it is gone
   const BuiltScene& scene_;
   std::string peer_;
@@ -183,12 +185,12 @@ class ServedHand final : public ModelObserver {
   std::unique_ptr<BodyEnd> body_;
   ServedSession ended_;
   Clock::time_point heard_;
-  bool hears_ = false;           // datagrams have come
-  std::atomic<double> loss_{0};  // of datagrams from the hand
+  bool hears_ = false;  // datagrams have come
   std::atomic<bool> stop_{false};
   mutable std::mutex guard_;  // of what follows
   std::vector<RefreshRecord> records_;
   std::optional<Bytes> ready_;
+  std::optional<double> loss_;  // of datagrams from the hand
   std::string error_;
   std::thread thread_;
 };

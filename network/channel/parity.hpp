@@ -15,6 +15,7 @@ namespace kt {
 constexpr int kMostBlockData = 128;       ///< data shards of a block
 constexpr int kMostBlockShards = 255;     ///< data and parity shards of a block
 constexpr double kLossMargin = 0.02;      ///< parity is for this much more loss than was measured
+constexpr double kLossUntilKnown = 0.2;   ///< that parity is for before any was measured
 constexpr double kMostLoss = 0.5;         ///< parity is for no more loss than this (and the margin)
 constexpr double kUndecodedShare = 1e-3;  ///< of messages, at the measured loss and the margin
 

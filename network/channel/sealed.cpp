@@ -91,8 +91,8 @@ bool Opener::open(std::span<const std::uint8_t> datagram, std::vector<std::uint8
   return true;
 }
 
-double Opener::loss() const {
-  if (next_ < first_ + kLossLate + kLossFirst) return 0;
+std::optional<double> Opener::loss() const {
+  if (next_ < first_ + kLossLate + kLossFirst) return {};
   const std::uint64_t end = next_ - kLossLate, begin = std::max(first_, end - std::min(end, kLossWindow));
   std::uint64_t lost = 0;
   for (std::uint64_t counter = begin; counter < end; ++counter) lost += !has(counter);

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,9 +68,9 @@ class Opener {
 
   OpenCounts counts() const { return counts_; }
 
-  /// Share of the datagrams sent that did not come, of the kLossWindow before the newest kLossLate; 0 while there are
-  /// fewer than kLossFirst. One that comes late counts as come as soon as it does.
-  double loss() const;
+  /// Share of the datagrams sent that did not come, of the kLossWindow before the newest kLossLate; not known while
+  /// there are fewer than kLossFirst. One that comes late counts as come as soon as it does.
+  std::optional<double> loss() const;
 
  private:
   bool has(std::uint64_t counter) const;

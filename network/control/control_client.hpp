@@ -14,8 +14,8 @@ namespace kt {
 struct ControlClientOptions {
   std::string host = "127.0.0.1";
   int port = 0;
-  std::optional<CurveKey> own{};           ///< with server_key; none and server_key given: a new one, for this time
-  std::optional<std::string> server_key{}; ///< public key of the server; none: no keys
+  std::optional<CurveKey> own{};            ///< with server_key; none and server_key given: a new one, for this time
+  std::optional<std::string> server_key{};  ///< public key of the server; none: no keys
   std::size_t most_bytes = std::size_t{64} << 20;  ///< of an incoming message
   int again_ms = 1000;      ///< at most so long after a connection was lost or refused it calls again
   int heartbeat_ms = 1000;  ///< a server that answers none for three of these is taken for gone

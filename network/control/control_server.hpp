@@ -13,12 +13,12 @@
 namespace kt {
 
 struct ControlServerOptions {
-  std::string address = "127.0.0.1";                   ///< of this computer, IPv4 or IPv6
-  int port = 0;                                        ///< 0: any that is free
-  std::optional<CurveKey> own{};                        ///< none: whoever reaches the port may connect
-  std::optional<std::vector<std::string>> authorized{}; ///< public keys; none: whoever knows own.public_key
-  std::size_t most_bytes = std::size_t{1} << 20;       ///< of an incoming message; who sends more is cut off
-  int heartbeat_ms = 1000;                             ///< a peer that answers none for three of these is cut off
+  std::string address = "127.0.0.1";                     ///< of this computer, IPv4 or IPv6
+  int port = 0;                                          ///< 0: any that is free
+  std::optional<CurveKey> own{};                         ///< none: whoever reaches the port may connect
+  std::optional<std::vector<std::string>> authorized{};  ///< public keys; none: whoever knows own.public_key
+  std::size_t most_bytes = std::size_t{1} << 20;         ///< of an incoming message; who sends more is cut off
+  int heartbeat_ms = 1000;                               ///< a peer that answers none for three of these is cut off
 };
 
 /// Who tried to connect and may not.

@@ -34,7 +34,7 @@ struct WireLimits {
 
 struct ReportMessage {
   ReportBatch batch;
-  double loss = 0;  ///< of datagrams from the body, as measured
+  std::optional<double> loss;  ///< of datagrams from the body, as measured; none: not known yet
 };
 /// @param tools  that the session has
 Bytes encode(const ReportMessage& message, int tools);
@@ -55,7 +55,7 @@ std::optional<MotionMessage> decode_motion(std::span<const std::uint8_t> bytes, 
 struct ModelMessage {
   SentModel model;
   double expected_force_error = 0, refresh_ms = 0;  ///< as in TouchStatus
-  double loss = 0;                                  ///< of datagrams to the body, as measured
+  std::optional<double> loss{};                     ///< of datagrams to the body, as measured; none: not known yet
   double body_ms = 0;                               ///< since the motion that it is made from came there
 };
 Bytes encode(const ModelMessage& message);

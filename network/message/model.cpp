@@ -109,7 +109,7 @@ Bytes encode(const ModelMessage& message) {
   out.add_body_step(&step);
   out.add_body(body);
   if (m.friction) out.add_friction(&friction);
-  out.add_loss(static_cast<float>(message.loss));
+  out.add_loss(wire::loss_sent(message.loss));
   out.add_body_ms(static_cast<float>(message.body_ms));
   to.Finish(out.Finish());
   return wire::taken(to);
@@ -124,7 +124,7 @@ std::optional<ModelMessage> decode_model(std::span<const std::uint8_t> bytes) {
   ModelMessage message;
   message.expected_force_error = m->expected_force_error();
   message.refresh_ms = m->refresh_ms();
-  message.loss = std::clamp(static_cast<double>(m->loss()), 0.0, 1.0);
+  message.loss = wire::loss_told(m->loss());
   message.body_ms = std::clamp(static_cast<double>(m->body_ms()), 0.0, 1e9);
   SentModel& out = message.model;
   out.frame = m->frame();

@@ -64,18 +64,18 @@ flatbuffers::Offset<wire::Reports> write(FlatBufferBuilder& to, const ReportMess
     places.emplace_back(to_wire(batch.place[k].contact), batch.place[k].model_frame);
   }
   return wire::CreateReportsDirect(to, batch.reports.empty() ? 0 : batch.first(), &ticks, &tool_ticks, &samples, &sums,
-                                   &places, batch.adopted_frame, batch.adopted_tick, static_cast<float>(message.loss));
+                                   &places, batch.adopted_frame, batch.adopted_tick, wire::loss_sent(message.loss));
 }
 
 std::optional<ReportMessage> read(const wire::Reports& m, const WireLimits& limits) {
   constexpr int kLast = 1 << 30;
   const std::size_t count = wire::size_of(m.ticks()), tools = static_cast<std::size_t>(limits.tools);
   if (count == 0 || m.first_tick() < 0 || m.first_tick() > kLast || wire::size_of(m.tools()) != tools * count ||
-      wire::size_of(m.sum()) != tools || wire::size_of(m.place()) != tools || !(m.loss() >= 0 && m.loss() <= 1) ||
-      m.adopted_frame() < -1 || m.adopted_tick() < -1)
+      wire::size_of(m.sum()) != tools || wire::size_of(m.place()) != tools ||
+      !((m.loss() >= 0 && m.loss() <= 1) || m.loss() == -1) || m.adopted_frame() < -1 || m.adopted_tick() < -1)
     return {};
   ReportMessage out;
-  out.loss = m.loss();
+  out.loss = wire::loss_told(m.loss());
   out.batch.adopted_frame = m.adopted_frame();
   out.batch.adopted_tick = m.adopted_tick();
   std::size_t next = 0;

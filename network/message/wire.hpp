@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "network/message/messages.hpp"
@@ -45,6 +46,13 @@ inline std::string text_of(const flatbuffers::String* s) { return s ? s->str() :
 inline Bytes taken(flatbuffers::FlatBufferBuilder& builder) {
   const auto* from = builder.GetBufferPointer();
   return {from, from + builder.GetSize()};
+}
+
+/// A measured share; -1: not known. What is no share is not known either.
+inline float loss_sent(const std::optional<double>& loss) { return static_cast<float>(loss.value_or(-1)); }
+inline std::optional<double> loss_told(float loss) {
+  if (!(loss >= 0)) return {};
+  return std::min(static_cast<double>(loss), 1.0);
 }
 
 /// A verified message, or null.

@@ -16,13 +16,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   switch (data[0] % 4) {
     case 0:
       if (const auto r = kt::decode_reports(bytes, limits)) {
-        require(!r->batch.reports.empty() && r->loss >= 0 && r->loss <= 1, "a batch has reports");
+        require(!r->batch.reports.empty() && (!r->loss || (*r->loss >= 0 && *r->loss <= 1)), "a batch has reports");
         for (const kt::LocalReport& report : r->batch.reports) {
           require(report.tools[0].pose.is_finite(), "a pose is finite");
           require(report.count >= 0 && report.count <= kt::kMaxContacts, "there is room for the contacts");
           for (const kt::TickContact& c : report.contacts())
-            require(c.triangle >= 0 && c.triangle < limits.triangles && c.tool < limits.tools && c.impulse.allFinite() &&
-                        c.normal.allFinite() && c.point.allFinite(),
+            require(c.triangle >= 0 && c.triangle < limits.triangles && c.tool < limits.tools &&
+                        c.impulse.allFinite() && c.normal.allFinite() && c.point.allFinite(),
                     "a contact is in range");
         }
       }
@@ -35,7 +35,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       }
       break;
     case 2:
-      if (const auto m = kt::decode_model(bytes)) require(m->model.frame >= 0 && m->loss >= 0 && m->loss <= 1, "a model");
+      if (const auto m = kt::decode_model(bytes))
+        require(m->model.frame >= 0 && (!m->loss || (*m->loss >= 0 && *m->loss <= 1)), "a model");
       break;
     default:
       if (const auto m = kt::decode_control(bytes)) {

@@ -97,7 +97,7 @@ Travelled travel(const LineOptions& line_options, std::uint64_t seed, int num_mo
     if (testing::Test::HasFatalFailure()) return out;
   }
   line.arrive(now + 1, arrived);
-  out.loss = receiver.opener.loss();
+  out.loss = receiver.opener.loss().value_or(-1);
   return out;
 }
 

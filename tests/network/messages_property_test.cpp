@@ -95,6 +95,11 @@ TEST(Messages, ReportsAndMotionComeBackBitForBit) {
   ASSERT_TRUE(reports);
   expect_same(reports->batch, talk.reports.batch);
   EXPECT_EQ(reports->loss, 0.25);
+  ReportMessage early = talk.reports;
+  early.loss.reset();
+  EXPECT_FALSE(decode_reports(encode(early, 1), talk.limits).value().loss);
+  early.loss = NAN;
+  EXPECT_FALSE(decode_reports(encode(early, 1), talk.limits));
   const auto motion = decode_motion(encode(talk.motion, 1), talk.limits);
   ASSERT_TRUE(motion);
   EXPECT_EQ(motion->frame, talk.motion.frame);

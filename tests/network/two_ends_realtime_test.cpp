@@ -109,6 +109,19 @@ TEST(TwoEnds, ThroughABadNetworkTheReplayHasTheSameBitsToo) {
   EXPECT_EQ(ended[0].wrong_messages, 0);
 }
 
+/// The hand tells of a loss when it has got some models, and that takes its way back: parity is there from the start.
+TEST(TwoEnds, ModelsArriveBeforeTheirLossIsKnown) {
+  const Scene scene = one_second();
+  ServedBody body(scene);
+  UdpRelay relay({.host_port = body.port(), .delay_ms = 200, .loss = 0.2, .seed = 7});
+  Session session(scene);
+  const TouchedRun run = touch(session, body.port(), {}, relay.port());
+  const auto& ended = body.end();
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_GE(ended[0].body.models, 8);
+  EXPECT_LE(run.report.port.joined.given_up, 1);
+}
+
 TEST(TwoEnds, AHandThatTakesLongToBuildIsWaitedFor) {
   Scene scene = one_second();
   scene.duration = 0.05;
