@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The Python package against the command, the C library and physics written down anew in numpy.
 PYTHONPATH has the package, KILOTOUCH names the program, KT_LIBRARY the C library."""
+import ast
 import ctypes
 import gc
 import math
@@ -409,6 +410,47 @@ class Input(unittest.TestCase):
         with self.assertRaisesRegex(kt.InputError, "dt"):
             touch.tick(TOP, dt=-1)
         self.assertEqual(touch.tick([math.nan, 0, 0]).flags & kt.Flag.BAD_POSE, kt.Flag.BAD_POSE)
+
+
+class Stubs(unittest.TestCase):
+    """What editors and type checkers read says what the module has."""
+
+    def test_names_are_those_of_the_module(self):
+        with open(os.path.join(os.path.dirname(kt.__file__), "__init__.pyi")) as file:
+            stubs = ast.parse(file.read())
+
+        def names(body):
+            found = {}
+            for node in body:
+                if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+                    found[node.name] = node
+                elif isinstance(node, ast.AnnAssign):
+                    found[node.target.id] = node
+                elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
+                    found[node.targets[0].id] = node
+            return found
+
+        def public(names):
+            return {name for name in names if not name.startswith("_")}
+
+        told = names(stubs.body)
+        self.assertEqual(public(told), set(kt.__all__))
+        for name, node in told.items():
+            if not isinstance(node, ast.ClassDef):
+                continue
+            real = getattr(kt, name)
+            own = {attribute for base in real.__mro__ if base.__module__.startswith("kilotouch") for attribute in vars(base)}
+            if name == "Flag":
+                own = set(real.__members__)
+            if name == "Model":
+                own |= {"mesh", "mass", "fixed"}  # of each one
+            self.assertEqual(public(names(node.body)), public(own), name)
+            for method, its in names(node.body).items():
+                text = getattr(getattr(real, method, None), "__doc__", None) or ""
+                if isinstance(its, ast.FunctionDef) and text.startswith(method + "(self"):  # as pybind11 writes it
+                    given = text.split("\n")[0]
+                    for argument in its.args.args[1:] + its.args.kwonlyargs:
+                        self.assertIn(argument.arg + ":", given, (name, method))
 
 
 class Memory(unittest.TestCase):
