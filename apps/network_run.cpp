@@ -23,6 +23,8 @@ Json ages_json(std::vector<double> ms) {
   return {{"p50", percentile(ms, 0.5)}, {"p90", percentile(ms, 0.9)}, {"p99", percentile(ms, 0.99)}};
 }
 
+Json share_or_null(const std::optional<double>& share) { return share ? Json(*share) : Json(nullptr); }
+
 Json link_json(const HandLinkReport& r) {
   const auto mbit_s = [&](long long bytes) {
     return r.seconds > 0 ? 8e-6 * static_cast<double>(bytes) / r.seconds : 0;
@@ -36,7 +38,7 @@ Json link_json(const HandLinkReport& r) {
           {"models_wrong", r.models_wrong},
           {"messages_incomplete", r.port.joined.given_up},
           {"mbit_s", {{"to_hand", mbit_s(r.port.bytes_received)}, {"to_body", mbit_s(r.port.bytes_sent)}}},
-          {"loss", {{"to_hand", r.loss_down}, {"to_body", r.loss_up}}},
+          {"loss", {{"to_hand", share_or_null(r.loss_down)}, {"to_body", share_or_null(r.loss_up)}}},
           {"datagrams_refused", r.port.opened.refused()},
           {"reconnections", r.reconnections},
           {"longest_gap_s", r.longest_gap_s}};
@@ -44,13 +46,15 @@ Json link_json(const HandLinkReport& r) {
 
 }  // namespace
 
+std::string loss_text(const std::optional<double>& loss) { return loss ? text(100 * *loss, " %") : "an unknown share"; }
+
 void print_link(const HandLinkReport& r) {
   const Json j = link_json(r);
   if (r.age_ms.empty()) return;
   std::cout << "  link          local models " << j["model_age_ms"]["p50"].get<double>()
             << " ms old when they were taken, p99 " << j["model_age_ms"]["p99"].get<double>() << "; "
             << r.models_arrived << " of " << r.models_sent << " arrived, " << j["mbit_s"]["to_hand"].get<double>()
-            << " Mbit/s; " << 100 * r.loss_down << " % of datagrams lost\n";
+            << " Mbit/s; " << loss_text(r.loss_down) << " of datagrams lost\n";
 }
 
 void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report) {

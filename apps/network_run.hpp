@@ -1,6 +1,8 @@
 #pragma once
 // A run whose body is on another computer, or is to be felt as if it were.
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "apps/run_session.hpp"
 
@@ -10,6 +12,8 @@ struct HandLinkReport;
 
 /// The summary's `link`, and warnings of a link that was lost; filled in when the run is over.
 void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report);
+/// "12 %", or that it is not known.
+std::string loss_text(const std::optional<double>& loss);
 /// Its line on the first screen.
 void print_link(const HandLinkReport& report);
 

@@ -3,9 +3,9 @@
 
 #include "apps/commands.hpp"
 #include "apps/outputs/run_outputs.hpp"
-#include "apps/run_session.hpp"
 #include "apps/outputs/run_summary.hpp"
 #include "apps/outputs/session_file.hpp"
+#include "apps/run_session.hpp"
 #include "apps/words.hpp"
 #include "io/files/shell_words.hpp"
 

@@ -10,6 +10,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/host_and_port.hpp"
+#include "apps/network_run.hpp"
 #include "apps/page_options.hpp"
 #include "core/base/error.hpp"
 
@@ -58,8 +59,8 @@ void tell(const ServedSession& s) {
   const auto mbit = [&](long long bytes) { return s.ticks > 0 ? 8e-6 * static_cast<double>(bytes) : 0; };
   std::cout << "  session       " << s.ticks << " ticks; " << s.body.models << " local models, "
             << mbit(s.port.bytes_sent) << " Mbit sent, " << mbit(s.port.bytes_received) << " received\n"
-            << "  datagrams     lost " << 100 * s.loss_down << " % to the hand, " << 100 * s.loss_up << " % from it; "
-            << s.port.opened.refused() << " refused, " << s.wrong_messages << " messages wrong\n"
+            << "  datagrams     lost " << loss_text(s.loss_down) << " to the hand, " << loss_text(s.loss_up)
+            << " from it; " << s.port.opened.refused() << " refused, " << s.wrong_messages << " messages wrong\n"
             << "  reports       " << s.body.inbox.received << " ticks, " << s.body.inbox.lost
             << " never came: their impulses were given to the body with the next ones (" << s.body.inbox.booked_size
             << " N.s)" << std::endl;

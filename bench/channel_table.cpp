@@ -45,7 +45,7 @@ Result measure(const Cell& cell, double seconds, std::size_t bytes) {
   options.loss = cell.loss;
   kt::UdpRelay relay(options);
   std::atomic<bool> stop{false};
-  std::atomic<double> loss{0};
+  std::atomic<double> loss{kt::kLossUntilKnown};
   Result out;
   const auto start = Clock::now();
   const auto now_s = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };

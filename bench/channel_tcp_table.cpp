@@ -166,7 +166,7 @@ void zmq_end(bool sends, Watch& watch, double seconds, std::size_t bytes) {
 
 struct Shared {
   kt::SealKey key = kt::new_seal_key();
-  std::atomic<double> loss{0};
+  std::atomic<double> loss{kt::kLossUntilKnown};
 };
 
 void take_datagrams(Watch& watch, Shared& shared) {

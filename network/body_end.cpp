@@ -31,7 +31,7 @@ ModelMessage BodyEnd::begin(std::span<const Pose> tools) {
 }
 
 ModelMessage BodyEnd::packed(const PreparedLocalModel& model) {
-  ModelMessage out{pack_model(model, side_.options().link.basis_bits), 0, 0, 0, 0};
+  ModelMessage out{pack_model(model, side_.options().link.basis_bits), 0, 0, {}, 0};
   const TouchStatus status = side_.status();
   out.expected_force_error = status.expected_force_error;
   out.refresh_ms = status.refresh_ms;
@@ -74,7 +74,8 @@ void BodyEnd::follow_adoption(const ReportBatch& batch) {
   const auto kept = kept_.find(batch.adopted_frame);
   if (kept == kept_.end()) return;
   const int before = std::exchange(adopted_frame_, batch.adopted_frame);
-  age_ = std::max(0, batch.adopted_tick - kept->second.linearized_tick);
+  constexpr double kOldest = 60;  // [s] what is told to be older counts as that
+  age_ = std::clamp(batch.adopted_tick - kept->second.linearized_tick, 0, static_cast<int>(kOldest / h_));
   ages_.push_back(age_);
   if (ages_.size() > kAges) ages_.pop_front();
   side_.adopted(kept->second.linearized_tick, batch.adopted_tick, nullptr);

@@ -28,8 +28,8 @@ struct ServedSession {
   int ticks = 0;
   BodyEndCounts body;
   PortCounts port;
-  int wrong_messages = 0;  ///< datagram or control messages that were none, or out of range
-  double loss_up = 0, loss_down = 0;
+  int wrong_messages = 0;                    ///< datagram or control messages that were none, or out of range
+  std::optional<double> loss_up, loss_down;  ///< of datagrams; none: too few came
 };
 
 class BodyServer {

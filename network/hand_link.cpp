@@ -314,8 +314,8 @@ class HandLink final : public BodyLink, private RemoteBody {
     r.hand_ms = hand_ms_;
     r.models_adopted = static_cast<int>(age_ms_.size());
     r.port = port_->counts();
-    r.loss_down = port_->loss().value_or(0);
-    r.loss_up = worker_.loss().value_or(0);
+    r.loss_down = port_->loss();
+    r.loss_up = worker_.loss();
     r.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
     r.reconnections = reconnections_;
     r.longest_gap_s = longest_gap_;

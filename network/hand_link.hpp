@@ -18,8 +18,8 @@ struct HandLinkReport {
   /// The rest it was on its way, in both directions.
   std::vector<double> body_ms, hand_ms;
   PortCounts port{};
-  double loss_up = 0, loss_down = 0;  ///< of datagrams, measured at the end
-  double seconds = 0;                 ///< that the datagrams took
+  std::optional<double> loss_up, loss_down;  ///< of datagrams, measured at the end; none: too few came
+  double seconds = 0;                        ///< that the datagrams took
   int reconnections = 0;
   double longest_gap_s = 0;  ///< without a server
   std::string gave_up;       ///< why; empty: it did not

@@ -109,8 +109,8 @@ class ServedHand final : public ModelObserver {
     body_->finish();
     ended_.body = body_->counts();
     ended_.port = port_.counts();
-    ended_.loss_up = port_.loss().value_or(0);
-    ended_.loss_down = body_->model_loss().value_or(0);
+    ended_.loss_up = port_.loss();
+    ended_.loss_down = body_->model_loss();
   }
 
   bool look(VectorX& x, LocalReport& tools, TouchStatus& status) const {

@@ -5,11 +5,13 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <atomic>
 #include <memory>
 
 #include "core/body/deformable_model.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "io/scene/scene.hpp"
+#include "python/background.hpp"
 
 namespace kt {
 
@@ -21,8 +23,24 @@ struct NamedScene {
   std::string name;
 };
 
-/// numpy's (3,) or (7,): place [m], and the turn as a quaternion w x y z. Throws InputError.
-Pose pose_of(const py::array_t<double>& values);
+using Floats = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// Real numbers of whatever array Python gives; texts and complex numbers are none. Throws InputError: `what` and
+/// `shape`.
+Floats numbers_of(const py::handle& given, const char* what, const char* shape);
+
+/// numpy's (3,) or (7,): place [m], and the turn as a quaternion w x y z, which is made a unit one. Throws InputError;
+/// a number that is not finite passes: the engine says what it does then.
+Pose pose_of(const py::handle& given);
+
+/// The same of a device: finite, and within 1e6 m.
+Pose device_pose_of(const py::handle& given);
+
+/// A number, not a text. Throws InputError.
+double number_of(const py::handle& given, const char* what);
+
+/// As os.fspath.
+std::string path_of(const py::object& path);
 
 /// (n, 3), ours.
 py::array_t<double> rows_of(const VectorX& x);
@@ -41,10 +59,14 @@ void bind_touch(py::module_& m);
 void bind_device(py::module_& m);
 void bind_session(py::module_& m);
 
-/// Poses from Python, forces back to it: device `pushed`.
+/// Poses from Python, forces back to it: device `pushed`. One session at a time ticks it.
 struct PushedDevice {
   std::shared_ptr<DeviceSlots> slots = std::make_shared<DeviceSlots>();
   std::uint64_t count = 0;
+  std::atomic<bool> in_use{false};
 };
+
+/// For atexit: bodies in threads of their own stop.
+void end_touches();
 
 }  // namespace kt

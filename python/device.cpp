@@ -15,21 +15,24 @@ DeviceHealth health_of(const std::string& name) {
 }
 
 Vec3 finite_vector(const py::object& given, const char* what) {
-  const Vec3 out = given.cast<Vec3>();
+  const Floats values = numbers_of(given, what, "3 of them");
+  if (values.ndim() != 1 || values.size() != 3) throw InputError(text(what, ": 3 numbers are needed"));
+  const Vec3 out(values.data()[0], values.data()[1], values.data()[2]);
   if (!out.allFinite()) throw InputError(text(what, ": a number is not finite"));
   return out;
 }
 
-DeviceReadingAt make_reading(const py::array_t<double>& pose, double age, const std::string& health, unsigned buttons,
+DeviceReadingAt make_reading(const py::object& pose, double age, const std::string& health, unsigned buttons,
                              double delay, unsigned delays, const py::object& v) {
-  DeviceReadingAt out{pose_of(pose), {health_of(health), age, buttons, delay, delays, {}}};
+  if (!(age >= 0)) throw InputError(text("age: ", age, ", must be at least 0 [s]"));
+  if (!(delay >= 0 && std::isfinite(delay))) throw InputError(text("delay: ", delay, ", must be at least 0 [s]"));
+  DeviceReadingAt out{device_pose_of(pose), {health_of(health), age, buttons, delay, delays, {}}};
   if (!v.is_none()) out.state.v = finite_vector(v, "v");
   return out;
 }
 
-void push(PushedDevice& device, const py::array_t<double>& given, unsigned buttons, const py::object& v, double age) {
-  const Pose pose = pose_of(given);
-  if (!pose.is_finite()) throw InputError("pose: a number is not finite; nothing was pushed");
+void push(PushedDevice& device, const py::object& given, unsigned buttons, const py::object& v, double age) {
+  const Pose pose = device_pose_of(given);
   if (!(age >= 0)) throw InputError(text("age: ", age, ", must be at least 0 [s]"));
   DeviceReading reading;
   std::copy_n(pose.x.data(), 3, reading.x);
@@ -59,9 +62,10 @@ void bind_device(py::module_& m) {
            "health: ok, stale, gone, fault or uncalibrated; buttons: bit 0 is the first; delay: from a force that was "
            "written until it acted, as measured last [s], and how many were measured; v: the device's own velocity "
            "(3,) [m/s].");
-  py::class_<PushedDevice>(m, "PushedDevice",
-                           "A device that Python drives: poses in, forces out. The scene's tool.path.device.name is "
-                           "pushed; Session.start(pushed=device) ticks it at the haptic rate in a thread of its own.")
+  py::class_<PushedDevice, std::shared_ptr<PushedDevice>>(
+      m, "PushedDevice",
+      "A device that Python drives: poses in, forces out. The scene's tool.path.device.name is "
+      "pushed; Session.start(pushed=device) ticks it at the haptic rate in a thread of its own.")
       .def(py::init<>())
       .def("push", &push, py::arg("pose"), py::arg("buttons") = 0U, py::arg("v") = py::none(), py::arg("age") = 0.0,
            "Where the device is now: (3,) [m] or (7,), in its own frame. A pose that is older than 5 ms shuts the "

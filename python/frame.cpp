@@ -1,22 +1,50 @@
 #include "haptics/tick/local_frame.hpp"
 
+#include "haptics/touch/haptic_side.hpp"
+
 #include "python/bindings.hpp"
 
 namespace kt {
-namespace {
 
-using Values = py::array_t<double, py::array::c_style | py::array::forcecast>;
+Floats numbers_of(const py::handle& given, const char* what, const char* shape) {
+  const auto array = py::array::ensure(given);
+  const bool is_real = array && std::string_view("fiu").find(array.dtype().kind()) != std::string_view::npos;
+  if (!is_real) throw InputError(text(what, ": numbers are needed, ", shape));
+  return Floats::ensure(array);
+}
 
-}  // namespace
-
-Pose pose_of(const py::array_t<double>& given) {
-  const Values values = Values::ensure(given);
-  if (!values || values.ndim() != 1 || (values.size() != 3 && values.size() != 7))
-    throw InputError("pose: 3 numbers are needed, x y z [m], or 7, with the turn as a quaternion w x y z");
+Pose pose_of(const py::handle& given) {
+  constexpr const char* kShape = "3 numbers, x y z [m], or 7, with the turn as a unit quaternion w x y z";
+  constexpr double kNearly = 1e-3;
+  const Floats values = numbers_of(given, "pose", kShape);
+  if (values.ndim() != 1 || (values.size() != 3 && values.size() != 7))
+    throw InputError(text("pose: numbers are needed, ", kShape));
   const double* p = values.data();
   Pose out{{p[0], p[1], p[2]}, Quaternion::Identity()};
-  if (values.size() == 7) out.r = Quaternion(p[3], p[4], p[5], p[6]);
+  if (values.size() == 3) return out;
+  out.r = Quaternion(p[3], p[4], p[5], p[6]);
+  const double size = out.r.norm();
+  if (std::isfinite(size) && std::abs(size - 1) > kNearly)
+    throw InputError(text("pose: the quaternion has length ", size, ", must be 1"));
   return out;
+}
+
+Pose device_pose_of(const py::handle& given) {
+  const Pose pose = pose_of(given);
+  if (!pose.is_finite()) throw InputError("pose: a number is not finite; nothing was taken");
+  if (!is_usable(pose)) throw InputError("pose: is beyond 1e6 m; nothing was taken");
+  return pose;
+}
+
+double number_of(const py::handle& given, const char* what) {
+  const double number = PyNumber_Check(given.ptr()) ? PyFloat_AsDouble(given.ptr()) : -1;
+  if (PyNumber_Check(given.ptr()) && !PyErr_Occurred()) return number;
+  PyErr_Clear();
+  throw InputError(text(what, ": a number is needed"));
+}
+
+std::string path_of(const py::object& path) {
+  return py::module_::import("os").attr("fspath")(path).cast<std::string>();
 }
 
 void bind_frame(py::module_& m) {

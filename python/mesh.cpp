@@ -5,7 +5,6 @@
 namespace kt {
 namespace {
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Indices = py::array_t<long long, py::array::c_style | py::array::forcecast>;
 
 /// Rows of `width` indices, all of nodes that are there.
@@ -32,7 +31,8 @@ std::vector<Row> index_rows(const py::object& given, const char* what, int nodes
   return out;
 }
 
-Mesh make_mesh(const Numbers& x, const py::object& triangles, const py::object& tetrahedra) {
+Mesh make_mesh(const py::object& given, const py::object& triangles, const py::object& tetrahedra) {
+  const Floats x = numbers_of(given, "x", "an array of shape (n, 3) [m]");
   if (x.ndim() != 2 || x.shape(1) != 3) throw InputError("x: an array of shape (n, 3) is needed [m]");
   Mesh out;
   out.x = Eigen::Map<const VectorX>(x.data(), x.size());
@@ -78,7 +78,7 @@ void bind_mesh(py::module_& m) {
           "report", [](const Mesh& mesh) { return report_text(mesh, examine(mesh), 3); },
           "Size, counts and every defect, as `kilotouch mesh info` prints them.")
       .def(
-          "save", [](const Mesh& mesh, const std::string& path) { save_mesh(path, mesh); }, py::arg("path"),
+          "save", [](const Mesh& mesh, const py::object& path) { save_mesh(path_of(path), mesh); }, py::arg("path"),
           "By extension: .obj .off .ply .stl .vtu .msh. The file appears whole or not at all.")
       .def("__repr__", [](const Mesh& mesh) {
         return text("<kilotouch.Mesh: ", mesh.num_nodes(), " nodes, ", mesh.triangles.size(), " triangles, ",
@@ -86,8 +86,8 @@ void bind_mesh(py::module_& m) {
       });
   m.def(
       "load_mesh",
-      [](const std::string& path, double scale) {
-        Mesh mesh = load_mesh(path);
+      [](const py::object& path, double scale) {
+        Mesh mesh = load_mesh(path_of(path));
         if (!(scale > 0) || !std::isfinite(scale)) throw InputError(text("scale: ", scale, ", must be above 0 [m]"));
         mesh.x *= scale;
         return mesh;

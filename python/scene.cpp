@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.hpp"
+#include "core/body/mesh.hpp"
 #include "haptics/setup/session_parts.hpp"
 #include "python/bindings.hpp"
 
@@ -22,8 +23,9 @@ nlohmann::ordered_json::json_pointer pointer_of(std::string key) {
 
 std::string value_text(const NamedScene& named, const std::string& key) {
   const auto json = nlohmann::ordered_json::parse(to_json(named.scene));
-  const auto pointer = pointer_of(key);
-  if (!key.empty() && json.contains(pointer)) return json.at(pointer).dump();
+  const bool is_path = key.find_first_of("/~") != std::string::npos;  // of JSON's pointers, not of ours
+  const auto pointer = pointer_of(is_path ? "" : key);
+  if (!key.empty() && !is_path && json.contains(pointer)) return json.at(pointer).dump();
   const std::vector<std::string> known = known_scene_keys();
   if (std::ranges::find(known, key) == known.end()) throw_unknown("key", key, known);
   return "null";
@@ -32,6 +34,8 @@ std::string value_text(const NamedScene& named, const std::string& key) {
 }  // namespace
 
 void check_body_source(const NamedScene& scene, const py::object& mesh, const py::object& model) {
+  if (!mesh.is_none() && !py::isinstance<Mesh>(mesh))
+    throw InputError("mesh: must be a kilotouch.Mesh, as load_mesh() gives; a file goes into the scene, object.mesh");
   if (!mesh.is_none() && !model.is_none()) throw InputError("mesh and model: give one, a model has a mesh of its own");
   if (mesh.is_none() && model.is_none() && scene.scene.object.mesh == kNoMesh)
     throw InputError("object.mesh: the scene names no file; name one, or give mesh= or model=");
@@ -51,7 +55,8 @@ void bind_scene(py::module_& m) {
       .def(
           "to_json", [](const NamedScene& named) { return to_json(named.scene); },
           "Every key with its value: a scene file. Python's json reads it.")
-      .def("__eq__", [](const NamedScene& a, const NamedScene& b) { return a.scene == b.scene; });
+      .def(
+          "__eq__", [](const NamedScene& a, const NamedScene& b) { return a.scene == b.scene; }, py::is_operator());
 }
 
 }  // namespace kt

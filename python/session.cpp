@@ -1,8 +1,8 @@
 #include <atomic>
 #include <condition_variable>
+#include <filesystem>
 #include <mutex>
-#include <set>
-#include <thread>
+#include <utility>
 
 #include "apps/outputs/run_outputs.hpp"
 #include "apps/outputs/run_summary.hpp"
@@ -20,81 +20,94 @@ struct RunThread {
   std::mutex mutex;
   std::condition_variable changed;
   bool is_over = false;
+  bool is_taken = false;  // with the GIL
   SessionResult result;
   std::exception_ptr error;
-  std::shared_ptr<DeviceSlots> pushed;
-  std::thread thread;
+
+  /// Whether it is over after at most so many seconds. Without the GIL.
+  bool wait(double seconds) {
+    std::unique_lock lock(mutex);
+    return changed.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return is_over; });
+  }
 };
 
+/// Members are touched with the GIL only; who waits without it has the run in hand.
 class PythonSession {
  public:
-  PythonSession(const NamedScene& named, const py::object& mesh, const py::object& model) {
+  PythonSession(const NamedScene& named, const py::object& mesh, const py::object& model)
+      : has_own_body_(!mesh.is_none() || !model.is_none()) {
     check_body_source(named, mesh, model);
     std::unique_ptr<DeformableModel> own;
     std::optional<Mesh> body;
     if (!model.is_none()) own = model_of(model);
     if (!mesh.is_none()) body = mesh.cast<Mesh>();
     const Scene& scene = named.scene;
-    {
-      const py::gil_scoped_release no_gil;
-      session_ = own    ? std::make_shared<Session>(scene, std::move(own))
-                 : body ? std::make_shared<Session>(scene, filled(std::move(*body), scene.object))
-                        : std::make_shared<Session>(scene);
-    }
-    all().insert(this);
+    const NoGil no_gil;
+    session_ = own    ? std::make_shared<Session>(scene, std::move(own))
+               : body ? std::make_shared<Session>(scene, filled(std::move(*body), scene.object))
+                      : std::make_shared<Session>(scene);
+    course_ = session_->course();
   }
+  /// Nobody waits for a run in a thread that it may be waiting for.
   ~PythonSession() {
-    all().erase(this);
-    end();
+    const std::shared_ptr<RunThread> run = run_;
+    if (!run) return;
+    run->stop = true;
+    if (is_in_model()) return;
+    const NoGil no_gil;
+    while (!run->wait(1)) {
+    }
   }
 
-  void start(const py::object& path, const PushedDevice* pushed) {
+  void start(const py::object& path, std::shared_ptr<PushedDevice> pushed) {
+    if (is_in_model()) throw RunError("Session: not to be called from the model's own functions");
     if (run_) throw InputError("start: it runs already; stop() gives its trace");
+    session_->take(course_);
     if (!path.is_none()) follow(path);
+    check_pushed(pushed.get());
+    if (pushed && pushed->in_use.exchange(true)) throw InputError("pushed: another session ticks this device");
+    auto run = std::make_shared<RunThread>();
+    try {
+      in_background([run, pushed, session = session_]() mutable { carry_out(*run, pushed, session); },
+                    [run] { run->stop = true; });
+    } catch (...) {
+      if (pushed) pushed->in_use = false;
+      throw;
+    }
     ++*generation_;
-    run_ = std::make_unique<RunThread>();
-    if (pushed) run_->pushed = pushed->slots;
-    run_->thread = std::thread([&run = *run_, session = session_] {
-      try {
-        SessionOptions options;
-        options.stop = &run.stop;
-        options.pushed = run.pushed;
-        run.result = session->run(options);
-      } catch (...) {
-        run.error = std::current_exception();
-      }
-      const std::scoped_lock lock(run.mutex);
-      run.is_over = true;
-      run.changed.notify_all();
-    });
+    run_ = std::move(run);
   }
 
-  /// Waits for its end, with an eye on Ctrl-C.
-  Trace run(const py::object& path, const PushedDevice* pushed) {
-    start(path, pushed);
-    while (!wait(0.05))
-      if (PyErr_CheckSignals() != 0) {
-        end();
-        throw py::error_already_set();
+  Trace run(const py::object& path, std::shared_ptr<PushedDevice> pushed) {
+    start(path, std::move(pushed));
+    const std::shared_ptr<RunThread> run = run_;
+    try {
+      return take(run);
+    } catch (const py::error_already_set&) {  // Ctrl-C ends it
+      run->stop = true;
+      {
+        const NoGil no_gil;
+        while (!run->wait(1)) {
+        }
       }
-    return take();
+      if (run_ == run) run_.reset();
+      throw;
+    }
   }
 
   Trace stop() {
+    if (is_in_model()) throw RunError("Session: not to be called from the model's own functions");
     if (!run_) throw InputError("stop: nothing runs; start() first");
     run_->stop = true;
-    return take();
+    return take(run_);
   }
 
-  /// Whether it is over after at most so many seconds.
-  bool wait(double seconds) {
-    if (!run_) return true;
-    const py::gil_scoped_release no_gil;
-    std::unique_lock lock(run_->mutex);
-    return run_->changed.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return run_->is_over; });
+  bool is_running() const {
+    const std::shared_ptr<RunThread> run = run_;
+    if (!run) return false;
+    const NoGil no_gil;
+    return !run->wait(0);
   }
-
-  bool is_running() { return run_ && !wait(0); }
 
   std::vector<std::string> predictions() const {
     std::vector<std::string> out;
@@ -102,24 +115,35 @@ class PythonSession {
     return out;
   }
 
-  /// Python ends: nothing of ours goes on behind it.
-  static void end_all() {
-    for (PythonSession* session : all()) session->end();
+ private:
+  static void carry_out(RunThread& run, std::shared_ptr<PushedDevice>& pushed, std::shared_ptr<Session>& session) {
+    try {
+      SessionOptions options;
+      options.stop = &run.stop;
+      if (pushed) options.pushed = pushed->slots;
+      run.result = session->run(options);
+    } catch (...) {
+      run.error = std::current_exception();
+    }
+    if (pushed) pushed->in_use = false;
+    session.reset();
+    const std::scoped_lock lock(run.mutex);
+    run.is_over = true;
+    run.changed.notify_all();
   }
 
- private:
-  static std::set<PythonSession*>& all() {
-    static std::set<PythonSession*> sessions;  // with the GIL
-    return sessions;
+  void check_pushed(const PushedDevice* pushed) const {
+    const Scene& scene = session_->scene();
+    const auto is_pushed = [](const SceneTool& tool) { return tool.path.device && tool.path.device->name == "pushed"; };
+    const int tools = is_pushed(scene.tool) + (scene.second_tool && is_pushed(*scene.second_tool));
+    if (pushed && tools == 0) throw InputError("pushed: the scene's tool.path.device.name is not pushed");
+    if (pushed && tools > 1) throw InputError("pushed: two tools of the scene are pushed; one can be");
   }
 
   void follow(const py::object& given) {
-    using Values = py::array_t<double, py::array::c_style | py::array::forcecast>;
-    const Values path = Values::ensure(given);
-    if (!path || path.ndim() != 2 || path.shape(1) != 3 || path.shape(0) < 2) {
-      PyErr_Clear();
-      throw InputError("path: an array of shape (n, 3), n >= 2, is needed [m]: the start, then a row a tick");
-    }
+    const char* const kShape = "an array of shape (n, 3), n >= 2, is needed [m]: the start, then a row a tick";
+    const Floats path = numbers_of(given, "path", kShape);
+    if (path.ndim() != 2 || path.shape(1) != 3 || path.shape(0) < 2) throw InputError(text("path: ", kShape));
     std::vector<TimedPoint> points;
     const double h = 1 / session_->scene().local.rate_hz;
     const auto rows = path.unchecked<2>();
@@ -127,49 +151,56 @@ class PythonSession {
       points.push_back({static_cast<double>(i) * h, {rows(i, 0), rows(i, 1), rows(i, 2)}});
       if (!points.back().x.allFinite()) throw InputError(text("path[", i, "]: a number is not finite"));
     }
-    session_->follow(std::move(points));
+    try {
+      session_->follow(std::move(points));
+    } catch (const InputError&) {
+      session_->take(course_);
+      throw;
+    }
   }
 
-  void end() {
-    if (!run_) return;
-    run_->stop = true;
-    {
-      const py::gil_scoped_release no_gil;
-      run_->thread.join();
+  /// Waits for its end, with an eye on Ctrl-C.
+  Trace take(const std::shared_ptr<RunThread> run) {  // a copy: another thread may take run_ away
+    for (;;) {
+      bool is_over = false;
+      {
+        const NoGil no_gil;
+        is_over = run->wait(0.05);
+      }
+      if (is_over) break;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
-    run_.reset();
-  }
-
-  Trace take() {
-    {
-      const py::gil_scoped_release no_gil;
-      run_->thread.join();
-    }
-    const std::unique_ptr<RunThread> over = std::move(run_);
-    if (over->error) std::rethrow_exception(over->error);
+    if (std::exchange(run->is_taken, true)) throw RunError("the run was ended by another thread, which has its trace");
+    if (run_ == run) run_.reset();
+    if (run->error) std::rethrow_exception(run->error);
     auto out = std::make_shared<RunTrace>();
-    out->result = std::move(over->result);
+    out->result = std::move(run->result);
     out->session = session_;
+    out->has_own_body = has_own_body_;
     out->generation = *generation_;
     out->newest = generation_;
-    const py::gil_scoped_release no_gil;
+    const NoGil no_gil;
     out->summary = make_summary(*session_, out->result).dump();
     return {out, 0};
   }
 
+  const bool has_own_body_;
+  BuiltScene::Course course_;
   std::shared_ptr<Session> session_;
   std::shared_ptr<int> generation_ = std::make_shared<int>(0);
-  std::unique_ptr<RunThread> run_;
+  std::shared_ptr<RunThread> run_;
 };
 
 }  // namespace
 
-void save(const Trace& trace, const std::string& folder) {
+void save(const Trace& trace, const py::object& path) {
   const RunTrace& run = *trace.run;
   if (run.generation != *run.newest) throw InputError("save: the session has run again since; save a trace before");
-  const py::gil_scoped_release no_gil;
+  const std::string folder = path_of(path);
+  const NoGil no_gil;
   make_folder(folder);
   write_run(folder, *run.session, run.result, nlohmann::ordered_json::parse(run.summary));
+  if (run.has_own_body) std::filesystem::remove(folder + "/session.json");  // no file has the body: nothing to replay
 }
 
 void bind_session(py::module_& m) {
@@ -190,7 +221,6 @@ void bind_session(py::module_& m) {
       .def_property_readonly("is_running", &PythonSession::is_running)
       .def_property_readonly("predictions", &PythonSession::predictions,
                              "What is known to go wrong in a run, found at set-up: a list of sentences.");
-  py::module_::import("atexit").attr("register")(py::cpp_function(&PythonSession::end_all));
 }
 
 }  // namespace kt

@@ -1,4 +1,8 @@
+#include <unistd.h>
+
 #include <atomic>
+#include <thread>
+#include <utility>
 
 #include "api/held_touch.hpp"
 #include "python/bindings.hpp"
@@ -16,41 +20,91 @@ class PythonTouch {
     std::optional<Mesh> body;
     if (!model.is_none()) own = model_of(model);
     if (!mesh.is_none()) body = mesh.cast<Mesh>();
-    const py::gil_scoped_release no_gil;
+    const NoGil no_gil;
     const Scene& scene = named.scene;
     const auto make = [&] {
       if (own) return Body(std::move(own), body_options(scene));
       return body ? body_of_mesh(std::move(*body), scene) : Body(body_options(scene));
     };
-    held_ = std::make_unique<HeldTouch>(scene, make);
+    core_ = std::make_shared<Core>(scene, make);
   }
+  /// The body's thread may wait for the interpreter; and it may be that thread which drops the last reference.
   ~PythonTouch() {
-    const py::gil_scoped_release no_gil;  // the body's thread may wait for it
-    held_.reset();
+    if (!is_in_model()) {
+      const NoGil no_gil;
+      core_.reset();
+      return;
+    }
+    try {
+      in_background([core = core_]() mutable { core.reset(); });
+    } catch (const RunError&) {  // Python ends: it is left as it is
+      new std::shared_ptr<Core>(core_);
+    }
   }
 
-  Touch& touch() { return held_->touch; }
-  HeldTouch& held() { return *held_; }
-  bool is_started = false;
+  Touch& touch() { return core_->held.touch; }
+  HeldTouch& held() { return core_->held; }
+  bool is_started() const { return core_->is_started; }
 
   /// Alone, and without the GIL.
   template <class F>
   auto alone(F&& f) {
-    struct Lock {
-      explicit Lock(std::atomic_flag& its) : flag(its) {
-        if (flag.test_and_set()) throw RunError("two threads tick one Touch: one at a time may");
-      }
-      ~Lock() { flag.clear(); }
-      std::atomic_flag& flag;
-    };
-    const py::gil_scoped_release no_gil;
-    const Lock lock(ticking_);
+    if (is_in_model()) throw RunError("Touch: not to be called from the model's own functions");
+    const NoGil no_gil;
+    const Alone lock(*core_);
     return f();
   }
 
+  void start() {
+    alone([&] { touch().start(); });
+    core_->is_started = true;
+    std::erase_if(started(), [](const std::weak_ptr<Core>& one) { return one.expired(); });
+    started().push_back(core_);
+  }
+  void stop() {
+    alone([&] { touch().stop(); });
+    core_->is_started = false;
+  }
+
+  static void end_all() {
+    for (const std::weak_ptr<Core>& one : std::exchange(started(), {})) {
+      const std::shared_ptr<Core> core = one.lock();
+      if (!core || !core->is_started) continue;
+      const NoGil no_gil;
+      core->is_last = true;
+      for (int i = 0; i < 100 && core->ticking.test_and_set(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      try {
+        core->held.touch.stop();
+      } catch (const std::exception&) {  // nobody is there to be told
+      }
+    }
+  }
+
  private:
-  std::unique_ptr<HeldTouch> held_;
-  std::atomic_flag ticking_;
+  struct Core {
+    Core(const Scene& scene, const std::function<Body()>& make) : held(scene, make) {}
+    HeldTouch held;
+    std::atomic_flag ticking;
+    std::atomic<bool> is_started{false}, is_last{false};  // the latter: Python ends, nobody ticks any more
+  };
+  struct Alone {
+    explicit Alone(Core& its) : core(its) {
+      if (!core.ticking.test_and_set()) return;
+      const bool is_last = core.is_last;
+      if (!is_last) throw RunError("two threads tick one Touch: one at a time may");
+      for (;;) pause();  // Python ends
+    }
+    ~Alone() { core.ticking.clear(); }
+    Alone(const Alone&) = delete;
+    Alone& operator=(const Alone&) = delete;
+    Core& core;
+  };
+  static std::vector<std::weak_ptr<Core>>& started() {
+    static auto* all = new std::vector<std::weak_ptr<Core>>;  // with the GIL
+    return *all;
+  }
+  std::shared_ptr<Core> core_;
 };
 
 struct Tools {
@@ -67,21 +121,21 @@ void check_count(PythonTouch& t, std::size_t given) {
 Tools tools_of(PythonTouch& t, const py::args& poses) {
   check_count(t, poses.size());
   Tools out;
-  for (const auto& pose : poses) out.poses[out.count++] = pose_of(py::array_t<double>::ensure(pose));
-  PyErr_Clear();
+  for (const auto& pose : poses) out.poses[out.count++] = pose_of(pose);
   return out;
 }
 
 std::optional<double> time_of(const py::object& given) {
   if (given.is_none()) return {};
-  const auto dt = given.cast<double>();
+  const double dt = number_of(given, "dt");
   if (!(dt > 0) || !std::isfinite(dt)) throw InputError(text("dt: ", dt, ", must be above 0 [s]"));
   return dt;
 }
 
 /// One frame, or a tuple of as many as there are tools. In lockstep a body that failed is told by its own words.
 py::object frames_of(PythonTouch& t, std::span<const LocalFrame> frames) {
-  if (!t.is_started && (frames[0].flags & kBodyFailed) != 0U && t.touch().error())
+  if (std::exchange(was_interrupted(), false)) PyErr_SetInterrupt();
+  if (!t.is_started() && (frames[0].flags & kBodyFailed) != 0U && t.touch().error())
     std::rethrow_exception(t.touch().error());
   if (frames.size() == 1) return py::cast(frames[0]);
   py::tuple out(frames.size());
@@ -101,6 +155,7 @@ py::object tick_device(PythonTouch& t, const py::args& readings, const py::objec
   Tools tools;
   std::array<DeviceState, kMaxTools> states;
   for (const auto& given : readings) {
+    if (!py::isinstance<DeviceReadingAt>(given)) throw InputError("tick_device: a kilotouch.DeviceReading a tool");
     const auto& reading = given.cast<const DeviceReadingAt&>();
     tools.poses[tools.count] = reading.pose;
     states[tools.count++] = reading.state;
@@ -114,7 +169,7 @@ void set(PythonTouch& t, const std::string& key, const py::object& value) {
   if (py::isinstance<py::str>(value))
     t.touch().set(key, value.cast<std::string>());
   else
-    t.touch().set(key, value.cast<double>());
+    t.touch().set(key, number_of(value, key.c_str()));
 }
 
 py::object get(PythonTouch& t, const std::string& key) {
@@ -126,6 +181,8 @@ py::object get(PythonTouch& t, const std::string& key) {
 }
 
 }  // namespace
+
+void end_touches() { PythonTouch::end_all(); }
 
 void bind_touch(py::module_& m) {
   py::class_<TouchStatus>(m, "Status", "How a touch goes: of the refresh that was made last.")
@@ -154,20 +211,9 @@ void bind_touch(py::module_& m) {
             t.alone([&] { t.touch().place(tools.span()); });
           },
           "Where the tools are before the first tick.")
-      .def(
-          "start",
-          [](PythonTouch& t) {
-            t.alone([&] { t.touch().start(); });
-            t.is_started = true;
-          },
-          "The body from now on in a thread of its own; before the first tick.")
-      .def(
-          "stop",
-          [](PythonTouch& t) {
-            t.alone([&] { t.touch().stop(); });
-            t.is_started = false;
-          },
-          "Ends that thread. Raises what ended the body's simulation before.")
+      .def("start", &PythonTouch::start,
+           "The body from now on in a thread of its own: after place(), before the first tick.")
+      .def("stop", &PythonTouch::stop, "Ends that thread. Raises what ended the body's simulation before.")
       .def("tick", &tick, py::arg("dt") = py::none(),
            "tick(pose, ...): the tools have come to these poses, one each: (3,) [m], or (7,) with the turn as a "
            "quaternion w x y z. A Frame, of two tools a tuple. dt: seconds since the last call, for a loop that does "
@@ -175,7 +221,8 @@ void bind_touch(py::module_& m) {
       .def("tick_device", &tick_device, py::arg("dt") = py::none(),
            "tick_device(reading, ...): the same for devices that somebody holds, a DeviceReading each. Forces and "
            "torques of the frames are what is to be written to the devices now: made safe by tool.path.device's limits "
-           "(docs/devices.md). dt: seconds since the last call; none: one tick.")
+           "(docs/devices.md). To be called each period of local.rate_hz: one call is one tick. dt: seconds that "
+           "really passed since the last one.")
       .def("__getitem__", &get, py::arg("key"))
       .def("__setitem__", &set, py::arg("key"), py::arg("value"))
       .def_property_readonly(
@@ -183,7 +230,7 @@ void bind_touch(py::module_& m) {
           [](PythonTouch& t) {
             VectorX x;
             {
-              const py::gil_scoped_release no_gil;
+              const NoGil no_gil;
               t.touch().copy_positions(x);
             }
             return rows_of(x);

@@ -83,7 +83,9 @@ void bind_trace(py::module_& m) {
           "summary", [](const Trace& t) { return py::module_::import("json").attr("loads")(t.run->summary); },
           "The dict of summary.json.")
       .def("save", &save, py::arg("folder"),
-           "trace.csv, summary.json, session.json ...: what `kilotouch replay` and `kilotouch report` read.")
+           "trace.csv, summary.json and so on; session.json, which `kilotouch replay` repeats, unless the body was "
+           "given by "
+           "mesh= or model=.")
       .def("__len__", [](const Trace& t) { return t.run->result.tools[t.tool].frames.size(); })
       .def("__repr__", [](const Trace& t) {
         return text("<kilotouch.Trace: ", t.run->result.tools[t.tool].frames.size(), " ticks, hash ",

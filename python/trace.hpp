@@ -9,7 +9,8 @@ struct RunTrace {
   SessionResult result;
   std::shared_ptr<Session> session;
   std::string summary;  ///< JSON
-  int generation = 0;   ///< of the session's runs
+  bool has_own_body = false;
+  int generation = 0;  ///< of the session's runs
   std::shared_ptr<int> newest;
 };
 
@@ -22,6 +23,6 @@ struct Trace {
 void bind_trace(py::module_& m);
 
 /// trace.csv, summary.json, session.json and so on into a folder. Throws InputError.
-void save(const Trace& trace, const std::string& folder);
+void save(const Trace& trace, const py::object& folder);
 
 }  // namespace kt

@@ -132,7 +132,7 @@ GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) 
     case DeviceHealth::uncalibrated:
       return GateReason::uncalibrated;
   }
-  if (!(state.age <= kOldest)) return GateReason::stale_pose;
+  if (!(state.age >= 0 && state.age <= kOldest)) return GateReason::stale_pose;
   if ((frame.flags & kBadPose) != 0) return GateReason::stale_pose;
   if (o_.deadman != 0 && (state.buttons & o_.deadman) == 0) return GateReason::button;
   if ((frame.flags & (kStaleModel | kBodyFailed)) != 0) return GateReason::stale_model;
@@ -204,7 +204,8 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
   const bool is_finite = force.allFinite() && torque.allFinite();
   counts_.not_finite += !is_finite;
   if (device.x.allFinite()) at_ = device.x;
-  const bool is_there = state.health == DeviceHealth::ok && state.age <= kOldest && device.is_finite();
+  const bool is_there =
+      state.health == DeviceHealth::ok && state.age >= 0 && state.age <= kOldest && device.is_finite();
   counts_.stale += !is_there;
   was_away_ = was_away_ || !is_there;
   if (!is_finite || !limits_.gives_force) force.setZero();

@@ -216,7 +216,9 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
   constexpr double kSomewhere = 0.1;    // of a tool's reach
   constexpr double kLongestStep = 0.1;  // [s] on the way of a tool that drags, a body of springs bends otherwise
   bool goes_on = known_.delay <= 0;
-  std::vector<std::vector<ContactHold>> stops(static_cast<std::size_t>(std::ceil(lead / kLongestStep)));
+  constexpr double kMostStops = 8;
+  std::vector<std::vector<ContactHold>> stops(
+      static_cast<std::size_t>(std::min(kMostStops, std::ceil(lead / kLongestStep))));
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, k);
     std::vector<ContactHold> holds = last_holds(reports, nodes_, options_.local.rate_hz, k);

@@ -34,12 +34,21 @@ BuiltScene::BuiltScene(const Scene& scene, Mesh body)
     : BuiltScene{scene, touch_options(scene), Body(std::move(body), body_options(scene))} {}
 
 BuiltScene::BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> model)
-    : BuiltScene{scene, touch_options(scene), Body(std::move(model), body_options(scene))} {}
+    : BuiltScene{scene, touch_options(scene), Body(std::move(model), body_options(scene))} {
+  SceneObject unset;
+  unset.mesh = scene.object.mesh;
+  if (scene.object == unset) return;
+  const std::string told =
+      "object: its material, clamped part, weight and size do nothing: the body is a model of one's own";
+  warnings_.push_back(told);
+  notes_.push_back(told);
+}
 
 BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
     : scene_(scene), options_(std::move(options)), body_(std::move(body)), tools_(shapes_of(options_)) {
   scene_.local = options_.local;
-  if (is_live(scene_) && scene_.link.type == "lockstep") scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
+  if (is_live(scene_) && scene_.link.type == "lockstep")
+    scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
   warnings_ = unused_settings(scene_);
   warn_of_rate(scene_.local.rate_hz, warnings_);
   std::ranges::copy(body_.notes(), std::back_inserter(warnings_));
@@ -51,12 +60,23 @@ BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
   paths_ = scene_paths(scene_, tools_, hanging, warnings_);
 }
 
+void BuiltScene::take(Course course) {
+  scene_.tool.path = std::move(course.path);
+  paths_[0] = std::move(course.points);
+  scene_.duration = course.duration;
+  scene_.is_endless = course.is_endless;
+}
+
 void BuiltScene::follow(std::vector<TimedPoint> path) {
+  constexpr double kFarthest = 1e6;  // [m], as places in a scene
   if (path.empty() || !(path.back().t > 0)) throw InputError("tool.path: takes no time");
+  for (std::size_t i = 0; i < path.size(); ++i)
+    if (!(path[i].x.lpNorm<Eigen::Infinity>() <= kFarthest))
+      throw InputError(text("tool.path: point ", i, " is not within ", kFarthest, " m"));
   std::vector<Waypoint> waypoints;
   for (const TimedPoint& p : path) waypoints.push_back({p.t, p.x});
   scene_.tool.path = {.press_drag = {}, .waypoints = std::move(waypoints), .recording = {}, .hand = {}, .device = {}};
-  scene_.duration = path.back().t;
+  last(path.back().t);
   paths_[0] = {std::move(path), {}};
   scene_device(scene_, scene_.tool, paths_[0]);  // a wrong path is found now and not by run()
 }

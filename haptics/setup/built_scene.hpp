@@ -16,11 +16,22 @@ class BuiltScene {
   explicit BuiltScene(const Scene& scene);
   BuiltScene(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
   BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> model);  ///< with one's own model for its own
-  /// The same body from its start on, along another path: until the time of its last point.
+  /// The same body from its start on, along another path: until the time of its last point. Throws InputError, and
+  /// keeps its course, for a path that takes no time or leaves a tool's range.
   void follow(std::vector<TimedPoint> path);
   /// The first tool is held by a hand from now on, at the place where its path began: for a target that another thread
   /// moves.
   void hold();
+  /// Where the first tool goes, and for how long.
+  struct Course {
+    ScenePath path;
+    ToolPath points;
+    double duration = 0;
+    bool is_endless = false;
+  };
+  Course course() const { return {scene_.tool.path, paths_[0], scene_.duration, scene_.is_endless}; }
+  /// One that it had before follow(), hold() or last().
+  void take(Course course);
   /// It lasted that long [s].
   void last(double seconds) {
     scene_.duration = seconds;

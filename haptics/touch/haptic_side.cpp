@@ -35,10 +35,17 @@ HapticSide::HapticSide(const TouchOptions& options, const SurfaceFriction& frict
       poses_(options.tools.size()),
       history_(options.tools.size(), history_ticks(options)) {}
 
+/// Quaternions that are long or short would stretch the tool. Those of unit length but for rounding stay as they are.
+static Pose with_unit_turn(Pose pose) noexcept {
+  constexpr double kRounding = 1e-12;
+  if (std::abs(pose.r.squaredNorm() - 1) > kRounding) pose.r.normalize();
+  return pose;
+}
+
 void HapticSide::place(std::span<const Pose> tools) noexcept {
   for (std::size_t k = 0; k < poses_.size(); ++k) {
-    poses_[k] = tools[k];
-    history_.put(tick_, k, tools[k]);
+    poses_[k] = with_unit_turn(tools[k]);
+    history_.put(tick_, k, poses_[k]);
   }
 }
 
@@ -48,7 +55,7 @@ const LocalReport& HapticSide::tick(std::span<const Pose> tools, std::span<Local
   std::array<unsigned, kMaxTools> flags{};
   for (std::size_t k = 0; k < count; ++k) {
     if (is_usable(tools[k]))
-      poses_[k] = tools[k];
+      poses_[k] = with_unit_turn(tools[k]);
     else
       flags[k] = kBadPose;
     history_.put(tick_ + 1, k, poses_[k]);

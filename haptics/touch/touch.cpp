@@ -55,6 +55,7 @@ struct Touch::Parts {
   SurfaceFriction friction;
   HapticSide haptic;
   std::unique_ptr<BodySide> side;
+  mutable std::mutex beginning;  // of whoever asks while start() makes the side and the link anew
   ModelObserver* observer = nullptr;
   std::unique_ptr<BodyLink> link;  // from the first tick, or start(), on
   std::array<LocalFrame, kMaxTools> frames;
@@ -99,19 +100,22 @@ void Touch::start(const LinkMaker& make) { parts_->start("network", make); }
 void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
   if (link) throw InputError("start: after the first tick, or twice");
   if (!is_placed) throw InputError("start: place() the tools before, the first local model is made around them");
-  options.link.type = type;
-  const std::vector<SettingChange> early = side->waiting();
-  side = std::make_unique<BodySide>(body, options);
-  const auto set = [&](auto& where) {
-    for (const SettingChange& change : early) where(change);
-  };
-  const auto here = [&](const SettingChange& c) {
-    c.word.empty() ? side->set(c.key, c.value) : side->set(c.key, c.word);
-  };
-  set(here);
-  link = make(*side, haptic, friction, observer);
-  const auto there = [&](const SettingChange& c) { link->remote()->set(c); };
-  if (link->remote()) set(there);
+  TouchOptions with_link = options;
+  with_link.link.type = type;
+  auto next = std::make_unique<BodySide>(body, with_link);
+  std::vector<SettingChange> early;
+  {
+    const std::scoped_lock lock(beginning);
+    options.link.type = type;
+    early = side->waiting();
+    for (const SettingChange& c : early) c.word.empty() ? next->set(c.key, c.value) : next->set(c.key, c.word);
+    side.swap(next);
+  }
+  auto made = make(*side, haptic, friction, observer);
+  if (made->remote())
+    for (const SettingChange& c : early) made->remote()->set(c);
+  const std::scoped_lock lock(beginning);
+  link = std::move(made);
 }
 
 void Touch::stop() {
@@ -125,7 +129,11 @@ void Touch::refresh_if_due() noexcept { parts_->refresh_if_due(); }
 
 void Touch::Parts::refresh_if_due() noexcept {
   if (!is_placed) return;
-  if (!link) link = make_lockstep_link(*side, observer);
+  if (!link) {
+    auto made = make_lockstep_link(*side, observer);
+    const std::scoped_lock lock(beginning);
+    link = std::move(made);
+  }
   link->before_tick(haptic);
 }
 
@@ -197,7 +205,7 @@ void Touch::Parts::show_shape() noexcept {
 
 void Touch::copy_positions(VectorX& x) {
   Parts& p = *parts_;
-  const std::scoped_lock lock(p.watching);
+  const std::scoped_lock lock(p.watching, p.beginning);
   if (RemoteBody* remote = p.remote())
     remote->copy_positions(x);
   else
@@ -232,20 +240,32 @@ void Touch::copy_positions_now(VectorX& x) {
 
 /// Here first: what is wrong is told at once, and number() has it.
 void Touch::set(const std::string& key, double value) {
+  const std::scoped_lock lock(parts_->beginning);
   parts_->side->set(key, value);
   if (RemoteBody* remote = parts_->remote()) remote->set({0, key, value, ""});
 }
 void Touch::set(const std::string& key, const std::string& word) {
+  const std::scoped_lock lock(parts_->beginning);
   parts_->side->set(key, word);
   if (RemoteBody* remote = parts_->remote()) remote->set({0, key, 0, word});
 }
-double Touch::number(const std::string& key) const { return parts_->side->number(key); }
-std::string Touch::word(const std::string& key) const { return parts_->side->word(key); }
+double Touch::number(const std::string& key) const {
+  const std::scoped_lock lock(parts_->beginning);
+  return parts_->side->number(key);
+}
+std::string Touch::word(const std::string& key) const {
+  const std::scoped_lock lock(parts_->beginning);
+  return parts_->side->word(key);
+}
 TouchStatus Touch::status() const {
+  const std::scoped_lock lock(parts_->beginning);
   if (const RemoteBody* remote = parts_->remote()) return remote->status();
   return parts_->side->status();
 }
-void Touch::copy_refresh(RefreshPicture& picture) const { parts_->side->copy_refresh(picture); }
+void Touch::copy_refresh(RefreshPicture& picture) const {
+  const std::scoped_lock lock(parts_->beginning);
+  parts_->side->copy_refresh(picture);
+}
 std::span<const TickContact> Touch::last_samples() const noexcept { return parts_->haptic.samples(); }
 const Body& Touch::body() const { return parts_->body; }
 const TouchOptions& Touch::options() const { return parts_->options; }

@@ -1,5 +1,6 @@
 #pragma once
 // How a touch goes: for gauges and logs.
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,10 @@ struct TouchStatus {
   int dof = 0, patch_vertices = 0;  ///< of its local model
   double refresh_ms = 0;            ///< CPU time of the last one, with its global step
   double late_ticks = 0;            ///< from the linearization until the local model was in use, of the last adopted
-  double expected_force_error = 0;  ///< relative; NaN: not certified
-  double certified_error = 0;       ///< of the impedance, worst of 0-500 Hz; NaN: not certified
-  RefreshEnergy energy{};           ///< of all swaps so far
+  double expected_force_error = std::numeric_limits<double>::quiet_NaN();  ///< relative; NaN: not certified
+  double certified_error =
+      std::numeric_limits<double>::quiet_NaN();  ///< of the impedance, 0-500 Hz; NaN: not certified
+  RefreshEnergy energy{};                        ///< of all swaps so far
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
 };

@@ -39,6 +39,8 @@ def _plain(value):
 
 
 def _setting(key, value):
+    if not isinstance(key, str) or "=" in key:
+        raise InputError(f"{key!r}: the key of a setting is a text without =, as contact.mu")
     return f"{key}={_json.dumps(value, default=_plain)}"
 
 
@@ -61,6 +63,12 @@ class Scene(_kilotouch.Scene):
     def __setitem__(self, key, value):
         self._set(_setting(key, value))
 
+    def __contains__(self, key):
+        return key in self._keys()
+
+    def __iter__(self):
+        return iter(self._keys())
+
     def keys(self):
         """Every key that a scene can have."""
         return self._keys()
@@ -76,16 +84,23 @@ class Scene(_kilotouch.Scene):
 class Model:
     """Physics of one's own: M a = force(x, v). Derive from it, and write force(); tangent() where differences are too slow.
 
-    mesh: a Mesh, at rest; mass: of each node (n,) [kg], or scipy's sparse (3n, 3n); fixed: indices of clamped nodes.
+    mesh: a Mesh, at rest; mass: of each node (n,) [kg], or scipy's sparse (3n, 3n); fixed: indices or mask of clamped nodes.
     It is called at the body's rate (30 Hz), never in a haptic tick, by one thread at a time. What it raises ends the
     body's simulation. check_model() tries it.
     """
 
     def __init__(self, mesh, mass, fixed=()):
+        import numpy
         self.mesh = mesh
+        fixed = numpy.asarray(fixed)
+        if fixed.dtype == bool:
+            if fixed.shape != (len(mesh.x),):
+                raise InputError(f"fixed: a mask of shape {fixed.shape}, must have a value a node, ({len(mesh.x)},)")
+            fixed = numpy.flatnonzero(fixed)
+        if fixed.size and (fixed.dtype.kind not in "iu" or fixed.ndim != 1):
+            raise InputError("fixed: indices of nodes, whole numbers, or a mask of them")
         self.fixed = [int(i) for i in fixed]
         if not hasattr(mass, "tocsc"):
-            import numpy
             import scipy.sparse
             mass = numpy.asarray(mass, float)
             if mass.ndim != 1:

@@ -283,6 +283,8 @@ TEST(SafetyChain, EachReasonShutsTheGate) {
   };
   const Case cases[] = {{GateReason::stale_pose, {.health = DeviceHealth::stale, .buttons = 1}, 0},
                         {GateReason::stale_pose, {.age = 6e-3, .buttons = 1}, 0},
+                        {GateReason::stale_pose, {.age = -1, .buttons = 1}, 0},
+                        {GateReason::stale_pose, {.age = NAN, .buttons = 1}, 0},
                         {GateReason::stale_pose, {.buttons = 1}, kBadPose},
                         {GateReason::gone, {.health = DeviceHealth::gone, .buttons = 1}, 0},
                         {GateReason::fault, {.health = DeviceHealth::fault, .buttons = 1}, 0},

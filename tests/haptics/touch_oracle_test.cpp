@@ -172,6 +172,25 @@ TEST(Touch, BeginsWithTheFirstPoseThatIsOne) {
   EXPECT_GT(most, 1e-3);
 }
 
+/// A quaternion that is long or short turns the tool, and does not stretch it.
+TEST(Touch, TakesTheTurnOfAQuaternionAndNotItsLength) {
+  Scene scene = small_scene();
+  scene.tool.shape = "capsule";
+  const Session session(scene);
+  Touch unit(session.body(), session.options()), shorter(session.body(), session.options());
+  const Quaternion turn(Eigen::AngleAxisd(1.2, Vec3::UnitY()));
+  Quaternion scaled = turn;
+  scaled.coeffs() *= 0.85;
+  double most = 0;
+  for (int i = 0; i < 80; ++i) {
+    const Vec3 x(0.03, 0.026, 0.0245 - 3e-5 * i);
+    const Vec3 force = unit.tick(Pose{x, turn}).force;
+    EXPECT_LE((shorter.tick(Pose{x, scaled}).force - force).norm(), 1e-6 * (1e-3 + force.norm())) << i;
+    most = std::max(most, force.norm());
+  }
+  EXPECT_GT(most, 1e-3);
+}
+
 TEST(Touch, IsNotStartedBeforeItIsToldWhereTheToolsAre) {
   const Session session(small_scene());
   Touch touch(session.body(), session.options());

@@ -73,9 +73,13 @@ class Runs(unittest.TestCase):
         self.assertEqual(again.hash, trace.hash)
         with self.assertRaisesRegex(kt.InputError, "run again since"):
             trace.save("/nowhere")
-        for wrong, words in ((path[:1], "n >= 2"), (path[:, :2], "n >= 2"), (path * np.nan, r"path\[0\]")):
+        own = session.run()
+        self.assertEqual(own.hash, kt.Session(kt.Scene(settings=QUICK)).run().hash)  # its own path is not forgotten
+        for wrong, words in ((path[:1], "n >= 2"), (path[:, :2], "n >= 2"), (path * np.nan, r"path\[0\]"), (path + 1e7, "not within"),
+                             (path.astype(str), "numbers are needed")):
             with self.assertRaisesRegex(kt.InputError, words):
                 session.run(wrong)
+        self.assertEqual(session.run().hash, own.hash)
 
     def test_columns_are_views_that_outlive_the_run(self):
         force = kt.Session(kt.Scene(settings=QUICK)).run().force
@@ -100,6 +104,45 @@ class Runs(unittest.TestCase):
                          "s.start()\nassert s.is_running")
         _, err = process.communicate(timeout=60)
         self.assertEqual((process.returncode, err), (0, ""))
+
+    def test_a_run_has_one_trace_whoever_ends_it(self):
+        session = kt.Session(kt.Scene(settings={**QUICK, "duration": 3000}))
+        session.start()
+        with self.assertRaisesRegex(kt.InputError, "runs already"):
+            session.start()
+        outcomes = []
+
+        def stop():
+            try:
+                outcomes.append(session.stop())
+            except (kt.RunError, kt.InputError) as error:
+                outcomes.append(error)
+
+        threads = [threading.Thread(target=stop) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(sum(isinstance(o, kt.Trace) for o in outcomes), 1, outcomes)
+        self.assertFalse(session.is_running)
+
+    def test_end_of_python_in_the_middle_of_whatever_runs(self):
+        begin = f"import kilotouch as kt, threading, time\nscene = kt.Scene(settings={ {**QUICK, 'duration': 3000} })\n"
+        for text in ("t = kt.Touch(scene)\ndef loop():\n    while True: t.tick([0.03, 0.026, 0.028])\n"
+                     "threading.Thread(target=loop, daemon=True).start()\ntime.sleep(0.3)",
+                     "s = kt.Session(scene)\nthreading.Thread(target=s.run, daemon=True).start()\ntime.sleep(0.3)",
+                     "t = kt.Touch(scene)\nt.place([0.03, 0.026, 0.028])\nt.start()\nt.tick([0.03, 0.026, 0.028])"):
+            process = script(begin + text)
+            _, err = process.communicate(timeout=60)
+            self.assertEqual((process.returncode, err), (0, ""), text)
+
+    def test_what_is_in_memory_only_is_not_said_to_be_replayed(self):
+        mesh = kt.load_mesh(BLOCK)
+        trace = kt.Session(kt.Scene(settings=QUICK), mesh=mesh).run()
+        with tempfile.TemporaryDirectory() as folder:
+            trace.save(folder)
+            self.assertTrue(os.path.exists(os.path.join(folder, "trace.csv")))
+            self.assertFalse(os.path.exists(os.path.join(folder, "session.json")))
 
     def test_a_picture_is_drawn(self):
         try:
@@ -152,6 +195,34 @@ class Ticks(unittest.TestCase):
         self.assertGreater(touch.status.refreshes, 3)
         moved = np.linalg.norm(touch.positions - touch.mesh.x, axis=1)
         self.assertGreater(moved.max(), 1e-3)
+
+    def test_others_may_ask_while_it_starts(self):
+        for _ in range(3):
+            touch = kt.Touch(kt.Scene(settings=QUICK))
+            touch.place(TOP)
+            over = threading.Event()
+
+            def ask():
+                while not over.is_set():
+                    touch.status, touch.positions
+                    touch["contact.mu"] = 0.3
+
+            threads = [threading.Thread(target=ask) for _ in range(2)]
+            for thread in threads:
+                thread.start()
+            touch.start()
+            for x in press(0.002, 20):
+                touch.tick(x)
+            over.set()
+            for thread in threads:
+                thread.join()
+            self.assertEqual(touch["contact.mu"], 0.3)
+            touch.stop()
+
+    def test_a_turn_is_a_rotation(self):
+        touch = kt.Touch(kt.Scene(settings=QUICK))
+        with self.assertRaisesRegex(kt.InputError, "length 0.84"):
+            touch.tick([*TOP, 0.6, 0, 0.6, 0])
 
     def test_settings_while_it_runs(self):
         touch = kt.Touch(kt.Scene(settings=QUICK))
@@ -238,6 +309,33 @@ class Devices(unittest.TestCase):
         self.assertGreater(len(trace), 1000)
         self.assertTrue((trace.flags & kt.Flag.STALE_POSE).any())
 
+    def test_a_device_is_of_one_session(self):
+        settings = {k: v for k, v in self.HELD.items() if "press_drag" not in k}
+        device = kt.PushedDevice()
+        device.push(TOP, buttons=1)
+        first, second = (kt.Session(kt.Scene(settings=settings)) for _ in range(2))
+        first.start(pushed=device)
+        with self.assertRaisesRegex(kt.InputError, "another session"):
+            second.start(pushed=device)
+        first.stop()
+        device.push(TOP, buttons=1)
+        second.start(pushed=device)
+        second.stop()
+        with self.assertRaisesRegex(kt.InputError, "is not pushed"):
+            kt.Session(kt.Scene(settings=QUICK)).run(pushed=device)
+
+    def test_wrong_readings_are_told(self):
+        device = kt.PushedDevice()
+        for pose, words in (([*TOP, 5, 0, 0, 0], "length 5"), ([1e30, 0, 0], "beyond"), (["1", "2", "3"], "numbers are needed")):
+            with self.assertRaisesRegex(kt.InputError, words):
+                device.push(pose)
+            with self.assertRaisesRegex(kt.InputError, words):
+                kt.DeviceReading(pose)
+        with self.assertRaisesRegex(kt.InputError, "age: -5"):
+            kt.DeviceReading(TOP, age=-5)
+        with self.assertRaisesRegex(kt.InputError, "v: 3 numbers"):
+            device.push(TOP, v=[1, 2])
+
     def test_pushed_device_without_poses_is_told(self):
         settings = {k: v for k, v in self.HELD.items() if "press_drag" not in k}
         with self.assertRaisesRegex(kt.InputError, "nobody pushes"):
@@ -245,7 +343,7 @@ class Devices(unittest.TestCase):
         with self.assertRaisesRegex(kt.InputError, "no pose for 2 s"):
             kt.Session(kt.Scene(settings=settings)).run(pushed=kt.PushedDevice())
         device = kt.PushedDevice()
-        with self.assertRaisesRegex(kt.InputError, "not finite; nothing was pushed"):
+        with self.assertRaisesRegex(kt.InputError, "not finite; nothing was taken"):
             device.push([0, math.nan, 0])
 
 
@@ -339,6 +437,38 @@ class Models(unittest.TestCase):
             for x in press(0.008, 3000):
                 touch.tick(x)
 
+    def test_the_collector_may_come_in_the_middle_of_the_physics(self):
+        class Forgotten(Linear):
+            def force(self, x, v):
+                gc.collect()
+                return super().force(x, v)
+
+        mesh = kt.load_mesh(BLOCK)
+        for make in (kt.Session, kt.Touch):
+            model = Forgotten(mesh)
+            held = make(kt.Scene(settings={**QUICK, "duration": 0.2}), model=model)
+            model.holds = [model, held]  # a cycle
+            if make is kt.Touch:
+                held.place(TOP)
+            held.start()
+            del held, model
+            time.sleep(0.3)
+            gc.collect()
+
+    def test_a_model_does_not_wait_for_itself(self):
+        class Impatient(Linear):
+            def force(self, x, v):
+                self.session.stop()
+
+        model = Impatient(kt.load_mesh(BLOCK))
+        model.session = kt.Session(kt.Scene(settings=QUICK), model=Linear(model.mesh))
+        with self.assertRaisesRegex(kt.RunError, "model's own functions"):
+            kt.Session(kt.Scene(settings=QUICK), model=model).run()
+
+    def test_settings_that_do_nothing_are_told(self):
+        trace = kt.Session(kt.Scene(settings={**QUICK, "object.model.young": 5e5}), model=Linear(kt.load_mesh(BLOCK))).run()
+        self.assertIn("a model of one's own", " ".join(trace.warnings))
+
     def test_what_is_no_model_is_told(self):
         mesh = kt.load_mesh(BLOCK)
         scene = kt.Scene(settings=QUICK)
@@ -348,12 +478,26 @@ class Models(unittest.TestCase):
             def force(self, x, v):
                 return np.zeros(3)
 
+        import scipy.sparse
+        torn = scipy.sparse.identity(3 * n, format="csc")
+        torn.indices[5] = 10 * n
         for model, words in ((kt.Model(mesh, np.ones(n - 1)), "mass: .* must be"), (kt.Model(mesh, np.ones(n), [n]), "fixed: node"),
-                             (object(), "model: has no mesh")):
+                             (object(), "model: has no mesh"), (kt.Model(mesh, np.ones(n), np.arange(n)), "all nodes are clamped"),
+                             (kt.Model(mesh, np.zeros(n)), "mass: 0"), (kt.Model(mesh, np.full(n, np.nan)), "mass: a number"),
+                             (kt.Model(mesh, torn), "out of range")):
             with self.assertRaisesRegex(kt.InputError, words):
                 kt.Touch(scene, model=model)
-        with self.assertRaisesRegex(kt.RunError, f"must give {3 * n} numbers"):
-            kt.Session(scene, model=Short(mesh)).run()
+        self.assertEqual(kt.Model(mesh, np.ones(n), mesh.x[:, 2] < 1e-6).fixed, list(np.flatnonzero(mesh.x[:, 2] < 1e-6)))
+        for fixed in ([0.5, 1.5], [[0, 1]], np.ones(n - 1, bool)):
+            with self.assertRaisesRegex(kt.InputError, "fixed"):
+                kt.Model(mesh, np.ones(n), fixed)
+        class Turned(Linear):
+            def force(self, x, v):
+                return np.zeros((3, len(x)))
+
+        for wrong in (Short, Turned):
+            with self.assertRaisesRegex(kt.RunError, f"must give {3 * n} numbers"):
+                kt.Session(scene, model=wrong(mesh)).run()
         with self.assertRaisesRegex(kt.InputError, "give one"):
             kt.Touch(scene, mesh=mesh, model=Linear(mesh))
 
@@ -400,6 +544,17 @@ class Input(unittest.TestCase):
             kt.Touch(kt.Scene())
         with self.assertRaises(TypeError):
             scene["contact.mu"] = object()
+        self.assertIn("contact.mu", scene)
+        self.assertFalse(scene == None)  # noqa: E711
+        for key in ("object/mesh", "object~", ""):
+            with self.assertRaises(kt.InputError):
+                scene[key]
+        with self.assertRaisesRegex(kt.InputError, "without ="):
+            scene["contact.mu=0.5,"] = 1
+        with self.assertRaisesRegex(kt.InputError, "^contact.mu="):  # no option of a command line
+            scene["contact.mu"] = -1
+        with self.assertRaisesRegex(kt.InputError, "must be a kilotouch.Mesh"):
+            kt.Touch(scene, mesh=BLOCK)
 
     def test_wrong_poses_are_told(self):
         touch = kt.Touch(kt.Scene(settings=QUICK))
