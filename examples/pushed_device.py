@@ -27,7 +27,7 @@ while time.monotonic() - begun < 2:
     force, torque = device.order  # what is to be written to the device now
     most = max(most, np.linalg.norm(force))
     time.sleep(1e-3)
-time.sleep(0.03)  # unplugged: no pose comes any more
+time.sleep(0.06)  # unplugged: no pose comes any more
 at_the_end = np.linalg.norm(device.order[0])
 trace = session.stop()
 print(f"at most {most:.4f} N of {np.linalg.norm(trace.force, axis=1).max():.4f} N; at the end {at_the_end:.4f} N")

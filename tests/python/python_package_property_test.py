@@ -291,7 +291,7 @@ class Devices(unittest.TestCase):
         session.start(pushed=device)
         most, felt = 0, 0
         begun = time.monotonic()
-        while (t := time.monotonic() - begun) < 1.6:
+        while (t := time.monotonic() - begun) < 1.6 or (felt <= 0.02 and t < 20):  # on a busy machine the gate shuts now and then
             x = TOP - [0, 0, 0.008 * min(1, t / 1.2)]
             device.push(x, buttons=1)
             force, torque = device.order
@@ -299,7 +299,7 @@ class Devices(unittest.TestCase):
             felt = max(felt, force[2])
             self.assertTrue(np.isfinite([*force, *torque]).all())
             time.sleep(0.5e-3)
-        time.sleep(0.03)  # no pose
+        time.sleep(0.06)  # no pose, for longer than 20 ms whatever the machine does
         force, _ = device.order
         self.assertEqual(np.linalg.norm(force), 0)
         trace = session.stop()
