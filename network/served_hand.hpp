@@ -169,9 +169,7 @@ class ServedHand final : public ModelObserver {
                     " do not travel; set link.basis_bits 8, local.reducer krylov or a smaller tool");
       return;
     }
-    // The hand can tell of a loss once it has got a few models, and a way later: until then what is lost on the way
-    // here stands for it.
-    const double loss = body_->model_loss().value_or(port_.loss().value_or(kLossUntilKnown));
+    const double loss = loss_for_parity(body_->model_loss(), port_.loss());
     port_.send(DatagramKind::model, std::move(*bytes), loss, false);
   }
 

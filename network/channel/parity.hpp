@@ -7,6 +7,7 @@
 // alike, so that a run of lost datagrams is shared by all.
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,12 @@ int shards_in_block(int count, int blocks, int block);
 
 /// The most parity shards that fit beside `data` shards.
 int most_parity_shards(int data);
+
+/// What parity is for on the way to the other end: the loss that it has told; before that, what is lost on the way from
+/// it.
+inline double loss_for_parity(const std::optional<double>& told, const std::optional<double>& from_there) {
+  return told.value_or(from_there.value_or(kLossUntilKnown));
+}
 
 /// Probability that a message does not arrive whole, when each shard is lost by itself with probability `loss`: that of
 /// some block more than its parity shards are lost. Exact (binomial).

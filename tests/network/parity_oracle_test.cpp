@@ -175,6 +175,15 @@ TEST(Parity, IsTheLeastThatIsEnough) {
     }
 }
 
+/// A hand that has measured nothing yet has not told that nothing is lost.
+TEST(Parity, IsForALossThatIsKnownAndElseForSome) {
+  EXPECT_EQ(loss_for_parity(0.1, 0.3), 0.1);
+  EXPECT_EQ(loss_for_parity(0.0, 0.3), 0.0);
+  EXPECT_EQ(loss_for_parity({}, 0.3), 0.3);
+  EXPECT_EQ(loss_for_parity({}, {}), kLossUntilKnown);
+  EXPECT_GT(parity_shards(60, loss_for_parity({}, {})), 2 * parity_shards(60, 0));
+}
+
 TEST(Parity, SharesOfTheDesign) {  // 10 % without loss, 32 % at 10 %, 55 % at 20 %: a message of 62 shards
   EXPECT_EQ(parity_shards(62, 0), 6);
   EXPECT_EQ(parity_shards(62, 0.1), 20);
