@@ -10,20 +10,22 @@ scene = kt.Scene(settings={
     "object.mesh": "meshes/block.msh", "collision.backend": "brute_force", "duration": 60,
     "tool.path.device.name": "pushed", "tool.path.device.origin": [0, 0, 0], "tool.path.device.max_force": 0.1})
 device = kt.PushedDevice()
-begun = time.monotonic()
 
 
-def read_place():
-    """Stands for a driver: 8 mm down in a second and a half."""
-    return np.array([0.03, 0.026, 0.03 - 0.008 * min(1, (time.monotonic() - begun) / 1.5)])
+def place(t):
+    """Stands for a driver that reads its device [m]: 8 mm down in a second and a half."""
+    return np.array([0.03, 0.026, 0.03 - 0.008 * min(1, t / 1.5)])
 
 
-device.push(read_place())
+device.push(place(0))
 session = kt.Session(scene)
 session.start(pushed=device)
-most = 0
-while time.monotonic() - begun < 2:
-    device.push(read_place())
+while session.is_running and session.progress == 0:  # the body is set up
+    device.push(place(0))
+    time.sleep(1e-3)
+most, begun = 0, time.monotonic()
+while (t := time.monotonic() - begun) < 2:
+    device.push(place(t))
     force, torque = device.order  # what is to be written to the device now
     most = max(most, np.linalg.norm(force))
     time.sleep(1e-3)

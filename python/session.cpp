@@ -17,6 +17,7 @@ namespace {
 /// A run in a thread of its own, so that Python's other threads go on and Ctrl-C is seen.
 struct RunThread {
   std::atomic<bool> stop{false};
+  std::atomic<double> progress{0};
   std::mutex mutex;
   std::condition_variable changed;
   bool is_over = false;
@@ -109,6 +110,11 @@ class PythonSession {
     return !run->wait(0);
   }
 
+  double progress() const {
+    const std::shared_ptr<RunThread> run = run_;
+    return run ? run->progress.load() : 0;
+  }
+
   std::vector<std::string> predictions() const {
     std::vector<std::string> out;
     for (const Prediction& p : session_->predictions()) out.push_back(p.message);
@@ -120,6 +126,7 @@ class PythonSession {
     try {
       SessionOptions options;
       options.stop = &run.stop;
+      options.progress = [&run](double share) { run.progress = share; };
       if (pushed) options.pushed = pushed->slots;
       run.result = session->run(options);
     } catch (...) {
@@ -219,6 +226,8 @@ void bind_session(py::module_& m) {
            "The same in a thread of its own; stop() gives its trace.")
       .def("stop", &PythonSession::stop, "Ends a run that was started: its Trace. Raises what ended it before.")
       .def_property_readonly("is_running", &PythonSession::is_running)
+      .def_property_readonly("progress", &PythonSession::progress,
+                             "Share of the started run that is done, 0 to 1; 0 until its first tick.")
       .def_property_readonly("predictions", &PythonSession::predictions,
                              "What is known to go wrong in a run, found at set-up: a list of sentences.");
 }

@@ -6,6 +6,8 @@ import subprocess
 import tempfile
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 
@@ -54,7 +56,7 @@ class Advise(unittest.TestCase):
     def advise(self, *arguments):
         """Exit code, standard output and the JSON."""
         result = subprocess.run([PROGRAM, "advise", "scene.json", "--json", "a.json", *arguments],
-                                cwd=self.temporary.name, capture_output=True, text=True, timeout=500)
+                                cwd=self.temporary.name, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.stderr, "")
         with open(os.path.join(self.temporary.name, "a.json"), encoding="utf-8") as file:
             return result.returncode, result.stdout, json.load(file)
@@ -87,7 +89,7 @@ class Advise(unittest.TestCase):
                 self.assertGreaterEqual(other["core_share"], row["core_share"])
         settings = [word for s in answer["settings"] for word in ("--set", s)]
         run = subprocess.run([PROGRAM, "run", "scene.json", *settings, "--no-report", "--out", "out"],
-                             cwd=self.temporary.name, capture_output=True, text=True, timeout=100)
+                             cwd=self.temporary.name, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(run.returncode, 0, run.stderr)
 
     def test_no_row_within_a_tiny_tolerance_names_the_nearest(self):

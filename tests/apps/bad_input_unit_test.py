@@ -12,6 +12,8 @@ import sys
 import tempfile
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 MANUAL = os.path.join(ROOT, "docs", "errors.md")
@@ -298,7 +300,7 @@ def make_files(folder):
 
 
 def run(folder, arguments):
-    return subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, errors="replace", timeout=120)
+    return subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, errors="replace", timeout=PATIENCE)
 
 
 def is_whole_build():

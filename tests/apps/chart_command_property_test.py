@@ -7,6 +7,8 @@ import subprocess
 import tempfile
 import unittest
 
+from patience import PATIENCE
+
 PROGRAM = os.path.abspath(os.environ["KILOTOUCH"])
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
@@ -19,7 +21,7 @@ SCENE = {
 
 
 def chart(folder, *arguments):
-    return subprocess.run([PROGRAM, "chart", *arguments], cwd=folder, capture_output=True, text=True, timeout=800)
+    return subprocess.run([PROGRAM, "chart", *arguments], cwd=folder, capture_output=True, text=True, timeout=PATIENCE)
 
 
 class Chart(unittest.TestCase):

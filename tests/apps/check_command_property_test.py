@@ -14,6 +14,8 @@ import tempfile
 import time
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 loader = importlib.machinery.SourceFileLoader("mesh_variants", os.path.join(ROOT, "scripts", "mesh_variants"))
@@ -23,7 +25,7 @@ LONG = os.environ.get("KT_LONG")
 STAGES = ["load", "doctor", "repair", "queries", "shots", "solid", "models", "local_models", "press", "drag", "energy"]
 
 
-def check(*arguments, ok=(0, 1), wait=600):
+def check(*arguments, ok=(0, 1), wait=PATIENCE):
     """Exit code and output."""
     result = subprocess.run([PROGRAM, "check", *map(str, arguments)], capture_output=True, text=True, timeout=wait)
     assert result.returncode in ok, f"{result.returncode}\n{result.stdout}\n{result.stderr}"
@@ -188,11 +190,11 @@ class Check(unittest.TestCase):
     def test_ctrl_c_keeps_what_is_done(self):
         library = self.small_library()
         run = subprocess.Popen([PROGRAM, "check", library, "--quick", "--out", self.path("out"), "--no-report"], stdout=subprocess.PIPE, text=True)
-        deadline = time.time() + 300
+        deadline = time.time() + PATIENCE
         while time.time() < deadline and not (os.path.exists(self.path("out", "rows.jsonl")) and lines(self.path("out", "rows.jsonl"))):
             time.sleep(0.02)
         run.send_signal(signal.SIGINT)
-        text, _ = run.communicate(timeout=60)
+        text, _ = run.communicate(timeout=PATIENCE)
         kept = report(self.path("out"))["rows"]
         self.assertGreaterEqual(len(kept), 1)
         self.assertLess(len(kept), 7)

@@ -8,6 +8,7 @@
 #include "apps/check/mesh_work.hpp"
 #include "apps/check/runs.hpp"
 #include "core/base/parallel.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace kt {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 /// Elements pressed at a place, counted from 1 as reports do.
 SessionResult pressed(const std::string& mesh, std::size_t place) {
   MeshWork work;
-  work.options.mesh = KT_TEST_DATA "/meshes/" + mesh;
+  work.options.mesh = test_data() + "/meshes/" + mesh;
   SessionResult out;
   with_threads(1, [&] {
     for (const CheckStage stage : {check_load, check_doctor, check_repair, check_solid, check_models}) {
@@ -34,7 +35,7 @@ class CheckPress : public testing::TestWithParam<std::pair<const char*, std::siz
 /// search for contacts went to and fro between places of a small triangle.
 TEST_P(CheckPress, KeepsTheBodyTogetherAndTheToolOutside) {
   const auto& [mesh, place] = GetParam();
-  if (!std::filesystem::exists(KT_TEST_DATA "/meshes")) GTEST_SKIP() << "no meshes";
+  if (!std::filesystem::exists(test_data() + "/meshes")) GTEST_SKIP() << "no meshes";
   if (!KT_WITH_CGAL || !KT_WITH_TETGEN) GTEST_SKIP() << "needs cgal and tetgen";
   const SessionResult run = pressed(mesh, place);
   double force = 0;

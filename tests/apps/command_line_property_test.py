@@ -14,6 +14,8 @@ import tempfile
 import time
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 MESHES = os.path.join(ROOT, "meshes")
@@ -59,7 +61,7 @@ class CommandLine(unittest.TestCase):
     def kilotouch(self, *arguments, status=0):
         """Standard output; what is not a terminal gets no progress bar, but a line where it takes long, and no error no line on
         stderr but warnings."""
-        result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
+        result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.returncode, status, result.stdout + result.stderr)
         if status == 0:
             expected = r"kilotouch: warning: object\.mesh: cells of|.*: \d+ %, \d+ s so far$"
@@ -173,7 +175,7 @@ class CommandLine(unittest.TestCase):
         with open(self.path("leap.json"), "w", encoding="utf-8") as file:
             json.dump(scene, file)
         run = subprocess.run([PROGRAM, "run", "leap.json", "--no-report", "--out", "o"], cwd=self.folder, capture_output=True,
-                             text=True, timeout=250)
+                             text=True, timeout=PATIENCE)
         summary = load(self.path("o", "summary.json"))
         self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
         self.assertTrue(summary["contact_lost"])
@@ -216,7 +218,7 @@ class CommandLine(unittest.TestCase):
             json.dump({"object": {"mesh": "mm.off", "model": {"young": 10}}, "duration": 0.02,
                        "tool": {"path": {"waypoints": [[0, 0, 0, 1000], [1, 0, 0, 1000]]}}}, file)
         result = subprocess.run([PROGRAM, "run", "mm.json", "--set", "local.reducer=wall", "--no-report", "--out", "out"],
-                                cwd=self.folder, capture_output=True, text=True, timeout=250)
+                                cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("set object.scale to 0.001: its unit is likely mm", result.stderr)
         self.assertIn("object.model.young: 10 Pa is outside 100 to 1e+09 Pa", result.stderr)
@@ -232,7 +234,7 @@ class CommandLine(unittest.TestCase):
         self.assertFalse(os.path.exists(self.path("-")))
 
     def kilotouch_out(self, *arguments):
-        result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
+        result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.returncode, 0, result.stderr)
         return result.stdout
 
@@ -260,7 +262,7 @@ class CommandLine(unittest.TestCase):
 
     def test_an_error_of_set_up_names_file_and_key(self):
         result = subprocess.run([PROGRAM, "run", SCENE, "--set", "tool.path.press_drag.at=[5,5]", "--out", "out"], cwd=self.folder,
-                                capture_output=True, text=True, timeout=250)
+                                capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.returncode, 2)
         self.assertIn("organ_drag.json: tool.path.press_drag.at: ", result.stderr)
 
@@ -319,7 +321,7 @@ class CommandLine(unittest.TestCase):
             json.dump(scene, file)
         # A limit cycle is predicted, on standard error.
         for arguments in (["run", "hand.json", "--no-report", "--out", "run"], ["replay", "run", "--out", "again"]):
-            result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=250)
+            result = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assert_same_figures("run", "again")
         with open(self.path("run", "trace.csv"), newline="", encoding="utf-8") as file:
@@ -343,7 +345,7 @@ class CommandLine(unittest.TestCase):
                 time.sleep(0.01)  # the folder is made when the run begins
             time.sleep(wait)
             process.send_signal(signal.SIGINT)
-            process.wait(timeout=60)
+            process.wait(timeout=PATIENCE)
             self.assertEqual(process.returncode, 130)
             if os.path.exists(self.path("out", "summary.json")):
                 break

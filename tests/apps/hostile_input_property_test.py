@@ -12,6 +12,8 @@ import tempfile
 import threading
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -39,7 +41,7 @@ class HostileInput(unittest.TestCase):
         return name
 
     def kilotouch(self, *words, status=0, **options):
-        result = subprocess.run([PROGRAM, *words], cwd=self.folder, capture_output=True, text=True, errors="surrogateescape", **{"timeout": 100, **options})
+        result = subprocess.run([PROGRAM, *words], cwd=self.folder, capture_output=True, text=True, errors="surrogateescape", **{"timeout": PATIENCE, **options})
         self.assertEqual(result.returncode, status, result.stdout + result.stderr)
         return result
 
@@ -219,7 +221,7 @@ class HostileInput(unittest.TestCase):
         with open(self.path("m", "opened.html"), "w", encoding="utf-8") as file:
             file.write(page)
         dom = subprocess.run([BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={self.path('c')}", "--virtual-time-budget=3000", "--dump-dom",
-                              "file://" + self.path("m", "opened.html")], capture_output=True, text=True, timeout=90).stdout
+                              "file://" + self.path("m", "opened.html")], capture_output=True, text=True, timeout=PATIENCE).stdout
         self.assertNotRegex(dom, r"<body[^>]* id=")
         self.assertNotRegex(dom, r"<td[^>]*>[^<]*<(svg|b onclick)")
         for shown in ("&lt;!--&lt;script&gt;.off</td>", "foreign&lt;/script&gt;&lt;script&gt;", "z&amp;&lt;img src="):

@@ -14,9 +14,10 @@ import threading
 import time
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
-PATIENCE = 60  # [s] of a machine that is shared
 
 SCENE = {
     "title": "block", "duration": 1,

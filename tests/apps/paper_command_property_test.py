@@ -6,12 +6,14 @@ import subprocess
 import tempfile
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 
 
 def paper(folder, *arguments):
-    result = subprocess.run([PROGRAM, "paper", "--out", folder, *arguments], capture_output=True, text=True, timeout=800)
+    result = subprocess.run([PROGRAM, "paper", "--out", folder, *arguments], capture_output=True, text=True, timeout=PATIENCE)
     with open(os.path.join(folder, "paper.json"), encoding="utf-8") as file:
         return result, json.load(file)
 

@@ -9,6 +9,8 @@ import subprocess
 import tempfile
 import unittest
 
+from patience import PATIENCE
+
 try:
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
@@ -78,7 +80,7 @@ class RunPage(unittest.TestCase):
         for option in ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"]:
             options.add_argument(option)
         cls.browser = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
-        cls.browser.set_script_timeout(120)
+        cls.browser.set_script_timeout(PATIENCE)
 
     @classmethod
     def tearDownClass(cls):

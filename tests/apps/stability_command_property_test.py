@@ -10,6 +10,8 @@ import tempfile
 import time
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 QUICK = "mass_and_damping"  # one of the fastest maps
@@ -30,7 +32,7 @@ class Stability(unittest.TestCase):
         self.folder = self.temporary.name
 
     def kilotouch(self, *arguments, status=0):
-        result = subprocess.run([PROGRAM, "stability", *arguments], cwd=self.folder, capture_output=True, text=True, timeout=800)
+        result = subprocess.run([PROGRAM, "stability", *arguments], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.returncode, status, result.stdout + result.stderr)
         return result
 
@@ -79,7 +81,7 @@ class Stability(unittest.TestCase):
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         time.sleep(2)
         child.send_signal(signal.SIGINT)
-        out, error = child.communicate(timeout=300)
+        out, error = child.communicate(timeout=PATIENCE)
         self.assertEqual(child.returncode, 130, out + error)
         with open(os.path.join(self.folder, "stopped", "stability.json"), encoding="utf-8") as file:
             self.assertTrue(json.load(file)["stopped"])

@@ -11,6 +11,8 @@ import tempfile
 import time
 import unittest
 
+from patience import PATIENCE
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 LIMIT = 2.0  # [s]
@@ -89,11 +91,11 @@ class StopSignals(unittest.TestCase):
         process.send_signal(number)
         # The time in which other programs had the processor is not this one's.
         lost = 0.0
-        while process.poll() is None and time.monotonic() - start < 60:
+        while process.poll() is None and time.monotonic() - start < PATIENCE:
             lost = max(lost, waited_for_processor(process.pid) - waited)
             time.sleep(0.02)
         seconds = time.monotonic() - start - lost
-        _, error = process.communicate(timeout=5)
+        _, error = process.communicate(timeout=PATIENCE)
         return seconds, process.returncode, error
 
     def nothing_is_left(self):
@@ -181,7 +183,7 @@ class StopSignals(unittest.TestCase):
         process.send_signal(signal.SIGINT)
         time.sleep(0.1)
         process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=60)
+        _, error = process.communicate(timeout=PATIENCE)
         self.assertIn("second signal", error)
         self.assertEqual(process.returncode, 130)
 

@@ -15,6 +15,8 @@ import tempfile
 import time
 import unittest
 
+from patience import PATIENCE
+
 KILOTOUCH = os.environ["KILOTOUCH"]
 SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SCENE = os.path.join(SOURCE, "scenes", "organ_drag.json")
@@ -60,7 +62,7 @@ class View:
         for connection in self.connections:
             connection.close()
         self.process.terminate()
-        self.process.wait(120)  # the body ends the refresh that it is at
+        self.process.wait(PATIENCE)  # the body ends the refresh that it is at
         self.process.stdout.close()
         self.folder.cleanup()
 
@@ -68,7 +70,7 @@ class View:
         """The status of a raw request, and its connection."""
         connection = socket.create_connection(("127.0.0.1", self.port), 10)
         self.connections.append(connection)
-        connection.settimeout(10)
+        connection.settimeout(PATIENCE)
         connection.sendall("\r\n".join(head + ["", ""]).encode() + body)
         answer = connection.recv(65536)
         return int(answer.split()[1]), connection, answer
@@ -121,7 +123,7 @@ class Access(unittest.TestCase):
     def test_wrong_use_is_one_line(self):
         for arguments, words in [(["none.json"], "none.json"), ([SCENE, "--port", "70000"], "65535"), ([SCENE, "--device", "mouse"], "pointer"),
                                  ([SCENE, "--token", "a b"], "--token"), ([SCENE, "--set", "contact.mu=x"], "contact.mu")]:
-            run = subprocess.run([KILOTOUCH, "view", *arguments], capture_output=True, text=True, timeout=60)
+            run = subprocess.run([KILOTOUCH, "view", *arguments], capture_output=True, text=True, timeout=PATIENCE)
             self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
             self.assertIn(words, run.stderr)
 
@@ -164,7 +166,7 @@ class Page(unittest.TestCase):
     def tearDownClass(cls):
         cls.browser.quit()
 
-    def wait(self, script, seconds=60):
+    def wait(self, script, seconds=PATIENCE):
         return WebDriverWait(self.browser, seconds, 0.2).until(lambda b: b.execute_script("return " + script), script)
 
     def open(self, url):
@@ -226,7 +228,7 @@ class Page(unittest.TestCase):
             with open(os.path.join(folder, "session.json"), encoding="utf-8") as file:
                 session = json.load(file)
             self.assertGreaterEqual(len(session["setting_changes"]), 1)
-            replay = subprocess.run([KILOTOUCH, "replay", folder], capture_output=True, text=True, timeout=300)
+            replay = subprocess.run([KILOTOUCH, "replay", folder], capture_output=True, text=True, timeout=PATIENCE)
             self.assertIn("bit for bit", replay.stdout, replay.stderr)
             with View(folder) as player:
                 self.open(player.url)
@@ -268,7 +270,7 @@ class Page(unittest.TestCase):
             self.wait("document.querySelector('#findings button')")
             self.assertIn("642 nodes", self.browser.find_element("id", "findings").text)
             self.browser.find_element("css selector", "#findings button").click()
-            self.wait("kilotouch.state.hello.title.includes('dropped')", 120)
+            self.wait("kilotouch.state.hello.title.includes('dropped')", PATIENCE)
             bad = os.path.join(folder, "bad.off")
             with open(bad, "w", encoding="utf-8") as out:
                 out.write("OFF\n1 1 0\n0 0 zero\n")

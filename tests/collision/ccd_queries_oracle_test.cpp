@@ -14,6 +14,7 @@
 #include "collision/impact/tool_impact.hpp"
 #include "io/files/child_process.hpp"
 #include "tests/support/collision_oracle.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace kt {
 namespace {
@@ -93,7 +94,7 @@ Count count(const Queries& all) {
 class Benchmark : public testing::TestWithParam<const char*> {};
 
 TEST_P(Benchmark, NoVertexFaceCollisionIsMissedOrLate) {
-  const std::string archive = std::string(KT_TEST_DATA "/ccd/ccd-") + GetParam() + ".tar.xz";
+  const std::string archive = test_data() + "/ccd/ccd-" + GetParam() + ".tar.xz";
   if (!std::filesystem::exists(archive)) GTEST_SKIP() << "no " << archive;
   const PrivateFolder folder;
   const ChildLimits limits;

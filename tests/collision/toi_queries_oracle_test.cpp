@@ -8,6 +8,7 @@
 #include "collision/impact/feature_toi.hpp"
 #include "io/files/ccd_queries.hpp"
 #include "io/files/child_process.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace kt {
 namespace {
@@ -47,7 +48,7 @@ struct Archive {
 class ToiBenchmark : public testing::TestWithParam<Archive> {};
 
 TEST_P(ToiBenchmark, NoCollisionIsMissedOrLate) {
-  const std::string archive = std::string(KT_TEST_DATA "/ccd/ccd-") + GetParam().name + ".tar.xz";
+  const std::string archive = test_data() + "/ccd/ccd-" + GetParam().name + ".tar.xz";
   if (!std::filesystem::exists(archive)) GTEST_SKIP() << "no " << archive;
   const PrivateFolder folder;
   const ChildLimits limits;

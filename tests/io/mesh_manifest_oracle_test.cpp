@@ -11,7 +11,7 @@ namespace {
 /// Column name -> value for every file.
 std::map<std::string, std::map<std::string, std::string>> manifest() {
   std::map<std::string, std::map<std::string, std::string>> out;
-  std::ifstream in(KT_TEST_DATA "/meshes/manifest.csv");
+  std::ifstream in(test_data() + "/meshes/manifest.csv");
   std::vector<std::string> names;
   for (std::string line; std::getline(in, line);) {
     std::vector<std::string> cells(1);

@@ -13,6 +13,7 @@
 #include "core/base/error.hpp"
 #include "io/files/child_process.hpp"
 #include "io/mesh/mesh_io.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace kt {
 
@@ -35,9 +36,9 @@ inline std::vector<std::string> own_meshes() {
   return out;
 }
 
-/// Real meshes, in KT_TEST_DATA; empty where the folder is not there. A test of nothing else is skipped then.
-constexpr const char* kNoMeshes = "no folder " KT_TEST_DATA "/meshes";
-inline std::vector<std::string> real_meshes() { return files_in(KT_TEST_DATA "/meshes"); }
+/// Real meshes of the test data; empty where the folder is not there. A test of nothing else is skipped then.
+constexpr const char* kNoMeshes = "no meshes in the test data";
+inline std::vector<std::string> real_meshes() { return files_in(test_data() + "/meshes"); }
 
 inline std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 

@@ -13,7 +13,7 @@ import unittest
 import numpy as np
 
 import kilotouch as kt
-from support import BLOCK, PROGRAM, QUICK, TOP, press, script
+from support import BLOCK, PATIENCE, PROGRAM, QUICK, TOP, press, script
 
 
 class Runs(unittest.TestCase):
@@ -72,13 +72,13 @@ class Runs(unittest.TestCase):
         self.assertEqual(process.stdout.readline(), "runs\n")
         time.sleep(0.3)
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=PATIENCE)
         self.assertIn("KeyboardInterrupt", err)
 
     def test_end_of_python_ends_a_run_that_was_started(self):
         process = script(f"import kilotouch as kt\ns = kt.Session(kt.Scene(settings={ {**QUICK, 'duration': 3000} }))\n"
                          "s.start()\nassert s.is_running")
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=PATIENCE)
         self.assertEqual((process.returncode, err), (0, ""))
 
     def test_a_run_has_one_trace_whoever_ends_it(self):
@@ -109,7 +109,7 @@ class Runs(unittest.TestCase):
                      "s = kt.Session(scene)\nthreading.Thread(target=s.run, daemon=True).start()\ntime.sleep(0.3)",
                      "t = kt.Touch(scene)\nt.place([0.03, 0.026, 0.028])\nt.start()\nt.tick([0.03, 0.026, 0.028])"):
             process = script(begin + text)
-            _, err = process.communicate(timeout=60)
+            _, err = process.communicate(timeout=PATIENCE)
             self.assertEqual((process.returncode, err), (0, ""), text)
 
     def test_what_is_in_memory_only_is_not_said_to_be_replayed(self):

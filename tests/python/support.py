@@ -14,6 +14,7 @@ BLOCK = os.path.join(ROOT, "meshes", "block.msh")
 ORGAN = os.path.join(ROOT, "scenes", "organ_drag.json")
 QUICK = {"object.mesh": BLOCK, "local.reducer": "wall", "collision.backend": "brute_force", "duration": 0.3,
          "tool.path.press_drag.press_time": 0.1, "tool.path.press_drag.depth": 0.003}
+PATIENCE = 600  # [s]: as tests/apps/patience.py
 TOP = np.array([0.03, 0.026, 0.03])
 
 
