@@ -49,7 +49,7 @@ Scene received_scene(const Welcome& welcome, const std::string& folder, const st
       throw InputError(text("--set ", one,
                             ": the body's computer has the scene; here only tool.path, second_tool.path and "
                             "duration can be set"));
-  Scene scene = load_scene(folder + "/scene.json", set);
+  Scene scene = load_scene(folder + "/scene.json", set, SceneDoor::others);
   scene.link.type = "network";
   return scene;
 }

@@ -10,6 +10,7 @@
 #include "haptics/device/recording.hpp"
 #include "haptics/touch/live_settings.hpp"
 #include "io/files/json_file.hpp"
+#include "io/scene/named_here.hpp"
 
 namespace kt {
 namespace {
@@ -32,6 +33,7 @@ class SessionFile {
     // The scene keeps its own path, so that figures and outputs are those of the run; the tool goes the way that it
     // went.
     Scene out = parse_scene(json_text(json_["scene"]), {}, file_);
+    for (const NamedPlace& named : device_places(out)) named.place->clear();      // a replay opens no device
     if (out.tool.path.recording) out.tool.path.recording = recording(json_, "");  // what it was made from may be gone
     if (out.second_tool && out.second_tool->path.recording)
       out.second_tool->path.recording = recording(second(), "second_tool.");

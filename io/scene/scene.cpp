@@ -6,6 +6,7 @@
 #include "core/base/error.hpp"
 #include "core/base/visible_text.hpp"
 #include "io/files/text_reader.hpp"
+#include "io/scene/named_here.hpp"
 #include "io/scene/scene_json.hpp"
 
 namespace kt {
@@ -59,6 +60,14 @@ std::string resolve(const std::string& file, const fs::path& folder, bool typed)
   return with_bytes((folder / file).lexically_normal().string());
 }
 
+/// The scene without the files, libraries and addresses that the command line has not named.
+Scene typed_places(Scene scene, const std::vector<std::string>& overrides) {
+  for (const auto& places : {device_places(scene), scene_files(scene)})
+    for (const NamedPlace& named : places)
+      if (!is_overridden(named.key, overrides)) named.place->clear();
+  return scene;
+}
+
 std::string read_text(const std::string& path) {
   if (fs::is_directory(path)) throw InputError(text(path, ": is a folder, not a scene file"));
   if (!fs::exists(path)) throw InputError(text(path, ": no such scene file, or it cannot be read"));
@@ -85,31 +94,25 @@ Scene parse_checked(const std::string& json, const std::vector<std::string>& ove
 Scene parse_scene(const std::string& json, const std::vector<std::string>& overrides, const std::string& name) {
   try {
     Scene scene = parse_checked(json, overrides, name);
-    for (SceneTool* tool : {&scene.tool, scene.second_tool ? &*scene.second_tool : nullptr})
-      if (tool) {
-        tool->mesh = with_bytes(tool->mesh);
-        if (auto& recording = tool->path.recording) recording = with_bytes(*recording);
-      }
-    scene.object.mesh = with_bytes(scene.object.mesh);
+    for (const NamedPlace& file : scene_files(scene)) *file.place = with_bytes(*file.place);
     return scene;
   } catch (const InputError& error) {
     throw InputError(visible(error.what()));  // keys and words are shown as they stand
   }
 }
 
-Scene load_scene(const std::string& path, const std::vector<std::string>& overrides) {
+Scene load_scene(const std::string& path, const std::vector<std::string>& overrides, SceneDoor door) {
   Scene scene = parse_scene(read_text(path), overrides, path);
   const fs::path folder = fs::path(path).parent_path();
-  std::string& mesh = scene.object.mesh;
-  if (mesh.empty()) throw_problem({"object.mesh", "is empty: name a mesh file"}, overrides, path);
-  mesh = resolve(mesh, folder, is_overridden("object.mesh", overrides));
-  const auto resolve_tool = [&](SceneTool& tool, const std::string& name) {
-    tool.mesh = resolve(tool.mesh, folder, is_overridden(name + ".mesh", overrides));
-    if (auto& recording = tool.path.recording)
-      recording = resolve(*recording, folder, is_overridden(name + ".path.recording", overrides));
-  };
-  resolve_tool(scene.tool, "tool");
-  if (scene.second_tool) resolve_tool(*scene.second_tool, "second_tool");
+  if (scene.object.mesh.empty()) throw_problem({"object.mesh", "is empty: name a mesh file"}, overrides, path);
+  const Scene typed = typed_places(scene, overrides);
+  require_named_here(scene, typed, door, path);
+  if (door == SceneDoor::others) require_beside(scene, typed, path);
+  for (const NamedPlace& file : scene_files(scene))
+    *file.place = resolve(*file.place, folder, is_overridden(file.key, overrides));
+  for (const NamedPlace& named : device_places(scene))  // a saved scene means the same file from any folder
+    if (named.key.ends_with(".library") && named.place->find('/') != std::string::npos)
+      *named.place = fs::absolute(*named.place).lexically_normal().string();
   return scene;
 }
 

@@ -164,11 +164,19 @@ struct Scene {
 /// The scene that an empty file would give. Its mesh is empty: the caller names one.
 Scene default_scene();
 
+/// The door that a scene has come through: what it may name outside itself (io/scene/named_here.hpp).
+enum class SceneDoor {
+  file,   ///< of this computer
+  others  ///< of a page, another computer, a session
+};
+
 /// Reads a scene file (JSON with // and /* */ comments), with settings replaced by "object.model.young=2e4".
 /// An override's value is JSON if it parses, else a word; setting one of several exclusive keys drops the others.
 /// Files named in the scene are relative to the scene file; in an override, to the current folder if they are there.
+/// Overrides are this computer's own: they may name any library and address.
 /// @throws InputError, one line: file, key, value, what is allowed.
-Scene load_scene(const std::string& path, const std::vector<std::string>& overrides = {});
+Scene load_scene(const std::string& path, const std::vector<std::string>& overrides = {},
+                 SceneDoor door = SceneDoor::file);
 
 /// The same from text. `name` stands for the file in messages; file names inside are left as they are.
 Scene parse_scene(const std::string& json, const std::vector<std::string>& overrides = {},
