@@ -19,7 +19,7 @@ const nlohmann::ordered_json& schema() {
   return parsed;
 }
 
-std::string key_of(const std::string& override_text) { return override_text.substr(0, override_text.find('=')); }
+std::string key_of(const std::string& override_text) { return split_override(override_text).first; }
 
 /// True when `path` is `key` or lies inside it: "a.b" and "a.b[2]" are inside "a", "ab" is not.
 bool is_inside(const std::string& path, const std::string& key) {

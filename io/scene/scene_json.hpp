@@ -17,6 +17,9 @@ std::optional<JsonProblem> find_scene_problem(const Scene& scene);
 /// @throws InputError with file:line:column: a syntax error, a key that is given twice, a number beyond double.
 nlohmann::json parse_scene_document(const std::string& json, const std::string& name);
 
+/// Key and value of "key = value"; blanks around both do not count. Without "=" all of it is the key.
+std::pair<std::string, std::string> split_override(const std::string& override_text);
+
 /// Sets the value of one "a.b.c=value" and drops the keys that cannot stand beside it.    @throws InputError
 void apply_override(nlohmann::json& document, const std::string& override_text, const nlohmann::ordered_json& schema);
 

@@ -37,17 +37,28 @@ Json parse_value(const std::string& value, const Rules* rules) {
   return wants_text && !parsed.is_string() ? Json(value) : parsed;
 }
 
+std::string without_blanks(const std::string& s) {
+  const std::size_t from = s.find_first_not_of(" \t"), to = s.find_last_not_of(" \t");
+  return from == std::string::npos ? "" : s.substr(from, to - from + 1);
+}
+
 [[noreturn]] void refuse(const std::string& override_text, const std::string& why) {
   throw InputError(text("--set ", override_text, ": ", why));
 }
 
 }  // namespace
 
-void apply_override(Json& document, const std::string& override_text, const Rules& schema) {
+std::pair<std::string, std::string> split_override(const std::string& override_text) {
   const std::size_t equals = override_text.find('=');
-  if (equals == std::string::npos || equals == 0)
+  if (equals == std::string::npos) return {without_blanks(override_text), ""};
+  return {without_blanks(override_text.substr(0, equals)), without_blanks(override_text.substr(equals + 1))};
+}
+
+void apply_override(Json& document, const std::string& override_text, const Rules& schema) {
+  const auto [key, value] = split_override(override_text);
+  if (key.empty() || override_text.find('=') == std::string::npos)
     refuse(override_text, "write key=value, as in object.model.young=2e4");
-  const std::vector<std::string> parts = split(override_text.substr(0, equals));
+  const std::vector<std::string> parts = split(key);
   Json* at = &document;
   std::vector<std::string> path;
   for (const std::string& part : parts) {
@@ -61,7 +72,7 @@ void apply_override(Json& document, const std::string& override_text, const Rule
     path.push_back(part);
     at = &(*at)[part];
   }
-  *at = parse_value(override_text.substr(equals + 1), find_rules(schema, path));
+  *at = parse_value(value, find_rules(schema, path));
 }
 
 }  // namespace kt
