@@ -9,8 +9,9 @@
 namespace kt {
 namespace {
 
-constexpr double kRoom = 0.8;  // of the time that is there: above it, the next busy moment is late
-constexpr double kLess = 0.9;  // of a rate that is not kept: the next one to try, at most
+constexpr double kRoom = 0.8;     // of the time that is there: above it, the next busy moment is late
+constexpr double kCrowded = 0.6;  // of the time that is there: what takes no more is not why refreshes are missing
+constexpr double kLess = 0.9;     // of a rate that is not kept: the next one to try, at most
 // Of the refreshes that were asked for: with less, patches and models are older than those that the figures are of.
 constexpr double kReached = 0.95;
 
@@ -51,7 +52,9 @@ std::string to_wall(const SessionResult& result) {
 
 std::string cure_of_refresh(const Scene& scene, const SessionResult& result, const RealTime& r) {
   std::string out;
-  if (r.slow_part == "reduce" || r.slow_part == "prepare" || r.slow_part == "certify") {
+  if (r.is_crowded) {
+    out = "close what runs beside it";
+  } else if (r.slow_part == "reduce" || r.slow_part == "prepare" || r.slow_part == "certify") {
     if (result.reducer == "krylov" || result.reducer == "modal" || result.reducer == "full")
       out = "set local.reducer to condensed";
     else if (result.reducer == "condensed")
@@ -96,6 +99,7 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result, double
   const bool is_timed = !result.lateness_us.empty() || scene.link.charge_refreshes != "none";
   out.wanted_hz = scene.global.rate_hz;
   out.lags = is_timed && out.refresh_hz < kReached * out.wanted_hz;
+  out.is_crowded = out.lags && !result.lateness_us.empty() && slow_share <= kCrowded && out.tick_share <= kRoom;
   const bool tick_is_worse = !out.lags && out.tick_share > slow_share;
   if (tick_is_worse) {
     out.slow_part = "haptic tick";
@@ -119,7 +123,8 @@ std::string RealTime::told() const {
                 " % of its");
   else
     out += text(lags ? ", " : ": ", "a refresh takes ", short_number(refresh_ms), " ms of ", short_number(budget_ms),
-                ", ", short_number(100 * refresh_share), " % (", slow_part, " ", short_number(part_ms),
+                ", ", short_number(100 * refresh_share), " % (",
+                is_crowded ? "other programs hold the processor" : text(slow_part, " ", short_number(part_ms)),
                 "), a haptic tick ", short_number(100 * tick_share), " % of its period");
   return cure.empty() ? out : out + "; " + cure;
 }

@@ -18,6 +18,7 @@ struct RealTime {
   double refresh_hz = 0;     ///< refreshes a simulated second, early ones included
   double wanted_hz = 0;      ///< of them, global.rate_hz
   bool lags = false;         ///< ticks are against the clock, and less than nineteen of twenty refreshes came
+  bool is_crowded = false;   ///< it lags, though a refresh and a tick would fit: others hold the processor
   double refresh_share = 0;  ///< of a refresh, median, of the time from one to the next
   double tick_share = 0;     ///< CPU time of the haptic tick, 99th percentile, of its period
   std::string cure;          ///< "set local.reducer to condensed, or ..."; empty: none is needed

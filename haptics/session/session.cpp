@@ -21,9 +21,11 @@ void warn_of_lag(const Scene& scene, SessionResult& result) {
   const double reached = static_cast<double>(result.refresh.global_ms.size()) / seconds;
   if (reached >= 0.8 * scene.global.rate_hz) return;
   const RealTime r = judge_real_time(scene, result);
+  const std::string why = r.is_crowded
+                              ? text("a refresh takes ", r.refresh_ms, " ms of ", r.budget_ms)
+                              : text(r.slow_part, " takes ", r.part_ms, " of the ", r.refresh_ms, " ms of a refresh");
   result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ", scene.global.rate_hz,
-                                 ": ", r.slow_part, " takes ", r.part_ms, " of the ", r.refresh_ms,
-                                 " ms of a refresh; ", r.cure));
+                                 ": ", why, "; ", r.cure));
   result.notes.push_back(result.warnings.back());
 }
 

@@ -122,5 +122,20 @@ TEST(RealTime, OfAThreadedRunIsWhatWasReached) {
   EXPECT_EQ(t.told().rfind("no: 26 of 30 refreshes a second, a refresh takes 4 ms", 0), 0u) << t.told();
 }
 
+/// What takes an eighth of its time is not why refreshes are missing.
+TEST(RealTime, DoesNotBlameABodyThatIsQuick) {
+  SessionResult r = quick_run();
+  r.lateness_us.resize(1000, 5);
+  r.refreshes.resize(12);
+  const RealTime t = judge_real_time(Scene{}, r);
+  EXPECT_TRUE(t.is_crowded);
+  EXPECT_NE(t.told().find("other programs hold the processor"), std::string::npos) << t.told();
+  EXPECT_EQ(t.cure.rfind("close what runs beside it", 0), 0u) << t.cure;
+  EXPECT_EQ(t.cure.find("local.reducer"), std::string::npos) << t.cure;
+  EXPECT_EQ(t.cure.find("coarser"), std::string::npos) << t.cure;
+  r.refresh.refresh_ms.assign(30, 60);
+  EXPECT_FALSE(judge_real_time(Scene{}, r).is_crowded);
+}
+
 }  // namespace
 }  // namespace kt
