@@ -23,7 +23,8 @@ struct CompareArguments {
 };
 
 const char* noticed_word(Noticed noticed) {
-  return noticed == Noticed::yes ? "yes" : noticed == Noticed::perhaps ? "perhaps" : "no";
+  constexpr const char* kWords[] = {"no", "perhaps", "yes", "not judged"};
+  return kWords[static_cast<int>(noticed)];
 }
 
 std::string digits(double value, const char* format = "%.3g") {
@@ -45,9 +46,10 @@ Json difference_json(const ForceDifference& d) {
           {"largest_at_s", d.at},
           {"beyond_7_percent", d.perhaps_share},
           {"beyond_10_percent", d.surely_share},
+          {"common_contact_s", d.common_contact},
           {"tools_apart_m", d.apart},
           {"same_bits", d.same_bits},
-          {"noticed", noticed_word(d.noticed)}};
+          {"noticed", d.noticed == Noticed::not_judged ? Json() : Json(noticed_word(d.noticed))}};
 }
 
 std::string scene_title(const Json& scene) {
@@ -73,6 +75,9 @@ std::string told_difference(const ComparedRun& first, const ForceDifference& d) 
 }
 
 std::string told_noticed(const ForceDifference& d) {
+  if (d.noticed == Noticed::not_judged)
+    return text("not judged: in no tick of the ", digits(d.seconds, "%.4g"),
+                " s that both have do both touch the body");
   const std::string beyond = text("beyond 10 % in ", as_percent(d.surely_share),
                                   " of the time with a force, beyond 7 % in ", as_percent(d.perhaps_share));
   return text(noticed_word(d.noticed), ": ", d.perhaps_share > 0 ? beyond : "nowhere beyond 7 %",

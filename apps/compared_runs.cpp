@@ -60,6 +60,27 @@ void read_trace(const std::string& file, ComparedRun& out) {
   if (tool.force.empty()) throw InputError(text(file, ": no rows"));
 }
 
+/// Settings that a person changed while it ran: [tick, key, value] each.
+void read_live_settings(const std::string& file, ComparedRun& out) {
+  const Json session = read_json_file(file);
+  if (!session.is_object() || !session.contains("setting_changes")) return;
+  const Json& changes = session["setting_changes"];
+  const auto is_change = [](const Json& c) {
+    return c.is_array() && c.size() == 3 && c[0].is_number() && c[1].is_string();
+  };
+  if (!changes.is_array() || !std::ranges::all_of(changes, is_change))
+    throw InputError(text(file, ": setting_changes must be a list of a tick, a key of the scene and its value"));
+  for (const Json& change : changes) {
+    const std::string key = change[1].get<std::string>();
+    const std::string told = text(shown_json(change[2]), " at ", change[0].get<double>() * out.h, " s");
+    const auto known = std::ranges::find(out.live, key, &std::pair<std::string, std::string>::first);
+    if (known == out.live.end())
+      out.live.emplace_back(key, told);
+    else
+      known->second += "; " + told;
+  }
+}
+
 /// Every value that is no group, by its dotted key.
 void collect(const Json& json, const std::string& prefix, std::vector<std::pair<std::string, Json>>& out) {
   for (const auto& [key, value] : json.items())
@@ -87,7 +108,7 @@ ComparedRun read_run(const std::string& folder) {
   for (const char* name : {"/trace.csv", "/summary.json", "/scene.json"})
     if (!fs::exists(folder + name, none))
       throw InputError(text(folder, ": holds no run: ", name + 1, " is missing (kilotouch run ... --out leaves it)"));
-  ComparedRun out{.folder = folder, .name = {}, .scene = {}, .summary = {}, .tools = {}};
+  ComparedRun out{.folder = folder, .name = {}, .scene = {}, .summary = {}, .live = {}, .tools = {}};
   const fs::path path = fs::absolute(folder).lexically_normal();
   out.name = (path.has_filename() ? path : path.parent_path()).filename().string();
   out.scene = read_json_file(folder + "/scene.json");
@@ -95,6 +116,7 @@ ComparedRun read_run(const std::string& folder) {
   if (!out.scene.is_object()) throw InputError(text(folder, "/scene.json: is no group { }"));
   if (!out.summary.is_object()) throw InputError(text(folder, "/summary.json: is no group { }"));
   read_trace(folder + "/trace.csv", out);
+  if (fs::exists(folder + "/session.json", none)) read_live_settings(folder + "/session.json", out);
   if (fs::exists(folder + "/trace_2.csv", none)) read_trace(folder + "/trace_2.csv", out);
   return out;
 }
@@ -105,6 +127,7 @@ std::vector<ChangedSetting> changed_settings(const std::vector<ComparedRun>& run
   for (std::size_t k = 0; k < runs.size(); ++k) {
     std::vector<std::pair<std::string, Json>> all;
     collect(runs[k].scene, "", all);
+    for (const auto& [key, told] : runs[k].live) all.emplace_back(key + " while it ran", told);
     for (auto& [key, value] : all) {
       if (std::ranges::none_of(values, [&](const auto& known) { return known.contains(key); })) keys.push_back(key);
       values[k].emplace(key, std::move(value));
@@ -147,12 +170,13 @@ ForceDifference compare_runs(const ComparedRun& first, const ComparedRun& other,
   out.rms_share = own_sq > 0 ? std::sqrt(sum_sq / own_sq) : out.rms_n > 0 ? 1 : 0;
   out.largest_share = largest_force > 0 ? out.largest_n / largest_force : out.largest_n > 0 ? 1 : 0;
   const double floor = kForceFloor * std::sqrt(own_sq / n);
-  int judged = 0, perhaps = 0, surely = 0;
+  int judged = 0, perhaps = 0, surely = 0, common = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3 f = at_time(its.force, other.h, static_cast<double>(i + 1) * first.h);
     const double size = std::max(own.force[i].norm(), f.norm()), apart = (f - own.force[i]).norm();
     if (size <= floor) continue;
     ++judged;
+    common += std::min(own.force[i].norm(), f.norm()) > floor;
     perhaps += apart > ForceDifference::kPerhaps * size;
     surely += apart > ForceDifference::kSurely * size;
   }
@@ -160,7 +184,9 @@ ForceDifference compare_runs(const ComparedRun& first, const ComparedRun& other,
     out.perhaps_share = static_cast<double>(perhaps) / judged;
     out.surely_share = static_cast<double>(surely) / judged;
   }
-  out.noticed = out.surely_share > ForceDifference::kShortest    ? Noticed::yes
+  out.common_contact = common * first.h;
+  out.noticed = common == 0                                      ? Noticed::not_judged
+                : out.surely_share > ForceDifference::kShortest  ? Noticed::yes
                 : out.perhaps_share > ForceDifference::kShortest ? Noticed::perhaps
                                                                  : Noticed::no;
   return out;

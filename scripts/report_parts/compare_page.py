@@ -9,8 +9,9 @@ from report_parts.results import Run, read_json
 from report_parts.trace_pictures import indentation
 from report_parts.words import FORCE, figures, percent, summary_groups
 
-LOOKS = [("blue", []), ("vermilion", [6, 3]), ("green", [2, 2]), ("purple", [6, 2, 2, 2]), ("ink", [1, 2]), ("orange", []), ("sky", [6, 3]), ("grey", [2, 2])]
-NOTICED = {"no": ("no", ""), "perhaps": ("perhaps", "perhaps"), "yes": ("yes", "no")}  # word -> (word, look of its box)
+# A colour is a run here: none of those that stand for a force's part.
+LOOKS = [("ink", []), ("purple", [6, 3]), ("green", [2, 2]), ("brown", [6, 2, 2, 2]), ("grey", []), ("purple", [1, 2]), ("green", [6, 2, 2, 2]), ("brown", [2, 2])]
+NOTICED = {"no": ("no", ""), "perhaps": ("perhaps", "perhaps"), "yes": ("yes", "no"), None: ("not judged", "perhaps")}  # word -> (word, look of its box)
 
 
 def over_each_other(runs, values_of, title, y_title, **more):
@@ -73,7 +74,7 @@ def compare_page(folder):
             told.append({**one, **one["second_tool"], "run": one["run"] + ", second tool"})
     for one in told:
         word, look = NOTICED[one["noticed"]]
-        verdicts.append({"run": one["run"], "against": one["against"], "word": word, "look": look, "same_bits": one["same_bits"], "rms": FORCE(one["rms_n"]), "rms_share": percent(one["rms_share"]),
+        verdicts.append({"run": one["run"], "against": one["against"], "word": word, "look": look, "same_bits": one["same_bits"], "judged": one["noticed"] is not None, "seconds": figures(one["seconds"]), "rms": FORCE(one["rms_n"]), "rms_share": percent(one["rms_share"]),
                          "largest": FORCE(one["largest_n"]), "largest_share": percent(one["largest_share"]), "at": figures(one["largest_at_s"]), "beyond_7": percent(one["beyond_7_percent"]),
                          "beyond_10": percent(one["beyond_10_percent"]), "apart": f"{figures(1e3 * one['tools_apart_m'])} mm" if one["tools_apart_m"] > 1e-6 else ""})
     settings = [{"key": s["key"], "values": [setting(v) for v in s["values"]]} for s in facts["settings"]]

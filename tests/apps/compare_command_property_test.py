@@ -69,6 +69,31 @@ class Compare(unittest.TestCase):
         self.assertEqual(made["settings"], [])
         self.assertIn("settings  the same", out)
 
+    def test_without_a_common_contact_nothing_is_judged(self):
+        """A force against none, whichever is first, and forces that follow each other: no verdict, whatever their size."""
+        pulse = lambda low, high: lambda t: (0, 0, 0.1 if low <= t < high else 0)
+        for name, force in (("none", pulse(2, 2)), ("early", pulse(0, 0.4)), ("late", pulse(0.6, 1))):
+            self.write_run(name, force)
+        for first, other in (("none", "early"), ("early", "none"), ("early", "late"), ("none", "none")):
+            made, out = self.compared(first, self.path(other))
+            self.assertIsNone(made["forces"][0]["noticed"], (first, other))
+            self.assertEqual(made["forces"][0]["common_contact_s"], 0)
+            self.assertIn("noticed   not judged", out)
+        self.write_run("both", pulse(0.35, 1))
+        self.assertAlmostEqual(self.compared("early", "both")[0]["forces"][0]["common_contact_s"], 0.05, delta=0.0015)
+
+    def test_settings_that_were_changed_while_it_ran_are_told(self):
+        for name, changes in (("a", [[0, "contact.mu", 0.9], [250, "contact.mu", 0.5], [100, "local.reducer", "wall"]]), ("b", [[100, "local.reducer", "wall"]])):
+            self.write_run(name, lambda t: (0, 0, 2))
+            with open(self.path(name, "session.json"), "w") as file:
+                json.dump({"setting_changes": changes}, file)
+        made, out = self.compared("a", "b")
+        self.assertEqual(made["settings"], [{"key": "contact.mu while it ran", "values": ["0.9 at 0 s; 0.5 at 0.25 s", None]}])
+        self.assertIn('contact.mu while it ran: "0.9 at 0 s; 0.5 at 0.25 s" | not set', out)
+        with open(self.path("b", "session.json"), "w") as file:
+            json.dump({"setting_changes": [1]}, file)
+        self.assertIn("session.json: setting_changes", self.kilotouch("compare", "a", "b", status=2).stderr)
+
     def test_a_person_notices_ten_percent_perhaps_seven_and_nothing_below(self):
         self.write_run("a", lambda t: (0, 0, 1))
         for name, size, noticed in (("six", 1.06, "no"), ("eight", 1.087, "perhaps"), ("twelve", 1.12, "yes"), ("less", 0.88, "yes")):
@@ -83,8 +108,8 @@ class Compare(unittest.TestCase):
         self.write_run("later", lambda t: (0, 0, 0 if t < 0.5 else 1.05))
         self.assertEqual(self.compared("late", "later")[0]["forces"][0]["beyond_7_percent"], 0)
         self.write_run("never", lambda t: (0, 0, 0))
-        self.assertEqual(self.compared("never", "never")[0]["forces"][0]["noticed"], "no")
-        self.assertEqual(self.compared("never", "a")[0]["forces"][0]["noticed"], "yes")
+        self.assertIsNone(self.compared("never", "never")[0]["forces"][0]["noticed"])
+        self.assertIsNone(self.compared("never", "a")[0]["forces"][0]["noticed"])
 
     def test_other_rates_and_durations_and_ways_are_told(self):
         """A line in time is the same at any rate; where one run ends, comparison does."""
