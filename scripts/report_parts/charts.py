@@ -76,4 +76,4 @@ def histogram_chart(title, values, x_title, y_title, bins=25, **more):
         x += [short(back(low + i * width)), short(back(low + (i + 1) * width))]
         y += [count, count]
     return {"title": title, "note": told, "x": {"title": x_title, "log": wide, "min": short(back(low - 0.5 * width)), "max": short(back(high + 0.5 * width))}, "y": {"title": y_title, "min": 0, "whole": True},
-            "series": [{"label": y_title, "colour": "blue", "x": x, "y": y, "fill": True}], "size": "low", **more}
+            "series": [{"label": y_title, "colour": "grey", "x": x, "y": y, "fill": True}], "size": "low", **more}

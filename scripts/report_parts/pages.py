@@ -7,6 +7,7 @@ import os
 
 from report_parts.inline import inline_json
 from report_parts.notices import with_notice
+from report_parts.palette import HERE, viewer_file
 from report_parts.whole_file import write_whole
 
 try:
@@ -16,9 +17,6 @@ except ImportError:  # numbers and pictures are kept; only the pages are missing
     jinja2 = None
     Markup = str
 
-HERE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
-SCRIPTS = os.path.dirname(os.path.dirname(HERE))
-VIEWERS = (os.path.join(os.path.dirname(SCRIPTS), "view", "page"), HERE)  # in the source tree, and where an installed command has it
 LIBRARIES = {  # name -> (file of Debian's package, package)
     "Chart.js": ("/usr/share/javascript/chart.js/chart.min.js", "libjs-chart.js"),
     "three.js": ("/usr/share/javascript/three/three.min.js", "libjs-three"),
@@ -41,13 +39,15 @@ def own(name):
     return Markup(in_script(read_text(os.path.join(HERE, name))))
 
 
+def viewer(name):
+    """A file that `kilotouch view` has, too; an empty text where it is missing."""
+    path = viewer_file(name)
+    return Markup(in_script(read_text(path))) if path else Markup("")
+
+
 def body_view():
-    """The viewer that `kilotouch view` has, too; an empty text where it or its libraries are missing."""
-    for folder in VIEWERS:
-        path = os.path.join(folder, "body_view.js")
-        if os.path.exists(path) and library("three.js") and library("OrbitControls of three.js"):
-            return Markup(in_script(read_text(path)))
-    return Markup("")
+    """The viewer of `kilotouch view`; an empty text where it or its libraries are missing."""
+    return viewer("body_view.js") if library("three.js") and library("OrbitControls of three.js") else Markup("")
 
 
 def library(name):
@@ -72,6 +72,6 @@ def write_page(path, template, **values):
     if jinja2 is None:
         return
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.globals.update(own=own, body_view=body_view, library=library, packages={name: package for name, (_, package) in LIBRARIES.items()})
+    environment.globals.update(own=own, viewer=viewer, body_view=body_view, library=library, packages={name: package for name, (_, package) in LIBRARIES.items()})
     environment.filters["json"] = lambda value: Markup(inline_json(value))
     write_whole(path, environment.get_template(template).render(**values) + "\n")

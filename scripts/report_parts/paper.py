@@ -5,7 +5,7 @@ from report_parts.drawing import CAN_DRAW, matplotlib, np, plt
 from report_parts.charts import MODES, curve_chart, mode_bands
 from report_parts.pages import picture, write_page
 from report_parts.results import Run, read_json
-from report_parts.style import BLACK, BLUE, GREY, VERMILION
+from report_parts.style import BLACK, GREY, PURPLE
 from report_parts.trace_pictures import draw_forces, legend_below
 from report_parts.words import FORCE, LENGTH, PLAIN, percent, with_unit, written
 from report_parts.whole_file import save_figure
@@ -49,8 +49,8 @@ BESIDE = [("slide", "coulomb_slide", "Normal force, µ = 0: the chatter"), ("sti
 def draw_beside(axes, paper, ours, length=0.3):
     """Normal forces of both laws at the end of the run, where the drag is steady."""
     handles = []
-    for trace, colour, width, label in ((paper, VERMILION, 1.2, "paper: its law and method"),
-                                        (ours, BLUE, 2.2, "coulomb, extended method")):
+    for trace, colour, width, label in ((paper, BLACK, 1.2, "paper: its law and method"),
+                                        (ours, PURPLE, 2.2, "coulomb, extended method")):
         keep = trace["t"] >= trace["t"][-1] - length
         handles += axes.plot(trace["t"][keep], trace["f_n"][keep], color=colour, lw=width, label=label)
     axes.set_ylabel("normal force $f_n$ [N]")
@@ -113,7 +113,7 @@ def claim_rows(claims):
 
 
 def force_curves(trace, keep=slice(None)):
-    return [("normal force", "blue", trace["f_n"][keep], {"width": 2}), ("tangential force", "vermilion", trace["f_t"][keep], {"width": 2, "dash": [2, 2]})]
+    return [("normal force", "normal", trace["f_n"][keep], {"width": 2}), ("tangential force", "tangential", trace["f_t"][keep], {"width": 2, "dash": [2, 2]})]
 
 
 def charts(runs):
@@ -136,8 +136,8 @@ def charts(runs):
         if one is not None and other is not None:
             keep = one["t"] >= one["t"][-1] - 0.3
             beside = np.interp(one["t"][keep], other["t"], other["f_n"])
-            out.append(curve_chart(title, one["t"][keep], [("paper: its law and method", "vermilion", one["f_n"][keep], {"width": 1}),
-                                                           ("coulomb, extended method", "blue", beside, {"width": 2.4})], "[N]"))
+            out.append(curve_chart(title, one["t"][keep], [("paper: its law and method", "ink", one["f_n"][keep], {"width": 1}),
+                                                           ("coulomb, extended method", "purple", beside, {"width": 2.4})], "[N]"))
     return out
 
 

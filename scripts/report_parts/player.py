@@ -67,5 +67,5 @@ def player_data(run):
     rate = (len(times) - 1) / max(times[-1] - times[0], 1e-9)
     thin = f" Frames were left out to keep the page small: {rate:.3g} a second are left." if rate < 25 else ""
     return {"triangles": base64.b64encode(corners.tobytes()).decode("ascii"), "low": film["low"], "step": film["step"], "rest": film["rest"], "t": times, "x": frames,
-            "tools": tools, "flat": run.setting("contact", "surface") in (None, "flat"), "direction": camera.direction.tolist(),
+            "tools": tools, "fixed": view.get("fixed") or [], "flat": run.setting("contact", "surface") in (None, "flat"), "direction": camera.direction.tolist(),
             "start": float(run.trace["t"][0]), "end": float(run.trace["t"][-1]), "note": thin.strip()}

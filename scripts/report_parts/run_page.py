@@ -18,19 +18,19 @@ def force_charts(run):
     t = trace["t"]
     bands = {"bands": mode_bands(t, trace["mode"]), "group": "time",
              "modes": {word: words for word, words in MODES.items() if (trace["mode"] == word).any()}}
-    curves = [("normal force", "blue", trace["f_n"], {"width": 2}), ("tangential force", "vermilion", trace["f_t"], {"width": 2, "dash": [2, 2]})]
+    curves = [("normal force", "normal", trace["f_n"], {"width": 2}), ("tangential force", "tangential", trace["f_t"], {"width": 2, "dash": [2, 2]})]
     if run.second_trace is None or run.reference is not None:
-        curves.append(("whole force, as felt", "ink", size_of_force(trace), {"width": 1}))
+        curves.append(("whole force, as felt", "force", size_of_force(trace), {"width": 1}))
     friction = run.friction()
     for mu, dash in {mu: [6, 3] if i else [5, 3, 1, 3] for i, mu in enumerate(sorted(set(friction or ())))}.items():
         if mu > 0:
-            curves.append((f"µ × normal force, µ = {mu:g}", "grey", mu * trace["f_n"], {"width": 1, "dash": dash}))
+            curves.append((f"µ × normal force, µ = {mu:g}", "limit", mu * trace["f_n"], {"width": 1, "dash": dash}))
     more = []
-    for other, columns in ((run.second_trace, (("second tool: normal", "green", "f_n"), ("second tool: tangential", "purple", "f_t"))),):
+    for other, columns in ((run.second_trace, (("second tool: normal", "normal", "f_n"), ("second tool: tangential", "tangential", "f_t"))),):
         if other is not None and len(other["t"]) == len(t):
-            more += [(label, colour, other[column], {"width": 1.3}) for label, colour, column in columns]
+            more += [(label, colour, other[column], {"width": 1.3, "dash": [6, 3]}) for label, colour, column in columns]
     if run.reference is not None and len(run.reference["t"]) >= len(t):
-        more.append(("reference: whole force", "sky", size_of_force(run.reference)[:len(t)], {"width": 3}))
+        more.append(("reference: whole force", "force", size_of_force(run.reference)[:len(t)], {"width": 2.5, "dash": [8, 4]}))
     refreshes = refresh_times(trace)
     every = (f" A new local model came mostly every {figures(1e3 * float(np.median(np.diff(refreshes))))} ms." if len(refreshes) > 1 else "")
     title = "Force on the tool" if run.second_trace is None else "Force on both tools"
@@ -40,7 +40,7 @@ def force_charts(run):
         curves = [("pushed in", "ink", 1e3 * depth, {"width": 2})]
         second = indentation(run.second_trace) if run.second_trace is not None else None
         if second is not None and len(second) == len(t):
-            curves.append(("second tool: pushed in", "green", 1e3 * second, {}))
+            curves.append(("second tool: pushed in", "ink", 1e3 * second, {"dash": [6, 3]}))
         out.append(curve_chart("Indentation along the contact normal", t, curves, "[mm]", size="low", unit="mm", **bands,
                                note="How far the surface at the contact is from where it was before it was touched, a body's swing included."))
     return out
@@ -54,7 +54,7 @@ def step_chart(run):
     tick = 1e6 * float(np.median(np.diff(run.trace["t"])))
     share = [float(np.percentile(times, p, method="inverted_cdf")) for p in (50, 99, 99.9)]
     marks = [{"x": value, "colour": colour, "words": f"{words} {figures(value)} µs"}
-             for words, value, colour in zip(("median", "99 %", "99.9 %"), share, ("ink", "blue", "vermilion"))]
+             for words, value, colour in zip(("median", "99 %", "99.9 %"), share, ("ink", "grey", "brown"))]
     marks.append({"x": tick, "colour": "purple", "dash": [5, 4], "words": "one tick"})
     out = histogram_chart("Processor time of a haptic tick", times.tolist(), "[µs]", "ticks", bins=80, marks=marks)
     out["note"] += f"; slowest {figures(float(times.max()))} µs. All should lie left of the dashed line."

@@ -1,13 +1,15 @@
-"""Colours and fonts of all pictures."""
+"""Colours and fonts of all pictures. Forces, modes and displacement have those of the palette; these are for all else."""
+from report_parts.palette import tint
+
 # Okabe-Ito colours: distinct for every kind of colour vision. The modes differ in lightness too, for grey prints.
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7")
 GREY = "#777777"
 MODES = {  # word in trace.csv -> (legend, shade)
-    "free": ("no contact", "#FFFFFF"),
-    "stick": ("stick", "#CFE6F7"),
-    "slide": ("slide, no friction", "#D8D8D8"),
-    "frictional_slide": ("slide with friction", "#FBE0B0"),
+    "free": ("no contact", tint("free")),
+    "stick": ("stick", tint("stick")),
+    "slide": ("slide, no friction", tint("slide")),
+    "frictional_slide": ("slide with friction", tint("frictional_slide")),
 }
 STYLE = {
     "font.size": 11, "axes.titlesize": 12, "axes.titleweight": "bold", "axes.titlelocation": "left",

@@ -2,7 +2,7 @@
 import math
 
 from report_parts.drawing import matplotlib, np, plt
-from report_parts.style import VERMILION
+from report_parts.palette import PALETTE, TOOL
 from report_parts.whole_file import save_figure
 
 
@@ -156,9 +156,9 @@ def draw_frame(axes, view, frame, camera, colour_of, window, zoom):
         path = 1e3 * np.array(view.get("path" if name == "tool" else "second_path") or [frame[name]], float)
         inside = ((path >= 1e3 * window[0]) & (path <= 1e3 * window[1])).all(axis=1)
         path = np.where(inside[:, None], path, np.nan)
-        axes.plot(*path.T, color=VERMILION, lw=1.4, ls="--", zorder=10)
+        axes.plot(*path.T, color=TOOL, lw=1.4, ls="--", zorder=10)
         if is_point[name]:
-            axes.plot(*(1e3 * np.array(frame[name], float)[:, None]), color=VERMILION, marker="o", ms=6, mec="white", zorder=11)
+            axes.plot(*(1e3 * np.array(frame[name], float)[:, None]), color=TOOL, marker="o", ms=6, mec="white", zorder=11)
     camera.apply(axes)
     for axis, low, high in zip("xyz", 1e3 * window[0], 1e3 * window[1]):
         getattr(axes, f"set_{axis}lim")(low, high)
@@ -198,7 +198,8 @@ def draw_mesh(run, path):
     rest = np.array(view["rest"], float)
     shifts = [np.linalg.norm(np.array(frame["x"], float) - rest, axis=1).max() for frame in frames]
     worst = int(np.argmax(shifts))
-    scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0, max(1e3 * max(shifts), 1e-6)), "YlGnBu")
+    scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0, max(1e3 * max(shifts), 1e-6)),
+                                          matplotlib.colors.LinearSegmentedColormap.from_list("displacement", PALETTE["displacement"]))
     camera = Camera(view, run.trace)
     radius = view["tool"].get("radius") or 0.0
     radius += max((np.linalg.norm(c) for c in view["tool"].get("corners") or []), default=0.0)

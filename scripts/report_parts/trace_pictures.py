@@ -2,7 +2,8 @@
 import math
 
 from report_parts.drawing import matplotlib, np, plt
-from report_parts.style import BLACK, BLUE, GREEN, GREY, MODES, PURPLE, VERMILION
+from report_parts.palette import FORCE, LIMIT, NORMAL, TANGENTIAL
+from report_parts.style import BLACK, GREY, MODES, PURPLE
 from report_parts.words import figures
 from report_parts.whole_file import save_figure
 
@@ -31,17 +32,17 @@ def mode_strip(axes, trace):
     return patches
 
 
-def draw_forces(axes, trace, friction=None, modes=True, normal=BLUE, labels=True):
+def draw_forces(axes, trace, friction=None, modes=True, normal=NORMAL, labels=True):
     """Normal force solid, tangential dotted as in the paper, and the friction limit. Returns the legend's handles."""
     t = trace["t"]
     handles = axes.plot(t, trace["f_n"], color=normal, label="normal force $f_n$", zorder=3)
-    handles += axes.plot(t, trace["f_t"], color=VERMILION, ls=(0, (1, 0.8)), lw=1.9, label="tangential force $f_t$", zorder=4)
+    handles += axes.plot(t, trace["f_t"], color=TANGENTIAL, ls=(0, (1, 0.8)), lw=1.9, label="tangential force $f_t$", zorder=4)
     if friction:
         names = {friction[0]: r"$\mu f_n$"} if friction[0] == friction[1] else {
             friction[0]: r"$\mu_s f_n$", friction[1]: r"$\mu_k f_n$"}
         for mu, name in names.items():
             if mu != 1:  # with mu = 1 the limit is the normal force itself
-                handles += axes.plot(t, mu * trace["f_n"], color=GREY, lw=1.0, ls="--" if mu == friction[0] else "-.", label=f"{name}, $\\mu$ = {mu:g}"
+                handles += axes.plot(t, mu * trace["f_n"], color=LIMIT, lw=1.0, ls="--" if mu == friction[0] else "-.", label=f"{name}, $\\mu$ = {mu:g}"
                                      if friction[0] == friction[1] else f"{name} ({mu:g})", zorder=2)
     top = max(np.nanmax(trace["f_n"]), np.nanmax(trace["f_t"]))
     if not top > 0:
@@ -73,9 +74,9 @@ def size_of_force(columns):
 def draw_whole_force(axes, trace, reference=None):
     """What the hand feels, differences between local models faded, and the reference's: that has no normal to split it by."""
     whole = size_of_force(trace)
-    handles = axes.plot(trace["t"], whole, color=BLACK, lw=0.9, label="whole force, as felt", zorder=2)
+    handles = axes.plot(trace["t"], whole, color=FORCE, lw=0.9, label="whole force, as felt", zorder=2)
     if reference is not None:
-        handles += axes.plot(reference["t"], size_of_force(reference), color=BLACK, lw=2.4, alpha=0.35,
+        handles += axes.plot(reference["t"], size_of_force(reference), color=FORCE, lw=2.4, alpha=0.35,
                              label="reference: whole force", zorder=2)
     low, high = axes.get_ylim()
     axes.set_ylim(low, max([high] + [1.08 * line.get_ydata().max() for line in handles]))
@@ -85,8 +86,8 @@ def draw_whole_force(axes, trace, reference=None):
 def draw_second_tool(axes, trace):
     """Its normal and tangential force over those of the first one; the background tells the first one's mode."""
     t = trace["t"]
-    handles = axes.plot(t, trace["f_n"], color=GREEN, lw=1.2, label="second tool: $f_n$", zorder=3)
-    handles += axes.plot(t, trace["f_t"], color=PURPLE, ls=(0, (1, 0.8)), lw=1.6, label="second tool: $f_t$", zorder=3)
+    handles = axes.plot(t, trace["f_n"], color=NORMAL, lw=1.2, ls=(0, (6, 2)), label="second tool: $f_n$", zorder=3)
+    handles += axes.plot(t, trace["f_t"], color=TANGENTIAL, ls=(0, (5, 1.5, 1, 1.5)), lw=1.3, label="second tool: $f_t$", zorder=3)
     low, high = axes.get_ylim()
     axes.set_ylim(low, max(high, 1.08 * np.nanmax(trace["f_n"]), 1.08 * np.nanmax(trace["f_t"])))
     return handles
@@ -129,7 +130,7 @@ def draw_force_figure(run, path):
     else:
         bottom.plot(trace["t"], 1e3 * depth, color=BLACK, label="surface pushed in, along the contact normal", zorder=3)
         if second is not None:
-            bottom.plot(run.second_trace["t"], 1e3 * second, color=GREEN, lw=1.2, ls="--", label="… by the second tool", zorder=3)
+            bottom.plot(run.second_trace["t"], 1e3 * second, color=BLACK, lw=1.2, ls="--", label="… by the second tool", zorder=3)
         bottom.set_ylabel("indentation [mm]")
         bottom.set_xlabel("time [s]")
         low, high = bottom.get_ylim()

@@ -16,7 +16,7 @@ const bands = {
       const left = Math.max(area.left, x.getPixelForValue(from)), right = Math.min(area.right, x.getPixelForValue(until));
       ctx.save();
       for (const [mode, share] of Object.entries(modes)) {
-        ctx.globalAlpha = share;
+        ctx.globalAlpha = 0.3 * share;  // a tint
         ctx.fillStyle = colour(mode);
         ctx.fillRect(left, area.top, right - left + 0.5, area.bottom - area.top);
       }

@@ -16,19 +16,13 @@ function start() {
   for (const tool of tools) tool.times = Float32Array.from({length: tool.samples.length / 15}, (_, i) => tool.samples[15 * i]);
   let most = 0;
   for (const frame of frames) for (let i = 0; i < frame.length; i += 3) most = Math.max(most, Math.hypot(frame[i] - rest[i], frame[i + 1] - rest[i + 1], frame[i + 2] - rest[i + 2]));
-  const view = new BodyView(box), triangles = new Uint32Array(bytes(data.triangles));
-  let edges = 0;
-  for (let i = 0; i < triangles.length; i += 3) edges += Math.hypot(...[0, 1, 2].map(c => rest[3 * triangles[i] + c] - rest[3 * triangles[i + 1] + c]));
-  const edge = edges / Math.max(1, triangles.length / 3);
-  // The surface that a tool touches: about as wide as it is, and a cell around.
-  const touched = (point, radius) => {
-    const nodes = new Set(), reach = Math.max(0.7 * radius, 1.2 * edge);
-    for (let i = 0; i < x.length / 3; ++i) if (Math.hypot(x[3 * i] - point[0], x[3 * i + 1] - point[1], x[3 * i + 2] - point[2]) < reach) nodes.add(i);
-    return nodes;
-  };
+  const view = new BodyView(box);
+  if (!view.renderer) throw new Error('no WebGL');
+  const triangles = new Uint32Array(bytes(data.triangles));
   const largest = Math.max(...tools.map(tool => tool.largest_force));
   view.metresPerNewton = () => 0.33 * view.size / largest;  // the longest arrow is in the picture
-  view.setBody({x: rest, triangles}, !data.flat);
+  view.setBody({x: rest, triangles, fixed: data.fixed}, !data.flat);
+  view.fixedScale = most;  // one scale for all times
   view.setTools(tools);
   view.camera.position.copy(view.controls.target).addScaledVector(new THREE.Vector3(...data.direction), view.size * 1.9 / Math.min(1, 0.8 * view.camera.aspect));
   view.controls.update();
@@ -49,9 +43,6 @@ function start() {
       return {x: place, r: turn, force: s.slice(4, 7), normal, mode: s[10], point: place.map((c, k) => c - reach * normal[k])};
     });
     view.update({positions: x, tools: shown});
-    if (view.colour === 'mode') view.patchNodes = touched(shown[0].point, tools[0].radius);
-    view.scale = most;  // one scale for all times
-    view.colourIn();
     byId('time').value = 1000 * (t - data.start) / (data.end - data.start);
   }
   window.addEventListener('kilotouch-time', ({detail: {t, source}}) => { if (source !== 'player') play(false); show(t); });
