@@ -61,6 +61,13 @@ bool is_session(const std::string& what) {
   }
 }
 
+/// Why a program of ours ended: the line that it said, where that was one for people.
+std::string why_ended(const ChildResult& run, const ChildLimits& limits) {
+  if (run.exit_code != 2 || run.signal != 0 || run.timed_out) return run.trouble(limits);
+  constexpr std::string_view kBegin = "kilotouch: ";
+  return run.output.starts_with(kBegin) ? run.output.substr(kBegin.size()) : run.output;
+}
+
 /// What `kilotouch mesh info` finds, in a process of its own.
 std::string examine(const std::string& file) {
   const PrivateFolder folder;
@@ -70,14 +77,33 @@ std::string examine(const std::string& file) {
                                        json, "--no-intersections", "--quiet"},
                                       folder, limits);
   if (!fs::exists(json)) {
-    const bool said = run.exit_code == 2 && run.signal == 0 && !run.timed_out;  // one line, of our own
-    throw InputError(said ? run.output : run.trouble(limits));
+    throw InputError(why_ended(run, limits));
   }
   const auto report = read_json_file(json).at("report");
   nlohmann::ordered_json out;
   for (const char* key : {"nodes", "triangles", "tetrahedra", "components", "likely_unit"}) out[key] = report.at(key);
-  for (const auto& [name, places] : report.at("defects").items()) out["defects"][name] = places.size();
+  std::size_t count = 0;
+  for (const auto& [name, places] : report.at("defects").items()) {
+    out["defects"][name] = places.size();
+    count += places.size();
+  }
+  out["needs_repair"] = count > 0 && report.at("tetrahedra") == 0;
   return json_text(out);
+}
+
+/// What `kilotouch mesh repair` makes of it: as little as leaves no hole.
+std::string repair_mesh(const std::string& file) {
+  const PrivateFolder folder;
+  const std::string out = (fs::path(file).parent_path() / "repaired.off").string(), json = folder / "repair.json";
+  const ChildLimits limits{.seconds = 120, .memory_bytes = std::size_t{8} << 30, .stop = &stop_requested()};
+  const std::string self = fs::read_symlink("/proc/self/exe").string();
+  ChildResult run;
+  for (const char* more : {"--weld=0", "--fill-holes=100", "--wrap"}) {
+    run = run_program({self, "mesh", "repair", file, "-o", out, "--json", json, "--no-intersections", "--quiet", more},
+                      folder, limits);
+    if (run.good() && read_json_file(json).at("report").at("closed").get<bool>()) return out;
+  }
+  throw InputError(run.good() ? "the surface has holes that repair does not close" : why_ended(run, limits));
 }
 
 void view(const ViewArguments& a) {
@@ -101,6 +127,7 @@ void view(const ViewArguments& a) {
     return with_live_device(scene_of_mesh(file, {}), device);
   };
   options.examine = examine;
+  options.repair = repair_mesh;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   options.stop = &stop_requested();
   options.ready = [page = a.page](const std::string& url) { tell_of_page(page, url); };

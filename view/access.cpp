@@ -6,16 +6,15 @@
 namespace kt {
 
 bool is_own_origin(const std::string& origin, const std::string& host) {
-  return !host.empty() && origin == "http://" + host;
+  return !host.empty() && (origin == "http://" + host || origin == "https://" + host);
 }
 
-bool is_own_host(const std::string& host, const ServerOptions& options, unsigned short port) {
+bool is_own_host(const std::string& host, const ServerOptions& options) {
   const std::size_t colon = host.rfind(':');
-  const bool has_port = colon != std::string::npos && (host.empty() || host.back() != ']');
+  const bool has_port = colon != std::string::npos && host.back() != ']';
   const std::string name = has_port ? host.substr(0, colon) : host;
-  const std::string given = has_port ? host.substr(colon + 1) : "80";
-  if (name.empty() || given != std::to_string(port)) return false;
-  if (!is_loopback(options.address)) return true;  // a token is needed besides
+  if (name.empty()) return false;
+  if (!options.token.empty()) return true;  // which a page of others does not have
   return name == "localhost" || name == "[::1]" || name == options.address || name == "127.0.0.1";
 }
 

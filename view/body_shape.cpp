@@ -2,7 +2,7 @@
 
 namespace kt {
 
-BodyShape make_body_shape(const Surface& surface, int num_nodes) {
+BodyShape make_body_shape(const Surface& surface, int num_nodes, const std::vector<int>& fixed) {
   BodyShape out;
   out.place.assign(static_cast<std::size_t>(num_nodes), -1);
   for (const Triangle& t : surface.triangles) {
@@ -17,6 +17,8 @@ BodyShape make_body_shape(const Surface& surface, int num_nodes) {
     }
     out.triangles.push_back(own);
   }
+  for (const int i : fixed)
+    if (const int place = out.place[static_cast<std::size_t>(i)]; place >= 0) out.fixed.push_back(place);
   return out;
 }
 

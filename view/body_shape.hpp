@@ -10,9 +10,11 @@ namespace kt {
 struct BodyShape {
   std::vector<int> nodes;           ///< of the body, that lie on its surface
   std::vector<int> place;           ///< of each node of the body in `nodes`, -1
+  std::vector<int> fixed;           ///< clamped ones: indices into `nodes`
   std::vector<Triangle> triangles;  ///< indices into `nodes`; as many as the surface's, in its order
 };
 
-BodyShape make_body_shape(const Surface& surface, int num_nodes);
+/// @param fixed  nodes of the body that are clamped
+BodyShape make_body_shape(const Surface& surface, int num_nodes, const std::vector<int>& fixed);
 
 }  // namespace kt

@@ -103,6 +103,8 @@ std::string body_bytes(const BodyShape& shape, const VectorX& x_rest) {
   out.count(shape.triangles.size());
   for (const Triangle& t : shape.triangles)
     for (const int corner : t) out.put(static_cast<std::uint32_t>(corner));
+  out.count(shape.fixed.size());
+  for (const int i : shape.fixed) out.put(static_cast<std::uint32_t>(i));
   return out.take();
 }
 

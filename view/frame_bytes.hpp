@@ -38,7 +38,7 @@ struct PageFrame {
 /// Type 1.
 std::string frame_bytes(const PageFrame& frame);
 
-/// Type 2: the surface at rest, once.
+/// Type 2: the surface at rest and its clamped nodes, once.
 std::string body_bytes(const BodyShape& shape, const VectorX& x_rest);
 
 /// Type 3: patch and error of the last refresh.

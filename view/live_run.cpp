@@ -34,7 +34,7 @@ LiveRun::LiveRun(const Scene& scene, bool by_pointer, Save save, Told told,
       told_(std::move(told)),
       count_allocations_(std::move(count_allocations)),
       new_link_(std::move(new_link)),
-      shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes())) {
+      shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes(), session_.model().fixed_nodes())) {
   if (by_pointer) session_.hold();
   last_target_ = start();
   thread_ = std::thread([this] { go_on(); });
@@ -69,7 +69,7 @@ void LiveRun::run_once() {
     stop_ = quits_.load();
     target_ = by_pointer_ ? std::make_shared<MovedTarget>(start(), kFollowedSpeed) : nullptr;
     last_target_ = start();
-    options.keeps_records = options.check_contacts = records_;
+    keeps_ = options.keeps_records = options.check_contacts = records_;
     error_.clear();
     step_us_.clear();
     refreshes_.clear();
@@ -169,7 +169,7 @@ void LiveRun::record(bool on) {
   {
     const std::scoped_lock lock(guard_);
     if (records_ == on) return;
-    if (on) records_ = true;  // else the run that ends now takes it back
+    if (on || !is_kept()) records_ = on;  // else the run that ends now takes it back
   }
   pause_ = false;
   reset();
@@ -177,11 +177,9 @@ void LiveRun::record(bool on) {
 
 void LiveRun::set(const std::string& key, const std::string& value) {
   const std::scoped_lock lock(guard_);
-  if (!touch_) throw InputError(text(key, ": the body is not there yet; try again in a moment"));
   SettingChange change{.key = key};
   if (live_setting(key).word) {
     change.word = value;
-    touch_->set(key, value);
   } else {
     std::size_t read = 0;
     try {
@@ -190,10 +188,10 @@ void LiveRun::set(const std::string& key, const std::string& value) {
       read = 0;
     }
     if (read == 0 || read != value.size()) throw InputError(text(key, " is \"", value, "\", must be a number"));
-    touch_->set(key, change.value);
   }
+  if (touch_) change.word.empty() ? touch_->set(key, change.value) : touch_->set(key, change.word);
   std::erase_if(changed_, [&](const SettingChange& c) { return c.key == key; });
-  changed_.push_back(std::move(change));
+  changed_.push_back(std::move(change));  // begun() sets it where no run is under way
 }
 
 std::string LiveRun::setting(const std::string& key) const {
@@ -237,6 +235,7 @@ LiveStatus LiveRun::status() {
     out.gate = (newest_.tools[0].flags & kGated) != 0 ? "shut" : "open";
   out.is_paused = pause_;
   out.is_recording = records_;
+  if (records_ && is_kept()) out.recorded_s = newest_.t;
   out.error = error_.empty() ? out.touch.error : error_;
   if (step_us_.empty() || refreshes_.empty()) return out;
   SessionResult last;  // of the last seconds

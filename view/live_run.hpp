@@ -26,6 +26,8 @@ struct LiveStatus {
   RealTime real_time;                       ///< over the last seconds
   double frame_us = 0;                      ///< CPU time of the server for a picture
   bool is_paused = false, is_recording = false;
+  /// Of the recording [s]; not a number: it has not begun, the body comes to rest first.
+  double recorded_s = std::numeric_limits<double>::quiet_NaN();
   std::string told;   ///< instead of what real_time tells; empty: that
   std::string error;  ///< why it stands still; empty: it does not
 };
@@ -56,9 +58,10 @@ class LiveRun final : private SessionWatcher {
   void retreat();  ///< nobody holds the pointer any more: the tool leaves the body along the last normal
   void pause(bool on);
   void reset();  ///< the body at rest, the tool at its start; settings stay as they were set
-  /// From rest on, until it is turned off: so that a replay can begin where the recording did.
+  /// From rest on, until it is turned off: so that a replay can begin where the recording did. Turned off before it
+  /// has begun: nothing is kept.
   void record(bool on);
-  /// As Touch::set. Throws InputError.
+  /// As Touch::set, from the next run on where none is under way. Throws InputError.
   void set(const std::string& key, const std::string& value);
   std::string setting(const std::string& key) const;
 
@@ -83,6 +86,7 @@ class LiveRun final : private SessionWatcher {
   void ended() override;
   void go_on();
   void run_once();
+  bool is_kept() const { return keeps_ && touch_ && !newest_.tools.empty(); }  ///< what is touched now
   Vec3 start() const { return session_.path().front().x; }
 
   Session session_;
@@ -99,7 +103,7 @@ class LiveRun final : private SessionWatcher {
   Touch* touch_ = nullptr;
   std::shared_ptr<MovedTarget> target_;
   Vec3 last_target_ = Vec3::Zero();
-  bool records_ = false, waits_ = false;
+  bool records_ = false, keeps_ = false, waits_ = false;  // asked for; of the run that is under way; for reset()
   std::string error_;
   std::vector<SettingChange> changed_;  // that stay over a reset
   Picture newest_;

@@ -17,9 +17,10 @@ struct Word {
   const char* name;
   Kind kind;
 };
-constexpr Word kWords[] = {{"target", Kind::target}, {"set", Kind::set},     {"restart", Kind::restart},
-                           {"open", Kind::open},     {"reset", Kind::reset}, {"pause", Kind::pause},
-                           {"record", Kind::record}, {"take", Kind::take},   {"seek", Kind::seek}};
+constexpr Word kWords[] = {{"target", Kind::target}, {"set", Kind::set},       {"restart", Kind::restart},
+                           {"check", Kind::check},   {"open", Kind::open},     {"reset", Kind::reset},
+                           {"pause", Kind::pause},   {"record", Kind::record}, {"take", Kind::take},
+                           {"seek", Kind::seek}};
 
 constexpr std::size_t kMostSettings = 50, kLongestSetting = 4096;
 constexpr double kFarthest = 1e6;  // [m]
@@ -78,7 +79,8 @@ PageMessage parse_page_message(const std::string& message) {
       break;
     }
     case Kind::set:
-    case Kind::restart: {
+    case Kind::restart:
+    case Kind::check: {
       const Json& list = at(json, "settings");
       if (!list.is_array() || list.empty() || list.size() > kMostSettings)
         fail("settings", list, text("a list of 1 to ", kMostSettings));
@@ -87,6 +89,7 @@ PageMessage parse_page_message(const std::string& message) {
     }
     case Kind::open:
       out.name = word(at(json, "name"), "name", 255);
+      out.on = json.contains("repair") && flag(json, "repair");
       break;
     case Kind::pause:
     case Kind::record:

@@ -12,7 +12,8 @@ struct PageMessage {
     target,   ///< the pointer's place: x, number, stamp
     set,      ///< a setting while it runs: settings[0] = "key=value"
     restart,  ///< the scene anew with these settings, "key=value"
-    open,     ///< another scene, or the mesh that was uploaded: name
+    check,    ///< the same, only looked at: what would be wrong with it
+    open,     ///< another scene, or the mesh that was uploaded: name; on: repaired first
     reset,
     pause,   ///< on
     record,  ///< on

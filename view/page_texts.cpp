@@ -84,6 +84,7 @@ std::string status_text(const LiveStatus& s, bool has_tool, int pages,
               {"real_time_told", s.told.empty() ? s.real_time.told() : s.told},
               {"paused", s.is_paused},
               {"recording", s.is_recording},
+              {"recorded_s", number(s.recorded_s)},
               {"error", s.error}};
   out["settings"] = Json::object();
   for (const auto& [key, value] : settings) out["settings"][key] = value;

@@ -78,6 +78,16 @@ class Page : public std::enable_shared_from_this<Page> {
     });
   }
 
+  /// A browser tells a page nothing of a refused WebSocket: it is opened and closed with the reason.
+  void refuse(const Request& request, const std::string& why) {
+    is_closed_ = true;
+    beast::get_lowest_layer(socket_).expires_after(std::chrono::seconds(30));
+    socket_.async_accept(request, [self = shared_from_this(), why](Error error) {
+      if (error) return;
+      self->socket_.async_close({websocket::close_code::try_again_later, why}, [self](Error) {});
+    });
+  }
+
   void send(Server::Kind kind, Bytes content, bool is_frame) {
     if (is_closed_) return;
     if (is_frame)
@@ -230,7 +240,7 @@ std::string field(const Request& request, http::field name) { return std::string
 /// @param changes  the request does something: then from a page of our own, and with the token
 bool Server::Parts::may(const Request& request, bool changes) const {
   const std::string host = field(request, http::field::host);
-  if (!is_own_host(host, options, port)) return false;
+  if (!is_own_host(host, options)) return false;
   if (!changes) return true;
   if (!is_own_origin(field(request, http::field::origin), host)) return false;
   return options.token.empty() ||
@@ -242,8 +252,9 @@ Response Server::Parts::answer(const Request& request) {
   out.keep_alive(request.keep_alive());
   out.set(http::field::cache_control, "no-store");
   out.set("X-Content-Type-Options", "nosniff");
-  out.set("Content-Security-Policy",
-          "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self' ws:");
+  out.set(
+      "Content-Security-Policy",
+      "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:");
   out.set(http::field::content_type, "application/json");
   const auto say = [&](http::status status, const std::string& what) {
     out.result(status);
@@ -284,14 +295,15 @@ void Server::Parts::accept() {
           std::move(socket), [this](const Request& request) { return answer(request); },
           [this](const Request& request) {
             const std::string target(request.target());
-            return target.substr(0, target.find('?')) == "/live" && may(request, true) &&
-                   static_cast<int>(pages.size()) < kMostPages;
+            return target.substr(0, target.find('?')) == "/live" && may(request, true);
           },
           [this](beast::tcp_stream&& stream, Request&& request) {
             const int id = next_page++;
             const auto page = std::make_shared<Page>(std::move(stream), id, handler, [this](int which) {
               if (pages.erase(which) > 0) handler.left(which);
             });
+            if (static_cast<int>(pages.size()) >= kMostPages)
+              return page->refuse(request, text(kMostPages, " pages are open already; close one of them"));
             page->open(request, [this, id, page] {
               pages[id] = page;
               handler.joined(id);

@@ -54,12 +54,13 @@ class Server {
   std::unique_ptr<Parts> parts_;
 };
 
-/// Whether a page of this origin may speak to the server; an Origin header is "http://host:port".
+/// Whether a page of this origin may speak to the server: "http://host:port", or https where a proxy stands before it.
 /// @param host  the request's own Host header
 bool is_own_origin(const std::string& origin, const std::string& host);
 
-/// Whether a Host header names this server: else a name of others was pointed at it (DNS rebinding).
-bool is_own_host(const std::string& host, const ServerOptions& options, unsigned short port);
+/// Whether a Host header names this server: else a name of others was pointed at it (DNS rebinding). Any port: `ssh -L`
+/// and `docker -p` put others before it. With a token any name: who has it was given the page's address.
+bool is_own_host(const std::string& host, const ServerOptions& options);
 
 /// In a time that does not tell where two texts differ.
 bool is_same_secret(const std::string& given, const std::string& wanted);

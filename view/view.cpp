@@ -14,6 +14,7 @@
 #include "io/files/child_process.hpp"
 #include "io/files/output_file.hpp"
 #include "io/mesh/mesh_io.hpp"
+#include "io/scene/scene_json.hpp"
 #include "view/page_message.hpp"
 #include "view/page_texts.hpp"
 
@@ -26,8 +27,21 @@ using Bytes = std::shared_ptr<const std::string>;
 Bytes bytes(std::string s) { return std::make_shared<const std::string>(std::move(s)); }
 
 const char* name_of(Kind kind) {
-  constexpr const char* kNames[] = {"target", "set", "restart", "open", "reset", "pause", "record", "take", "seek"};
+  constexpr const char* kNames[] = {"target", "set",   "restart", "check", "open",
+                                    "reset",  "pause", "record",  "take",  "seek"};
   return kNames[static_cast<int>(kind)];
+}
+
+/// Line ends of what a library says are no more than pauses on a page.
+std::string one_line(const std::string& told) {
+  std::string out;
+  for (const char c : told)
+    if (c != '\n')
+      out += c;
+    else if (!out.empty() && !out.ends_with("; "))
+      out += "; ";
+  if (out.ends_with("; ")) out.resize(out.size() - 2);
+  return visible(out);
 }
 
 constexpr int kMostErrors = 200;  // of one page: then it is not listened to any more
@@ -53,7 +67,7 @@ class Pages : public ServerHandler {
       obey(page, parsed);
     } catch (const std::exception& e) {
       ++errors;
-      answer(page, name_of(kind), "", visible(e.what()));
+      answer(page, name_of(kind), "", one_line(e.what()));
     }
   }
   void joined(int page) override {
@@ -98,6 +112,16 @@ class LivePages final : public Pages {
     run_->retreat();
   }
 
+  /// A file in a temporary folder is told by the name that the page had it under.
+  static std::string named(std::string told, const PrivateFolder& folder, const std::string& name) {
+    for (std::size_t at = told.find(folder.path()); at != std::string::npos; at = told.find(folder.path(), at)) {
+      const std::size_t end = std::min(told.find_first_of(": \"\n,;)", at + folder.path().size()), told.size());
+      told.replace(at, end - at, name);
+      at += name.size();
+    }
+    return told;
+  }
+
   /// In a child process with limits, as third parties' files have everything in them.
   std::string uploaded(const std::string& name, const std::string& content) override {
     const std::string extension = mesh_extension(name);
@@ -107,9 +131,15 @@ class LivePages final : public Pages {
     auto folder = std::make_shared<PrivateFolder>();
     const std::string file = *folder / ("dropped." + extension);
     write_file_whole(file, content);
-    std::string findings = options_.examine(file);
+    std::string findings;
+    try {
+      findings = options_.examine(file);
+    } catch (const std::exception& e) {
+      throw InputError(one_line(named(e.what(), *folder, name)));
+    }
     dropped_folder_ = std::move(folder);  // the one before goes, unless its mesh is shown
     dropped_ = file;
+    dropped_name_ = name;
     return findings;
   }
 
@@ -186,7 +216,10 @@ class LivePages final : public Pages {
         return set(page, m);
       case Kind::restart:
         if (options_.link) throw InputError("the body's computer has the scene: change it there and start it again");
-        return begin(page, "restart", [this, m] { return changed(scene_, m.settings); });
+        return begin(page, "restart", [scene = changed(scene_, m.settings)] { return scene; });
+      case Kind::check:  // what a restart would take
+        changed(scene_, m.settings);
+        break;
       case Kind::open:
         if (options_.link) throw InputError("the body's computer has the scene: another one is opened there");
         return open(page, m);
@@ -206,31 +239,48 @@ class LivePages final : public Pages {
   }
 
   static std::pair<std::string, std::string> key_and_value(const std::string& setting) {
-    const std::size_t equals = setting.find('=');
-    if (equals == std::string::npos) throw InputError(text("\"", setting, "\" must be KEY=VALUE"));
-    return {setting.substr(0, equals), setting.substr(equals + 1)};
+    if (setting.find('=') == std::string::npos) throw InputError(text("\"", setting, "\" must be KEY=VALUE"));
+    return split_override(setting);
   }
 
   static Scene changed(const Scene& scene, const std::vector<std::string>& settings) {
     return parse_scene(to_json(scene), settings, "page");
   }
 
-  /// Checked as --set is, then as what can change while it runs.
+  /// Checked as --set is, against the values that it runs with, then as what can change while it runs. The scene has
+  /// it from now on: a restart keeps it.
   void set(int page, const PageMessage& m) {
-    for (const std::string& setting : m.settings) {
-      const auto [key, value] = key_and_value(setting);
+    for (const std::string& given : m.settings) {
+      const auto [key, value] = key_and_value(given);
       live_setting(key);
-      changed(scene_, {setting});
+      const std::string setting = text(key, "=", value);
+      Scene next = with_live_value(scene_, key, setting);
       run_->set(key, value);
+      scene_ = std::move(next);
+      if (next_.valid()) since_begun_.emplace_back(key, value);
       answer(page, "set", setting, "");
     }
+  }
+
+  /// The kinetic friction coefficient follows the static one down, as in change_setting().
+  static Scene with_live_value(const Scene& scene, const std::string& key, const std::string& setting) {
+    if (key != "contact.mu_static") return changed(scene, {setting});
+    Scene out = changed(scene, {"contact.mu_kinetic=0", setting});
+    out.contact.mu_kinetic = std::min(scene.contact.mu_kinetic, out.contact.mu_static);
+    return out;
   }
 
   void open(int page, const PageMessage& m) {
     if (m.name == "dropped mesh") {
       if (dropped_.empty()) throw InputError("open: no mesh was dropped into the page");
       return begin(
-          page, "open", [this, file = dropped_] { return options_.scene_of_mesh(file); }, dropped_folder_);
+          page, "open",
+          [this, file = dropped_, name = dropped_name_, repairs = m.on] {
+            Scene scene = options_.scene_of_mesh(repairs ? options_.repair(file) : file);
+            scene.title = visible(name);
+            return scene;
+          },
+          dropped_folder_);
     }
     if (std::ranges::find(options_.scenes, m.name) == options_.scenes.end())
       throw_unknown("scene", m.name, options_.scenes);
@@ -243,13 +293,19 @@ class LivePages final : public Pages {
              std::shared_ptr<PrivateFolder> folder = nullptr) {
     if (next_.valid()) throw InputError(text(what, ": the body before is still being built; a moment"));
     asked_ = {page, what};
+    since_begun_.clear();
     if (!folder && what == "restart") folder = scene_folder_;
-    next_ = std::async(std::launch::async, [this, make, folder] {
-      Next out;
-      out.folder = folder;
-      out.scene = make();
-      out.run = make_run(out.scene);
-      return out;
+    next_ = std::async(std::launch::async, [this, make, folder, name = dropped_name_] {
+      try {
+        Next out;
+        out.folder = folder;
+        out.scene = make();
+        out.run = make_run(out.scene);
+        return out;
+      } catch (const std::exception& e) {
+        if (!folder) throw;
+        throw InputError(named(e.what(), *folder, name));
+      }
     });
   }
 
@@ -259,12 +315,24 @@ class LivePages final : public Pages {
       Next next = next_.get();
       run_ = std::move(next.run);
       scene_ = std::move(next.scene);
+      if (asked_.second == "restart") set_again();
       scene_folder_ = std::move(next.folder);
       for (const int page : all()) tell_body(page);
       answer(asked_.first, asked_.second, scene_.title, "");
     } catch (const std::exception& e) {
-      answer(asked_.first, asked_.second, "", visible(e.what()));
+      answer(asked_.first, asked_.second, "", one_line(e.what()));
     }
+  }
+
+  /// What was set while the body was built anew; its scene may not take all of it.
+  void set_again() {
+    for (const auto& [key, value] : since_begun_) try {
+        Scene next = with_live_value(scene_, key, text(key, "=", value));
+        run_->set(key, value);
+        scene_ = std::move(next);
+      } catch (const InputError& e) {
+        answer(asked_.first, "set", "", one_line(e.what()));
+      }
   }
 
   struct Next {
@@ -283,8 +351,9 @@ class LivePages final : public Pages {
   std::mutex recordings_guard_;
   std::vector<std::pair<std::string, std::string>> recordings_;  // written, not told yet
   std::shared_ptr<PrivateFolder> dropped_folder_, scene_folder_;
-  std::string dropped_;
+  std::string dropped_, dropped_name_;  // file; as the page had it
   std::pair<int, std::string> asked_;
+  std::vector<std::pair<std::string, std::string>> since_begun_;  // key, value: set while the next body is built
   std::unique_ptr<LiveRun> run_;
   std::future<Next> next_;  // goes before what it uses
 };
@@ -322,7 +391,7 @@ class WatchedPages final : public Pages {
       : Pages(options),
         session_(session),
         look_(look),
-        shape_(make_body_shape(session.surface(), session.model().mesh().num_nodes())) {}
+        shape_(make_body_shape(session.surface(), session.model().mesh().num_nodes(), session.model().fixed_nodes())) {}
 
   void tick() override {
     if (server_.num_pages() == 0) return;

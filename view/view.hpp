@@ -17,6 +17,8 @@ struct ViewOptions {
   std::function<Scene(const std::string& name)> load_scene;
   /// A mesh that was dropped into a page, already examined: a file in a temporary folder.
   std::function<Scene(const std::string& file)> scene_of_mesh;
+  /// A closed surface of a mesh file that has holes, in another file of the same folder. @returns that file
+  std::function<std::string(const std::string& file)> repair;
   /// What the doctor finds in a mesh file, JSON.
   std::function<std::string(const std::string& file)> examine;
   std::function<long long()> count_allocations;  ///< of this thread so far; none: not counted

@@ -41,7 +41,7 @@ Surface surface_of(const Mesh& mesh) {
 }
 
 TEST(BodyShape, HasTheNodesOfTheSurfaceOnly) {
-  const BodyShape shape = make_body_shape(surface_of(square()), 5);
+  const BodyShape shape = make_body_shape(surface_of(square()), 5, {1, 4});
   EXPECT_EQ(shape.nodes, (std::vector<int>{1, 2, 3, 4}));
   EXPECT_EQ(shape.place[0], -1);
   EXPECT_EQ(shape.triangles[1], (Triangle{0, 2, 3}));
@@ -49,7 +49,7 @@ TEST(BodyShape, HasTheNodesOfTheSurfaceOnly) {
 
 TEST(FrameBytes, PositionsAreWithinHalfAStep) {
   const Mesh mesh = square();
-  const BodyShape shape = make_body_shape(surface_of(mesh), 5);
+  const BodyShape shape = make_body_shape(surface_of(mesh), 5, {});
   const PackedPositions packed = pack_positions(mesh.x, shape.nodes);
   for (std::size_t k = 0; k < shape.nodes.size(); ++k)
     for (std::size_t c = 0; c < 3; ++c) {
@@ -61,7 +61,7 @@ TEST(FrameBytes, PositionsAreWithinHalfAStep) {
 
 TEST(FrameBytes, AFrameReadsBack) {
   const Mesh mesh = square();
-  const BodyShape shape = make_body_shape(surface_of(mesh), 5);
+  const BodyShape shape = make_body_shape(surface_of(mesh), 5, {});
   const PackedPositions packed = pack_positions(mesh.x, shape.nodes);
   LocalFrame tool;
   tool.pose.x = {1, 2, 3};
@@ -98,7 +98,7 @@ TEST(FrameBytes, AFrameReadsBack) {
 }
 
 TEST(FrameBytes, ErrorsOfNodesInsideAreLeftOut) {
-  const BodyShape shape = make_body_shape(surface_of(square()), 5);
+  const BodyShape shape = make_body_shape(surface_of(square()), 5, {1, 4});
   const std::string bytes = refresh_bytes({3, {1}, {0, 4}, {0.5, 0.25}}, shape);
   Reader r{bytes};
   EXPECT_EQ(r.take<std::uint32_t>(), 3u);

@@ -19,7 +19,9 @@ class Nobody final : public ServerHandler {
 TEST(ViewServer, SpeaksToItsOwnPagesOnly) {
   EXPECT_TRUE(is_own_origin("http://localhost:8080", "localhost:8080"));
   EXPECT_FALSE(is_own_origin("http://evil.example", "localhost:8080"));
-  EXPECT_FALSE(is_own_origin("https://localhost:8080", "localhost:8080"));
+  EXPECT_TRUE(is_own_origin("https://body.example", "body.example"));  // a proxy with TLS before it
+  EXPECT_FALSE(is_own_origin("http://localhost:9000", "localhost:8080"));
+  EXPECT_FALSE(is_own_origin("https://localhost:8080.evil.example", "localhost:8080"));
   EXPECT_FALSE(is_own_origin("", "localhost:8080"));
   EXPECT_FALSE(is_own_origin("null", "localhost:8080"));
   EXPECT_FALSE(is_own_origin("http://", ""));
@@ -28,14 +30,15 @@ TEST(ViewServer, SpeaksToItsOwnPagesOnly) {
 // A name of others that was pointed at this computer arrives with its own Host header.
 TEST(ViewServer, KnowsItsOwnName) {
   const ServerOptions own;
-  for (const char* host : {"localhost:8080", "127.0.0.1:8080", "[::1]:8080"})
-    EXPECT_TRUE(is_own_host(host, own, 8080)) << host;
-  for (const char* host :
-       {"evil.example:8080", "localhost:8081", "localhost", "", ":8080", "127.0.0.1.evil.example:8080"})
-    EXPECT_FALSE(is_own_host(host, own, 8080)) << host;
+  for (const char* host : {"localhost:8080", "127.0.0.1:8080", "[::1]:8080", "localhost:19000", "localhost", "[::1]"})
+    EXPECT_TRUE(is_own_host(host, own)) << host;
+  for (const char* host : {"evil.example:8080", "", ":8080", "127.0.0.1.evil.example:8080", "localhost.evil.example"})
+    EXPECT_FALSE(is_own_host(host, own)) << host;
   ServerOptions open = own;
   open.address = "0.0.0.0";
-  EXPECT_TRUE(is_own_host("bench.lan:8080", open, 8080));
+  open.token = "open_sesame";
+  EXPECT_TRUE(is_own_host("bench.lan:8080", open));
+  EXPECT_TRUE(is_own_host("robot3:19000", open));
 }
 
 TEST(ViewServer, ComparesSecrets) {

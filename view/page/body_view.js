@@ -1,14 +1,70 @@
 // The body and the tools in three dimensions. Buffers are made once for a body; an update writes numbers into them.
 'use strict';
 
-// Colours that readers with any colour sight can tell apart (sticks and slips: Okabe and Ito). The scale grows darker
-// evenly, so that a body at rest is light and what moves stands out.
-const SCALE = [[241, 229, 220], [247, 203, 150], [244, 163, 93], [226, 112, 72], [188, 63, 84], [132, 32, 92], [66, 14, 76]].map(c => c.map(v => v / 255));
-const STICK = [0 / 255, 114 / 255, 178 / 255], SLIP = [213 / 255, 94 / 255, 0 / 255], PLAIN = [0.80, 0.62, 0.56];
+// palette.css, which the page has in it.
+const paletteOf = name => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
+const rgbOf = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16) / 255);
+const rampOf = name => paletteOf(name).split(/\s+/).map(rgbOf);
 
-function colourOf(share, out) {
-  const at = Math.min(1, Math.max(0, share)) * (SCALE.length - 1), i = Math.min(SCALE.length - 2, Math.floor(at)), s = at - i;
-  for (let c = 0; c < 3; ++c) out[c] = (1 - s) * SCALE[i][c] + s * SCALE[i + 1][c];
+function colourOf(ramp, share, out) {
+  const at = Math.min(1, Math.max(0, share)) * (ramp.length - 1), i = Math.min(ramp.length - 2, Math.floor(at)), s = at - i;
+  for (let c = 0; c < 3; ++c) out[c] = (1 - s) * ramp[i][c] + s * ramp[i + 1][c];
+}
+
+// The end of a scale, which holds still: it grows at once to a round number, and comes back when less than a third of it
+// was needed for five seconds.
+class HeldScale {
+  constructor(least) { this.least = least; this.clear(); }
+  clear() { this.top = 0; this.most = 0; this.quietSince = 0; }
+  static round(v) {
+    const power = 10 ** Math.floor(Math.log10(v));
+    return [1, 2, 5, 10].map(f => f * power).find(r => r >= v * (1 - 1e-9));
+  }
+  // needed: now; now [s]
+  hold(needed, now) {
+    const wanted = HeldScale.round(Math.max(needed, this.least));
+    if (wanted >= this.top || needed > this.top / 3) {
+      this.top = Math.max(this.top, wanted);
+      this.quietSince = now;
+      this.most = 0;
+    } else {
+      this.most = Math.max(this.most, wanted);
+      if (now - this.quietSince > 5) { this.top = this.most; this.quietSince = now; this.most = 0; }
+    }
+    return this.top;
+  }
+}
+
+// Seen before every background: a core in a rim of the opposite lightness.
+class Arrow {
+  constructor(core, rim) {
+    this.object = new THREE.Group();
+    this.object.visible = false;
+    this.parts = [[rim, 0.45, 10], [core, 0, 11]].filter(([colour]) => colour).map(([colour, more, order]) => {
+      const material = new THREE.MeshBasicMaterial({color: colour, depthTest: false, transparent: true});
+      const shaft = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 12), material), tip = new THREE.Mesh(new THREE.ConeGeometry(1, 1, 20), material);
+      shaft.renderOrder = tip.renderOrder = order;
+      this.object.add(shaft, tip);
+      return {shaft, tip, more};
+    });
+  }
+
+  // width: half the shaft's [m]
+  show(from, along, length, width) {
+    const way = new THREE.Vector3(along[0], along[1], along[2]);
+    this.object.visible = length > width && way.lengthSq() > 0;
+    if (!this.object.visible) return;
+    this.object.position.set(from[0], from[1], from[2]);
+    this.object.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way.normalize());
+    const head = Math.min(0.5 * length, 7 * width);
+    for (const {shaft, tip, more} of this.parts) {
+      const rim = more * width;
+      shaft.scale.set(width + rim, length - head + rim, width + rim);
+      shaft.position.y = (length - head) / 2;
+      tip.scale.set(2.6 * width + 2 * rim, head + 3 * rim, 2.6 * width + 2 * rim);
+      tip.position.y = length - head / 2 + 0.3 * rim;
+    }
+  }
 }
 
 class BodyView {
@@ -17,24 +73,33 @@ class BodyView {
     this.container = container;
     // Where a picture is drawn by the processor, smooth edges cost most of its time, and the body needs that processor too.
     this.isSoftware = BodyView.isDrawnBySoftware();
-    this.renderer = new THREE.WebGLRenderer({antialias: !this.isSoftware, alpha: true, preserveDrawingBuffer: true});
-    this.sharpness = this.isSoftware ? 0.75 : 1;  // pixels of the picture to one of the screen
-    this.setSharpness(this.sharpness);
-    container.appendChild(this.renderer.domElement);
+    // A machine without WebGL has no picture: all else goes on.
+    try {
+      this.renderer = new THREE.WebGLRenderer({antialias: !this.isSoftware, alpha: true, preserveDrawingBuffer: true});
+    } catch (error) {
+      this.renderer = null;
+    }
+    this.surface = this.renderer ? this.renderer.domElement : document.createElement('div');  // that the pointer is on
+    this.setSharpness(this.isSoftware ? 0.75 : 1);
+    container.appendChild(this.surface);
+    this.makeGuide();
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(35, 1, 0.001, 10);
     this.camera.up.set(0, 0, 1);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9098a8, 0.62));
     this.lamp = new THREE.DirectionalLight(0xffffff, 0.42);
     this.scene.add(this.lamp);
-    this.controls = new THREE.OrbitControls(this.camera, this.renderer.domElement);
+    this.controls = new THREE.OrbitControls(this.camera, this.surface);
     this.controls.enableKeys = false;
     this.controls.addEventListener('change', () => { this.isOld = true; });
     this.colour = 'displacement';
     this.marks = new THREE.Group();
     this.scene.add(this.marks);
     this.tools = [];
+    this.ramps = {displacement: rampOf('displacement'), error: rampOf('error')};
+    this.plain = rgbOf(paletteOf('body'));
     this.scale = 0;      // of the colours [m]
+    this.fixedScale = 0;  // of a run that is known whole [m]; 0: held()
     this.isOld = true;   // the picture
     this.resize();
     new ResizeObserver(() => this.resize()).observe(container);
@@ -57,21 +122,22 @@ class BodyView {
     return true;
   }
 
+  // pixels of the picture to one of the screen
   setSharpness(sharpness) {
     this.sharpness = sharpness;
-    this.renderer.setPixelRatio(sharpness * Math.min(2, window.devicePixelRatio || 1));
+    if (this.renderer) this.renderer.setPixelRatio(sharpness * Math.min(2, window.devicePixelRatio || 1));
     this.isOld = true;
   }
 
   resize() {
     const w = Math.max(1, this.container.clientWidth), h = Math.max(1, this.container.clientHeight);
-    this.renderer.setSize(w, h);
+    if (this.renderer) this.renderer.setSize(w, h);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
     this.isOld = true;
   }
 
-  // body: {x: Float32Array at rest [m], triangles: Uint32Array}. smooth: the contact surface is.
+  // body: {x: Float32Array at rest [m], triangles: Uint32Array, fixed: numbers of the clamped nodes}. smooth: the contact surface is.
   setBody(body, smooth) {
     if (this.mesh) {
       this.scene.remove(this.mesh);
@@ -90,7 +156,8 @@ class BodyView {
     geometry.setAttribute('color', this.paint);
     geometry.computeVertexNormals();
     // Backs are drawn of an open surface only: they cost as much as the fronts.
-    const look = {vertexColors: THREE.VertexColors, side: BodyView.isClosed(body.triangles) ? THREE.FrontSide : THREE.DoubleSide};
+    const look = {vertexColors: THREE.VertexColors, side: BodyView.isClosed(body.triangles) ? THREE.FrontSide : THREE.DoubleSide,
+                  polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2};  // lines on it are whole
     const material = smooth ? new THREE.MeshLambertMaterial(look)
                             : new THREE.MeshPhongMaterial({...look, flatShading: true, shininess: 12, specular: 0x0c0c0c});
     this.mesh = new THREE.Mesh(geometry, material);
@@ -106,13 +173,13 @@ class BodyView {
     this.size = 2 * still.boundingSphere.radius;
     this.patch = null;
     this.distance = new Float32Array(body.x.length / 3);
+    this.held = {displacement: new HeldScale(1e-3 * this.size), error: new HeldScale(1e-5 * this.size), force: new HeldScale(0.1)};
     this.scale = 0;
-    this.mostForce = 0.1;
-    this.makeMarks();
+    this.makeMarks(body.fixed || []);
     this.fit();
   }
 
-  makeMarks() {
+  makeMarks(fixed) {
     while (this.marks.children.length) this.marks.remove(this.marks.children[0]);
     const line = (n, colour, dashed) => {
       const g = new THREE.BufferGeometry();
@@ -130,23 +197,40 @@ class BodyView {
       return m;
     };
     this.cursor = ball(0.006 * this.size, 0x555555);
-    const arrow = colour => {
-      const a = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, colour);
-      a.line.material.depthTest = a.cone.material.depthTest = false;
-      a.line.material.linewidth = 2;
-      a.visible = false;
-      this.marks.add(a);
-      return a;
-    };
-    this.normals = [arrow(0x888888), arrow(0x888888)];
-    this.forces = [arrow(0xcc3311), arrow(0xcc3311)];
+    this.normals = [0, 1].map(() => new Arrow(paletteOf('limit')));
+    this.forces = [0, 1].map(() => new Arrow(paletteOf('force'), paletteOf('force-rim')));
+    for (const arrow of [...this.normals, ...this.forces]) this.marks.add(arrow.object);
+    this.showClamped(fixed);
+    this.contacts = [0, 1].map(() => this.makeContact());
+  }
+
+  // Dots on the nodes that are clamped: they stay where they are.
+  showClamped(fixed) {
+    const g = new THREE.BufferGeometry(), x = new Float32Array(3 * fixed.length);
+    fixed.forEach((node, k) => x.set(this.rest.subarray(3 * node, 3 * node + 3), 3 * k));
+    g.setAttribute('position', new THREE.BufferAttribute(x, 3));
+    this.clamped = new THREE.Points(g, new THREE.PointsMaterial({color: paletteOf('clamped'), size: 3.5, sizeAttenuation: false}));
+    this.clamped.frustumCulled = false;
+    this.marks.add(this.clamped);
+  }
+
+  // The triangles that a tool lies on, seen through the tool.
+  makeContact() {
+    const g = new THREE.BufferGeometry();
+    g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(9 * BodyView.MOST_TOUCHED), 3));
+    const mesh = new THREE.Mesh(g, new THREE.MeshBasicMaterial({depthTest: false, transparent: true, opacity: 0.85, side: THREE.DoubleSide}));
+    mesh.frustumCulled = false;
+    mesh.renderOrder = 5;
+    mesh.visible = false;
+    this.marks.add(mesh);
+    return mesh;
   }
 
   // tools: [{shape, radius, corners, triangles}], lengths in m.
   setTools(tools) {
     for (const t of this.tools) this.scene.remove(t.object);
     this.tools = tools.map(tool => {
-      const material = new THREE.MeshPhongMaterial({color: 0x3a4654, shininess: 60, transparent: true, opacity: 0.82});
+      const material = new THREE.MeshPhongMaterial({color: paletteOf('tool'), shininess: 60, transparent: true, opacity: this.toolOpacity()});
       const object = new THREE.Group();
       const add = (geometry, x) => {
         const m = new THREE.Mesh(geometry, material);
@@ -218,12 +302,10 @@ class BodyView {
     if (this.outline) this.marks.remove(this.outline);
     const g = new THREE.BufferGeometry();
     g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * rim.length), 3));
-    this.outline = new THREE.LineSegments(g, new THREE.LineBasicMaterial({color: 0x222222, transparent: true, opacity: 0.55}));
+    this.outline = new THREE.LineSegments(g, new THREE.LineBasicMaterial({color: paletteOf('force'), transparent: true, opacity: 0.75}));
     this.outline.frustumCulled = false;
     this.marks.add(this.outline);
     this.patch = new Set(refresh.triangles);
-    this.patchNodes = new Set();
-    for (const t of refresh.triangles) for (let c = 0; c < 3; ++c) this.patchNodes.add(this.triangles[3 * t + c]);
     this.distance.fill(0);
     refresh.nodes.forEach((node, k) => { this.distance[node] = refresh.distance[k]; });
     this.isOld = true;
@@ -235,33 +317,33 @@ class BodyView {
     this.position.needsUpdate = true;
     if (this.smooth) this.mesh.geometry.computeVertexNormals();
     this.frame = frame;
+    const now = performance.now() / 1000;
     frame.tools.forEach((tool, k) => {
       const shown = this.tools[k];
       if (!shown) return;
       shown.object.position.set(tool.x[0], tool.x[1], tool.x[2]);
       shown.object.quaternion.set(tool.r[0], tool.r[1], tool.r[2], tool.r[3]);
-      this.mostForce = Math.max(this.mostForce, Math.hypot(...tool.force));
-      this.point(this.forces[k], tool.x, tool.force, Math.hypot(...tool.force) * this.metresPerNewton());
-      this.point(this.normals[k], tool.point, tool.normal, tool.mode > 0 ? 0.12 * this.size : 0);
+      const size = Math.hypot(...tool.force);
+      this.held.force.hold(size, now);
+      this.forces[k].show(this.arrowStart(shown, tool), tool.force, Math.min(1.5 * this.size, size * this.metresPerNewton()), 0.0035 * this.size);
+      this.normals[k].show(tool.point, tool.normal, tool.mode > 0 ? 0.1 * this.size : 0, 0.0015 * this.size);
     });
     this.showSpring(frame, options.hand);
     this.colourIn();
     this.isOld = true;
   }
 
-  // Length of a force arrow: the largest force so far is about a third of the body's size, in round numbers.
+  // Length of a force arrow: the end of the force's scale is a third of the body's size, in round numbers.
   metresPerNewton() {
-    const wanted = 1000 * 0.3 * this.size / Math.max(this.mostForce, 1e-6), power = 10 ** Math.floor(Math.log10(wanted));
+    const wanted = 1000 * 0.34 * this.size / Math.max(this.held.force.top, this.held.force.least), power = 10 ** Math.floor(Math.log10(wanted));
     return [5, 2, 1].map(f => f * power).find(v => v <= wanted) / 1000;
   }
 
-  point(arrow, from, along, length) {
-    arrow.visible = length > 0.004 * this.size;
-    if (!arrow.visible) return;
-    arrow.position.set(from[0], from[1], from[2]);
-    arrow.setDirection(new THREE.Vector3(along[0], along[1], along[2]).normalize());
-    const shown = Math.min(length, 1.5 * this.size);
-    arrow.setLength(shown, Math.min(0.3 * shown, 0.05 * this.size), Math.min(0.15 * shown, 0.025 * this.size));
+  // On the tool's surface: where it touches; without a contact, on the side that the force points to.
+  arrowStart(shown, tool) {
+    if (tool.mode > 0) return tool.point;
+    const way = new THREE.Vector3(...tool.force).normalize();
+    return new THREE.Vector3(...tool.x).addScaledVector(way, this.support(shown, tool.r, way.clone().negate())).toArray();
   }
 
   // A zigzag from the tool to the cursor, as long as the spring is.
@@ -287,36 +369,69 @@ class BodyView {
   }
 
   colourIn() {
-    const paint = this.paint.array, x = this.x, rest = this.rest, c = [0, 0, 0], n = x.length / 3;
-    if (this.colour === 'displacement' || this.colour === 'error') {
-      const values = this.values || (this.values = new Float32Array(n));
-      const v = values.length === n ? values : (this.values = new Float32Array(n));
+    const paint = this.paint.array, x = this.x, rest = this.rest, c = [0, 0, 0], n = x.length / 3, ramp = this.ramps[this.colour];
+    if (ramp) {
+      if (!this.values || this.values.length !== n) this.values = new Float32Array(n);
+      const v = this.values;
       let most = 0;
       for (let i = 0; i < n; ++i) {
         v[i] = this.colour === 'error' ? this.distance[i] : Math.hypot(x[3 * i] - rest[3 * i], x[3 * i + 1] - rest[3 * i + 1], x[3 * i + 2] - rest[3 * i + 2]);
         if (v[i] > most) most = v[i];
       }
-      // A scale that grows at once and shrinks slowly: colours do not flicker.
-      const least = (this.colour === 'error' ? 1e-5 : 1e-3) * this.size;
-      this.scale = Math.max(most, least, 0.995 * this.scale);
+      this.scale = this.colour === 'displacement' && this.fixedScale || this.held[this.colour].hold(most, performance.now() / 1000);
       for (let i = 0; i < n; ++i) {
-        colourOf(v[i] / this.scale, c);
+        colourOf(ramp, v[i] / this.scale, c);
         paint[3 * i] = c[0]; paint[3 * i + 1] = c[1]; paint[3 * i + 2] = c[2];
       }
     } else {
-      const mode = this.frame ? this.frame.tools[0].mode : 0, shown = this.colour === 'mode' && mode > 0;
-      const touched = mode === 1 ? STICK : SLIP;
-      for (let i = 0; i < n; ++i) {
-        const own = shown && this.patchNodes && this.patchNodes.has(i) ? touched : PLAIN;
-        paint[3 * i] = own[0]; paint[3 * i + 1] = own[1]; paint[3 * i + 2] = own[2];
-      }
+      for (let i = 0; i < n; ++i) paint.set(this.plain, 3 * i);
     }
     this.paint.needsUpdate = true;
+    this.contacts.forEach((mesh, k) => this.colourContact(mesh, this.tools[k], this.frame && this.frame.tools[k]));
   }
+
+  // Only what is touched sticks or slips.
+  colourContact(mesh, shown, tool) {
+    const mode = this.colour === 'mode' && shown && tool ? tool.mode : 0;
+    mesh.visible = mode > 0;
+    if (!mesh.visible) return;
+    mesh.material.color.set(paletteOf({1: 'stick', 2: 'slide', 3: 'frictional_slide'}[mode]));
+    const at = mesh.geometry.attributes.position, touched = this.touched(shown, tool);
+    touched.forEach((t, i) => {
+      for (let c = 0; c < 3; ++c) {
+        const node = this.triangles[3 * t + c];
+        at.setXYZ(3 * i + c, this.x[3 * node], this.x[3 * node + 1], this.x[3 * node + 2]);
+      }
+    });
+    mesh.geometry.setDrawRange(0, 3 * touched.length);
+    at.needsUpdate = true;
+  }
+
+  // Triangles under the tool: the one at the contact point, and those whose three corners lie on the tool's surface.
+  touched(shown, tool) {
+    const x = this.x, corner = i => new THREE.Vector3(x[3 * i], x[3 * i + 1], x[3 * i + 2]), point = new THREE.Vector3(...tool.point);
+    const turn = new THREE.Quaternion(...tool.r), centre = new THREE.Vector3(...tool.x);
+    const ends = shown.shape === 'mesh' ? [] : (shown.corners && shown.corners.length ? shown.corners : [[0, 0, 0]]).map(c => new THREE.Vector3(...c).applyQuaternion(turn).add(centre));
+    const axis = ends.length && new THREE.Line3(ends[0], ends[ends.length - 1]), on = new THREE.Vector3();
+    const isOn = p => axis && shown.radius > 0 && axis.closestPointToPoint(p, true, on).distanceTo(p) < 1.04 * shown.radius;
+    const out = [], face = new THREE.Triangle();
+    let nearest = -1, least = Infinity;
+    const candidates = this.patch || this.triangles.length / 3, each = typeof candidates === 'number' ? f => { for (let t = 0; t < candidates; ++t) f(t); } : f => candidates.forEach(f);
+    each(t => {
+      face.set(corner(this.triangles[3 * t]), corner(this.triangles[3 * t + 1]), corner(this.triangles[3 * t + 2]));
+      const away = face.closestPointToPoint(point, on).distanceTo(point);
+      if (away < least) { least = away; nearest = t; }
+      if (isOn(face.a) && isOn(face.b) && isOn(face.c) && out.length < BodyView.MOST_TOUCHED - 1) out.push(t);
+    });
+    if (nearest >= 0 && !out.includes(nearest)) out.push(nearest);
+    return out;
+  }
+
+  toolOpacity() { return this.colour === 'mode' ? 0.3 : 0.82; }
 
   setColour(colour) {
     this.colour = colour;
-    this.scale = 0;
+    for (const tool of this.tools) tool.object.traverse(part => { if (part.material) part.material.opacity = this.toolOpacity(); });
     if (this.frame) this.colourIn();
     this.isOld = true;
   }
@@ -329,8 +444,41 @@ class BodyView {
       this.outline.geometry.attributes.position.needsUpdate = true;
     }
     this.lamp.position.copy(this.camera.position).add(new THREE.Vector3(0, 0, this.size || 0));
-    this.renderer.render(this.scene, this.camera);
+    this.camera.updateMatrixWorld();
+    if (this.renderer) this.renderer.render(this.scene, this.camera);
+    this.drawGuide();
     this.isOld = false;
     return true;
   }
+
+  // Axes and a length, in a corner of the picture.
+  makeGuide() {
+    this.guide = document.createElement('div');
+    this.guide.className = 'guide';
+    this.guide.style.cssText = 'position: absolute; right: 16px; bottom: var(--guide-bottom, 12px); display: flex; flex-direction: column; align-items: center; gap: 12px;' +
+        'font-size: 12px; color: #77797c; pointer-events: none';
+    this.guide.innerHTML = '<svg width="64" height="64" viewBox="-32 -32 64 64" role="img" aria-label="axes">' +
+        ['x', 'y', 'z'].map(() => '<g><line stroke="currentColor" stroke-width="1.5"/><text text-anchor="middle" dominant-baseline="central" font-size="12" fill="currentColor"></text></g>').join('') +
+        '</svg><span class="length" style="display: flex; align-items: end; justify-content: center; height: 6px; padding-bottom: 9px; border: 1px solid; border-top: 0; white-space: nowrap"></span>';
+    if (this.renderer) this.container.appendChild(this.guide);
+  }
+
+  drawGuide() {
+    const m = this.camera.matrixWorldInverse.elements;
+    this.guide.querySelectorAll('g').forEach((group, axis) => {
+      const x = m[4 * axis], y = -m[4 * axis + 1], [line, name] = group.children;
+      line.setAttribute('x2', (20 * x).toFixed(1));
+      line.setAttribute('y2', (20 * y).toFixed(1));
+      name.setAttribute('x', (27 * x).toFixed(1));
+      name.setAttribute('y', (27 * y).toFixed(1));
+      name.textContent = 'xyz'[axis];
+      group.style.opacity = Math.hypot(x, y) < 0.2 ? 0.25 : 1;
+    });
+    const away = this.camera.position.distanceTo(this.controls.target), bar = this.guide.querySelector('.length');
+    const metres = 2 * away * Math.tan(0.5 * this.camera.fov * Math.PI / 180) / Math.max(1, this.container.clientHeight);  // of a pixel
+    const wanted = 90 * metres, power = 10 ** Math.floor(Math.log10(wanted)), length = [5, 2, 1].map(f => f * power).find(v => v <= wanted);
+    bar.style.width = `${(length / metres).toFixed(1)}px`;
+    bar.textContent = length >= 1 ? `${+length.toPrecision(1)} m` : length >= 1e-3 ? `${+(1e3 * length).toPrecision(1)} mm` : `${+(1e6 * length).toPrecision(1)} µm`;
+  }
 }
+BodyView.MOST_TOUCHED = 400;  // triangles

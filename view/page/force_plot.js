@@ -26,7 +26,7 @@ class ForcePlot {
     this.count = 0;  // of all ticks so far; the last `room` are kept
     this.cursor = null;
     this.end = this.seconds;
-    this.top = 0.1;
+    this.scale = new HeldScale(0.05);
   }
 
   setTrace(h, ticks) {
@@ -55,7 +55,7 @@ class ForcePlot {
     const {canvas} = this, ratio = window.devicePixelRatio || 1, w = Math.round(canvas.clientWidth * ratio), h = Math.round(canvas.clientHeight * ratio);
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
     const g = canvas.getContext('2d'), style = getComputedStyle(document.documentElement), colour = name => style.getPropertyValue(name).trim();
-    const left = this.left * ratio, bottom = 26 * ratio, strip = 8 * ratio, width = w - left, height = h - bottom - strip - 4 * ratio;
+    const left = this.left * ratio, bottom = 26 * ratio, strip = 8 * ratio, width = w - left, above = 8 * ratio, height = h - bottom - strip - 4 * ratio;
     g.clearRect(0, 0, w, h);
     const first = this.cursor === null ? this.count - this.room : 0;
     const least = [new Float32Array(width), new Float32Array(width)], most = [new Float32Array(width), new Float32Array(width)];
@@ -73,8 +73,8 @@ class ForcePlot {
       }
       modes[px] = this.values[at + 2];
     }
-    this.top = Math.max(0.05, 1.1 * top, this.cursor === null ? 0.985 * this.top : 0);
-    const y = v => height + 2 * ratio - v / this.top * height;
+    this.top = this.scale.hold(1.05 * top, performance.now() / 1000);
+    const y = v => height + 2 * ratio - v / this.top * (height - above);
     // Axes.
     g.font = `${11 * ratio}px system-ui, sans-serif`;
     g.fillStyle = colour('--faint');
@@ -87,7 +87,6 @@ class ForcePlot {
       g.beginPath(); g.moveTo(left, y(v)); g.lineTo(w, y(v)); g.stroke();
       g.fillText(String(+v.toPrecision(3)), left - 5 * ratio, y(v) + 4 * ratio);
     }
-    g.save(); g.translate(10 * ratio, height / 2); g.rotate(-Math.PI / 2); g.textAlign = 'center'; g.fillText('N', 0, 0); g.restore();
     g.textAlign = 'center';
     const stepX = nice(this.seconds / 5), from = this.cursor === null ? -this.seconds : 0;
     for (let t = Math.ceil(from / stepX) * stepX; t <= from + this.seconds + 1e-9; t += stepX) {
@@ -96,7 +95,7 @@ class ForcePlot {
     }
     g.textAlign = 'right';
     // Sticks or slips, below.
-    const band = {1: colour('--stick'), 2: colour('--slip'), 3: colour('--slip')};
+    const band = {1: colour('--stick'), 2: colour('--slide'), 3: colour('--frictional_slide')};
     for (let px = 0; px < width; ++px)
       if (band[modes[px]]) { g.fillStyle = band[modes[px]]; g.fillRect(left + px, height + 4 * ratio, 1, strip); }
     const curve = (k, stroke, factor, dash, lineWidth) => {
@@ -112,12 +111,12 @@ class ForcePlot {
       }
       g.stroke(); g.setLineDash([]);
     };
-    curve(0, colour('--faint'), this.mu[0], [4 * ratio, 3 * ratio], 1);
-    curve(1, colour('--accent'), 1, [], 1.3);
-    curve(0, colour('--ink'), 1, [], 1.5);
+    curve(0, colour('--limit'), this.mu[0], [4 * ratio, 3 * ratio], 1);
+    curve(1, colour('--tangential'), 1, [], 1.5);
+    curve(0, colour('--normal'), 1, [], 1.5);
     if (this.cursor !== null) {
       const px = left + this.cursor / this.end * width;
-      g.strokeStyle = colour('--bad'); g.lineWidth = 1.5 * ratio;
+      g.strokeStyle = colour('--ink'); g.lineWidth = 1.5 * ratio;
       g.beginPath(); g.moveTo(px, 0); g.lineTo(px, height + strip + 4 * ratio); g.stroke();
     }
   }

@@ -35,7 +35,7 @@ function readMessage(buffer) {
   }
   if (type === 2) {
     const nodes = r.u32(), x = r.floats(3 * nodes), triangles = r.u32();
-    return {type: 'body', x, triangles: r.uints(3 * triangles)};
+    return {type: 'body', x, triangles: r.uints(3 * triangles), fixed: r.uints(r.u32())};
   }
   if (type === 3) {
     const refreshes = r.u32(), triangles = r.uints(r.u32()), nodes = r.u32();

@@ -6,6 +6,8 @@ const view = new BodyView(element('view'));
 const plot = new ForcePlot(element('plot'));
 const state = {hello: null, status: null, time: 0, isPlaying: false, number: 0, shown: 0, lag: [], frames: 0, askedAt: 0};
 window.kilotouch = {view, plot, state};  // for tests
+element('blind').hidden = Boolean(view.renderer);
+element('picture').disabled = !view.renderer;
 
 let socket = null;
 function send(message) { if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); }
@@ -17,6 +19,13 @@ function tell(text, isBad) {
   box.hidden = !text;
   clearTimeout(tell.timer);
   if (text && !isBad) tell.timer = setTimeout(() => { box.hidden = true; }, 8000);
+}
+
+// Beside the page, whatever name, port or path a proxy has given it.
+function addressOf(name, query = {}) {
+  const token = new URLSearchParams(location.search).get('token'), url = new URL(name, location.href);
+  for (const [key, value] of Object.entries(token ? {...query, token} : query)) url.searchParams.set(key, value);
+  return url;
 }
 
 function ask(question) {
@@ -38,13 +47,22 @@ const pointer = new ToolPointer(view, x => { wanted = x; }, () => +element('dept
 function tellDepth() { element('depth_told').textContent = (+element('depth').value).toFixed(1) + ' mm'; }
 element('depth').addEventListener('input', tellDepth);
 
+// What the server says to a setting that asks for a new body: an error text, empty where it would do.
+function check(setting) {
+  send({type: 'check', settings: [setting]});
+  return new Promise(resolve => { state.checked = resolve; });
+}
+
 async function change(key, value, isLive) {
   const setting = `${key}=${value}`;
   if (isLive) return send({type: 'set', settings: [setting]});
-  if (await ask(`${key} cannot change while the body is touched. Build the body anew with ${setting}?`)) {
+  const error = await check(setting);
+  if (error) tell(error, true);
+  else if (await ask(`${key} cannot change while the body is touched. Build the body anew with ${setting}? The other settings stay.`)) {
     tell('building the body …');
-    send({type: 'restart', settings: [setting]});
-  } else if (state.hello) settings.show(state.hello);
+    return send({type: 'restart', settings: [setting]});
+  }
+  if (state.hello) settings.show(state.hello);
 }
 const settings = new SettingsPanel(element('controls'), element('keys'), change);
 
@@ -53,10 +71,10 @@ function list(box, rows) {
     box.textContent = '';
     for (let i = 0; i < rows.length; ++i) box.append(document.createElement('dt'), document.createElement('dd'));
   }
-  rows.forEach(([name, value, isBad], i) => {
+  rows.forEach(([name, value, isBad, isWide], i) => {
     box.children[2 * i].textContent = name;
     box.children[2 * i + 1].textContent = value;
-    box.children[2 * i + 1].className = isBad ? 'bad' : '';
+    box.children[2 * i + 1].className = (isBad ? 'bad' : '') + (isWide ? ' wide' : '');
   });
 }
 
@@ -78,8 +96,8 @@ function showHello(hello) {
   element('scenes').appendChild(new Option('choose …', ''));
   for (const name of hello.scenes) element('scenes').appendChild(new Option(name.replace(/_/g, ' '), name));
   if (hello.mode === 'session') {
-    element('sentence').className = '';
-    element('sentence').textContent = `A recorded session of ${hello.duration.toFixed(2)} s, run again. Space plays; the plot and the arrow keys go to a time.`;
+    showChip('good', `recorded, ${hello.duration.toFixed(2)} s`);
+    element('sentence').textContent = 'A recorded session, run again. Space plays; the plot and the arrow keys go to a time.';
   }
   settings.show(hello);
   pointer.reset();
@@ -95,32 +113,60 @@ function showBody(body) {
   tellDepth();
 }
 
+function showChip(look, word) {
+  element('chip').className = look;
+  element('word').textContent = word;
+}
+
+// Three states: it keeps up, it is late, it stands still. Before it runs and while it is paused there is none to tell.
+function chipOf(s) {
+  if (s.error) return ['stopped', 'stands still'];
+  if (s.paused) return ['wait', 'paused'];
+  if (s.refreshes < 3) return ['wait', 'starting …'];
+  if (s.real_time !== 'no') return ['good', 'real time'];
+  return ['late', s.refresh_hz < 0.95 * s.wanted_hz ? `late: ${s.refresh_hz.toFixed(0)} of ${s.wanted_hz} refreshes a second` : 'slower than real time'];
+}
+
+// Nothing is recorded before the clock runs: the body is brought to rest first.
+function showRecording(s) {
+  const clip = element('clip'), runs = s.recorded_s !== null;
+  clip.hidden = !s.recording;
+  clip.className = runs ? 'runs' : '';
+  clip.textContent = runs ? `recording ${s.recorded_s.toFixed(1)} s` : 'recording starts: the body comes to rest …';
+  element('record').textContent = s.recording ? runs ? 'Stop, save' : 'Cancel' : 'Record';
+  element('record').classList.toggle('on', s.recording);
+}
+
 function showStatus(s) {
   state.status = s;
   const isSlow = s.real_time === 'no';
-  const sentence = element('sentence');
-  sentence.className = s.error || isSlow ? 'bad' : '';
-  sentence.textContent = s.error ? `The body stands still: ${s.error}. Reset begins anew.`
-    : s.paused ? 'Paused.' : s.refreshes < 3 ? 'Starting …' : `Real time: ${s.real_time_told.replace(": ", " – ")}.`;
+  showChip(...chipOf(s));
+  element('sentence').textContent = s.error ? `${s.error}. Reset begins anew.`
+    : s.refreshes < 3 ? 'The first local model is made.' : `Real time: ${s.real_time_told.replace(': ', ' – ')}.`;
   const percent = v => v === null ? 'unknown' : (100 * v).toFixed(1) + ' %';
   list(element('rates'), [
     ['refreshes a second', `${s.refresh_hz.toFixed(1)} of ${s.wanted_hz}`, isSlow], ['a refresh takes', s.refresh_ms.toFixed(1) + ' ms'],
     ['model age at its adoption', s.late_ticks + ' ticks'], ['reducer', s.reducer], ['coordinates', s.dof], ['patch', s.patch_vertices + ' vertices'],
-    ['force error to expect', percent(s.expected_force_error), s.expected_force_error > 0.08], ['certified error of the model', percent(s.certified_error)],
+    ['force error, local model alone', percent(s.expected_force_error), s.expected_force_error > 0.08], ['its worst case, 0–500 Hz', percent(s.certified_error)],
     ['tick, median / 99 %', `${s.tick_p50_us.toFixed(0)} / ${s.tick_p99_us.toFixed(0)} µs`], ['ticks over their period', `${s.misses} of ${s.ticks}`, s.misses > 0],
     ...(s.gate ? [['the device\'s gate', s.gate, s.gate !== 'open']] : []), ['allocations in ticks', s.allocations, s.allocations > 0], ['pages', s.pages], ['pointer to picture', state.lag.length ? state.lag[state.lag.length >> 1].toFixed(0) + ' ms' : '–']]);
   pointer.mayMove = s.has_tool && state.hello.by_pointer;
   element('take').hidden = s.has_tool || !state.hello.by_pointer;
   for (const id of ['pause', 'reset', 'record', 'lift']) element(id).disabled = !s.has_tool;
   element('pause').textContent = s.paused ? 'Go on' : 'Pause';
-  element('record').textContent = s.recording ? 'Stop and save' : 'Record';
-  element('record').classList.toggle('on', s.recording);
+  showRecording(s);
   settings.update(s.settings);
   if (s.settings['tool.radius']) view.setRadius(+s.settings['tool.radius']);
   if (s.settings['contact.mu']) plot.mu = [+s.settings['contact.mu_static'], +s.settings['contact.mu_kinetic']];
 }
 
 function showAnswer(a) {
+  if (a.to === 'check') {
+    const checked = state.checked;
+    state.checked = null;
+    if (checked) checked(a.error);
+    return;
+  }
   if (a.error) return tell(a.error, true);
   if (a.to === 'record') {
     const box = element('message');
@@ -136,8 +182,11 @@ function showFrame(frame) {
 }
 
 function connect() {
-  const token = new URLSearchParams(location.search).get('token');
-  socket = new WebSocket(`ws://${location.host}/live${token ? '?token=' + encodeURIComponent(token) : ''}`);
+  const url = addressOf('live');
+  url.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
+  let isOpen = false;
+  socket = new WebSocket(url);
+  socket.onopen = () => { isOpen = true; };
   socket.binaryType = 'arraybuffer';
   socket.onmessage = event => {
     if (typeof event.data === 'string') {
@@ -151,32 +200,45 @@ function connect() {
     else if (m.type === 'refresh') view.setRefresh(m);
     else if (m.type === 'trace') { plot.setTrace(m.h, m.ticks); state.duration = m.h * m.ticks.n; element('time').max = state.duration; }
   };
-  socket.onclose = () => {
-    element('sentence').className = 'bad';
-    element('sentence').textContent = 'No connection to kilotouch; trying again …';
+  socket.onclose = async event => {
+    const why = event.reason || await whyNot(isOpen);
+    showChip('stopped', 'no connection');
+    element('sentence').textContent = why + ' Trying again …';
+    if (event.reason || why.includes('token')) tell(why, true);
     setTimeout(connect, 1000);
   };
+}
+
+// A browser does not say why a socket was refused: does the server answer at all?
+async function whyNot(wasOpen) {
+  if (!wasOpen && (await fetch(addressOf('frame.js')).catch(() => ({}))).ok)
+    return 'kilotouch refuses this page: open the whole address that it printed, with its token.';
+  return 'No connection to kilotouch.';
 }
 
 function showNow(frame) {
   const tool = frame.tools[0], flags = FLAGS.filter(([bit]) => tool.flags & bit).map(([, what]) => what);
   list(element('now'), [['normal', tool.f_n.toFixed(3) + ' N'], ['tangential', tool.f_t.toFixed(3) + ' N'],
-                        ['contact', {0: 'none', 1: 'sticks', 2: 'slips, no friction', 3: 'slips'}[tool.mode]],
-                        ['state', flags.join('; ') || 'force as computed', flags.length > 0]]);
+                        ['contact', {0: 'none', 1: 'sticks', 2: 'slips, no friction', 3: 'slips'}[tool.mode], false, true],
+                        ['state', flags.join('; ') || 'force as computed', flags.length > 0, true]]);
 }
 
 function showLegend() {
   const box = element('legend'), c = view.colour;
-  if (c === 'plain') { box.textContent = ''; return; }
-  if (c === 'mode') { box.innerHTML = '<span class="key stick">sticks</span><span class="key slip">slips</span>'; return; }
-  if (!box.querySelector('.bar')) {
-    const stops = SCALE.map(v => `rgb(${v.map(x => Math.round(255 * x)).join(',')})`).join(',');
-    box.innerHTML = `<div class="bar" style="background:linear-gradient(to right,${stops})"></div><div class="ends"><span>0</span><span></span></div><div></div>`;
+  if (!view.mesh) return;
+  const arrow = `arrow: force, ${+(1000 * view.metresPerNewton()).toPrecision(1)} mm per N`;
+  if (!view.ramps[c]) {
+    box.innerHTML = c === 'mode' ? '<div><span class="key stick">sticks</span><span class="key slip">slips</span><span class="key slide">slips, no friction</span></div><div></div>' : '<div></div>';
+    box.lastChild.textContent = arrow;
+    return;
+  }
+  if (!box.querySelector('.bar') || box.dataset.ramp !== c) {
+    box.innerHTML = `<div class="bar" style="background:linear-gradient(to right,${paletteOf(c).split(/\s+/).join(',')})"></div><div class="ends"><span>0</span><span></span></div><div></div>`;
+    box.dataset.ramp = c;
   }
   const most = 1000 * view.scale;
-  box.querySelector('.ends').lastChild.textContent = most >= 0.1 ? most.toFixed(1) + ' mm' : (1000 * most).toFixed(most >= 0.01 ? 0 : 1) + ' µm';
-  box.lastChild.textContent = (c === 'error' ? 'local model against body at the last refresh' : 'displacement') +
-    `; force arrow: ${(1000 * view.metresPerNewton()).toFixed(0)} mm per N`;
+  box.querySelector('.ends').lastChild.textContent = most >= 0.1 ? +most.toPrecision(3) + ' mm' : +(1000 * most).toPrecision(3) + ' µm';
+  box.lastChild.textContent = `${c === 'error' ? 'local model against body at the last refresh' : 'displacement'}; ${arrow}`;
 }
 
 function seek(t) {
@@ -231,7 +293,7 @@ const actions = {
   fit: () => view.fit(),
   picture: () => {
     view.isOld = true;
-    view.draw();
+    if (!view.draw()) return;
     const a = document.createElement('a');
     a.href = view.renderer.domElement.toDataURL('image/png');
     a.download = 'kilotouch.png';
@@ -244,9 +306,9 @@ element('colour').addEventListener('change', () => { element('legend').textConte
 element('time').addEventListener('input', () => seek(+element('time').value));
 element('other').addEventListener('submit', event => {
   event.preventDefault();
-  const text = element('setting').value.trim(), at = text.indexOf('=');
+  const text = element('setting').value.trim(), at = text.indexOf('='), key = text.slice(0, at).trim();
   if (at < 1) return tell(`"${text}" must be KEY=VALUE`, true);
-  change(text.slice(0, at), text.slice(at + 1), state.hello.live.includes(text.slice(0, at)));
+  change(key, text.slice(at + 1).trim(), state.hello.live.includes(key));
 });
 element('scenes').addEventListener('change', () => {
   const name = element('scenes').value;
@@ -270,26 +332,24 @@ document.addEventListener('keydown', event => {
 
 // A mesh that is dropped: looked at by the doctor first, opened when that is wanted.
 async function drop(file) {
-  const box = element('findings'), token = new URLSearchParams(location.search).get('token');
+  const box = element('findings');
   box.textContent = `looking at ${file.name} …`;
   if (file.size > 64 * 1024 * 1024) { box.textContent = `${file.name}: ${(file.size / 1048576).toFixed(0)} MiB; at most 64 MiB`; return; }
-  const answer = await fetch(`/mesh?name=${encodeURIComponent(file.name)}${token ? '&token=' + encodeURIComponent(token) : ''}`, {method: 'POST', body: file});
-  const found = await answer.json();
-  if (!answer.ok || found.error) { box.textContent = found.error || answer.statusText; return; }
+  const answer = await fetch(addressOf('mesh', {name: file.name}), {method: 'POST', body: file}).catch(error => ({error}));
+  const found = answer.error ? answer : await answer.json().catch(() => ({error: answer.statusText}));
+  if (!answer.ok || found.error) { box.textContent = String(found.error || answer.statusText); return; }
   box.textContent = '';
-  const p = document.createElement('p'), ul = document.createElement('ul');
-  p.textContent = `${file.name}: ${found.nodes} nodes, ${found.triangles} triangles, ${found.tetrahedra} tetrahedra; likely unit ${found.likely_unit}`;
-  for (const [name, count] of Object.entries(found.defects)) {
-    if (!count) continue;
-    const li = document.createElement('li');
-    li.textContent = `${name.replace(/_/g, ' ')}: ${count}`;
-    ul.appendChild(li);
-  }
-  const open = document.createElement('button');
-  open.textContent = 'Touch this body';
-  open.className = 'strong';
-  open.addEventListener('click', () => { tell('building the body …'); send({type: 'open', name: 'dropped mesh'}); });
-  box.append(p, ul, open);
+  const add = (tag, text) => box.appendChild(Object.assign(document.createElement(tag), {textContent: text}));
+  add('p', `${file.name}: ${found.nodes} nodes, ${found.triangles} triangles, ${found.tetrahedra} tetrahedra; likely unit ${found.likely_unit}`);
+  const ul = add('ul', '');
+  for (const [name, count] of Object.entries(found.defects))
+    if (count) ul.appendChild(Object.assign(document.createElement('li'), {textContent: `${name.replace(/_/g, ' ')}: ${count}`}));
+  const opens = (text, repair) => {
+    const button = add('button', text);
+    button.addEventListener('click', () => { tell(repair ? 'repairing the surface, then building the body …' : 'building the body …'); send({type: 'open', name: 'dropped mesh', repair}); });
+    return button;
+  };
+  opens(found.needs_repair ? 'Repair and touch' : 'Touch this body', Boolean(found.needs_repair)).className = 'strong';
 }
 element('file').addEventListener('change', () => { if (element('file').files[0]) drop(element('file').files[0]); });
 for (const name of ['dragover', 'drop']) document.addEventListener(name, event => {

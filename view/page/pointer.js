@@ -10,7 +10,7 @@ class ToolPointer {
     this.target = null;   // THREE.Vector3
     this.mayMove = true;
     this.ray = new THREE.Raycaster();
-    const e = view.renderer.domElement;
+    const e = view.surface;
     e.addEventListener('pointerdown', event => this.down(event));
     e.addEventListener('pointermove', event => this.move(event));
     for (const name of ['pointerup', 'pointercancel']) e.addEventListener(name, event => this.up(event));
@@ -19,7 +19,7 @@ class ToolPointer {
   }
 
   setRay(event) {
-    const box = this.view.renderer.domElement.getBoundingClientRect();
+    const box = this.view.surface.getBoundingClientRect();
     const at = new THREE.Vector2(2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height);
     this.ray.setFromCamera(at, this.view.camera);
     return {x: event.clientX - box.left, y: event.clientY - box.top, box};

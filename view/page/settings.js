@@ -2,11 +2,10 @@
 'use strict';
 
 const SHOWN = {
-  'contact.mu': 'Friction coefficient μ', 'object.model.young': "Young's modulus [Pa]", 'object.model.damping.mass': 'Damping, mass [1/s]',
-  'object.model.damping.stiffness': 'Damping, stiffness [s]', 'local.reducer': 'Reducer', 'local.tolerance': 'Tolerance of the local model',
-  'global.rate_hz': 'Refreshes a second', 'tool.radius': 'Tool radius [m]', 'contact.surface': 'Contact surface',
-  'object.model.type': 'Model (restarts)', 'object.model.material': 'Material (restarts)',
-  'object.tetrahedralize.max_volume': 'Largest tetrahedron [m³] (restarts)'};
+  'contact.mu': 'Friction μ', 'object.model.young': 'Young [Pa]', 'object.model.damping.mass': 'Damping α [1/s]',
+  'object.model.damping.stiffness': 'Damping β [s]', 'local.reducer': 'Reducer', 'local.tolerance': 'Tolerance',
+  'global.rate_hz': 'Refreshes [1/s]', 'tool.radius': 'Tool radius [m]', 'contact.surface': 'Contact surface',
+  'object.model.type': 'Model', 'object.model.material': 'Material', 'object.tetrahedralize.max_volume': 'Largest tet [m³]'};
 
 class SettingsPanel {
   // change(key, value, isLive): the user has chosen
@@ -48,7 +47,8 @@ class SettingsPanel {
     row.className = 'control';
     title.className = 'name';
     title.textContent = name;
-    title.title = `${key}: ${rules.description || ''}`;
+    title.title = `${key}: ${rules.description || ''}${isLive ? '' : ' (builds the body anew)'}`;
+    if (!isLive) title.textContent += ' ⟳';
     row.appendChild(title);
     if (words) {
       const select = document.createElement('select');
