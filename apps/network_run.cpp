@@ -58,14 +58,15 @@ void print_link(const HandLinkReport& r) {
 }
 
 void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report) {
-  settings.complete = [report](Json& summary) {
-    summary["link"] = link_json(*report);
+  settings.complete = [report](Json& summary) { summary["link"] = link_json(*report); };
+  settings.found = [report] {
+    std::vector<Finding> out;
     if (report->reconnections > 0)
-      summary["warnings"].push_back(text("the body's computer was gone ", report->reconnections, " times, for up to ",
-                                         report->longest_gap_s,
-                                         " s: the body began at rest again, and the run cannot be "
-                                         "repeated by kilotouch replay"));
-    if (!report->gave_up.empty()) summary["warnings"].push_back(report->gave_up);
+      out.push_back(
+          {text("the body's computer was gone ", report->reconnections, " times, for up to ", report->longest_gap_s,
+                " s: the body began at rest again, and the run cannot be repeated by kilotouch replay")});
+    if (!report->gave_up.empty()) out.push_back({report->gave_up, {}, Finding::Weight::failure});
+    return out;
   };
 }
 
