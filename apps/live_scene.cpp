@@ -24,4 +24,20 @@ Scene with_live_device(Scene scene, const std::string& name) {
   return scene;
 }
 
+std::vector<LiveTool> live_tools(Scene& scene) {
+  std::vector<LiveTool> out;
+  if (scene.tool.path.device) out.push_back({"tool", &*scene.tool.path.device});
+  if (scene.second_tool && scene.second_tool->path.device)
+    out.push_back({"second_tool", &*scene.second_tool->path.device});
+  return out;
+}
+
+void forget_device_settings(Scene& scene) {
+  for (const LiveTool& tool : live_tools(scene)) {
+    DeviceSettings plain;
+    plain.name = tool.device->name;
+    *tool.device = plain;
+  }
+}
+
 }  // namespace kt

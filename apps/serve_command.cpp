@@ -1,4 +1,5 @@
 // kilotouch serve SCENE: the body on this computer, for a hand on another one.
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
@@ -15,7 +16,11 @@
 #include "core/base/error.hpp"
 
 #if KT_WITH_NETWORK
+#include "apps/live_scene.hpp"
 #include "haptics/session/session.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/mesh/mesh_pair.hpp"
+#include "io/scene/named_here.hpp"
 #include "network/body_server.hpp"
 #endif
 #if KT_WITH_BEAST
@@ -36,26 +41,39 @@ struct ServeArguments {
 
 namespace fs = std::filesystem;
 
-/// What the scene names, under names of their own: the scene's text is changed to them.
+Welcome::File whole_file(const std::string& path, const std::string& name) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(text(path, ": cannot be read"));
+  return {name, {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()}};
+}
+
+/// What the scene names, under names of their own: the scene's text is changed to them. Of a device the hand's computer
+/// learns that there is one.
 std::vector<Welcome::File> take_files(Scene& scene) {
   std::vector<Welcome::File> out;
-  const auto take = [&](std::string& path, const std::string& what) {
-    if (path.empty()) return;
-    std::ifstream in(path, std::ios::binary);
-    if (!in) throw InputError(text(path, ": cannot be read"));
-    Bytes bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    path = what + fs::path(path).extension().string();
-    out.push_back({path, std::move(bytes)});
-  };
-  take(scene.object.mesh, "body");
-  take(scene.tool.mesh, "tool");
-  if (scene.tool.path.recording) take(*scene.tool.path.recording, "path");
-  if (scene.second_tool) take(scene.second_tool->mesh, "second_tool");
-  if (scene.second_tool && scene.second_tool->path.recording) take(*scene.second_tool->path.recording, "second_path");
+  for (const NamedPlace& named : scene_files(scene)) {
+    std::string& path = *named.place;
+    const std::string other = other_of_pair(path);  // read by its reader, under the same name
+    std::string name = named.key;                   // "tool_path_recording"
+    std::ranges::replace(name, '.', '_');
+    if (!other.empty()) out.push_back(whole_file(other, name + mesh_extension(other)));
+    out.push_back(whole_file(path, name + fs::path(path).extension().string()));
+    path = out.back().name;
+  }
+  forget_device_settings(scene);
   return out;
 }
 
-void tell(const ServedSession& s) {
+void tell(const ServedSession& s, int port) {
+  if (!s.begun) {
+    std::cout << "  session       did not begin" << std::endl;
+    return;
+  }
+  if (s.port.opened.opened == 0) {
+    std::cout << "  session       felt nothing: no datagram of the hand came over UDP port " << port
+              << "; let it through (firewall, router), as TCP" << std::endl;
+    return;
+  }
   const auto mbit = [&](long long bytes) { return s.ticks > 0 ? 8e-6 * static_cast<double>(bytes) : 0; };
   std::cout << "  session       " << s.ticks << " ticks; " << s.body.models << " local models, "
             << mbit(s.port.bytes_sent) << " Mbit sent, " << mbit(s.port.bytes_received) << " received\n"
@@ -148,19 +166,24 @@ void serve(const ServeArguments& a) {
   Scene scene = load_scene(a.scene, a.set);
   scene.link.type = "network";
   const Session built(scene);
-  for (const std::string& line : lines(built.findings())) std::cerr << "kilotouch: warning: " << line << '\n';
+  for (const std::string& warning : built.warnings()) std::cerr << "kilotouch: warning: " << warning << '\n';
   Scene sent = scene;
   std::vector<Welcome::File> files = take_files(sent);
   BodyServer server(built, to_json(sent), std::move(files), options,
                     [](const std::string& line) { std::cout << line << std::endl; });
+  const auto tell_of = [&](const ServedSession& s) { tell(s, server.port()); };
   std::cout << "serving " << a.scene << " on " << address << ":" << server.port()
             << (options.own ? ", public key " + options.own->public_key : "") << "; Ctrl-C ends it" << std::endl;
-  if (!a.shows_page) return server.run(tell);
+  if (options.own && !options.authorized)
+    std::cerr << "kilotouch: warning: --keys without --authorized: every key is let in; who has this computer's public "
+                 "key may touch the body. --authorized FILE names those who may"
+              << std::endl;
+  if (!a.shows_page) return server.run(tell_of);
   std::exception_ptr error;
   std::atomic<bool> is_over{false};
   std::thread serving([&] {
     try {
-      server.run(tell);
+      server.run(tell_of);
     } catch (...) {
       error = std::current_exception();
     }

@@ -1,5 +1,5 @@
 // kilotouch touch HOST:PORT: the hand on this computer, the body on another one.
-#include <filesystem>
+#include <algorithm>
 #include <iostream>
 
 #include "apps/commands.hpp"
@@ -9,13 +9,16 @@
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
 #include "core/base/error.hpp"
+#include "core/base/visible_text.hpp"
 
 #if KT_WITH_NETWORK
 #include "apps/allocation_counter.hpp"
 #include "apps/live_scene.hpp"
 #include "apps/recordings.hpp"
+#include "haptics/device/haptic_device.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/shell_words.hpp"
+#include "io/scene/named_here.hpp"
 #include "network/hand_link.hpp"
 #endif
 #if KT_WITH_BEAST
@@ -36,19 +39,54 @@ struct TouchArguments {
 
 #if KT_WITH_NETWORK
 
-namespace fs = std::filesystem;
+bool is_live_device(const std::string& name) {
+  const auto is_it = [&](const BackendInfo& one) { return one.name == name; };
+  return std::ranges::any_of(live_device_backends(), is_it);
+}
 
-/// The scene as the other computer has it, with its files in `folder`.
-Scene received_scene(const Welcome& welcome, const std::string& folder, const std::vector<std::string>& set) {
-  make_folder(folder);
-  for (const Welcome::File& file : welcome.files)
-    write_file_whole(folder + "/" + file.name, {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()});
-  write_file_whole(folder + "/scene.json", welcome.scene + "\n");
-  for (const std::string& one : set)
+/// What the person at this computer sets: the device first, so that a --set of its address or limits is of this one.
+std::vector<std::string> own_settings(const TouchArguments& a) {
+  std::vector<std::string> out;
+  if (is_live_device(a.device)) out.push_back("tool.path.device.name=" + a.device);
+  for (const std::string& one : a.set) {
     if (!one.starts_with("tool.path.") && !one.starts_with("second_tool.path.") && !one.starts_with("duration="))
       throw InputError(text("--set ", one,
                             ": the body's computer has the scene; here only tool.path, second_tool.path and "
                             "duration can be set"));
+    out.push_back(one);
+  }
+  return out;
+}
+
+/// A device of the body's scene is not opened here unless somebody here has named one.
+void require_own_devices(Scene& scene, const TouchArguments& a, const std::vector<std::string>& set) {
+  for (const LiveTool& tool : live_tools(scene)) {
+    const std::string path = tool.name + ".path.";
+    const bool is_by_pointer = a.device == "pointer" && tool.name == "tool";
+    const auto names_another = [&](const std::string& one) {
+      return one.starts_with(path) && (!one.starts_with(path + "device.") || one.starts_with(path + "device.name="));
+    };
+    if (is_by_pointer || std::ranges::any_of(set, names_another)) continue;
+    throw InputError(text(path, "device: the body's scene has the device ", tool.device->name,
+                          " there; a device of this computer is named here: ",
+                          tool.name == "tool" ? "--device NAME, or " : "", "--set ", path, "device.name=NAME"));
+  }
+}
+
+/// The scene as the other computer has it, with its files in the folder OUT/received: of devices, files and folders of
+/// this computer it has no say.
+Scene received_scene(const Welcome& welcome, const TouchArguments& a) {
+  const std::vector<std::string> set = own_settings(a);
+  Scene sent = parse_scene(welcome.scene, {}, "the body's scene");
+  require_beside(sent, {}, "the body's scene");
+  require_own_devices(sent, a, set);
+  forget_device_settings(sent);
+  sent.title = one_line(sent.title);
+  const std::string folder = a.settings.out + "/received";
+  make_folder(folder);
+  for (const Welcome::File& file : welcome.files)
+    write_file_whole(folder + "/" + file.name, {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()});
+  write_file_whole(folder + "/scene.json", to_json(sent));
   Scene scene = load_scene(folder + "/scene.json", set, SceneDoor::others);
   scene.link.type = "network";
   return scene;
@@ -112,7 +150,7 @@ void touch(TouchArguments& a, int& exit_code) {
   const auto say = [](const std::string& line) { std::cerr << "kilotouch: " << line << std::endl; };
   const auto connection = std::make_shared<HandConnection>(options);
   const Welcome welcome = connection->greet(say);
-  const Scene scene = with_live_device(received_scene(welcome, a.settings.out + "/received", a.set), a.device);
+  const Scene scene = received_scene(welcome, a);
   if (by_pointer || a.shows_page) return show_page(a, connection, welcome, scene);
   const auto report = std::make_shared<HandLinkReport>();
   a.settings.session.link = make_hand_link(connection, welcome, report, say, request_stop);

@@ -4,6 +4,8 @@
 
 #include "io/files/text_reader.hpp"
 #include "io/mesh/mesh_formats.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "io/mesh/mesh_pair.hpp"
 
 namespace kt {
 namespace {
@@ -46,6 +48,12 @@ std::string of_pair(const std::string& path, std::string extension) {
 }
 
 }  // namespace
+
+std::string other_of_pair(const std::string& path) {
+  const std::string extension = mesh_extension(path);
+  if (extension == ".node") return of_pair(path, ".ele");
+  return extension == ".ele" ? of_pair(path, ".node") : std::string();
+}
 
 Mesh read_node_ele(const std::string& path, const LoadOptions& options, Notes& notes) {
   const std::string nodes = of_pair(path, ".node"), elements = of_pair(path, ".ele");
