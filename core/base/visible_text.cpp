@@ -85,6 +85,14 @@ int escaped_byte(std::string_view text, std::size_t at) {
 }  // namespace
 
 std::string visible(std::string_view text) { return made_visible(text, ""); }
+
+std::string one_line(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return visible(text);
+  std::size_t end = most;  // not within a character
+  while (end > 0 && end + 4 > most && (byte_at(text, end) & 0xC0) == 0x80) --end;
+  return visible(text.substr(0, end)) + "... (" + std::to_string(text.size() - end) + " bytes more)";
+}
+
 std::string visible_lines(std::string_view text) { return made_visible(text, "\n\t"); }
 
 std::string escape_bytes(std::string_view name) {

@@ -10,7 +10,12 @@ namespace kt {
 /// widths) as \u2028, bytes that are not UTF-8 as \xff. All else, backslashes too, stays.
 std::string visible(std::string_view text);
 
-/// The same for a text of several lines: line ends and tabs stay.
+constexpr std::size_t kLongestLine = 400;  ///< [bytes]
+
+/// What somebody else has said, for a log: visible, and cut where it is too long. Never two lines, never a flood.
+std::string one_line(std::string_view text, std::size_t most = kLongestLine);
+
+/// As visible(), for a text of several lines: line ends and tabs stay.
 std::string visible_lines(std::string_view text);
 
 /// A file's name, which may be any bytes, as UTF-8 from which unescape_bytes() has the bytes back: those that are not

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "core/base/visible_text.hpp"
 #include "network/message/messages.hpp"
 
 namespace kt::wire {
@@ -42,6 +43,11 @@ inline VectorX copied_x(const flatbuffers::Vector<double>* v) {
 }
 
 inline std::string text_of(const flatbuffers::String* s) { return s ? s->str() : std::string(); }
+
+/// What the other side says for people to read.
+inline std::string line_of(const flatbuffers::String* s, std::size_t most = kLongestLine) {
+  return s ? one_line(s->string_view(), most) : std::string();
+}
 
 inline Bytes taken(flatbuffers::FlatBufferBuilder& builder) {
   const auto* from = builder.GetBufferPointer();
