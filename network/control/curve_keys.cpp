@@ -36,6 +36,13 @@ void write_new(const std::string& file, const std::string& content, mode_t mode)
   }
 }
 
+/// Who may write there may exchange a key, or add one.
+void require_own(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !(status.st_mode & (S_IWGRP | S_IWOTH))) return;
+  throw InputError(text(path, ": others may write there, and exchange a key; make it yours alone: chmod go-w ", path));
+}
+
 std::ifstream open_file(const std::string& file) {
   std::ifstream in(file);
   if (!in || !std::filesystem::is_regular_file(file)) throw InputError(text(file, ": cannot be read"));
@@ -65,8 +72,10 @@ CurveKey new_curve_key() {
 
 void make_key(const std::string& dir) {
   std::error_code error;
-  std::filesystem::create_directories(dir, error);
+  if (std::filesystem::create_directories(dir, error))
+    std::filesystem::permissions(dir, std::filesystem::perms::owner_all, error);
   if (error) throw InputError(text(dir, ": cannot be made: ", error.message()));
+  require_own(dir);
   const CurveKey key = new_curve_key();
   if (std::filesystem::exists(public_file(dir)))
     throw InputError(text(public_file(dir), " is there already; a key is never replaced: take another folder"));
@@ -80,6 +89,8 @@ CurveKey read_key(const std::string& dir) {
     throw InputError(text(secret_file(dir), ": ", std::strerror(errno), "; make a key with: kilotouch key new ", dir));
   if (status.st_mode & (S_IRWXG | S_IRWXO))
     throw InputError(text(secret_file(dir), ": others may read or write it; make it yours alone: chmod 600"));
+  require_own(dir);
+  require_own(public_file(dir));
   const CurveKey key{read_word(public_file(dir)), read_word(secret_file(dir))};
   for (const auto& [file, one] :
        {std::pair{public_file(dir), key.public_key}, std::pair{secret_file(dir), key.secret_key}})
@@ -100,6 +111,7 @@ std::string read_public_key(const std::string& key_or_file, const std::string& w
   if (!std::filesystem::is_regular_file(key_or_file))
     throw InputError(
         text(what, ": ", key_or_file, " is neither a public key (40 characters of Z85) nor a file with one"));
+  require_own(key_or_file);
   const std::string key = read_word(key_or_file);
   if (!is_curve_key(key)) throw InputError(text(what, ": ", key_or_file, ": no key; must be 40 characters of Z85"));
   return key;
@@ -107,6 +119,7 @@ std::string read_public_key(const std::string& key_or_file, const std::string& w
 
 std::vector<std::string> read_authorized(const std::string& file) {
   std::ifstream in = open_file(file);
+  require_own(file);
   std::vector<std::string> keys;
   int number = 0;
   for (std::string line; std::getline(in, line);) {

@@ -48,6 +48,31 @@ TEST_F(CurveKeys, AreWrittenOnceAndRead) {
   EXPECT_EQ(content(dir_ + "/secret.key"), key.secret_key + "\n");
 }
 
+TEST_F(CurveKeys, WhereOthersMayWriteTheyAreNoKeys) {
+  make_key(dir_);
+  struct stat folder {};
+  ASSERT_EQ(::stat(dir_.c_str(), &folder), 0);
+  EXPECT_EQ(folder.st_mode & 0777, 0700u);
+  const std::string list = written(content(dir_ + "/public.key"));
+  for (const std::string& place : {dir_, dir_ + "/public.key", list}) {
+    ASSERT_EQ(::stat(place.c_str(), &folder), 0);
+    for (const unsigned mode : {0002u, 0020u}) {
+      ::chmod(place.c_str(), (folder.st_mode & 0777) | mode);
+      const std::string said = message([&] { place == list ? (void)read_authorized(list) : (void)read_key(dir_); });
+      EXPECT_TRUE(said.starts_with(place + ": others may write there")) << said;
+    }
+    ::chmod(place.c_str(), folder.st_mode & 0777);
+  }
+  ::chmod(list.c_str(), 0666);
+  EXPECT_NE(message([&] { read_public_key(list, "--server-key"); }).find("others may write"), std::string::npos);
+  ::chmod(list.c_str(), 0644);
+  EXPECT_EQ(read_authorized(list).size(), 1u);
+  EXPECT_EQ(read_public_key(list, "--server-key"), read_key(dir_).public_key);
+  ::chmod(dir_.c_str(), 0777);
+  EXPECT_NE(message([&] { make_key(dir_); }).find("others may write"), std::string::npos);
+  ::chmod(dir_.c_str(), 0700);
+}
+
 TEST_F(CurveKeys, WrongOnesAreSaid) {
   EXPECT_NE(message([&] { read_key(dir_); }).find("make a key with: kilotouch key new"), std::string::npos);
   make_key(dir_);
