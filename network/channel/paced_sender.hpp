@@ -17,6 +17,10 @@ struct Pace {
   std::chrono::microseconds interval{300};
 };
 
+/// That spreads so many datagrams over a time, but does not dawdle with a few.
+/// @param limit  datagrams a second, no more
+Pace pace_for(std::size_t datagrams, double seconds, double limit);
+
 struct PacedCounts {
   long urgent = 0, paced = 0;  ///< payloads sent
   long replaced = 0;           ///< not sent: a newer message of their kind came
@@ -34,6 +38,9 @@ class PacedSender {
 
   explicit PacedSender(const Pace& pace = {}) : pace_(pace) {}
 
+  /// From now on.
+  void set_pace(const Pace& pace) { pace_ = pace; }
+
   /// @param payloads  of one message; what waits of an older message of the same kind, not urgent, is dropped
   /// @param urgent    goes before all that are not, and without a pace: for small messages
   void put(std::vector<std::vector<std::uint8_t>> payloads, bool urgent, std::uint8_t kind = 0);
@@ -43,6 +50,7 @@ class PacedSender {
   std::optional<std::chrono::microseconds> pump(Time now, const Send& send);
 
   PacedCounts counts() const { return counts_; }
+  bool is_sending(std::uint8_t kind) const { return paced_.contains(kind); }  ///< one that is not urgent
   std::size_t num_waiting() const;
 
  private:

@@ -40,6 +40,12 @@ class Sealer {
   std::uint64_t counter_ = 0;
 };
 
+/// What a receiver tells its sender of the datagrams that came.
+struct Feedback {
+  std::uint64_t newest = 0;  ///< counter after that of the newest
+  std::uint64_t came = 0;    ///< all of them, so far
+};
+
 struct OpenCounts {
   long opened = 0;
   long too_short = 0;  ///< no counter and tag
@@ -67,6 +73,8 @@ class Opener {
   bool open(std::span<const std::uint8_t> datagram, std::vector<std::uint8_t>& payload);
 
   OpenCounts counts() const { return counts_; }
+
+  Feedback feedback() const { return {next_, static_cast<std::uint64_t>(counts_.opened)}; }
 
   /// Share of the datagrams sent that did not come, of the kLossWindow before the newest kLossLate; not known while
   /// there are fewer than kLossFirst. One that comes late counts as come as soon as it does.
