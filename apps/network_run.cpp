@@ -41,7 +41,9 @@ Json link_json(const HandLinkReport& r) {
           {"loss", {{"to_hand", share_or_null(r.loss_down)}, {"to_body", share_or_null(r.loss_up)}}},
           {"datagrams_refused", r.port.opened.refused()},
           {"reconnections", r.reconnections},
-          {"longest_gap_s", r.longest_gap_s}};
+          {"longest_gap_s", r.longest_gap_s},
+          {"longest_silence_s", r.longest_silence_s},
+          {"ended_without_body", !r.without_body.empty()}};
 }
 
 }  // namespace
@@ -58,15 +60,20 @@ void print_link(const HandLinkReport& r) {
 }
 
 void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report) {
-  settings.complete = [report](Json& summary) { summary["link"] = link_json(*report); };
-  settings.found = [report] {
-    std::vector<Finding> out;
+  settings.complete = [report](Json& summary) {
+    summary["link"] = link_json(*report);
     if (report->reconnections > 0)
-      out.push_back(
-          {text("the body's computer was gone ", report->reconnections, " times, for up to ", report->longest_gap_s,
-                " s: the body began at rest again, and the run cannot be repeated by kilotouch replay")});
-    if (!report->gave_up.empty()) out.push_back({report->gave_up, {}, Finding::Weight::failure});
-    return out;
+      summary["warnings"].push_back(text("the body's computer was gone ", report->reconnections, " times, for up to ",
+                                         report->longest_gap_s,
+                                         " s: the body began at rest again, and the run cannot be "
+                                         "repeated by kilotouch replay"));
+    if (report->longest_silence_s > 0)
+      summary["warnings"].push_back(text("no datagram came over UDP from ", report->data_place, " for up to ",
+                                         report->longest_silence_s,
+                                         " s, while the control channel went on: the local "
+                                         "model stayed as it was, and the force was off from link.stale_ms on"));
+    if (!report->without_body.empty())
+      summary["warnings"].push_back("the run ended without its body: " + report->without_body);
   };
 }
 

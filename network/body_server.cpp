@@ -7,6 +7,7 @@
 #include "core/body/state.hpp"
 #include "haptics/remote/model_unpacker.hpp"
 #include "network/control/control_server.hpp"
+#include "network/refusal_log.hpp"
 #include "network/served_hand.hpp"
 
 namespace kt {
@@ -14,6 +15,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
+
+constexpr std::size_t kMostRequest = std::size_t{1} << 16;   // bytes of what a hand says at once
+constexpr std::size_t kMostWelcome = std::size_t{60} << 20;  // of what a hand takes (ControlClientOptions::most_bytes)
+constexpr std::size_t kMostUnread = 4;                       // hands that have not read what they were sent
 
 }  // namespace
 
@@ -36,8 +41,13 @@ struct BodyServer::Parts {
         json(std::move(scene_json)),
         files(std::move(sent)),
         options(o),
-        say(std::move(tell)),
-        control({.address = o.address, .port = o.port, .own = o.own, .authorized = o.authorized}),
+        say([tell = std::move(tell)](const std::string& line) { tell(one_line(line)); }),
+        refusals(say),
+        control({.address = o.address,
+                 .port = o.port,
+                 .own = o.own,
+                 .authorized = o.authorized,
+                 .most_bytes = kMostRequest}),
         hash(body_hash(touched.body())) {}
 
   const BuiltScene& scene;
@@ -45,17 +55,22 @@ struct BodyServer::Parts {
   std::vector<Welcome::File> files;
   BodyServerOptions options;
   Say say;
+  RefusalLog refusals;
   ControlServer control;
   std::uint64_t hash;
   mutable std::mutex looking;        // of `hand` itself, for look()
   std::unique_ptr<ServedHand> hand;  // who touches the body
+  // Hands that were sent the scene with its files, by their session, and did not begin with it: as far as is known
+  // these bytes wait here still.
+  std::map<std::string, std::uint64_t> unread;
+  std::string put_off;  // who was told last that somebody else has the body
 
+  bool is_there(const std::string& peer) { return control.send(peer, encode(Ping{})); }
+  bool has_room_for(const std::string& peer);
+  bool is_taken_from(const ControlServer::Request& request, const Hello& hello);
   void answer(const ControlServer::Request& request);
   void welcome(const ControlServer::Request& request, const Hello& hello);
-  void send_welcome() {
-    control.send(hand->peer(), encode(Welcome{hand->id(), hand->key(), control.port(), json, files, hash}));
-  }
-  void begin(const Begin& message);
+  void begin(const ControlServer::Request& request, const Begin& message);
   void forward_records() {
     for (RefreshRecord& record : hand->take_records()) control.send(hand->peer(), encode(RecordMessage{record}));
   }
@@ -71,6 +86,11 @@ BodyServer::BodyServer(const BuiltScene& scene, std::string scene_json, std::vec
         text("--listen ", options.address,
              ": is not this computer's own address (127.0.0.1): others could touch the body; make keys with "
              "kilotouch key new DIR and give --keys DIR"));
+  std::size_t bytes = scene_json.size();
+  for (const Welcome::File& file : files) bytes += file.bytes.size();
+  if (bytes > kMostWelcome)
+    throw InputError(text("the scene and its files have ", bytes >> 20, " MiB; at most ", kMostWelcome >> 20,
+                          " are sent to a hand: take a coarser mesh"));
   parts_ = std::make_unique<Parts>(scene, std::move(scene_json), std::move(files), options, std::move(say));
 }
 
@@ -78,30 +98,59 @@ BodyServer::~BodyServer() = default;
 
 int BodyServer::port() const { return parts_->control.port(); }
 
+/// Whoever does not read what it is sent is sent no more of it, and there are few of these.
+bool BodyServer::Parts::has_room_for(const std::string& peer) {
+  if (unread.size() >= kMostUnread) std::erase_if(unread, [&](const auto& one) { return !is_there(one.first); });
+  return unread.size() < kMostUnread && !unread.contains(peer);
+}
+
+/// A hand keeps the body from its greeting on, until it is gone. It may come back over another connection.
+bool BodyServer::Parts::is_taken_from(const ControlServer::Request& request, const Hello& hello) {
+  if (!hand || hand->peer() == request.peer || hand->id() == hello.session || hand->is_silent()) return false;
+  return hand->has_begun() || is_there(hand->peer());
+}
+
 void BodyServer::Parts::welcome(const ControlServer::Request& request, const Hello& hello) {
   const auto refuse = [&](const std::string& why) {
     control.send(request.peer, encode(Bye{why}));
-    say(text(request.address, " refused: ", why));
+    refusals.add(request.address, why, Clock::now());
   };
   if (hello.protocol != kNetworkProtocol || hello.schema != wire_schema_hash())
     return refuse(text("another version: this is ", options.version, " with protocol ", kNetworkProtocol,
                        ", the hand's is ", hello.version, " with protocol ", hello.protocol,
                        hello.protocol == kNetworkProtocol ? " and other messages" : "",
                        "; take the same on both sides"));
-  if (hand && hand->has_begun() && !hand->is_silent() && hand->peer() != request.peer) return refuse(kTaken);
-  if (hand && hand->peer() == request.peer && !hand->has_begun()) return send_welcome();  // it did not hear
-  if (hand) end(hand->peer() == request.peer ? "it began again" : "nothing was heard of it", told);
+  if (is_taken_from(request, hello)) {
+    control.send(request.peer, encode(Bye{kTaken}));
+    if (std::exchange(put_off, request.peer) != request.peer)  // it asks again and again
+      refusals.add(request.address, kTaken, Clock::now());
+    return;
+  }
+  if (hand && hand->peer() == request.peer && !hand->has_begun()) return hand->count_wrong();  // it is on its way
+  if (!has_room_for(request.peer)) {
+    control.send(request.peer, encode(Bye{kTaken}));
+    return refusals.add(request.address, "it, or others, did not read what they were sent", Clock::now());
+  }
+  const bool is_same = hand && (hand->peer() == request.peer || hand->id() == hello.session);
+  if (hand) end(is_same ? "it began again" : "nothing was heard of it", told);
   auto next = std::make_unique<ServedHand>(scene, options.address, control.port(), request.peer, request.address);
   {
     const std::scoped_lock lock(looking);
     hand = std::move(next);
   }
-  send_welcome();
+  unread[hand->peer()] = hand->id();
+  control.send(hand->peer(), encode(Welcome{hand->id(), hand->key(), control.port(), json, files, hash}));
   say(text(request.address, " connected", request.key.empty() ? "" : " with key " + request.key));
 }
 
-void BodyServer::Parts::begin(const Begin& message) {
-  if (message.session != hand->id() || hand->has_begun()) return hand->count_wrong();
+void BodyServer::Parts::begin(const ControlServer::Request& request, const Begin& message) {
+  const auto sent = unread.find(request.peer);
+  if (sent != unread.end() && sent->second == message.session) unread.erase(sent);
+  if (!hand || hand->peer() != request.peer || hand->id() != message.session) {
+    control.send(request.peer, encode(Bye{kOver}));
+    return;
+  }
+  if (hand->has_begun()) return hand->count_wrong();
   try {
     control.send(hand->peer(), encode(hand->begin(message)));
   } catch (const std::exception& e) {
@@ -113,14 +162,15 @@ void BodyServer::Parts::begin(const Begin& message) {
 void BodyServer::Parts::answer(const ControlServer::Request& request) {
   const auto message = decode_control(request.bytes);
   if (const auto* hello = message ? std::get_if<Hello>(&*message) : nullptr) return welcome(request, *hello);
-  if (!hand || hand->peer() != request.peer) return;  // of a session that is over
-  hand->alive();
+  const bool is_own = hand && hand->peer() == request.peer;
+  if (is_own) hand->alive();
+  if (const auto* m = message ? std::get_if<Begin>(&*message) : nullptr) return begin(request, *m);
+  if (!is_own) return;  // of a session that is over
   if (!message) return hand->count_wrong();
-  if (const auto* m = std::get_if<Begin>(&*message)) return begin(*m);
   if (const auto* m = std::get_if<SetRequest>(&*message)) {
     control.send(request.peer, encode(hand->set(*m)));
   } else if (std::holds_alternative<End>(*message)) {
-    end("it ended", told);
+    end(kEnded, told);
   } else if (!std::holds_alternative<Ping>(*message)) {
     hand->count_wrong();
   }
@@ -130,7 +180,7 @@ void BodyServer::Parts::end(const std::string& reason, const std::function<void(
   const std::scoped_lock lock(looking);
   hand->end();
   forward_records();
-  control.send(hand->peer(), encode(Bye{reason}));
+  control.send(hand->peer(), encode(Bye{one_line(reason)}));
   hand->ended().reason = reason;
   say(text(hand->result().peer, " left: ", reason));
   if (ended) ended(hand->result());
@@ -153,12 +203,16 @@ void BodyServer::run(const std::function<void(const ServedSession&)>& ended) {
     while (const auto request = p.control.poll(p.hand ? 0 : 50)) p.answer(*request);
     if (p.hand && !p.hand->has_begun()) std::this_thread::sleep_for(2ms);
     for (const Refusal& r : p.control.take_refusals())
-      p.say(text(r.address, " refused: key ", r.key, " is not in --authorized"));
+      p.refusals.add(r.address, text("key ", r.key, " is not in --authorized"), Clock::now());
     if (!p.hand) continue;
     p.forward_records();
     if (Clock::now() >= next_ping) {  // a large body says nothing else for a while
-      p.control.send(p.hand->peer(), encode(Ping{}));
+      const bool is_there = p.is_there(p.hand->peer());
       next_ping = Clock::now() + 500ms;
+      if (!is_there && !p.hand->has_begun()) {
+        p.end("its connection was closed", p.told);
+        continue;
+      }
     }
     if (const std::string error = p.hand->error(); !error.empty())
       p.end(error, p.told);

@@ -25,6 +25,7 @@ struct BodyServerOptions {
 /// What a session of a hand came to.
 struct ServedSession {
   std::string peer, reason;  ///< of its end
+  bool begun = false;        ///< it got its first local model
   int ticks = 0;
   BodyEndCounts body;
   PortCounts port;

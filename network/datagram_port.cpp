@@ -17,16 +17,48 @@ bool wait_for(int descriptor, std::chrono::microseconds timeout) {
 
 }  // namespace
 
+PortCounts& PortCounts::operator+=(const PortCounts& o) {
+  opened.opened += o.opened.opened;
+  opened.too_short += o.opened.too_short;
+  opened.forged += o.opened.forged;
+  opened.replayed += o.opened.replayed;
+  opened.too_old += o.opened.too_old;
+  joined.payloads += o.joined.payloads;
+  joined.malformed += o.joined.malformed;
+  joined.disagreeing += o.joined.disagreeing;
+  joined.repeated += o.joined.repeated;
+  joined.surplus += o.joined.surplus;
+  joined.old += o.joined.old;
+  joined.messages += o.joined.messages;
+  joined.recovered += o.joined.recovered;
+  joined.given_up += o.joined.given_up;
+  bytes_sent += o.bytes_sent;
+  bytes_received += o.bytes_received;
+  sent += o.sent;
+  return *this;
+}
+
 DatagramPort::DatagramPort(UdpSocket socket, const SealKey& key, Direction sends)
     : socket_(std::move(socket)),
       sealer_(key, static_cast<std::uint8_t>(sends)),
       opener_(key, static_cast<std::uint8_t>(other(sends))),
       peer_(socket_.peer()) {}
 
-void DatagramPort::send(DatagramKind kind, Bytes bytes, double loss, bool urgent) {
+std::vector<std::vector<std::uint8_t>> DatagramPort::payloads(DatagramKind kind, Bytes bytes, double loss) {
   const auto k = static_cast<std::uint8_t>(kind);
-  Message message{k, next_number_[k % kNumKinds]++, std::move(bytes)};
-  sender_.put(split(message, loss), urgent, k);
+  return split({k, next_number_[k % kNumKinds]++, std::move(bytes)}, loss);
+}
+
+void DatagramPort::send(DatagramKind kind, Bytes bytes, double loss) {
+  sender_.put(payloads(kind, std::move(bytes), loss), true, static_cast<std::uint8_t>(kind));
+  pump(std::chrono::steady_clock::now());
+}
+
+/// Begins to: poll() does the rest.
+void DatagramPort::spread(DatagramKind kind, Bytes bytes, double loss, double seconds, double limit) {
+  auto all = payloads(kind, std::move(bytes), loss);
+  sender_.set_pace(pace_for(all.size(), seconds, limit));
+  sender_.put(std::move(all), false, static_cast<std::uint8_t>(kind));
   pump(std::chrono::steady_clock::now());
 }
 

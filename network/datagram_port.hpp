@@ -19,6 +19,7 @@ struct PortCounts {
   JoinerCounts joined{};
   long long bytes_sent = 0, bytes_received = 0;
   long sent = 0;  ///< datagrams
+  PortCounts& operator+=(const PortCounts& other);
 };
 
 class DatagramPort {
@@ -26,10 +27,13 @@ class DatagramPort {
   /// @param sends  the other direction is what it receives
   DatagramPort(UdpSocket socket, const SealKey& key, Direction sends);
 
-  /// Begins to send: poll() does the rest.
-  /// @param loss    what parity is for; below 0: none
-  /// @param urgent  at once, else at the pace
-  void send(DatagramKind kind, Bytes bytes, double loss, bool urgent);
+  /// At once.
+  /// @param loss  what parity is for; below 0: none
+  void send(DatagramKind kind, Bytes bytes, double loss);
+  /// The same spread over a time, after what is urgent; replaces one of its kind that is on its way still.
+  /// @param limit  datagrams a second, no more
+  void spread(DatagramKind kind, Bytes bytes, double loss, double seconds, double limit);
+  bool is_spreading(DatagramKind kind) const { return sender_.is_sending(static_cast<std::uint8_t>(kind)); }
 
   /// Sends what is due and waits for a message, but no longer than that.
   std::optional<Message> poll(std::chrono::microseconds timeout);
@@ -39,9 +43,12 @@ class DatagramPort {
   const Peer& peer() const { return peer_; }
   /// When the last datagram came that was no forgery.
   std::chrono::steady_clock::time_point heard() const { return heard_; }
+  Feedback feedback() const { return opener_.feedback(); }  ///< of incoming datagrams
+  std::uint64_t num_sealed() const { return sealer_.num_sealed(); }
   PortCounts counts() const;
 
  private:
+  std::vector<std::vector<std::uint8_t>> payloads(DatagramKind kind, Bytes bytes, double loss);
   void pump(std::chrono::steady_clock::time_point now);
   UdpSocket socket_;
   Sealer sealer_;

@@ -52,8 +52,10 @@ std::optional<Welcome> HandConnection::try_again() {
     ask();
     if (!message) continue;
     if (const auto* bye = std::get_if<Bye>(&*message)) {
+      if (bye->reason == kEnded) continue;  // of a session before
       asked_ = 0;
-      if (bye->reason != kTaken) throw InputError(text(options_.host, ":", options_.port, ": ", bye->reason));
+      if (bye->reason != kTaken && bye->reason != kOver) throw InputError(text(place(), ": ", bye->reason));
+      put_off_ = bye->reason;
       std::this_thread::sleep_for(500ms);  // perhaps not for long: oneself, before
     } else if (const auto* welcome = std::get_if<Welcome>(&*message)) {
       return *welcome;
@@ -63,48 +65,53 @@ std::optional<Welcome> HandConnection::try_again() {
 }
 
 /// Once a connection: a server that came back has not heard of the question before.
-void HandConnection::ask() {
+void HandConnection::ask(std::uint64_t session) {
   const long now = control_->num_connections();
   if (trouble() != ClientTrouble::none || now == asked_) return;
-  if (send(Hello{.version = options_.version})) asked_ = now;
+  if (send(Hello{.version = options_.version, .session = session})) asked_ = now;
 }
 
 Welcome HandConnection::greet(const std::function<void(const std::string&)>& say) {
   const auto end = Clock::now() + std::chrono::duration<double>(options_.wait);
-  bool told = false;
+  std::string told;
+  put_off_.clear();
   for (;;) {
     if (auto welcome = try_again()) return std::move(*welcome);
     if (options_.stop && options_.stop->load()) throw RunError("stopped before the server was there");
-    const std::string who = text(options_.host, ":", options_.port);
     if (Clock::now() >= end)
-      throw RunError(text(who, ": no kilotouch serve answered in ", options_.wait, " s; is it running there?"));
-    if (!told && say) say(text("waiting for ", who));
-    told = true;
+      throw RunError(put_off_.empty()
+                         ? text(place(), ": no kilotouch serve answered in ", options_.wait, " s; is it running there?")
+                         : text(place(), ": ", put_off_, "; waited for ", options_.wait, " s (--wait)"));
+    const std::string why = text("waiting for ", place(), put_off_.empty() ? "" : ": ", put_off_);
+    if (told != why && say) say(why);
+    told = why;
   }
 }
 
-ModelMessage HandConnection::begin(const Begin& message) {
-  if (!send(message)) throw RunError("the server is gone");
+std::optional<ModelMessage> HandConnection::begin(const Begin& message) {
+  if (control_->num_connections() != asked_ || !send(message)) return {};
   const auto end = Clock::now() + kPatience;
   while (Clock::now() < end) {
     if (options_.stop && options_.stop->load()) throw RunError("stopped before the first local model was there");
     const auto answer = poll(100);
-    if (trouble() != ClientTrouble::none) throw RunError("the server is gone");
+    if (trouble() != ClientTrouble::none || control_->num_connections() != asked_) return {};
     if (!answer) continue;
-    if (const auto* bye = std::get_if<Bye>(&*answer)) throw RunError(text("the server: ", bye->reason));
+    if (const auto* bye = std::get_if<Bye>(&*answer)) {
+      if (bye->reason == kOver) return {};
+      throw RunError(text("the body's computer: ", bye->reason));
+    }
     if (const auto* first = std::get_if<FirstModel>(&*answer)) {
       auto model = decode_model(first->model);
-      if (!model) throw RunError("the server's first local model is not one");
-      return std::move(*model);
+      if (!model) throw RunError("the first local model of the body's computer is none");
+      return model;
     }
   }
-  throw RunError("the server sent no local model");
+  throw RunError(text(place(), ": no local model came in ", kPatience.count(), " s"));
 }
 
 std::unique_ptr<DatagramPort> HandConnection::open_port(const Welcome& welcome) const {
-  const std::string host = options_.data_host.empty() ? options_.host : options_.data_host;
-  const int port = options_.data_port > 0 ? options_.data_port : welcome.port;
-  return std::make_unique<DatagramPort>(UdpSocket::connected_to(host, port), welcome.key, Direction::to_body);
+  return std::make_unique<DatagramPort>(UdpSocket::connected_to(data_host(), data_port(welcome)), welcome.key,
+                                        Direction::to_body);
 }
 
 }  // namespace kt

@@ -15,6 +15,7 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto kServerSilence = 1500ms;     // of the server: it is gone
+constexpr auto kNoDatagram = 4s;            // at the start: none comes through
 constexpr std::size_t kDatagramRoom = 900;  // bytes of reports in one datagram, beside what all of them share
 constexpr int kCopies = 4;                  // datagrams that each report travels in
 constexpr int kMostBehind = 64;             // ticks whose reports go at once after a pause
@@ -38,13 +39,12 @@ class HandLink final : public BodyLink, private RemoteBody {
         history_(side.poses(), side.next_tick()),
         worker_(body.body(), options_, friction, observer, ticks_, history_),
         motion_every_(std::max(1, ticks_per_refresh(options_) / 4)) {
-    begin_session(welcome, side.next_tick());
-    const ModelMessage first = connection_->begin(begin_message(welcome, side.poses()));
+    const ModelMessage first = reach_body(welcome, side.next_tick(), side.poses());
     side.adopt(worker_.first(first));
     if (observer_) observer_->adopted(side.model());
     adopted_frame_ = first.model.frame;
     for (int i = 0; i < 2; ++i) rooms_.push_back(std::make_unique<LocalMotion>(make_local_motion(nodes_)));
-    began_ = heard_ = Clock::now();
+    began_ = heard_ = datagram_ = Clock::now();
     worker_.start();
     thread_ = std::thread([this] { run(); });
   }
@@ -80,12 +80,68 @@ class HandLink final : public BodyLink, private RemoteBody {
     return out;
   }
 
+  /// The first local model, of a server that may go and come back meanwhile. Throws RunError: it did not come back, or
+  /// datagrams do not come through.
+  ModelMessage reach_body(Welcome welcome, int tick, std::span<const Pose> tools) {
+    std::optional<Clock::time_point> end;
+    for (;;) {
+      begin_session(welcome, tick);
+      if (auto first = connection_->begin(begin_message(welcome, tools))) {
+        session_models_ = 1;
+        require_datagrams();
+        return std::move(*first);
+      }
+      const auto now = Clock::now();
+      if (!end) end = now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait_s()));
+      if (now >= *end)
+        throw RunError(
+            text("the body's computer went away before its first local model; waited for ", wait_s(), " s (--wait)"));
+      if (say_) say_("the body's computer went away before its first local model");
+      connection_->ask_again();
+      welcome = connection_->greet(say_);
+      if (welcome.body_hash != body_hash_) throw RunError("the body's computer has another body now");
+    }
+  }
+
+  /// Nothing is felt over a line that lets no datagram through, however well the control channel does.
+  void require_datagrams() {
+    for (const auto end = Clock::now() + kNoDatagram; Clock::now() < end;) {
+      port_->send(DatagramKind::alive, {}, -1);
+      port_->poll(20ms);
+      if (port_->heard() > Clock::time_point{}) return;
+      if (connection_->options().stop && connection_->options().stop->load())
+        throw RunError("stopped before the first datagram came");
+    }
+    throw RunError(no_datagram() + "; let that UDP port through (firewall, router), or name a relay with --data");
+  }
+
+  std::string no_datagram() const {
+    return text(figures_.data_place, ": no datagram comes back over UDP, though ", connection_->place(),
+                " answers over TCP");
+  }
+
+  static double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+  double wait_s() const { return connection_->options().wait; }
+
   void begin_session(const Welcome& welcome, int tick) {
+    leave_session();
     port_ = connection_->open_port(welcome);
+    figures_.data_place = connection_->data_place(welcome);
+    session_ = welcome.session;
+    is_over_ = false;
     outbox_.emplace(static_cast<std::size_t>(kCopies) * 64, tick_length(options_));
     tick0_ = tick;
     sent_end_ = motion_due_ = 0;
     adopted_frame_ = adopted_tick_ = -1;
+  }
+
+  /// What the session that is over came to.
+  void leave_session() {
+    if (!port_) return;
+    figures_.port += port_->counts();
+    figures_.models_sent += session_models_;
+    session_models_ = 0;
+    port_.reset();
   }
 
   /// What goes wrong here ends the force, not the program: the ticks' records are kept.
@@ -118,10 +174,10 @@ class HandLink final : public BodyLink, private RemoteBody {
     const int late = parcel->adopted_tick - parcel->linearized_tick;
     worker_.set_late(late);
     const double tick_ms = 1e3 * tick_length(options_);
-    age_ms_.push_back(tick_ms * late);
+    figures_.age_ms.push_back(tick_ms * late);
     if (const auto way = worker_.take_way(parcel->frame)) {
-      body_ms_.push_back(way->body_ms);
-      hand_ms_.push_back(tick_ms * (parcel->adopted_tick - way->came_at));
+      figures_.body_ms.push_back(way->body_ms);
+      figures_.hand_ms.push_back(tick_ms * (parcel->adopted_tick - way->came_at));
     }
     worker_.look_back_on(std::move(parcel->model));
   }
@@ -145,7 +201,7 @@ class HandLink final : public BodyLink, private RemoteBody {
   }
 
   ReportMessage with_state(ReportBatch batch) {
-    ReportMessage out{std::move(batch), port_->loss()};
+    ReportMessage out{std::move(batch), port_->loss(), port_->feedback()};
     out.batch.adopted_frame = adopted_frame_;
     out.batch.adopted_tick = adopted_tick_;
     return out;
@@ -164,8 +220,7 @@ class HandLink final : public BodyLink, private RemoteBody {
       motion->tick -= tick0_;
       std::swap(out.motion, *motion);
       // Parity for what is small costs little: a motion that is lost makes a model a quarter of an interval later.
-      port_->send(DatagramKind::motion, encode(out, tools_), std::max(kLossUntilKnown, worker_.loss().value_or(0)),
-                  true);
+      port_->send(DatagramKind::motion, encode(out, tools_), std::max(kLossUntilKnown, worker_.loss().value_or(0)));
       std::swap(out.motion, *motion);
     }
     rooms_.push_back(std::move(motion));
@@ -188,7 +243,7 @@ class HandLink final : public BodyLink, private RemoteBody {
       const int last = sent_end_ + every - 1;
       if (!outbox_->has(last)) continue;
       ReportBatch batch = outbox_->batch_to(last, static_cast<std::size_t>(kCopies * every));
-      port_->send(DatagramKind::reports, encode(with_state(std::move(batch)), tools_), -1, true);
+      port_->send(DatagramKind::reports, encode(with_state(std::move(batch)), tools_), -1);
     }
   }
 
@@ -207,8 +262,11 @@ class HandLink final : public BodyLink, private RemoteBody {
     }
     const auto message = port_->poll(500us);
     if (port_->heard() > heard_) heard_ = port_->heard();
-    if (message && message->kind == static_cast<std::uint8_t>(DatagramKind::model) && !is_lost_)
+    if (port_->heard() > datagram_) hear_datagrams();
+    if (message && message->kind == static_cast<std::uint8_t>(DatagramKind::model) && !is_lost_) {
+      session_models_ = std::max(session_models_, 2 + static_cast<int>(message->number));  // the first came by control
       worker_.put(message->bytes, tick0_);
+    }
   }
 
   void control() {
@@ -216,11 +274,17 @@ class HandLink final : public BodyLink, private RemoteBody {
     if (now < next_control_) return;
     next_control_ = now + 5ms;
     ask();
-    if (now >= next_ping_) connection_->send(Ping{});  // while time stands still there are no datagrams
-    if (now >= next_ping_) next_ping_ = now + 500ms;
+    if (now >= next_ping_) {  // while time stands still there is nothing else to say
+      connection_->send(Ping{});
+      if (!is_lost_) port_->send(DatagramKind::alive, {}, -1);
+      next_ping_ = now + 250ms;
+    }
     while (const auto message = connection_->poll(0)) receive(*message);
     if (!is_lost_ && (now - heard_ > kServerSilence)) lose("nothing was heard of it");
-    if (is_lost_) look_for_server(now);
+    if (is_lost_)
+      look_for_server(now);
+    else if (now - datagram_ > kServerSilence)
+      miss_datagrams();
   }
 
   void ask() {
@@ -244,10 +308,13 @@ class HandLink final : public BodyLink, private RemoteBody {
     } else if (const auto* bye = std::get_if<Bye>(&message)) {
       is_over_ = true;
       connection_->ask_again();
+      is_beginning_ = false;
+      next_try_ = heard_ + 1s;
       if (!stop_ && !is_lost_) lose(bye->reason);
     } else if (const auto* first = std::get_if<FirstModel>(&message); first && is_beginning_) {
       find_again(*first);
-    } else if (const auto* welcome = std::get_if<Welcome>(&message); welcome && is_lost_) {
+    } else if (const auto* welcome = std::get_if<Welcome>(&message);
+               welcome && is_lost_ && welcome->session != session_) {
       greeted(*welcome);
     }
   }
@@ -257,23 +324,36 @@ class HandLink final : public BodyLink, private RemoteBody {
     is_beginning_ = false;
     lost_at_ = Clock::now();
     next_try_ = lost_at_;
+    connection_->ask_again();  // over the same connection, too: what stood still may go on
     if (say_) say_(text("the body's computer is gone: ", why));
   }
 
   void look_for_server(Clock::time_point now) {
-    const double gone = std::chrono::duration<double>(now - lost_at_).count();
-    if (gone > connection_->options().wait && !has_failed_)
-      give_up(text("the body's computer has been gone for ", connection_->options().wait, " s"));
+    if (seconds_since(lost_at_) > wait_s() && !has_failed_)
+      give_up(text("the body's computer has been gone for ", wait_s(), " s"));
     if (now < next_try_ || has_failed_) return;
     next_try_ = now + 1s;
-    is_beginning_ = false;
-    connection_->ask();
+    if (std::exchange(is_beginning_, false)) connection_->ask_again();  // its first local model did not come
+    connection_->ask(session_);
+  }
+
+  /// The server is there, its datagrams are not. The gate shuts when the local model is too old.
+  void miss_datagrams() {
+    const double silent = seconds_since(datagram_);
+    figures_.longest_silence_s = std::max(figures_.longest_silence_s, silent);
+    if (!std::exchange(is_deaf_, true) && say_) say_(no_datagram());
+    if (silent > wait_s() && !has_failed_) give_up(text(no_datagram(), " for ", wait_s(), " s"));
+  }
+
+  void hear_datagrams() {
+    datagram_ = port_->heard();
+    if (std::exchange(is_deaf_, false) && say_) say_(text(figures_.data_place, ": datagrams come again"));
   }
 
   void give_up(const std::string& why) {
     worker_.fail(why);
     has_failed_.store(true, std::memory_order_release);
-    report_->gave_up = why;
+    figures_.without_body = why;
     if (gave_up_) gave_up_();
   }
 
@@ -285,11 +365,12 @@ class HandLink final : public BodyLink, private RemoteBody {
   }
 
   void find_again(const FirstModel& first) {
-    is_beginning_ = is_lost_ = false;
-    heard_ = Clock::now();
-    ++reconnections_;
-    const double gap = std::chrono::duration<double>(heard_ - lost_at_).count();
-    longest_gap_ = std::max(longest_gap_, gap);
+    is_beginning_ = is_lost_ = is_deaf_ = false;
+    heard_ = datagram_ = Clock::now();
+    session_models_ = 1;
+    ++figures_.reconnections;
+    const double gap = seconds_since(lost_at_);
+    figures_.longest_gap_s = std::max(figures_.longest_gap_s, gap);
     worker_.put(first.model, tick0_);
     if (say_) say_(text("the body's computer is back after ", gap, " s"));
   }
@@ -307,18 +388,17 @@ class HandLink final : public BodyLink, private RemoteBody {
   }
 
   void fill_report() {
-    HandLinkReport& r = *report_;
-    worker_.add_to(r);
-    r.age_ms = age_ms_;
-    r.body_ms = body_ms_;
-    r.hand_ms = hand_ms_;
-    r.models_adopted = static_cast<int>(age_ms_.size());
-    r.port = port_->counts();
-    r.loss_down = port_->loss();
-    r.loss_up = worker_.loss();
-    r.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
-    r.reconnections = reconnections_;
-    r.longest_gap_s = longest_gap_;
+    HandLinkReport& f = figures_;
+    if (port_) f.loss_down = port_->loss();
+    leave_session();
+    worker_.add_to(f);
+    f.loss_up = worker_.loss();
+    f.models_adopted = static_cast<int>(f.age_ms.size());
+    f.seconds = seconds_since(began_);
+    if (is_lost_) f.longest_gap_s = std::max(f.longest_gap_s, seconds_since(lost_at_));
+    if (f.without_body.empty() && is_lost_) f.without_body = "the body's computer was gone when it ended";
+    if (f.without_body.empty() && is_deaf_) f.without_body = no_datagram();
+    *report_ = f;
   }
 
   std::shared_ptr<HandConnection> connection_;
@@ -340,15 +420,16 @@ class HandLink final : public BodyLink, private RemoteBody {
   std::vector<std::unique_ptr<LocalMotion>> rooms_;
   std::unique_ptr<LocalMotion> motion_;  // to be sent
   std::map<int, int> adopted_at_;        // by the tick of the linearization
-  std::vector<double> age_ms_, body_ms_, hand_ms_;
-  int tick0_ = 0;  // of the server's first tick
+  int tick0_ = 0;                        // of the server's first tick
   int sent_end_ = 0, motion_due_ = 0, motion_every_;
   int adopted_frame_ = -1, adopted_tick_ = -1;  // as the server counts
   bool is_at_edge_ = false, is_lost_ = false, is_beginning_ = false, is_over_ = false;
+  bool is_deaf_ = false;  // no datagram comes
+  std::uint64_t session_ = 0;
+  int session_models_ = 0;  // sent in this session, with the first one
   LocalReport report_in_;
-  int reconnections_ = 0;
-  double longest_gap_ = 0;
-  Clock::time_point began_{}, heard_{}, next_control_{}, next_ping_{}, lost_at_{}, next_try_{};
+  HandLinkReport figures_;
+  Clock::time_point began_{}, heard_{}, datagram_{}, next_control_{}, next_ping_{}, lost_at_{}, next_try_{};
 
   std::mutex asking_;  // of what follows
   std::uint32_t asked_ = 0;

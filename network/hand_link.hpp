@@ -8,7 +8,7 @@ namespace kt {
 
 /// How it went, for the summary.
 struct HandLinkReport {
-  int models_sent = 0;     ///< by the server, as far as their numbers tell
+  int models_sent = 0;     ///< by the server, as far as their numbers tell; the first ones too
   int models_arrived = 0;  ///< whole and right
   int models_wrong = 0;    ///< dropped: their numbers do not fit the body
   int models_adopted = 0;
@@ -17,12 +17,14 @@ struct HandLinkReport {
   /// Of this: at the body, from the motion's coming to the model's going; here, from its coming to its being adopted.
   /// The rest it was on its way, in both directions.
   std::vector<double> body_ms, hand_ms;
-  PortCounts port{};
+  PortCounts port{};                         ///< of all sessions
   std::optional<double> loss_up, loss_down;  ///< of datagrams, measured at the end; none: too few came
   double seconds = 0;                        ///< that the datagrams took
   int reconnections = 0;
-  double longest_gap_s = 0;  ///< without a server
-  std::string gave_up;       ///< why; empty: it did not
+  double longest_gap_s = 0;      ///< without a server
+  double longest_silence_s = 0;  ///< without a datagram of one that was there
+  std::string data_place;        ///< where datagrams went
+  std::string without_body;      ///< why the run ended so; empty: it did not
 };
 
 /// Makes the link for Touch::start(). The report is filled when the touch stops.

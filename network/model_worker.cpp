@@ -26,6 +26,7 @@ std::unique_ptr<PreparedLocalModel> ModelWorker::first(const ModelMessage& messa
   const std::string wrong = unpacker_.trouble(message.model);
   if (!wrong.empty()) throw RunError("the server's first local model: " + wrong);
   show(message);
+  ++arrived_;
   return unpacker_.unpack(message.model);
 }
 
@@ -96,7 +97,6 @@ void ModelWorker::add_to(HandLinkReport& report) const {
   const std::scoped_lock lock(guard_);
   report.models_arrived = arrived_;
   report.models_wrong = wrong_;
-  report.models_sent = last_frame_ + 1;
   report.last_trouble = trouble_;
 }
 
@@ -160,7 +160,6 @@ void ModelWorker::unpack(const Bytes& bytes, int tick0, int came_at) {
 void ModelWorker::show(const ModelMessage& message) {
   const SentModel& m = message.model;
   const std::scoped_lock lock(guard_);
-  last_frame_ = m.frame;
   loss_ = message.loss;
   x_.resize(static_cast<Eigen::Index>(m.body.at.size()));
   for (Eigen::Index i = 0; i < x_.size(); ++i)

@@ -68,7 +68,7 @@ class ModelWorker {
   bool stop_ = false;
   Bytes bytes_;
   std::map<int, Way> ways_;  // by frame, of models that were not adopted yet
-  int tick0_ = 0, came_at_ = 0, arrived_ = 0, wrong_ = 0, last_frame_ = 0;
+  int tick0_ = 0, came_at_ = 0, arrived_ = 0, wrong_ = 0;
   std::optional<double> loss_;
   std::string trouble_;
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;

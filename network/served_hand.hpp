@@ -9,6 +9,7 @@
 #include "network/body_end.hpp"
 #include "network/body_server.hpp"
 #include "network/channel/parity.hpp"
+#include "network/channel/rate_control.hpp"
 #include "network/datagram_port.hpp"
 
 namespace kt {
@@ -23,7 +24,8 @@ class ServedHand final : public ModelObserver {
         peer_(std::move(peer)),
         id_(new_session_id()),
         key_(new_seal_key()),
-        port_(UdpSocket::bound(address, port), key_, Direction::to_hand) {
+        port_(UdpSocket::bound(address, port), key_, Direction::to_hand),
+        spread_s_(0.5 / scene.options().global.rate_hz) {
     ended_.peer = std::move(name);
     limits_.tools = static_cast<int>(scene.options().tools.size());
     limits_.triangles = static_cast<int>(scene.surface().triangles.size());
@@ -53,6 +55,7 @@ class ServedHand final : public ModelObserver {
     const FirstModel first{encode(body_->begin(message.tools))};
     thread_ = std::thread([this] { refresh(); });
     heard_ = Clock::now();
+    ended_.begun = true;
     return first;
   }
 
@@ -62,11 +65,13 @@ class ServedHand final : public ModelObserver {
     const auto message = port_.poll(timeout);
     if (!message || !body_) return;
     heard_ = Clock::now();
+    if (message->kind == static_cast<std::uint8_t>(DatagramKind::alive)) return port_.send(DatagramKind::alive, {}, -1);
     hears_ = true;
     if (message->kind == static_cast<std::uint8_t>(DatagramKind::reports)) {
       auto reports = decode_reports(message->bytes, limits_);
       if (!reports) return count_wrong();
       ended_.ticks = std::max(ended_.ticks, reports->batch.last() + 1);
+      rate_.told(reports->feedback, port_.num_sealed(), heard_);
       body_->take(std::move(*reports));
     } else if (message->kind == static_cast<std::uint8_t>(DatagramKind::motion)) {
       auto motion = decode_motion(message->bytes, limits_);
@@ -160,6 +165,7 @@ class ServedHand final : public ModelObserver {
     {
       const std::scoped_lock lock(guard_);
       loss_ = port_.loss();
+      if (port_.is_spreading(DatagramKind::model)) return;  // whole models, if fewer: the newest waits
       bytes = std::exchange(ready_, {});
     }
     if (!bytes) return;
@@ -169,8 +175,9 @@ class ServedHand final : public ModelObserver {
                     " do not travel; set link.basis_bits 8, local.reducer krylov or a smaller tool");
       return;
     }
-    const double loss = loss_for_parity(body_->model_loss(), port_.loss());
-    port_.send(DatagramKind::model, std::move(*bytes), loss, false);
+    const double unknown = std::min(loss_for_parity(body_->model_loss(), port_.loss()), kLossUntilKnown);
+    port_.spread(DatagramKind::model, std::move(*bytes), rate_.chance_loss().value_or(unknown), spread_s_,
+                 rate_.limit());
   }
 
   static constexpr std::chrono::seconds kBuilding{120}, kStarting{20}, kSilence{3};  // after each it is gone
@@ -179,6 +186,8 @@ class ServedHand final : public ModelObserver {
   std::uint64_t id_;
   SealKey key_;
   DatagramPort port_;
+  RateControl rate_;
+  double spread_s_;  // of a model: half a usual interval
   WireLimits limits_;
   std::unique_ptr<BodyEnd> body_;
   ServedSession ended_;

@@ -33,7 +33,6 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
       {"predict"},
       {"session"},
       {"study"},
-      {"findings"},
       {"advise"}}},
     {"network", {{"channel", "control", "message"}, {""}}}};
 

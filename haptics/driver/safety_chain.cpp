@@ -149,7 +149,6 @@ void SafetyChain::move_gate(double dt) noexcept {
   if (dt >= kZeroWithin) gate_ = 0;  // nobody ticked: the device has been let go by its own thread
   const double before = gate_;
   if (reason_ != GateReason::open && reason_ != GateReason::put_down) last_reason_ = reason_;
-  ++counts_.why[static_cast<std::size_t>(reason_)];
   gate_ += reason_ == GateReason::open ? std::min(dt, o_.h) / kOpening : -dt / closing_;
   gate_ = std::clamp(gate_, 0.0, 1.0);
   if (before == 1 && gate_ < 1) ++counts_.shut;

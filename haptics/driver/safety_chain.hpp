@@ -5,7 +5,6 @@
 // A device that somebody holds (DeviceInfo::is_live) has a gate. It is shut until the device is healthy, its button is
 // held, and the tool is outside the body or being let out; it opens over half a second, and shuts so fast that the
 // force is zero 20 ms after the last fresh pose.
-#include <array>
 #include <optional>
 
 #include "haptics/device/device_coupling.hpp"
@@ -46,21 +45,19 @@ enum class GateReason {
   late_ticks,
   put_down,
 };
-constexpr std::size_t kGateReasons = 32;  ///< more than there are
 const char* name_of(GateReason reason) noexcept;
 
 /// What the chain did so far, in ticks.
 struct SafetyCounts {
   int ticks = 0;
-  int not_finite = 0;                   ///< force or torque asked for was no number
-  int limited = 0;                      ///< cut to what the device can give, or may give for long
-  int slewed = 0;                       ///< held back from rising faster than max_slew
-  int gated = 0;                        ///< with the gate not fully open
-  int stale = 0;                        ///< whose pose was too old, or the device not there
-  int shut = 0;                         ///< how often an open gate began to shut
-  std::array<int, kGateReasons> why{};  ///< ticks in which it had to be shut, by reason
-  double most_force = 0;                ///< written [N]
-  double most_slew = 0;                 ///< from tick to tick [N/s]
+  int not_finite = 0;     ///< force or torque asked for was no number
+  int limited = 0;        ///< cut to what the device can give, or may give for long
+  int slewed = 0;         ///< held back from rising faster than max_slew
+  int gated = 0;          ///< with the gate not fully open
+  int stale = 0;          ///< whose pose was too old, or the device not there
+  int shut = 0;           ///< how often an open gate began to shut
+  double most_force = 0;  ///< written [N]
+  double most_slew = 0;   ///< from tick to tick [N/s]
 };
 
 class SafetyChain {

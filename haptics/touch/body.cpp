@@ -37,9 +37,7 @@ Body::Body(Body&&) noexcept = default;
 Body::~Body() = default;
 
 Body::Body(const BodyOptions& options) : options_(options) {
-  std::vector<std::string> notes;
-  Mesh mesh = load_body_mesh(options.object, notes, &mesh_unit_);
-  for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});
+  Mesh mesh = load_body_mesh(options.object, notes_, &mesh_unit_);
   build(std::move(mesh));
 }
 
@@ -54,13 +52,13 @@ Body::Body(std::unique_ptr<DeformableModel> model, const BodyOptions& options)
 
 void Body::build(Mesh mesh) {
   const std::vector<int> fixed = find_fixed_nodes(mesh, options_.object.fixed);
-  if (fixed.empty())
-    findings_.push_back({"object.fixed: nothing is clamped, the body floats", {}, Finding::Weight::note});
+  if (fixed.empty()) notes_.push_back("object.fixed: nothing is clamped, the body floats");
   const SceneModel& material = options_.object.model;
   require_backend("object.model.type", material.type, model_backends());
   model_ = make_model(material.type, std::move(mesh), model_options(options_.object, material, fixed));
   make_surface_and_contact();
-  start_ = settle(options_, *model_, self_contact_.get(), findings_);
+  warnings_ = notes_;
+  start_ = settle(options_, *model_, self_contact_.get(), warnings_);
 }
 
 std::unique_ptr<DeformableModel> Body::model_like(const SceneModel& material) const {

@@ -11,7 +11,7 @@
 namespace kt {
 namespace {
 
-constexpr int kWaiting = 256;  // messages, each way
+constexpr int kClientIn = 16, kClientOut = 256;  // messages
 constexpr int kClientHandshakeMs = 5000;
 constexpr int kAgainFirstMs = 100;
 constexpr int kWatched = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED |
@@ -43,8 +43,8 @@ struct ControlClient::Parts {
 void ControlClient::Parts::set_options() {
   dealer.set(zmq::sockopt::linger, 0);
   dealer.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(options.most_bytes));
-  dealer.set(zmq::sockopt::rcvhwm, kWaiting);
-  dealer.set(zmq::sockopt::sndhwm, kWaiting);
+  dealer.set(zmq::sockopt::rcvhwm, kClientIn);
+  dealer.set(zmq::sockopt::sndhwm, kClientOut);
   dealer.set(zmq::sockopt::immediate, true);  // nothing waits for a connection that is not there
   dealer.set(zmq::sockopt::handshake_ivl, kClientHandshakeMs);
   dealer.set(zmq::sockopt::reconnect_ivl, std::min(kAgainFirstMs, options.again_ms));

@@ -9,6 +9,8 @@ namespace {
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
+constexpr std::size_t kLongestWord = 128;  // bytes of a version, of a setting's key or word
+
 template <class Table>
 Bytes finished(FlatBufferBuilder& to, wire::Body type, Offset<Table> body) {
   to.Finish(wire::CreateControl(to, type, body.Union()));
@@ -17,7 +19,8 @@ Bytes finished(FlatBufferBuilder& to, wire::Body type, Offset<Table> body) {
 
 Bytes write(const Hello& m) {
   FlatBufferBuilder to;
-  return finished(to, wire::Body::Hello, wire::CreateHelloDirect(to, m.protocol, m.version.c_str(), m.schema));
+  return finished(to, wire::Body::Hello,
+                  wire::CreateHelloDirect(to, m.protocol, m.version.c_str(), m.schema, m.session));
 }
 
 Bytes write(const Welcome& m) {
@@ -110,7 +113,7 @@ std::optional<ControlMessage> read(const wire::Welcome& m) {
     const std::string name = wire::text_of(f->name());
     // A name of ours: it will be a file in a folder of the receiver's choice.
     const bool is_plain = !name.empty() && name.size() < 200 && name[0] != '.' && name.find('/') == std::string::npos &&
-                          name.find('\0') == std::string::npos;
+                          visible(name) == name;
     if (!is_plain) return {};
     out.files.push_back({name, wire::copied(f->bytes())});
   }
@@ -163,10 +166,10 @@ std::optional<ControlMessage> read(const wire::Record& m) {
   if (m.settings())
     for (const wire::Set* s : *m.settings())
       r.settings.push_back(
-          {static_cast<int>(s->number()), wire::text_of(s->key()), s->value(), wire::text_of(s->word())});
+          {static_cast<int>(s->number()), wire::line_of(s->key()), s->value(), wire::line_of(s->word())});
   if (m.reducers())
     for (const wire::Change* c : *m.reducers())
-      r.reducers.push_back({c->tick(), wire::text_of(c->from()), wire::text_of(c->to()), wire::text_of(c->why()),
+      r.reducers.push_back({c->tick(), wire::line_of(c->from()), wire::line_of(c->to()), wire::line_of(c->why()),
                             c->error(), c->force_error()});
   return out;
 }
@@ -185,7 +188,7 @@ std::optional<ControlMessage> decode_control(std::span<const std::uint8_t> bytes
   switch (m->body_type()) {
     case wire::Body::Hello: {
       const wire::Hello& h = *m->body_as_Hello();
-      return Hello{h.protocol(), wire::text_of(h.version()), h.schema()};
+      return Hello{h.protocol(), wire::line_of(h.version(), kLongestWord), h.schema(), h.session()};
     }
     case wire::Body::Welcome:
       return read(*m->body_as_Welcome());
@@ -195,16 +198,17 @@ std::optional<ControlMessage> decode_control(std::span<const std::uint8_t> bytes
       return FirstModel{wire::copied(m->body_as_First()->model())};
     case wire::Body::Set: {
       const wire::Set& s = *m->body_as_Set();
+      if (wire::size_of(s.key()) > kLongestWord || wire::size_of(s.word()) > kLongestWord) return {};
       return SetRequest{s.number(), wire::text_of(s.key()), s.value(), wire::text_of(s.word())};
     }
     case wire::Body::SetReply:
-      return SetReply{m->body_as_SetReply()->number(), wire::text_of(m->body_as_SetReply()->trouble())};
+      return SetReply{m->body_as_SetReply()->number(), wire::line_of(m->body_as_SetReply()->trouble())};
     case wire::Body::Record:
       return read(*m->body_as_Record());
     case wire::Body::End:
       return End{};
     case wire::Body::Bye:
-      return Bye{wire::text_of(m->body_as_Bye()->reason())};
+      return Bye{wire::line_of(m->body_as_Bye()->reason())};
     case wire::Body::Ping:
       return Ping{};
     case wire::Body::NONE:

@@ -12,6 +12,7 @@
 #include "haptics/refresh/refresh_record.hpp"
 #include "haptics/remote/report_box.hpp"
 #include "haptics/remote/sent_model.hpp"
+#include "network/channel/sealed.hpp"
 
 namespace kt {
 
@@ -22,7 +23,8 @@ constexpr std::uint32_t kNetworkProtocol = 1;  ///< both sides must have the sam
 std::uint64_t wire_schema_hash();
 
 /// Kinds of datagram messages. Reports are each given out once, in whatever order they come; of the others the newest.
-enum class DatagramKind : std::uint8_t { model = 1, motion = 2, reports = 3 | 0x80 };
+/// `alive` is empty: the hand asks whether datagrams come through, the body answers with the same.
+enum class DatagramKind : std::uint8_t { model = 1, motion = 2, reports = 3 | 0x80, alive = 4 };
 
 /// What an incoming message may name.
 struct WireLimits {
@@ -35,6 +37,7 @@ struct WireLimits {
 struct ReportMessage {
   ReportBatch batch;
   std::optional<double> loss;  ///< of datagrams from the body, as measured; none: not known yet
+  Feedback feedback{};         ///< the same in numbers
 };
 /// @param tools  that the session has
 Bytes encode(const ReportMessage& message, int tools);
@@ -68,6 +71,7 @@ struct Hello {
   std::uint32_t protocol = kNetworkProtocol;
   std::string version;
   std::uint64_t schema = wire_schema_hash();
+  std::uint64_t session = 0;  ///< the hand's own that it has lost; 0: none
 };
 struct Welcome {
   struct File {
@@ -104,7 +108,10 @@ struct RecordMessage {
   RefreshRecord record;  ///< without what self-contact reports
 };
 struct End {};
-constexpr const char* kTaken = "somebody else touches the body";  ///< a reason that may pass
+// Reasons that may pass.
+constexpr const char* kTaken = "somebody else touches the body";
+constexpr const char* kOver = "this session is over";
+constexpr const char* kEnded = "it ended";  ///< the answer to End
 struct Bye {
   std::string reason;
 };

@@ -141,7 +141,7 @@ std::optional<ModelMessage> decode_model(std::span<const std::uint8_t> bytes) {
   out.f0 = wire::copied_x(m->f0());
   out.q_rate0 = wire::copied_x(m->q_rate0());
   out.definite_tangent = m->definite_tangent();
-  out.reducer = wire::text_of(m->reducer());
+  out.reducer = wire::line_of(m->reducer());
   out.certified_error = m->certified_error();
   out.scheme = static_cast<LocalScheme>(m->scheme());
   for (const wire::Site* s : *m->sites()) {

@@ -64,7 +64,8 @@ flatbuffers::Offset<wire::Reports> write(FlatBufferBuilder& to, const ReportMess
     places.emplace_back(to_wire(batch.place[k].contact), batch.place[k].model_frame);
   }
   return wire::CreateReportsDirect(to, batch.reports.empty() ? 0 : batch.first(), &ticks, &tool_ticks, &samples, &sums,
-                                   &places, batch.adopted_frame, batch.adopted_tick, wire::loss_sent(message.loss));
+                                   &places, batch.adopted_frame, batch.adopted_tick, wire::loss_sent(message.loss),
+                                   message.feedback.newest, message.feedback.came);
 }
 
 std::optional<ReportMessage> read(const wire::Reports& m, const WireLimits& limits) {
@@ -76,6 +77,7 @@ std::optional<ReportMessage> read(const wire::Reports& m, const WireLimits& limi
     return {};
   ReportMessage out;
   out.loss = wire::loss_told(m.loss());
+  out.feedback = {m.newest(), m.came()};
   out.batch.adopted_frame = m.adopted_frame();
   out.batch.adopted_tick = m.adopted_tick();
   std::size_t next = 0;

@@ -28,6 +28,24 @@ SCENE = {
     "local": {"reducer": "condensed"},
     "collision": {"backend": "brute_force"},
 }
+# A block of 2 cm: a corner tetrahedron in each of the cube's 5.
+NODES = """8 3 0 0
+0 0 0 0
+1 .02 0 0
+2 .02 .02 0
+3 0 .02 0
+4 0 0 .02
+5 .02 0 .02
+6 .02 .02 .02
+7 0 .02 .02
+"""
+ELEMENTS = """5 4 0
+0 0 1 3 4
+1 1 2 3 6
+2 1 5 6 4
+3 3 6 7 4
+4 1 3 4 6
+"""
 
 
 def has_network():
@@ -194,6 +212,112 @@ class Network(unittest.TestCase):
         summary = json.loads(self.read("out", "summary.json"))
         self.assertEqual(summary["link"]["reconnections"], 1)
         self.assertTrue(any("cannot be repeated" in w for w in summary["warnings"]), summary["warnings"])
+
+    def test_a_body_that_stands_still_is_found_again(self):
+        # The connection itself lives through two seconds and more.
+        for pause in (2.2, 2.7):
+            port = free_port()
+            server = self.serve(port)
+            hand = self.touch(port, "--out", "out", "--force", "--set", "duration=10")
+            server.wait_for("connected")
+            time.sleep(1.5)
+            server.process.send_signal(signal.SIGSTOP)
+            time.sleep(pause)
+            server.process.send_signal(signal.SIGCONT)
+            hand.wait_for("the body's computer is gone")
+            hand.wait_for("the body's computer is back after")
+            self.assertEqual(hand.end(), 0, hand.lines)
+            link = json.loads(self.read("out", "summary.json"))["link"]
+            self.assertGreaterEqual(link["models_sent"], link["models_arrived"], link)
+            self.assertFalse(link["ended_without_body"])
+            server.stop()
+
+    def test_a_run_that_ends_without_its_body_says_so(self):
+        port = free_port()
+        server = self.serve(port)
+        hand = self.touch(port, "--out", "out", "--set", "duration=5")
+        server.wait_for("connected")
+        time.sleep(1.5)
+        server.kill()
+        self.assertEqual(hand.end(), 1, hand.lines)
+        summary = json.loads(self.read("out", "summary.json"))
+        self.assertTrue(summary["link"]["ended_without_body"])
+        self.assertTrue(any("the run ended without its body" in w for w in summary["warnings"]), summary["warnings"])
+
+    def test_a_body_that_dies_while_the_hand_is_set_up_is_waited_for(self):
+        port = free_port()
+        server = self.serve(port, "--set", "object.tetrahedralize.max_volume=1e-9")
+        hand = self.touch(port, "--out", "out", "--set", "duration=0.3")
+        server.wait_for("connected")
+        server.kill()
+        self.serve(port)
+        self.assertNotEqual(hand.end(), 2, hand.lines)
+        self.assertTrue(hand.said("went away before its first local model") or hand.said("is gone"), hand.lines)
+
+    def test_udp_that_does_not_come_through_is_no_run(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as swallows:
+            swallows.bind(("127.0.0.1", 0))
+            data = f"127.0.0.1:{swallows.getsockname()[1]}"
+            port = free_port()
+            server = self.serve(port, "--once")
+            hand = self.touch(port, "--data", data, "--out", "out")
+            self.says_one_line(hand, 1, f"{data}: no datagram comes back over UDP.*let that UDP port through")
+            self.assertEqual(server.end(), 0, server.lines)
+            self.assertTrue(server.said(f"felt nothing: .*UDP port {port}"), server.lines)
+            self.assertFalse(server.said(" 0 ticks"), server.lines)
+
+    def test_a_mesh_of_two_files_goes_over(self):
+        with open(self.path("pad.1.node"), "w", encoding="utf-8") as file:
+            file.write(NODES)
+        with open(self.path("pad.1.ele"), "w", encoding="utf-8") as file:
+            file.write(ELEMENTS)
+        for mesh in ("pad.1.node", "pad.1.ele"):
+            port = free_port()
+            server = self.serve(port, "--once", "--set", f"object.mesh={mesh}")
+            hand = self.touch(port, "--out", "out", "--force", "--set", "duration=0.1")
+            self.assertEqual(hand.end(), 0, hand.lines)
+            server.end()
+
+    def test_the_hands_device_is_the_hands_business(self):
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            probe.listen(1)
+            probe.settimeout(3)
+            address = f"ws://127.0.0.1:{probe.getsockname()[1]}"
+            port = free_port()
+            server = self.serve(port, "--set", "tool.path.device.name=haply", "--set", f"tool.path.device.address={address}",
+                                "--set", "tool.path.device.max_force=40")
+            self.says_one_line(self.touch(port, "--out", "out"), 2,
+                               "tool.path.device: the body's scene has the device haply there; .* --device NAME")
+            mine = self.touch(port, "--out", "out", "--device", "haply", "--set", "tool.path.device.address=ws://127.0.0.1:9")
+            self.assertEqual(mine.end(), 2, mine.lines)
+            self.assertTrue(mine.said("127.0.0.1:9"), mine.lines)
+            received = json.loads(self.read("out", "received", "scene.json"))["tool"]["path"]["device"]
+            self.assertEqual((received["address"], received["library"], "max_force" in received), ("", "", False))
+            with self.assertRaises(socket.timeout):
+                probe.accept()
+            server.stop()
+
+    def test_keys_let_in_whoever_has_one_and_that_is_said(self):
+        self.new_keys("body")
+        port = free_port()
+        server = self.serve(port, "--keys", "body").wait_for("--keys without --authorized: every key is let in")
+        server.stop()
+        os.chmod(self.path("body"), 0o777)
+        self.says_one_line(Process(self, "serve", "scene.json", "--listen", f"127.0.0.1:{port}", "--keys", "body"), 2,
+                           "body: others may write there")
+
+    def test_a_second_hand_waits_and_is_told_why(self):
+        port = free_port()
+        server = self.serve(port)
+        first = self.touch(port, "--out", "first", "--set", "duration=3")
+        server.wait_for("connected")
+        second = self.touch(port, "--out", "second", "--set", "duration=0.2")
+        second.wait_for(f"waiting for 127.0.0.1:{port}: somebody else touches the body")
+        self.says_one_line(self.touch(port, "--out", "third", "--wait", "0"), 1, "somebody else touches the body; waited for 0 s")
+        self.assertEqual(first.end(), 0, first.lines)
+        self.assertEqual(second.end(), 0, second.lines)
+        server.stop()
 
     def test_a_hand_that_dies_may_come_again(self):
         port = free_port()

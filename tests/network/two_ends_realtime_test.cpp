@@ -122,6 +122,65 @@ TEST(TwoEnds, ModelsArriveBeforeTheirLossIsKnown) {
   EXPECT_LE(run.report.port.joined.given_up, 1);
 }
 
+/// TCP comes through and UDP does not, as with a firewall: nothing is felt, and the port is named.
+TEST(TwoEnds, WithoutDatagramsThereIsNoRun) {
+  const Scene scene = one_second();
+  ServedBody body(scene);
+  const UdpSocket swallows = UdpSocket::bound("127.0.0.1", 0);
+  Session session(scene);
+  try {
+    touch(session, body.port(), {}, swallows.port());
+    FAIL() << "a run over a line that lets nothing through";
+  } catch (const RunError& e) {
+    const std::string said = e.what();
+    EXPECT_TRUE(said.starts_with(text("127.0.0.1:", swallows.port(), ": no datagram comes back over UDP"))) << said;
+  }
+  const auto& ended = body.end();
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_TRUE(ended[0].begun);
+  EXPECT_EQ(ended[0].port.opened.opened, 0);
+}
+
+/// Makes the line dark between two times.
+class Darkener final : public SessionWatcher {
+ public:
+  Darkener(UdpRelay& relay, double from, double to) : relay_(relay), from_(from), to_(to) {}
+  void ticked(std::span<const LocalFrame> frames, double, long long) override {
+    relay_.set_dark(frames[0].t >= from_ && frames[0].t < to_);
+  }
+
+ private:
+  UdpRelay& relay_;
+  double from_, to_;
+};
+
+TEST(TwoEnds, DatagramsThatStopTakeTheForceAndMayComeBack) {
+  Scene scene = one_second();
+  for (const double back : {3.5, 100.0}) {
+    scene.duration = 6;
+    scene.tool.path.press_drag->speed = 0.002;
+    scene.link.stale_ms = 200;
+    ServedBody body(scene);
+    UdpRelay relay({.host_port = body.port()});
+    Session session(scene);
+    Darkener darkener(relay, 1, back);
+    SessionOptions options;
+    options.watcher = &darkener;
+    const TouchedRun run = touch(session, body.port(), options, relay.port());
+    double before = 0, dark = 0, after = 0;
+    for (const LocalFrame& f : run.result.tools[0].frames) {
+      double& most = f.t < 1 ? before : f.t > 2.5 && f.t < 3.4 ? dark : f.t > 4.5 ? after : before;
+      most = std::max(most, f.force.norm());
+    }
+    EXPECT_GT(before, 0.01);
+    EXPECT_EQ(dark, 0) << "the force of a model that nobody renews";
+    EXPECT_EQ(run.report.reconnections, 0);
+    EXPECT_GT(run.report.longest_silence_s, 1.4);
+    EXPECT_EQ(after > 0.01, back < 6);
+    EXPECT_EQ(run.report.without_body.empty(), back < 6) << run.report.without_body;
+  }
+}
+
 TEST(TwoEnds, AHandThatTakesLongToBuildIsWaitedFor) {
   Scene scene = one_second();
   scene.duration = 0.05;
