@@ -43,6 +43,18 @@ const char* name_of(DeviceHealth health) noexcept {
       return "fault";
     case DeviceHealth::uncalibrated:
       return "uncalibrated";
+    case DeviceHealth::bad_pose:
+      return "bad pose";
+    case DeviceHealth::unpowered:
+      return "without power";
+    case DeviceHealth::not_ready:
+      return "not ready";
+    case DeviceHealth::in_use:
+      return "in use";
+    case DeviceHealth::altered:
+      return "altered";
+    case DeviceHealth::no_echo:
+      return "no echo";
   }
   return "";
 }

@@ -33,20 +33,36 @@ struct DeviceInfo {
   double encoder_step = 0;      ///< [m]
   double workspace_radius = 0;  ///< [m]
   std::string name{}, serial{};
+  Vec3 pen_turn = Vec3::Zero();       ///< rotation vector that lays a tool along the stylus, its tip at -z [rad]
+  bool delay_is_of_messages = false;  ///< it tells the way of a message, and nothing of its motors
 };
 
 /// Whether a device's poses can be relied upon now.
-enum class DeviceHealth { ok, stale, gone, fault, uncalibrated };
+enum class DeviceHealth {
+  ok,
+  stale,
+  gone,
+  fault,
+  uncalibrated,
+  bad_pose,  ///< it is no number
+  unpowered,
+  not_ready,
+  in_use,   ///< by another program
+  altered,  ///< what stands between us and the motors changes places or forces
+  no_echo,  ///< a force was sent, and is not repeated
+};
 const char* name_of(DeviceHealth health) noexcept;
 
 /// How a device is, at the pose that was taken last.
 struct DeviceState {
   DeviceHealth health = DeviceHealth::ok;
-  double age = 0;           ///< of the pose [s]
-  unsigned buttons = 0;     ///< bit 0: the first
-  double delay = 0;         ///< from a force that was written until it acted, as the device told last [s]
-  unsigned delays = 0;      ///< how many were told
-  std::optional<Vec3> v{};  ///< the device's own velocity, in the world's frame, at the device's scale [m/s]
+  double age = 0;                  ///< of the pose [s]
+  unsigned buttons = 0;            ///< bit 0: the first
+  double delay = 0;                ///< from a force that was written until it acted, as the device told last [s]
+  unsigned delays = 0;             ///< how many were told
+  std::optional<Vec3> v{};         ///< the device's own velocity, in the world's frame, at the device's scale [m/s]
+  std::optional<double> echoed{};  ///< |force| that the device repeats now [N]; none: it repeats nothing
+  double most_echoed = 0;          ///< largest so far [N]
 };
 
 /// A device in the world frame. pose(), state() and write() run in the haptic tick: no allocation, no exception.
@@ -61,6 +77,8 @@ class HapticDevice {
   /// Callers pass it through SafetyChain first.
   virtual void write(const Wrench& wrench, double h) noexcept = 0;
   virtual DeviceInfo info() const = 0;
+  /// What its driver has to say of it so far, a line each. Not in the tick.
+  virtual std::vector<std::string> notes() const { return {}; }
   /// Upper bound of the speed [m/s]: how far the tool gets until the next refresh.
   virtual double max_speed() const = 0;
 };

@@ -30,6 +30,9 @@ struct DeviceReading {
   std::uint64_t buttons = 0;                                       ///< bit 0: the first
   std::int64_t at_ns = 0;                                          ///< when it was read; 0: never yet
   std::uint64_t count = 0;                                         ///< of readings so far
+  double echoed =
+      std::numeric_limits<double>::quiet_NaN();  ///< |force| that it repeats [N]; not finite: it repeats none
+  double most_echoed = 0;                        ///< largest so far [N]
 
   bool is_finite() const noexcept { return all_finite(x, 3) && all_finite(turn, 4); }
 };
@@ -70,6 +73,8 @@ class DeviceDriver {
   virtual ~DeviceDriver() = default;
   /// What the device says it is. Limits of forces are the device's own, before any scaling.
   virtual DeviceInfo info() const = 0;
+  /// What there is to say of it so far, a line each.
+  virtual std::vector<std::string> notes() const { return {}; }
 };
 
 /// What a list of devices says of one that is there.

@@ -24,7 +24,8 @@ class GuardedDevice {
   Vec3 give(LocalFrame& frame, double h, double dt) noexcept {
     const Vec3 wanted = frame.force;
     device_->write(chain_.make_safe(frame, at_, state_, dt), h);
-    const bool is_gone = state_.health == DeviceHealth::gone || state_.health == DeviceHealth::fault;
+    const bool is_gone = state_.health == DeviceHealth::gone || state_.health == DeviceHealth::fault ||
+                         state_.health == DeviceHealth::unpowered;
     gone_for_ = is_gone ? gone_for_ + dt : 0;
     return wanted;
   }

@@ -27,7 +27,8 @@ class LiveDevice final : public HapticDevice {
     info_.is_live = true;
     info_.yields = info_.gives_force;
     frame_.r = device_axes(o.live.axes);
-    mount_ = rotation(o.turn.turn);
+    is_laid_along_pen_ = info_.senses_turn && o.turn.turn.isZero(0) && !info_.pen_turn.isZero(0);
+    mount_ = rotation(is_laid_along_pen_ ? info_.pen_turn : o.turn.turn);
     frame_.scale = o.live.scale;
     first_reading(o.live.name);
     frame_.origin = o.live.origin.value_or(frame_.origin_for(vector(reading_.x), o.over));
@@ -53,6 +54,12 @@ class LiveDevice final : public HapticDevice {
     slots_->order.put(order);
   }
   DeviceInfo info() const override { return info_; }
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> out = driver_->notes();
+    if (is_laid_along_pen_)
+      out.push_back("the tool lies along the pen, its -z towards the pen's tip; tool.turn turns it otherwise");
+    return out;
+  }
   Vec3 origin() const override { return frame_.origin; }
   double max_speed() const override { return std::numeric_limits<double>::infinity(); }
 
@@ -62,8 +69,10 @@ class LiveDevice final : public HapticDevice {
       if (slots_->reading.read(reading_) && reading_.count > 0) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
+    const DeviceHealth health = slots_->health.load(std::memory_order_relaxed);
     throw InputError(text("tool.path.device: ", name, " \"", info_.name,
-                          "\" is open, but has sent no pose for 2 s; is it switched on, and calibrated?"));
+                          "\" is open, but has sent no pose for 2 s; its state: ", name_of(health),
+                          health == DeviceHealth::ok ? "; is it switched on, and calibrated?" : ""));
   }
 
   void take() noexcept {
@@ -75,10 +84,16 @@ class LiveDevice final : public HapticDevice {
     state_.buttons = static_cast<unsigned>(reading_.buttons);
     state_.delay = reading_.delay;
     state_.delays = static_cast<unsigned>(reading_.delays);
+    state_.most_echoed = reading_.most_echoed;
+    state_.echoed.reset();
+    if (std::isfinite(reading_.echoed)) state_.echoed = reading_.echoed;
     const Vec3 v = vector(reading_.v);
     state_.v.reset();
     if (v.allFinite()) state_.v = frame_.r * v;
-    if (!reading_.is_finite()) return;  // of a driver that lets it pass
+    if (!reading_.is_finite()) {  // of a driver that lets it pass: the tool stays where it was
+      if (state_.health == DeviceHealth::ok) state_.health = DeviceHealth::bad_pose;
+      return;
+    }
     const Quaternion turn(reading_.turn[0], reading_.turn[1], reading_.turn[2], reading_.turn[3]);
     pose_ = {frame_.to_world(vector(reading_.x)), info_.senses_turn ? frame_.to_world(turn) * mount_ : mount_};
   }
@@ -92,6 +107,7 @@ class LiveDevice final : public HapticDevice {
   DeviceState state_;
   Pose pose_;
   std::uint64_t orders_ = 0;
+  bool is_laid_along_pen_ = false;
 };
 
 }  // namespace

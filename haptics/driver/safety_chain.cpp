@@ -31,6 +31,35 @@ Vec3 shortened(const Vec3& v, double most) noexcept {
   return size > most ? Vec3(most / size * v) : v;
 }
 
+/// Of a device whose own state shuts the gate; open: it does not.
+GateReason reason_of(DeviceHealth health) noexcept {
+  switch (health) {
+    case DeviceHealth::ok:
+      return GateReason::open;
+    case DeviceHealth::stale:
+      return GateReason::stale_pose;
+    case DeviceHealth::gone:
+      return GateReason::gone;
+    case DeviceHealth::fault:
+      return GateReason::fault;
+    case DeviceHealth::uncalibrated:
+      return GateReason::uncalibrated;
+    case DeviceHealth::bad_pose:
+      return GateReason::bad_pose;
+    case DeviceHealth::unpowered:
+      return GateReason::unpowered;
+    case DeviceHealth::not_ready:
+      return GateReason::not_ready;
+    case DeviceHealth::in_use:
+      return GateReason::in_use;
+    case DeviceHealth::altered:
+      return GateReason::altered;
+    case DeviceHealth::no_echo:
+      return GateReason::no_echo;
+  }
+  return GateReason::fault;
+}
+
 }  // namespace
 
 const char* name_of(GateReason reason) noexcept {
@@ -57,6 +86,20 @@ const char* name_of(GateReason reason) noexcept {
       return "the tool is on its way to the device";
     case GateReason::put_down:
       return "the tool was put down";
+    case GateReason::bad_pose:
+      return "the device's pose is no number, or far beyond any body";
+    case GateReason::jumped:
+      return "the device's pose leapt as no hand moves, and the tool follows it slowly";
+    case GateReason::unpowered:
+      return "the device has no power";
+    case GateReason::not_ready:
+      return "the device is not ready";
+    case GateReason::in_use:
+      return "another program uses the device";
+    case GateReason::altered:
+      return "the device's service changes places or forces on their way";
+    case GateReason::no_echo:
+      return "the device's service does not repeat the forces that it is sent";
     case GateReason::late_ticks:
       return "ticks come at less than half their rate";
   }
@@ -69,6 +112,7 @@ SafetyChain::SafetyChain(const SafetyOptions& options)
       coupling_({.stiffness = coupling_of(options), .adapts = false}),
       measured_(options.h, options.delay.value_or(options.device.delay > 0 ? options.device.delay : -1)),
       delay_(measured_.estimate()),
+      followed_(options.scale),
       closing_(std::max(options.h, kZeroWithin - kOldest - 2 * options.h)),
       gate_(options.device.is_live ? 0 : 1) {
   if (!limits_.is_live) delay_ = {.delay = limits_.delay};
@@ -90,21 +134,15 @@ SafetyChain::SafetyChain(const SafetyOptions& options)
   }
 }
 
-void SafetyChain::begin_at(const Vec3& tool) noexcept {
-  tool_ = tool;
-  has_tool_ = was_away_ = true;
-}
+void SafetyChain::begin_at(const Vec3& tool) noexcept { followed_.begin_at(tool); }
 
 Pose SafetyChain::tool(const Pose& device, double dt) noexcept {
-  if (!limits_.is_live || !device.x.allFinite()) return device;
-  if (has_tool_ && (was_away_ || dt >= kZeroWithin)) gap_ = tool_ - device.x;
-  was_away_ = false;
-  gap_ = shortened(gap_, std::max(0.0, gap_.norm() - kFollows * std::min(dt, kZeroWithin)));
-  tool_ = device.x + gap_;
-  has_tool_ = true;
-  if (!(coupling_.stiffness() > 0)) return {tool_, device.r};
+  if (!limits_.is_live || !device.is_finite()) return device;
+  const Pose tool = followed_.follow(device, dt);
+  counts_.jumps = followed_.jumps();
+  if (!(coupling_.stiffness() > 0)) return tool;
   is_coupled_ = true;
-  return {o_.scale * coupling_.tool(tool_ / o_.scale, dt), device.r};
+  return {o_.scale * coupling_.tool(tool.x / o_.scale, dt), tool.r};
 }
 
 /// Of a live device: from what it acknowledges, looked at four times a second.
@@ -118,26 +156,15 @@ void SafetyChain::follow_delay(const DeviceState& state) noexcept {
 }
 
 /// Why the gate has to be shut now; open: it need not.
-GateReason SafetyChain::look(const LocalFrame& frame, const DeviceState& state) noexcept {
+GateReason SafetyChain::look(const LocalFrame& frame, const Pose& device, const DeviceState& state) noexcept {
   if (is_stopping_) return GateReason::put_down;
-  switch (state.health) {
-    case DeviceHealth::ok:
-      break;
-    case DeviceHealth::stale:
-      return GateReason::stale_pose;
-    case DeviceHealth::gone:
-      return GateReason::gone;
-    case DeviceHealth::fault:
-      return GateReason::fault;
-    case DeviceHealth::uncalibrated:
-      return GateReason::uncalibrated;
-  }
+  if (const GateReason own = reason_of(state.health); own != GateReason::open) return own;
+  if (!device.is_finite() || (frame.flags & kBadPose) != 0) return GateReason::bad_pose;
   if (!(state.age >= 0 && state.age <= kOldest)) return GateReason::stale_pose;
-  if ((frame.flags & kBadPose) != 0) return GateReason::stale_pose;
   if (o_.deadman != 0 && (state.buttons & o_.deadman) == 0) return GateReason::button;
   if ((frame.flags & (kStaleModel | kBodyFailed)) != 0) return GateReason::stale_model;
   if (slow_ticks_ >= 3) return GateReason::late_ticks;
-  if (!gap_.isZero(0)) return GateReason::on_the_way;
+  if (followed_.is_on_the_way()) return followed_.has_jumped() ? GateReason::jumped : GateReason::on_the_way;
   if (gate_ > 0) return GateReason::open;
   // To open it, more: there is something to touch, and the tool is not inside without being let out.
   if ((frame.flags & kNoModel) != 0) return GateReason::no_model;
@@ -188,11 +215,21 @@ double SafetyChain::allowed(double dt) noexcept {
   return lasting + (limits_.max_force - lasting) * std::clamp((1 - warm) / (1 - kFree), 0.0, 1.0);
 }
 
+/// Of a live device.
+void SafetyChain::count(const DeviceState& state) noexcept {
+  constexpr double kSmall = 0.02;  // [N] what is not felt need not be repeated
+  counts_.gated += gate_ < 1;
+  if (reason_ != GateReason::open) ++counts_.by_reason[static_cast<std::size_t>(reason_)];
+  if (!state.echoed) return;
+  counts_.most_echoed = state.most_echoed;
+  counts_.unechoed += written_.norm() > kSmall && *state.echoed < 0.1 * written_.norm();
+}
+
 PortKnowledge SafetyChain::known(const LocalFrame& frame, const DeviceState& state) const noexcept {
   PortKnowledge out;
   if (!limits_.is_live) return out;  // of a simulated hand there is its encoder alone
   if (frame.f_n > 0) out.normal = frame.normal;
-  out.velocity = state.v;
+  if (!followed_.has_jumped()) out.velocity = state.v;
   return out;
 }
 
@@ -203,11 +240,11 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
   // Finite.
   const bool is_finite = force.allFinite() && torque.allFinite();
   counts_.not_finite += !is_finite;
-  if (device.x.allFinite()) at_ = device.x;
+  if (device.x.allFinite()) at_ = device.x - followed_.jumped();
   const bool is_there =
       state.health == DeviceHealth::ok && state.age >= 0 && state.age <= kOldest && device.is_finite();
   counts_.stale += !is_there;
-  was_away_ = was_away_ || !is_there;
+  if (!is_there) followed_.lose();
   if (!is_finite || !limits_.gives_force) force.setZero();
   if (!is_finite || (is_live && !limits_.gives_torque)) torque.setZero();
   if (!is_live && !is_there) {  // it is not where its pose says: what is felt there is not its force
@@ -226,7 +263,7 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
   if (turning_) torque = turning_->tick(device.is_finite() ? turned_.add(device.r) : turned_.sum(), torque, dt);
   if (is_live) {
     slow_ticks_ = dt > 2 * o_.h ? slow_ticks_ + 1 : 0;
-    reason_ = is_there || state.health != DeviceHealth::ok ? look(frame, state) : GateReason::stale_pose;
+    reason_ = look(frame, device, state);
     move_gate(dt);
     if (dt >= kZeroWithin) written_.setZero();
     force = slewed(gate_ * force, dt, frame);
@@ -239,7 +276,7 @@ Wrench SafetyChain::make_safe(LocalFrame& frame, const Pose& device, const Devic
     if (passivity_) passivity_->written(force);
     if (gate_ < 1) frame.flags |= kGated;
     if (!is_there) frame.flags |= kStalePose;
-    counts_.gated += gate_ < 1;
+    count(state);
   }
   if (!is_live && o_.fades_when_stale) {
     reason_ = (frame.flags & (kStaleModel | kBodyFailed)) != 0 ? GateReason::stale_model : GateReason::open;

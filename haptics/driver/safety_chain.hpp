@@ -5,12 +5,14 @@
 // A device that somebody holds (DeviceInfo::is_live) has a gate. It is shut until the device is healthy, its button is
 // held, and the tool is outside the body or being let out; it opens over half a second, and shuts so fast that the
 // force is zero 20 ms after the last fresh pose.
+#include <array>
 #include <optional>
 
 #include "haptics/device/device_coupling.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/device/measured_delay.hpp"
 #include "haptics/device/passivity.hpp"
+#include "haptics/driver/followed_pose.hpp"
 #include "haptics/tick/local_frame.hpp"
 
 namespace kt {
@@ -44,20 +46,32 @@ enum class GateReason {
   on_the_way,
   late_ticks,
   put_down,
+  bad_pose,
+  jumped,
+  unpowered,
+  not_ready,
+  in_use,
+  altered,
+  no_echo,
 };
+constexpr std::size_t kGateReasons = 19;
 const char* name_of(GateReason reason) noexcept;
 
 /// What the chain did so far, in ticks.
 struct SafetyCounts {
   int ticks = 0;
-  int not_finite = 0;     ///< force or torque asked for was no number
-  int limited = 0;        ///< cut to what the device can give, or may give for long
-  int slewed = 0;         ///< held back from rising faster than max_slew
-  int gated = 0;          ///< with the gate not fully open
-  int stale = 0;          ///< whose pose was too old, or the device not there
-  int shut = 0;           ///< how often an open gate began to shut
-  double most_force = 0;  ///< written [N]
-  double most_slew = 0;   ///< from tick to tick [N/s]
+  int not_finite = 0;  ///< force or torque asked for was no number
+  int limited = 0;     ///< cut to what the device can give, or may give for long
+  int slewed = 0;      ///< held back from rising faster than max_slew
+  int gated = 0;       ///< with the gate not fully open
+  int stale = 0;       ///< whose pose was too old, or the device not there
+  int shut = 0;        ///< how often an open gate began to shut
+  int jumps = 0;       ///< how often a pose leapt as no hand moves
+  int unechoed = 0;    ///< with a force that the device, which repeats what it is sent, did not repeat
+  std::array<int, kGateReasons> by_reason{};  ///< with the gate shutting or shut, by its GateReason
+  double most_force = 0;                      ///< written [N]
+  std::optional<double> most_echoed{};        ///< that the device has repeated [N]; none: it repeats nothing
+  double most_slew = 0;                       ///< from tick to tick [N/s]
 };
 
 class SafetyChain {
@@ -68,8 +82,8 @@ class SafetyChain {
   void begin_at(const Vec3& tool) noexcept;
 
   /// Where the tool goes for a device that is there, in the world's frame: there, but for the coupling's stretch. After
-  /// a gap in the poses, and at the start, it follows the way that it missed at kFollows, with the gate shut. Before
-  /// the tick; who leaves it out has no coupling.
+  /// a gap in the poses, a leap, and at the start, it follows the way that it missed (FollowedPose), with the gate
+  /// shut. Before the tick; who leaves it out has no coupling, and no guard against leaps.
   /// @param dt  since the last call [s], > 0
   Pose tool(const Pose& device, double dt) noexcept;
 
@@ -95,11 +109,12 @@ class SafetyChain {
 
   static constexpr double kZeroWithin = 20e-3;  ///< [s] after the last fresh pose, or the last tick
   static constexpr double kOpening = 0.5;       ///< [s]
-  static constexpr double kFollows = 0.25;      ///< [m/s] what local models are made for
+  static constexpr double kFollows = FollowedPose::kFollows;
 
  private:
   PortKnowledge known(const LocalFrame& frame, const DeviceState& state) const noexcept;
-  GateReason look(const LocalFrame& frame, const DeviceState& state) noexcept;
+  GateReason look(const LocalFrame& frame, const Pose& device, const DeviceState& state) noexcept;
+  void count(const DeviceState& state) noexcept;
   void follow_delay(const DeviceState& state) noexcept;
   void move_gate(double dt) noexcept;
   Vec3 slewed(const Vec3& force, double dt, LocalFrame& frame) noexcept;
@@ -115,10 +130,9 @@ class SafetyChain {
   DelayEstimate delay_;
   unsigned delays_ = 0;  // that the device has told
   Vec3 written_ = Vec3::Zero(), torque_ = Vec3::Zero();
-  Vec3 tool_ = Vec3::Zero(), gap_ = Vec3::Zero();  // tool before the coupling's stretch; tool - device [m]
-  bool has_tool_ = false, was_away_ = false;
+  FollowedPose followed_;  // the tool before the coupling's stretch
   GateReason last_reason_ = GateReason::no_model;
-  Vec3 at_ = Vec3::Zero();  // the device's place, the last that was finite
+  Vec3 at_ = Vec3::Zero();  // the device's place, the last that was finite, without its leaps
   double closing_;          // [s]
   double gate_ = 0, heat_ = 0;
   int slow_ticks_ = 0;

@@ -133,10 +133,10 @@ std::optional<PassivityRun> energy_of(const std::optional<PassivityControl>& con
 
 DeviceRun device_run(const GuardedDevice& device, const SceneTool& tool) {
   const SafetyChain& chain = device.chain();
-  return {tool.path.device->name,    device.device().info(), chain.max_force(),
-          device.device().origin(),  chain.counts(),         chain.reason(),
-          chain.last_reason(),       chain.delay(),          chain.coupling(),
-          energy_of(chain.turning())};
+  return {tool.path.device->name,     device.device().info(), chain.max_force(),
+          device.device().origin(),   chain.counts(),         chain.reason(),
+          chain.last_reason(),        chain.delay(),          chain.coupling(),
+          energy_of(chain.turning()), device.device().notes()};
 }
 
 void finish_tools(const Scene& scene, std::vector<GuardedDevice>& devices, ContactWatch* watch, SessionResult& out) {

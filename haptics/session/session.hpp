@@ -47,6 +47,7 @@ struct DeviceRun {
   DelayEstimate delay;
   double coupling = 0;                  ///< [N/m] at the end; 0: none
   std::optional<PassivityRun> turning;  ///< of the torque, where the device gives one
+  std::vector<std::string> notes{};     ///< of the device's driver
 };
 
 /// One tool in a run.

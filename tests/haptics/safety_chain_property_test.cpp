@@ -40,7 +40,9 @@ class Wild {
     return usual * normal_(random_);
   }
   Vec3 vector(double usual) { return {number(usual), number(usual), number(usual)}; }
-  Vec3 place() { return 1e-3 * Vec3(normal_(random_), normal_(random_), normal_(random_)); }
+  Vec3 place() {
+    return (uniform(2000) == 0 ? 1e-2 : 5e-5) * Vec3(normal_(random_), normal_(random_), normal_(random_));
+  }
   int uniform(int n) { return std::uniform_int_distribution<int>(0, n - 1)(random_); }
   double share() { return std::uniform_real_distribution<double>(0, 1)(random_); }
 
@@ -285,7 +287,13 @@ TEST(SafetyChain, EachReasonShutsTheGate) {
                         {GateReason::stale_pose, {.age = 6e-3, .buttons = 1}, 0},
                         {GateReason::stale_pose, {.age = -1, .buttons = 1}, 0},
                         {GateReason::stale_pose, {.age = NAN, .buttons = 1}, 0},
-                        {GateReason::stale_pose, {.buttons = 1}, kBadPose},
+                        {GateReason::bad_pose, {.buttons = 1}, kBadPose},
+                        {GateReason::bad_pose, {.health = DeviceHealth::bad_pose, .buttons = 1}, 0},
+                        {GateReason::unpowered, {.health = DeviceHealth::unpowered, .buttons = 1}, 0},
+                        {GateReason::not_ready, {.health = DeviceHealth::not_ready, .buttons = 1}, 0},
+                        {GateReason::in_use, {.health = DeviceHealth::in_use, .buttons = 1}, 0},
+                        {GateReason::altered, {.health = DeviceHealth::altered, .buttons = 1}, 0},
+                        {GateReason::no_echo, {.health = DeviceHealth::no_echo, .buttons = 1}, 0},
                         {GateReason::gone, {.health = DeviceHealth::gone, .buttons = 1}, 0},
                         {GateReason::fault, {.health = DeviceHealth::fault, .buttons = 1}, 0},
                         {GateReason::uncalibrated, {.health = DeviceHealth::uncalibrated, .buttons = 1}, 0},

@@ -1,0 +1,60 @@
+#include "haptics/driver/followed_pose.hpp"
+
+#include <algorithm>
+
+namespace kt {
+namespace {
+
+double angle_between(const Quaternion& a, const Quaternion& b) noexcept {
+  return a.coeffs() == b.coeffs() ? 0 : a.angularDistance(b);
+}
+
+}  // namespace
+
+void FollowedPose::begin_at(const Vec3& tool) noexcept {
+  tool_.x = tool;
+  has_tool_ = was_away_ = true;
+}
+
+bool FollowedPose::is_leap(const Pose& device) const noexcept {
+  return (device.x - last_.x).norm() > kMostSpeed * scale_ * since_ ||
+         angle_between(device.r, last_.r) > kMostTurn * since_;
+}
+
+void FollowedPose::close_gap(double dt) noexcept {
+  rests_ -= dt;
+  if (rests_ > 0) return;
+  const double size = gap_.norm(), left = std::max(0.0, size - kFollows * dt);
+  gap_ = left > 0 ? Vec3(left / size * gap_) : Vec3(Vec3::Zero());
+  turn_gap_ = std::max(0.0, turn_gap_ - kTurns * dt);
+}
+
+Pose FollowedPose::follow(const Pose& device, double dt) noexcept {
+  since_ += dt;
+  const bool is_gap = has_tool_ && (was_away_ || dt >= kLongest);
+  const bool leaps = has_last_ && !is_gap && is_leap(device);
+  if (is_gap) rests_ = 0;
+  if (is_gap || leaps) {
+    gap_ = tool_.x - device.x;
+    const Eigen::AngleAxisd turn(has_last_ ? Quaternion(tool_.r * device.r.conjugate()) : Quaternion::Identity());
+    turn_axis_ = turn.axis();
+    turn_gap_ = turn.angle();
+  }
+  if (leaps) {
+    ++jumps_;
+    rests_ = kLongest;
+    jumped_ += device.x - last_.x;
+  }
+  has_jumped_ = leaps || (has_jumped_ && !is_gap);
+  was_away_ = false;
+  close_gap(std::min(dt, kLongest));
+  if (!is_on_the_way()) has_jumped_ = false;
+  if (!has_last_ || device.x != last_.x || device.r.coeffs() != last_.r.coeffs()) since_ = 0;
+  last_ = device;
+  tool_.x = device.x + gap_;
+  tool_.r = turn_gap_ > 0 ? Quaternion(Eigen::AngleAxisd(turn_gap_, turn_axis_)) * device.r : device.r;
+  has_tool_ = has_last_ = true;
+  return tool_;
+}
+
+}  // namespace kt
