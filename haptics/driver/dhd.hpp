@@ -1,13 +1,22 @@
 #pragma once
 // The functions and numbers of Force Dimension's DHD (libdhd.so) that are used here, declared by ourselves after dhdc.h
-// 3.17. SI units. Every function ends in a device number, which callers in C have to give. Negative results are errors;
-// 1 (called too soon) and 2 (a motor is at its limit) are none.
+// 3.7 (the last that drives a Falcon) and 3.17. SI units. Every function ends in a device number, which callers in C
+// have to give. Negative results are errors; 1 (called too soon) and 2 (a motor is at its limit) are none.
 #include "haptics/driver/vendor_library.hpp"
 
 namespace kt::dhd {
 
 /// Of dhdGetStatus.
-enum Status { kReset = 3, kForceOn = 5, kForceOffCause = 14, kStatusCount = 17 };
+enum Status {
+  kPower = 0,
+  kConnected = 1,
+  kReset = 3,
+  kForceOn = 5,
+  kError = 9,
+  kWristReady = 12,
+  kForceOffCause = 14,
+  kStatusCount = 17  // 16 before 3.8
+};
 
 /// Why the controller has switched its force off.
 enum ForceOff { kNotOff, kButton, kVelocity, kWatchdog, kSoftware, kUsb, kDeadMan };
@@ -25,7 +34,7 @@ struct Library {
     loaded.find(has_active_wrist, "dhdHasActiveWrist");
     loaded.find(enable_force, "dhdEnableForce");
     loaded.find(compensate_gravity, "dhdSetGravityCompensation");
-    loaded.find(max_force, "dhdGetMaxForce");
+    loaded.find_if_there(max_force, "dhdGetMaxForce");  // not in 3.7
     loaded.find(position, "dhdGetPosition");
     loaded.find(orientation, "dhdGetOrientationFrame");
     loaded.find(velocity, "dhdGetLinearVelocity");
@@ -47,7 +56,7 @@ struct Library {
   bool (*has_active_wrist)(char id);
   int (*enable_force)(unsigned char on, char id);
   int (*compensate_gravity)(int on, char id);
-  double (*max_force)(char id);  // negative: no limit set
+  double (*max_force)(char id);  // negative: no limit set; null: an older version
   int (*position)(double* x, double* y, double* z, char id);
   int (*orientation)(double (*rows)[3], char id);
   int (*velocity)(double* x, double* y, double* z, char id);

@@ -65,7 +65,7 @@ class ForceDimension final : public DeviceDriver {
     info_.senses_turn = dhd_.has_wrist(id_);
     info_.gives_torque = dhd_.has_active_wrist(id_);
     info_.delay = 1e-3;  // until it is measured
-    if (const double most = dhd_.max_force(id_); most > 0) info_.max_force = most;
+    if (const double most = dhd_.max_force ? dhd_.max_force(id_) : -1; most > 0) info_.max_force = most;
     begin();
     thread_ = std::thread([this] { run(); });
   }
@@ -139,8 +139,12 @@ class ForceDimension final : public DeviceDriver {
     int status[64] = {};
     if (dhd_.status(status, id_) < 0) return lose();
     DeviceHealth health = DeviceHealth::ok;
-    if (status[dhd::kReset] == 0) health = DeviceHealth::uncalibrated;
-    if (status[dhd::kForceOn] == 0) {
+    const bool is_wrist_ready = !info_.gives_torque || status[dhd::kWristReady] != 0;
+    if (status[dhd::kReset] == 0 || !is_wrist_ready) health = DeviceHealth::uncalibrated;
+    if (status[dhd::kError] != 0) health = DeviceHealth::fault;
+    if (status[dhd::kConnected] == 0) health = DeviceHealth::gone;
+    if (status[dhd::kPower] == 0) health = DeviceHealth::unpowered;
+    if (status[dhd::kForceOn] == 0 && health == DeviceHealth::ok) {
       const int cause = status[dhd::kForceOffCause];
       health = cause == dhd::kUsb ? DeviceHealth::gone : DeviceHealth::fault;
       // A person's button and the dead man's switch are theirs to release.

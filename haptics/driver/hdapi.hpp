@@ -29,6 +29,9 @@ enum Name : unsigned {
   kNeedsHand = 0x5002,
 };
 
+/// Ways in which a device is calibrated: bits of kCalibrationStyle, of which hdUpdateCalibration takes one.
+enum Style : int { kEncoderReset = 1, kAutomatic = 2, kInInkwell = 4 };
+
 enum Error : unsigned { kNone = 0, kForceErrors = 0x0200, kDeviceErrors = 0x0300, kFrameErrors = 0x0400 };
 
 constexpr unsigned kNoDevice = 0xFFFFFFFF;

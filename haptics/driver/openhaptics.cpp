@@ -143,9 +143,13 @@ class HdServo {
   void calibrate() noexcept {
     const unsigned state = hd_.check_calibration();
     if (state == hd::kNeedsUpdate) {  // it knows where it is now: in the inkwell, or at its stops
-      int style = 0;
-      hd_.get_integers(hd::kCalibrationStyle, &style);
-      hd_.update_calibration(static_cast<unsigned>(style));
+      int styles = 0;
+      hd_.get_integers(hd::kCalibrationStyle, &styles);
+      for (const hd::Style style : {hd::kInInkwell, hd::kAutomatic, hd::kEncoderReset})
+        if ((styles & style) != 0) {
+          hd_.update_calibration(static_cast<unsigned>(style));
+          break;
+        }
     }
     is_calibrated_ = state == hd::kCalibrated;
   }

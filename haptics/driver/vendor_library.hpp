@@ -19,6 +19,13 @@ class VendorLibrary {
   void find(Function*& function, const char* name) {
     function = reinterpret_cast<Function*>(address(name));
   }
+  /// The same of a function that some versions lack: null then.
+  template <class Function>
+  void find_if_there(Function*& function, const char* name) {
+    const std::size_t known = missing_.size();
+    find(function, name);
+    missing_.resize(known);
+  }
   /// Throws InputError with the first names that were not there.
   void check() const;
 

@@ -167,7 +167,7 @@ TEST_P(ForceDevice, ALibraryWithoutTheFunctionsSaysWhich) {
   o.live.library = fake::library("libempty.so");
   const std::string names = GetParam() == "openhaptics"
                                 ? "hdInitDevice, hdDisableDevice, hdMakeCurrentDevice and 15 more"
-                                : "dhdGetDeviceCount, dhdOpenID, dhdClose and 15 more";
+                                : "dhdGetDeviceCount, dhdOpenID, dhdClose and 14 more";
   EXPECT_EQ(message([&] { make_device(GetParam(), o); }), "tool.path.device: " + GetParam() + ": " + o.live.library +
                                                               " is of another version: it has no " + names +
                                                               "; name another file in tool.path.device.library");
@@ -183,7 +183,7 @@ TEST(OpenHaptics, SeveralConfiguredDevicesAreNamed) {
   o.live.library = fake::library("libHD.so");
   EXPECT_EQ(message([&] { make_device("openhaptics", o); }),
             "tool.path.device: openhaptics: several are connected (Default Device, Left Device); name one in "
-            "tool.path.device.id");
+            "tool.path.device.id (--id)");
   ::setenv("GTDD_HOME", "/nonexistent", 1);
   std::filesystem::remove_all(home);
   o.live.id = "nobody";
@@ -197,8 +197,9 @@ TEST(ForceDimension, SeveralAreNamedAndOneIsChosen) {
   two.count = 2;
   DeviceOptions o;
   o.live.library = fake::library("libdhd.so");
-  EXPECT_EQ(message([&] { make_device("forcedimension", o); }),
-            "tool.path.device: forcedimension: several are connected (4001, 4002); name one in tool.path.device.id");
+  EXPECT_EQ(
+      message([&] { make_device("forcedimension", o); }),
+      "tool.path.device: forcedimension: several are connected (4001, 4002); name one in tool.path.device.id (--id)");
   o.live.id = "17";
   EXPECT_EQ(message([&] { make_device("forcedimension", o); }),
             "tool.path.device.id \"17\": no such forcedimension device; found: 4001, 4002");
@@ -230,6 +231,41 @@ TEST(ForceDimension, ForcesThatTheControllerSwitchedOffAreAFault) {
   EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::fault; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(250));
   EXPECT_EQ(device.forces_off, 6);
+}
+
+TEST(ForceDimension, EachFlagOfTheStatusHasItsName) {
+  fake::Device& device = fake::device("libdhd.so");
+  DeviceOptions o;
+  o.live.library = fake::library("libdhd.so");
+  const auto live = make_device("forcedimension", o);
+  const auto health = [&] {
+    live->pose(0);
+    return live->state().health;
+  };
+  for (const auto& [flag, expected] : {std::pair{0, DeviceHealth::unpowered}, std::pair{1, DeviceHealth::gone},
+                                       std::pair{3, DeviceHealth::uncalibrated}, std::pair{9, DeviceHealth::fault},
+                                       std::pair{12, DeviceHealth::uncalibrated}}) {
+    EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::ok; }));
+    device.wrong = flag;
+    EXPECT_TRUE(becomes([&] { return health() == expected; })) << flag << ": " << name_of(health());
+    device.wrong = -1;
+  }
+}
+
+TEST(OpenHaptics, IsCalibratedInOneOfItsWaysAtATime) {
+  fake::Device& device = fake::device("libHD.so");
+  device.styles = 1 | 2 | 4;
+  device.fault = Fault::uncalibrated;
+  DeviceOptions o;
+  o.live.library = fake::library("libHD.so");
+  const auto live = make_device("openhaptics", o);
+  const auto health = [&] {
+    live->pose(0);
+    return live->state().health;
+  };
+  EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::uncalibrated; }));
+  device.fault = Fault::none;
+  EXPECT_TRUE(becomes([&] { return health() == DeviceHealth::ok; }));
 }
 
 TEST(FindDevices, OfAnUnknownOrAPushedOneAreNone) {

@@ -29,6 +29,8 @@ struct Device {
   std::atomic<int> count{1};  ///< how many are connected
   std::atomic<int> buttons{0};
   std::atomic<int> forces_off{0};  ///< cause, where the device has one
+  std::atomic<int> wrong{-1};      ///< of its status: the flag that is not as it should be
+  std::atomic<int> styles{4};      ///< of calibration
   std::atomic<bool> is_force_on{false};
   std::atomic<int> opened{0}, closed{0};
   std::atomic<bool> is_bad_pose_asked{false};  ///< the driver has read a NaN

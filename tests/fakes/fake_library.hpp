@@ -25,6 +25,8 @@ inline Device& device(const std::string& name) {
   out.count = 1;
   out.buttons = 0;
   out.forces_off = 0;
+  out.wrong = -1;
+  out.styles = 4;
   for (auto& x : out.x) x = 0;
   return out;
 }

@@ -130,7 +130,7 @@ void hdGetIntegerv(unsigned name, int* out) {
       *out = device.buttons;
       return;
     case 0x2555:
-      *out = 4;
+      *out = device.styles;
       return;
     case 0x2600:
       *out = 1000;
@@ -174,7 +174,8 @@ unsigned hdCheckCalibration() {
   return is_calibrated_by_hand ? 0x5001 : 0x5000;
 }
 void hdUpdateCalibration(unsigned style) {
-  if (style == 4) is_calibrated_by_hand = false;
+  const bool is_one = style == 1 || style == 2 || style == 4;  // never several
+  if (is_one && (device.styles & static_cast<int>(style)) != 0) is_calibrated_by_hand = false;
 }
 ErrorInfo hdGetError() {
   const std::lock_guard lock(mutex);

@@ -79,9 +79,11 @@ unsigned dhdGetButtonMask(char) { return static_cast<unsigned>(device.buttons); 
 int dhdGetStatus(int* out, char) {
   if (device.fault == Fault::dead || device.fault == Fault::gone) return -1;
   for (int i = 0; i < 17; ++i) out[i] = 0;
+  for (const int well : {0, 1, 2, 12}) out[well] = 1;  // power, connected, started, wrist ready
   out[3] = device.fault == Fault::uncalibrated ? 0 : 1;
   out[5] = device.forces_off == 0;
   out[14] = device.forces_off;
+  if (device.wrong >= 0) out[device.wrong] = out[device.wrong] == 0;
   return 0;
 }
 int dhdSetForce(double x, double y, double z, char) {
