@@ -13,13 +13,14 @@ void check_live_device(const std::string& name, std::vector<std::string> others)
   if (std::ranges::find(others, name) == others.end()) throw_unknown("device", name, others);
 }
 
-Scene with_live_device(Scene scene, const std::string& name) {
+Scene with_live_device(Scene scene, const std::string& name, const std::string& id) {
   if (name == "pointer") return scene;  // the page's run puts its hand there
   const auto live = live_device_backends();
   if (std::ranges::find(live, name, &BackendInfo::name) == live.end()) return scene;
-  if (scene.tool.path.device && scene.tool.path.device->name == name) return scene;  // with its settings
   DeviceSettings settings;
   settings.name = name;
+  if (scene.tool.path.device && scene.tool.path.device->name == name) settings = *scene.tool.path.device;
+  if (!id.empty()) settings.id = id;
   scene.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}, .device = settings};
   return scene;
 }

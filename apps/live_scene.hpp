@@ -10,8 +10,8 @@ namespace kt {
 /// @param others  that the command knows besides live devices. @throws InputError: no such device
 void check_live_device(const std::string& name, std::vector<std::string> others);
 
-/// The scene with its first tool on a live device, when one is named.
-Scene with_live_device(Scene scene, const std::string& name);
+/// The scene with its first tool on a live device, when one is named; of several the one with that id.
+Scene with_live_device(Scene scene, const std::string& name, const std::string& id = {});
 
 /// A tool that somebody holds.
 struct LiveTool {

@@ -27,7 +27,7 @@ namespace kt {
 namespace {
 
 struct ViewArguments {
-  std::string what, device = "pointer", record = "recordings";
+  std::string what, device = "pointer", id, record = "recordings";
   PageArguments page;
   std::vector<std::string> set;
 };
@@ -119,12 +119,12 @@ void view(const ViewArguments& a) {
     return save_recording(dir, "kilotouch view", s, r, f);
   };
   for (const fs::path& file : files) options.scenes.push_back(file.stem().string());
-  options.load_scene = [files, device = a.device](const std::string& name) {
+  options.load_scene = [files, device = a.device, id = a.id](const std::string& name) {
     const auto file = std::ranges::find_if(files, [&](const fs::path& f) { return f.stem() == name; });
-    return with_live_device(load_scene(file->string()), device);
+    return with_live_device(load_scene(file->string()), device, id);
   };
-  options.scene_of_mesh = [device = a.device](const std::string& file) {
-    return with_live_device(scene_of_mesh(file, {}), device);
+  options.scene_of_mesh = [device = a.device, id = a.id](const std::string& file) {
+    return with_live_device(scene_of_mesh(file, {}), device, id);
   };
   options.examine = examine;
   options.repair = repair_mesh;
@@ -140,7 +140,8 @@ void view(const ViewArguments& a) {
   }
   const std::vector<std::string> meshes = readable_mesh_extensions();
   const bool is_mesh = std::ranges::find(meshes, mesh_extension(a.what)) != meshes.end();
-  view_scene(with_live_device(is_mesh ? scene_of_mesh(a.what, a.set) : load_scene(a.what, a.set), a.device), options);
+  view_scene(with_live_device(is_mesh ? scene_of_mesh(a.what, a.set) : load_scene(a.what, a.set), a.device, a.id),
+             options);
 }
 
 #else
@@ -164,6 +165,7 @@ void add_view_command(CLI::App& app, int&) {
       ->add_option("--device", a->device,
                    "what moves the tool: pointer (the page's), scene (the scene's path), or a haptic device: haply ...")
       ->capture_default_str();
+  command->add_option("--id", a->id, "of a haptic device, where there are several (kilotouch device list)");
   command->add_option("--record", a->record, "folder for recordings")->capture_default_str();
   command->footer("Example:\n  kilotouch view scenes/organ_drag.json --open");
   command->callback([a] { view(*a); });
