@@ -10,6 +10,7 @@
 #include "core/base/error.hpp"
 #include "haptics/driver/device_identify.hpp"
 #include "haptics/driver/device_test.hpp"
+#include "haptics/driver/device_troubles.hpp"
 #include "haptics/driver/find_devices.hpp"
 #include "haptics/setup/scene_safety.hpp"
 #include "io/files/json_file.hpp"
@@ -115,33 +116,16 @@ Json test_json(const DeviceArguments& a, const DeviceInfo& info, const DeviceTes
   out["energy_given_j"] = t.given;
   out["most_force_n"] = t.safety.most_force;
   out["most_slew_n_per_s"] = t.safety.most_slew;
+  out["most_echoed_n"] = t.safety.most_echoed ? Json(*t.safety.most_echoed) : Json(nullptr);
+  out["ticks_without_echo"] = t.safety.unechoed;
+  out["jumps"] = t.safety.jumps;
   out["gate"] = name_of(t.gate);
   out["ticks_stale"] = t.safety.stale;
-  return out;
-}
-
-/// What stands in the way of a good touch; empty: nothing does.
-std::vector<std::string> troubles(const DeviceArguments& a, const DeviceInfo& info, const DeviceTest& t) {
-  std::vector<std::string> out;
-  const double h = 1 / a.rate_hz;
-  if (t.gate != GateReason::open) {
-    const std::string advice = t.gate == GateReason::uncalibrated ? calibration_advice(a.device.name) : std::string();
-    out.push_back(text("no force at the end: ", name_of(t.gate), advice.empty() ? "" : "; " + advice));
-  }
-  if (t.safety.stale > t.ticks / 1000)
-    out.push_back(text("poses were older than 5 ms in ", t.safety.stale, " of ", t.ticks,
-                       " ticks: the device's driver or this computer is held up (kilotouch device test --machine)"));
-  if (t.readings_per_s < 0.9 * a.rate_hz)
-    out.push_back(text("fresh poses came ", shown(t.readings_per_s), " times a second, ticks ", a.rate_hz,
-                       " times: lower local.rate_hz, or see to the device's service"));
-  if (sorted_percentile(t.lateness, 0.99) > h)
-    out.push_back(text("one tick in a hundred came more than a period late (",
-                       shown(1e3 * sorted_percentile(t.lateness, 0.99)),
-                       " ms): kilotouch device test --machine says why"));
-  if (info.gives_force && t.deepest > 0 && t.ripple > 0.1)
-    out.push_back(text("the force on the wall swung by ", shown(100 * t.ripple),
-                       " % of its mean: kilotouch device identify, and then tool.path.device.damping"));
-  if (info.gives_force && !(t.deepest > 0)) out.push_back("the wall was not touched: press the device down by 1 cm");
+  out["ticks_by_gate"] = Json::object();
+  for (std::size_t i = 1; i < kGateReasons; ++i)
+    if (const int ticks = t.safety.by_reason[i]; ticks > 0)
+      out["ticks_by_gate"][name_of(static_cast<GateReason>(i))] = ticks;
+  out["notes"] = t.notes;
   return out;
 }
 
@@ -177,16 +161,23 @@ void test(const DeviceArguments& a, int& exit_code) {
   const Vec3 way = 1e3 * (t.high - t.low);
   print_row("fresh poses", text(shown(t.readings_per_s, "%.0f"), " a second"));
   print_row("pose age", ms(t.pose_age));
-  print_row("delay of forces", t.delay.empty() ? "the device tells none" : ms(t.delay));
+  print_row("delay of forces",
+            t.delay.empty()
+                ? "the device tells none"
+                : ms(t.delay) + (info.delay_is_of_messages ? " (a message's way; the motors' is not told)" : ""));
   print_row("ticks late by", ms(t.lateness));
   print_row("moved through", text(shown(way.x()), " x ", shown(way.y()), " x ", shown(way.z()), " mm"));
   print_row("force", text("up to ", shown(t.safety.most_force), " N, changed by up to ", shown(t.safety.most_slew),
                           " N/s; limited in ", t.safety.limited, " of ", t.ticks, " ticks"));
+  if (t.safety.most_echoed)
+    print_row("repeated", text("up to ", shown(*t.safety.most_echoed), " N by the device's service; not in ",
+                               t.safety.unechoed, " ticks"));
   if (t.deepest > 0)
     print_row("wall", text(shown(1e3 * t.deepest), " mm deep",
                            std::isfinite(t.ripple) ? text(", force swings by ", shown(100 * t.ripple), " %") : ""));
   print_row("energy", text("at most ", shown(1e3 * t.given), " mJ given to the hand"));
-  const std::vector<std::string> found = troubles(a, info, t);
+  for (const std::string& note : t.notes) print_row("note", note);
+  const std::vector<std::string> found = find_troubles(a.device.name, info, t, a.rate_hz);
   for (const std::string& trouble : found) print_row("trouble", trouble);
   if (found.empty()) print_row("verdict", "good");
   exit_code = found.empty() ? 0 : 1;

@@ -24,7 +24,7 @@ endfunction()
 set(kt_off)
 foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
              "CGAL=io/([a-z]+/)?[a-z_]*cgal" "CGAL=collision/broad/cgal" "TETGEN=io/([a-z]+/)?[a-z_]*tetgen"
-             "NETGEN=io/([a-z]+/)?[a-z_]*netgen" "ZLIB=io/([a-z]+/)?[a-z_]*zlib" "BEAST=haptics/(driver/)?haply")
+             "NETGEN=io/([a-z]+/)?[a-z_]*netgen" "ZLIB=io/([a-z]+/)?[a-z_]*zlib" "BEAST=(haptics|driver)/haply")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)

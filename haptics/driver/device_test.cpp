@@ -67,13 +67,15 @@ DeviceTest test_device(HapticDevice& device, const DeviceTestOptions& options) {
     const Pose at = device.pose(1e-9 * static_cast<double>(now - began));
     const DeviceState state = device.state();
     const double stamp = 1e-9 * static_cast<double>(now) - state.age;
-    fresh += std::abs(stamp - last_stamp) > 1e-6;
-    last_stamp = stamp;
     out.pose_age.push_back(state.age);
     if (state.delays != delays) out.delay.push_back(state.delay);
     delays = state.delays;
     const double dt = i == 0 ? options.h : std::max(1e-9, 1e-9 * static_cast<double>(now - before));
     before = now;
+    const bool is_there = state.health == DeviceHealth::ok || state.health == DeviceHealth::stale;
+    fresh += is_there && std::abs(stamp - last_stamp) > 1e-6;
+    out.there += is_there ? dt : 0;
+    last_stamp = stamp;
     LocalFrame frame;
     frame.pose = chain.tool(at, dt);
     const double depth = wall - frame.pose.x.z() / scale;
@@ -90,7 +92,8 @@ DeviceTest test_device(HapticDevice& device, const DeviceTestOptions& options) {
     out.ticks = i + 1;
   }
   out.seconds = 1e-9 * static_cast<double>(monotonic_ns() - began);
-  out.readings_per_s = fresh / std::max(out.seconds, 1e-9);
+  out.readings_per_s = fresh / std::max(out.there, 1e-9);
+  out.notes = device.notes();
   out.safety = chain.counts();
   out.gate = chain.reason();
   out.ripple = ripple.last();

@@ -23,10 +23,12 @@ struct DeviceTestOptions {
 struct DeviceTest {
   double seconds = 0;
   int ticks = 0;
-  std::vector<double> pose_age;  ///< at each tick
-  std::vector<double> delay;     ///< from an order to its force, as the device told
-  std::vector<double> lateness;  ///< of the ticks
-  double readings_per_s = 0;     ///< fresh poses
+  std::vector<double> pose_age;    ///< at each tick
+  std::vector<double> delay;       ///< from an order to its force, as the device told
+  std::vector<double> lateness;    ///< of the ticks
+  double there = 0;                ///< [s] for which the device was healthy
+  double readings_per_s = 0;       ///< fresh poses, of that time
+  std::vector<std::string> notes;  ///< of the device's driver
   SafetyCounts safety;
   GateReason gate = GateReason::open;            ///< at the end
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  ///< that it was moved through [m]

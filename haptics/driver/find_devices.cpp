@@ -24,6 +24,7 @@ std::vector<FoundDevice> find_devices(const std::string& name, const DeviceSetti
 }
 
 std::string calibration_advice(const std::string& name) {
+  if (name == "haply") return "put its grip on the inkwell and wait until its light is steady";
   if (name == "openhaptics") return "put the stylus into the inkwell and leave it there until it is calibrated";
   if (name == "forcedimension") return "put the pole of the device into its calibration pit";
   return {};
@@ -31,8 +32,8 @@ std::string calibration_advice(const std::string& name) {
 
 void throw_which_device(const std::string& name, const std::string& id, const std::vector<std::string>& ids) {
   if (id.empty())
-    throw InputError(
-        text("tool.path.device: ", name, ": several are connected (", join(ids), "); name one in tool.path.device.id"));
+    throw InputError(text("tool.path.device: ", name, ": several are connected (", join(ids),
+                          "); name one in tool.path.device.id (--id)"));
   throw InputError(
       text("tool.path.device.id \"", id, "\": no such ", name, " device; found: ", ids.empty() ? "none" : join(ids)));
 }
