@@ -60,20 +60,22 @@ void print_link(const HandLinkReport& r) {
 }
 
 void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report) {
-  settings.complete = [report](Json& summary) {
-    summary["link"] = link_json(*report);
+  settings.complete = [report](Json& summary) { summary["link"] = link_json(*report); };
+  settings.found = [report] {
+    std::vector<Finding> out;
     if (report->reconnections > 0)
-      summary["warnings"].push_back(text("the body's computer was gone ", report->reconnections, " times, for up to ",
-                                         report->longest_gap_s,
-                                         " s: the body began at rest again, and the run cannot be "
-                                         "repeated by kilotouch replay"));
+      out.push_back(
+          {text("the body's computer was gone ", report->reconnections, " times, for up to ", report->longest_gap_s,
+                " s: the body began at rest again, and the run cannot be repeated by kilotouch replay")});
     if (report->longest_silence_s > 0)
-      summary["warnings"].push_back(text("no datagram came over UDP from ", report->data_place, " for up to ",
-                                         report->longest_silence_s,
-                                         " s, while the control channel went on: the local "
-                                         "model stayed as it was, and the force was off from link.stale_ms on"));
+      out.push_back(
+          {text("no datagram came over UDP from ", report->data_place, " for up to ", report->longest_silence_s,
+                " s, while the control channel went on: the local model stayed as it was, and the force was "
+                "off from link.stale_ms on"),
+           {advise("let UDP through to and from that port")}});
     if (!report->without_body.empty())
-      summary["warnings"].push_back("the run ended without its body: " + report->without_body);
+      out.push_back({"the run ended without its body: " + report->without_body, {}, Finding::Weight::failure});
+    return out;
   };
 }
 

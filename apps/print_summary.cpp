@@ -90,15 +90,16 @@ void print_details(const nlohmann::ordered_json& s) {
   const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
   line("body", text(s["model"]["type"].get<std::string>(), ", ", s["model"]["nodes"], " nodes, ", s["model"]["tets"],
                     " tetrahedra, ", s["model"]["triangles"], " surface triangles"));
-  line("local model",
-       text(s["local"]["name"].get<std::string>(), ", ", s["local"]["dof"], " dof, ", s["local"]["patch_vertices"],
-            " patch vertices",
-            s["local"]["certified_error"].is_null()
-                ? std::string()
-                : ", certified " + number(100 * value("local", "certified_error"), "%.2g") + " %",
-            s["local"]["expected_force_error"].is_null()
-                ? std::string()
-                : ", force error to expect " + number(100 * value("local", "expected_force_error"), "%.2g") + " %"));
+  line("local model", text(s["local"]["name"].get<std::string>(), ", ", s["local"]["dof"], " dof, ",
+                           s["local"]["patch_vertices"], " patch vertices",
+                           s["local"]["certified_error"].is_null()
+                               ? std::string()
+                               : ", its impedance off by " + number(100 * value("local", "certified_error"), "%.2g") +
+                                     " % at the worst of 0 to 500 Hz",
+                           s["local"]["expected_force_error"].is_null()
+                               ? std::string()
+                               : ", force error of the local model alone " +
+                                     number(100 * value("local", "expected_force_error"), "%.2g") + " %"));
   if (s["settings"]["local"]["reducer"] == "auto") line("", s["local"]["reason"].get<std::string>());
   for (const Json& c : s["local"]["reducer_changes"])
     line("", text("tick ", c["tick"], ": ", c["from"].get<std::string>(), " -> ", c["to"].get<std::string>(), ": ",

@@ -14,6 +14,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/record.hpp"
+#include "core/base/temporary_folder.hpp"
 
 namespace kt {
 namespace {
@@ -78,7 +79,7 @@ double of_disk(const std::string& folder) {
 }  // namespace
 
 Room free_room(const std::string& results) {
-  return {of_memory(), of_disk(RecordBytes::folder()), results.empty() ? kNone : of_disk(results)};
+  return {of_memory(), of_disk(temporary_folder("/var/tmp")), results.empty() ? kNone : of_disk(results)};
 }
 
 Room needed_room(const Scene& scene, bool keeps_results) {

@@ -8,6 +8,7 @@
 #include "apps/outputs/run_summary.hpp"
 #include "apps/stop_signals.hpp"
 #include "core/base/error.hpp"
+#include "core/base/temporary_folder.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
 
@@ -30,7 +31,7 @@ std::string next_folder(const std::string& dir) {
 /// A mesh that was dropped into the page lies in a temporary folder: the recording keeps it.
 void keep_mesh(const std::string& folder, const std::string& mesh) {
   std::error_code none;
-  if (fs::relative(mesh, fs::temp_directory_path(), none).string().starts_with("..")) return;
+  if (fs::relative(mesh, temporary_folder(), none).string().starts_with("..")) return;
   const fs::path kept = fs::absolute(folder) / fs::path(mesh).filename();
   fs::copy_file(mesh, kept);
   for (const char* file : {"/session.json", "/scene.json"}) {

@@ -8,10 +8,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 
 #include "apps/allocation_counter.hpp"
 #include "apps/commands.hpp"
 #include "apps/network_run.hpp"
+#include "apps/outputs/cures_in_force.hpp"
 #include "apps/outputs/run_outputs.hpp"
 #include "apps/outputs/run_summary.hpp"
 #include "apps/print_summary.hpp"
@@ -21,7 +23,6 @@
 #include "apps/stop_signals.hpp"
 #include "apps/words.hpp"
 #include "haptics/device/haptic_device.hpp"
-#include "haptics/session/run_warnings.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
 
@@ -135,12 +136,13 @@ static Session make_session(const Scene& scene, const std::string& file) {
   }
 }
 
-int run_exit_code(const RunOutcome& outcome) {
-  const SessionResult& result = outcome.result;
-  const bool is_lost = outcome.summary.at("contact_lost").get<bool>();
-  const bool has_no_body =
-      outcome.summary.value(nlohmann::ordered_json::json_pointer("/link/ended_without_body"), false);
-  return result.stopped || result.device_lost || is_lost || has_no_body || contacts_were_too_many(result) ? 1 : 0;
+int run_exit_code(const RunOutcome& outcome) { return outcome.summary.at("trust").at("failed").get<bool>() ? 1 : 0; }
+
+/// What is known to fail before the run.
+static std::vector<Finding> known_findings(const Session& session) {
+  std::vector<Finding> out;
+  std::ranges::transform(session.predictions(), std::back_inserter(out), &Prediction::finding);
+  return out;
 }
 
 static void save(const RunSettings& settings, const Session& session, const RunOutcome& run,
@@ -189,7 +191,8 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   const std::vector<std::filesystem::path> made = missing_folders(settings.out);
   if (!settings.out.empty()) make_folder(settings.out);
   read_reference_before(session, settings.reference.file);
-  for (const Prediction& p : session.predictions()) std::cerr << "kilotouch: warning: " << p.message << '\n';
+  for (const Finding& f : with_true_cures(scene, known_findings(session)))
+    std::cerr << "kilotouch: warning: " << f.line() << '\n';
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   if (!scene.is_endless) options.progress = progress_bar(scene.title.empty() ? "running" : scene.title, settings.piped);
@@ -210,6 +213,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   }
   std::optional<SavingResults> saving;  // a stop waits for what is made of the ticks until then
   if (out.result.stopped || stop_requested()) saving.emplace();
+  if (settings.found) std::ranges::move(settings.found(), std::back_inserter(out.result.findings));
   out.summary = make_summary(session, out.result);
   out.summary["command"] = settings.reproduce;
   if (settings.complete) settings.complete(out.summary);

@@ -31,6 +31,7 @@ struct RunSettings {
   std::string reproduce;  ///< the command, for the report
   std::string input;      ///< the file that the scene or its mesh came from, for messages
   SessionOptions session;
+  std::function<std::vector<Finding>()> found;  ///< what the caller knows against the run, when it is over
   std::function<void(nlohmann::ordered_json& summary)> complete;  ///< with what the caller knows of the run
   ReferenceSettings reference;
 };
@@ -40,7 +41,7 @@ struct RunOutcome {
   SessionResult result;
 };
 
-/// 1 when the run was stopped, a contact was lost in it, or there were too many to solve.
+/// 1 when something was found by which the forces are not those of the scene, as in the summary's trust.failed.
 int run_exit_code(const RunOutcome& outcome);
 
 /// Throws InputError and RunError.

@@ -166,7 +166,7 @@ void serve(const ServeArguments& a) {
   Scene scene = load_scene(a.scene, a.set);
   scene.link.type = "network";
   const Session built(scene);
-  for (const std::string& warning : built.warnings()) std::cerr << "kilotouch: warning: " << warning << '\n';
+  for (const std::string& line : lines(built.findings())) std::cerr << "kilotouch: warning: " << line << '\n';
   Scene sent = scene;
   std::vector<Welcome::File> files = take_files(sent);
   BodyServer server(built, to_json(sent), std::move(files), options,

@@ -188,7 +188,7 @@ class Table {
               "}, \"refresh_ms\": ", percentile(result.refresh.refresh_ms, 0.5),
               ", \"global_ms\": ", percentile(result.refresh.global_ms, 0.5),
               ", \"refreshes_per_s\": ", static_cast<double>(result.refreshes.size()) / settings.duration,
-              ", \"inside_out\": ", inside_out(result.warnings), ", \"nodes\": ", nodes,
+              ", \"inside_out\": ", result.refresh.inverted.most, ", \"nodes\": ", nodes,
               ", \"mean_force\": ", mean_force(reference.force)));
     write_trace(text(model, "_", method, "_", rate, "_", latency), forces, reference.h, &result.refreshes);
   }
@@ -216,13 +216,6 @@ class Table {
                   adopted[i] ? 1 : 0, "\n");
     make_folder(arguments_.traces);
     write_file_whole(arguments_.traces + "/" + name + ".csv", out);
-  }
-
-  /// Tetrahedra turned inside out: the number at the head of the warning that says so.
-  static int inside_out(const std::vector<std::string>& warnings) {
-    for (const std::string& warning : warnings)
-      if (warning.find("inside out") != std::string::npos) return std::atoi(warning.c_str());
-    return 0;
   }
 
   static double mean_force(const std::vector<Vec3>& forces) {

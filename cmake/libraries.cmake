@@ -43,7 +43,8 @@ kt_library(core DIRS core/base core/linear core/linear/step_solvers core/body co
            DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
            ALONE core/linear/[a-z]*_product core/linear/dense_cholesky core/linear/symmetric_eigen core/linear/block_cholesky
                  core/linear/complex_symmetric core/linear/supernodes core/global/newton core/local/block_confinement
-                 core/local/node_blocks core/local/local_dynamics core/local/graded_body)
+                 core/local/node_blocks core/local/local_dynamics core/local/graded_body core/base/finding
+                 core/base/temporary_folder)
 kt_library(collision DIRS collision/shape collision/impact collision/broad collision/held DEPENDS kt_core
            WITHOUT ${kt_off} collision/broad/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
@@ -51,10 +52,11 @@ kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS
 kt_library(io DIRS io/files io/mesh io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
            ALONE _cgal io/mesh/ply.cpp io/mesh/stl.cpp io/mesh/medit io/files/json_batch io/files/json_file io/scene/json_rules)
 kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/link haptics/tick haptics/methods haptics/refresh haptics/remote haptics/touch
-                            haptics/setup haptics/predict haptics/session haptics/study haptics/advise
+                            haptics/setup haptics/predict haptics/session haptics/study haptics/findings haptics/advise
            WITHOUT ${kt_off}
            ALONE haptics/tick/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
-                 haptics/advise/advise_bodies haptics/study/press.cpp haptics/study/run_doubts haptics/session/real_time
+                 haptics/advise/advise_bodies haptics/study/press.cpp haptics/findings/ haptics/session/real_time
+                 haptics/predict/mesh_cures haptics/predict/predict_tool_mesh
                  haptics/driver/haply
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 

@@ -117,7 +117,7 @@ class PythonSession {
 
   std::vector<std::string> predictions() const {
     std::vector<std::string> out;
-    for (const Prediction& p : session_->predictions()) out.push_back(p.message);
+    for (const Prediction& p : session_->predictions()) out.push_back(p.message());
     return out;
   }
 

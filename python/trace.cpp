@@ -78,7 +78,12 @@ void bind_trace(py::module_& m) {
       .def_property_readonly(
           "hash", [](const Trace& t) { return hash_text(t.run->result.hash); },
           "Of every tick's place, force, mode and triangle: as `kilotouch run` prints it.")
-      .def_property_readonly("warnings", [](const Trace& t) { return t.run->result.warnings; })
+      .def_property_readonly(
+          "warnings",
+          [](const Trace& t) -> py::object {
+            return py::module_::import("json").attr("loads")(t.run->summary)["warnings"];
+          },
+          "All that was found out about the run, a line each: those of the summary.")
       .def_property_readonly(
           "summary", [](const Trace& t) { return py::module_::import("json").attr("loads")(t.run->summary); },
           "The dict of summary.json.")

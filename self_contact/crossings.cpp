@@ -30,50 +30,83 @@ bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const V
   return true;
 }
 
-}  // namespace
+using Pairs = std::map<std::array<int, 2>, Vec3>;
 
-std::vector<Crossing> find_crossings(SelfContact& contact, std::span<const Triangle> triangles, const VectorX& x) {
-  std::map<std::vector<int>, std::vector<int>> owners;  // of a node, an edge or a face, by its nodes: triangles
-  const auto sorted = [](std::vector<int> nodes) {
-    std::ranges::sort(nodes);
-    return nodes;
-  };
-  for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
-    const auto& [a, b, c] = triangles[t];
-    for (const auto& feature : {std::vector{a}, {b}, {c}, {a, b}, {b, c}, {c, a}, {a, b, c}})
-      owners[sorted(feature)].push_back(t);
-  }
-  std::map<std::array<int, 2>, Vec3> found;
-  const auto note = [&](const std::vector<int>& some, const std::vector<int>& others, const Vec3& at) {
-    for (int a : some)
-      for (int b : others) found.try_emplace({std::min(a, b), std::max(a, b)}, at);
-  };
+/// Triangles of each edge, by its nodes in ascending order.
+using EdgeOwners = std::map<std::array<int, 2>, std::vector<int>>;
 
-  const auto index = make_triangle_index(contact.options.backend);
-  index->build(triangles, x);
+EdgeOwners edge_owners(std::span<const Triangle> triangles) {
+  EdgeOwners out;
+  for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+      out[{std::min(a, b), std::max(a, b)}].push_back(t);
+    }
+  return out;
+}
+
+void note(const std::vector<int>& some, const std::vector<int>& others, const Vec3& at, Pairs& found) {
+  for (int a : some)
+    for (int b : others) found.try_emplace({std::min(a, b), std::max(a, b)}, at);
+}
+
+/// Edges through triangles with which they share no node.
+void find_pierced(std::span<const Triangle> triangles, const VectorX& x, const EdgeOwners& owners, TriangleIndex& index,
+                  Pairs& found) {
+  index.build(triangles, x);
   std::vector<int> near(triangles.size());
-  for (const auto& [i, k] : contact.pairs.edges()) {
+  for (const auto& [edge, its] : owners) {
+    const auto [i, k] = edge;
     const Vec3 p = node(x, i), q = node(x, k);
-    const int count = index->candidates({p.cwiseMin(q), p.cwiseMax(q)}, 0, near);
+    const int count = index.candidates({p.cwiseMin(q), p.cwiseMax(q)}, 0, near);
     for (int t : std::span(near).first(static_cast<std::size_t>(count))) {
       const Triangle& v = triangles[t];
       if (std::ranges::find(v, i) != v.end() || std::ranges::find(v, k) != v.end()) continue;
       Vec3 at;
-      if (pierces(p, q, node(x, v[0]), node(x, v[1]), node(x, v[2]), at)) note(owners[{i, k}], {t}, at);
+      if (pierces(p, q, node(x, v[0]), node(x, v[1]), node(x, v[2]), at)) note(its, {t}, at, found);
     }
   }
+}
+
+std::vector<Crossing> listed(const Pairs& found) {
+  std::vector<Crossing> out;
+  for (const auto& [pair, at] : found) out.push_back({pair, at});
+  return out;
+}
+
+}  // namespace
+
+std::vector<Crossing> find_piercings(std::span<const Triangle> triangles, const VectorX& x) {
+  Pairs found;
+  find_pierced(triangles, x, edge_owners(triangles), *make_triangle_index("refit_bvh"), found);
+  return listed(found);
+}
+
+std::vector<Crossing> find_crossings(SelfContact& contact, std::span<const Triangle> triangles, const VectorX& x) {
+  const EdgeOwners of_edge = edge_owners(triangles);
+  std::map<int, std::vector<int>> of_node;
+  std::map<std::array<int, 3>, std::vector<int>> of_face;
+  const auto sorted = [](auto nodes) {
+    std::ranges::sort(nodes);
+    return nodes;
+  };
+  for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
+    for (const int v : triangles[t]) of_node[v].push_back(t);
+    of_face[sorted(std::array{triangles[t][0], triangles[t][1], triangles[t][2]})].push_back(t);
+  }
+  Pairs found;
+  find_pierced(triangles, x, of_edge, *make_triangle_index(contact.options.backend), found);
   const double touch = kTouch * contact.barrier.reach;
   for (const SurfacePair& pair : contact.pairs.find(x, x, touch)) {
     if (pair_distance(pair, x).distance > touch) continue;
     const auto& n = pair.nodes;
     if (pair.kind == SurfacePair::Kind::edge_edge)
-      note(owners[sorted({n[0], n[1]})], owners[sorted({n[2], n[3]})], node(x, n[0]));
+      note(of_edge.at(sorted(std::array{n[0], n[1]})), of_edge.at(sorted(std::array{n[2], n[3]})), node(x, n[0]),
+           found);
     else
-      note(owners[{n[0]}], owners[sorted({n[1], n[2], n[3]})], node(x, n[0]));
+      note(of_node.at(n[0]), of_face.at(sorted(std::array{n[1], n[2], n[3]})), node(x, n[0]), found);
   }
-  std::vector<Crossing> out;
-  for (const auto& [pair, at] : found) out.push_back({pair, at});
-  return out;
+  return listed(found);
 }
 
 }  // namespace kt

@@ -33,6 +33,7 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
       {"predict"},
       {"session"},
       {"study"},
+      {"findings"},
       {"advise"}}},
     {"network", {{"channel", "control", "message"}, {""}}}};
 

@@ -6,15 +6,13 @@
 #include <numeric>
 #include <span>
 
+#include "apps/outputs/cures_in_force.hpp"
 #include "apps/outputs/device_summary.hpp"
 #include "core/base/error.hpp"
 #include "core/linear/kernels.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
-#include "haptics/predict/contact_width.hpp"
-#include "haptics/session/real_time.hpp"
-#include "haptics/session/run_warnings.hpp"
+#include "haptics/findings/run_findings.hpp"
 #include "haptics/study/contact_events.hpp"
-#include "haptics/study/run_doubts.hpp"
 
 namespace kt {
 namespace {
@@ -142,7 +140,7 @@ Json real_time_json(const RealTime& r) {
           {"refresh_hz", r.refresh_hz},
           {"refresh_share", r.refresh_share},
           {"tick_share", r.tick_share},
-          {"cure", r.cure.empty() ? Json(nullptr) : Json(r.cure)},
+          {"cure", r.cures.empty() ? Json(nullptr) : Json(r.cure())},
           {"told", r.told()}};
 }
 
@@ -164,11 +162,35 @@ Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
           {"fine_edge_m", number_or_null(w->fine_edge)}};
 }
 
-Json trust_json(const std::vector<Doubt>& doubts) {
+Json cure_json(const Cure& cure) {
+  const auto known = [](const std::string& word) { return word.empty() ? Json(nullptr) : Json(word); };
+  return {{"key", known(cure.key)}, {"value", known(cure.value)}, {"told", cure.told}};
+}
+
+Json finding_json(const Finding& found) {
+  constexpr const char* kWeights[] = {"note", "doubt", "failure"};
+  Json cures = Json::array();
+  for (const Cure& cure : found.cures) cures.push_back(cure_json(cure));
+  return {{"what", found.what}, {"weight", kWeights[static_cast<int>(found.weight)]}, {"cures", cures}};
+}
+
+/// What speaks against the forces; "cure" in words, as on the first screen.
+Json trust_json(const std::vector<Finding>& findings) {
   Json reasons = Json::array();
-  for (const Doubt& d : doubts)
-    reasons.push_back({{"what", d.what}, {"cure", d.cure.empty() ? Json(nullptr) : Json(d.cure)}});
-  return {{"trustworthy", doubts.empty()}, {"reasons", reasons}};
+  for (const Finding& f : findings)
+    if (f.weight != Finding::Weight::note)
+      reasons.push_back({{"what", f.what}, {"cure", f.cures.empty() ? Json(nullptr) : Json(alternatives(f.cures))}});
+  return {{"trustworthy", is_trustworthy(findings)}, {"failed", has_failed(findings)}, {"reasons", reasons}};
+}
+
+void add_findings(const std::vector<Finding>& findings, Json& out) {
+  std::vector<Finding> notes = findings;
+  std::erase_if(notes, [](const Finding& f) { return f.weight != Finding::Weight::note; });
+  out["trust"] = trust_json(findings);
+  out["notes"] = lines(notes);
+  out["warnings"] = lines(findings);
+  out["findings"] = Json::array();
+  for (const Finding& f : findings) out["findings"].push_back(finding_json(f));
 }
 
 /// Least work that all hands together have done on the body so far, over the run [J]; below 0: energy came out.
@@ -204,9 +226,8 @@ auto pushed_out_ticks(std::span<const LocalFrame> frames) {
   return std::ranges::count_if(frames, [](const LocalFrame& f) { return (f.flags & kPushedOut) != 0; });
 }
 
-Json second_tool_json(const Scene& scene, const SessionResult& result, double steady) {
+Json second_tool_json(const Scene& scene, const SessionResult& result, const ForceMetrics& force) {
   const ToolRun& run = result.tools[1];
-  const ForceMetrics force = measure_forces(run.frames, steady, 1 / scene.local.rate_hz);
   const Json lost = lost_json(run.frames, run.penetration, run.missed_impacts, run.lost);
   return {{"force", force_json(force, scene.contact)},
           {"ticks", ticks_json(force, run.frames.size())},
@@ -225,29 +246,16 @@ Json second_tool_json(const Scene& scene, const SessionResult& result, double st
 
 }  // namespace
 
-/// The baselines and the paper's laws let tools in.
-static bool keeps_outside(const Scene& scene) {
-  return scene.local.method == "multirate" && scene.contact.law == "coulomb";
-}
-
 std::string hash_text(std::uint64_t hash) {
   char out[17];
   std::snprintf(out, sizeof out, "%016llx", static_cast<unsigned long long>(hash));
   return out;
 }
 
-double steady_from(const Scene& scene, const SessionResult& result) {
-  constexpr double kSettle = 0.1;  // [s] the press's own transient
-  if (scene.tool.path.press_drag) return scene.tool.path.press_drag->press_time + kSettle;
-  for (const LocalFrame& f : result.tools[0].frames)
-    if (f.mode != ContactMode::free) return f.t + kSettle;
-  return 0;
-}
-
 Json make_summary(const Session& session, const SessionResult& result) {
   const Scene& scene = session.scene();
-  const ForceMetrics force =
-      measure_forces(result.tools[0].frames, steady_from(scene, result), 1 / scene.local.rate_hz);
+  const MeasuredRun measured = measure_run(session, result);
+  const ForceMetrics& force = measured.forces[0];
   Json out;
   out["scene"] = scene.title.empty() ? scene.object.mesh : scene.title;
   out["seed"] = scene.seed;
@@ -299,11 +307,11 @@ Json make_summary(const Session& session, const SessionResult& result) {
   out["pushed_out_ticks"] = pushed_out_ticks(result.tools[0].frames);
   out.update(lost_json(result.tools[0].frames, result.tools[0].penetration, result.tools[0].missed_impacts,
                        result.tools[0].lost));
-  out["contact_lost"] = contact_was_lost(result, keeps_outside(scene));
+  out["contact_lost"] = contact_was_lost(scene, result);
   out["contact_solver"] = contact_solver_json(result.tools[0].frames);
   out["energy_min_j"] = force.energy_min;
   if (result.tools[0].device) out["device"] = device_json(result.tools[0]);
-  if (result.tools.size() > 1) out["second_tool"] = second_tool_json(scene, result, steady_from(scene, result));
+  if (result.tools.size() > 1) out["second_tool"] = second_tool_json(scene, result, measured.forces[1]);
   if (result.tools.size() > 1 && result.tools[1].device) out["second_tool"]["device"] = device_json(result.tools[1]);
   out["step_us"] = percentiles(result.step_us, true);
   out["tick_period_share"] = period_shares_json(result.step_us, scene.local.rate_hz);
@@ -326,21 +334,10 @@ Json make_summary(const Session& session, const SessionResult& result) {
       result.allocations < 0 || result.tools[0].frames.empty()
           ? Json(nullptr)
           : Json(static_cast<double>(result.allocations) / static_cast<double>(result.tools[0].frames.size()));
-  const std::vector<Vec3> way = places_of(result.tools[0]);
-  const std::optional<ContactWidth> width = find_contact_width(session, way);
-  out["mesh_at_contact"] = mesh_at_contact_json(width);
-  out["real_time"] = real_time_json(judge_real_time(scene, result));
+  out["mesh_at_contact"] = mesh_at_contact_json(measured.width);
+  out["real_time"] = real_time_json(measured.pace);
   if (!result.lateness_us.empty()) out["real_time"].update(thread_json(result.real_time));
-  std::vector<std::string> warnings = run_warnings(result, keeps_outside(scene));
-  const bool is_scripted =
-      !session.path().empty() && !scene.tool.path.hand && !scene.tool.path.device;  // then it was predicted
-  if (!is_scripted && width && is_off(*width)) warnings.push_back(coarse_mesh_warning(session, *width));
-  std::vector<ForceMetrics> forces{force};
-  if (result.tools.size() > 1)
-    forces.push_back(measure_forces(result.tools[1].frames, steady_from(scene, result), 1 / scene.local.rate_hz));
-  out["trust"] = trust_json(find_doubts(scene, result, warnings, forces));
-  out["notes"] = result.notes;
-  out["warnings"] = std::move(warnings);
+  add_findings(with_true_cures(scene, all_findings(session, result, measured)), out);
   out["settings"] = Json::parse(to_json(scene));
   return out;
 }

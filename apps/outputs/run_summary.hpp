@@ -19,9 +19,6 @@ void add_reference(nlohmann::ordered_json& summary, const SessionResult& result,
 /// the tool's work is off.
 void add_truth(nlohmann::ordered_json& summary, const SessionResult& result, const Reference& truth);
 
-/// From where on a run counts as steady [s]: after the press, or 0.1 s after the first contact.
-double steady_from(const Scene& scene, const SessionResult& result);
-
 /// 16 hexadecimal digits.
 std::string hash_text(std::uint64_t hash);
 

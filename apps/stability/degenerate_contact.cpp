@@ -5,6 +5,7 @@
 
 #include "apps/stability/map.hpp"
 #include "apps/stability/rays.hpp"
+#include "haptics/findings/run_findings.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/study/metrics.hpp"
 
@@ -113,11 +114,11 @@ Scene scene_of(const Case& c, double angle, double distance) {
 }
 
 /// A word for everything that a reader of the run would have seen.
-std::string loudness(const SessionResult& result) {
+std::string loudness(const Session& session, const SessionResult& result) {
   unsigned flags = 0;
   for (const LocalFrame& f : result.tools[0].frames) flags |= f.flags;
   std::string out = flags ? text("flags ", flags) : "";
-  for (const std::string& w : result.warnings) out += (out.empty() ? "" : "; ") + w;
+  for (const std::string& w : lines(all_findings(session, result))) out += (out.empty() ? "" : "; ") + w;
   return out.empty() ? "silent" : out;
 }
 
@@ -131,7 +132,7 @@ MapPoint run_case(const Case& c, double angle, double distance) {
     for (const Prediction& prediction : session.predictions()) {
       if (prediction.failure != "degenerate_contact") continue;
       p.predicted_failure = true;
-      p.prediction = prediction.message;
+      p.prediction = prediction.message();
     }
     const SessionResult result = session.run();
     const ForceMetrics forces = measure_forces(result.tools[0].frames, 0, 1e-3);
@@ -154,7 +155,7 @@ MapPoint run_case(const Case& c, double angle, double distance) {
                                            : MapVerdict::works;
     p.why = text(touching, " ticks in contact, largest force ", largest, " N, deepest ", 1e6 * deepest, " um, ",
                  result.tools[0].missed_impacts, " missed, ", forces.lost_contacts, " lost, ",
-                 finite ? "finite" : "not finite", "; ", loudness(result));
+                 finite ? "finite" : "not finite", "; ", loudness(session, result));
   } catch (const InputError& e) {  // refused before the run
     p.verdict = MapVerdict::fails;
     p.predicted_failure = true;

@@ -26,7 +26,7 @@ RayResult find_explicit_limit(const DeformableModel& model, const std::string& i
     p.y = dt;
     if (const auto prediction = predict_unstable_step(mode, integrator, dt)) {
       p.predicted_failure = true;
-      p.prediction = prediction->message;
+      p.prediction = prediction->message();
     }
     const auto stepper = make_integrator(integrator);
     const StepRun run = run_steps(model, *stepper, start, dt, kSteps, kGrowth);

@@ -52,7 +52,7 @@ RayResult wall_ray(const Setting& setting, double damping, bool controlled, cons
     p.y = stiffness;
     if (const auto prediction = predict_limit_cycle(loop, most)) {
       p.predicted_failure = true;
-      p.prediction = prediction->message;
+      p.prediction = prediction->message();
     }
     const WallRun run = press_wall(loop, most);
     p.verdict = judge_ripple(run, p.why);

@@ -34,7 +34,7 @@ MapPoint release(const ModelChoice& choice, double share, double dt) {
   p.y = dt;
   if (const auto prediction = predict_collapse(choice.name(), share)) {
     p.predicted_failure = true;
-    p.prediction = prediction->message;
+    p.prediction = prediction->message();
   }
   const auto integrator = make_integrator("newton_euler", {.solver = "direct"});
   State state = crushed(*model, share);

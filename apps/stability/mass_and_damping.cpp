@@ -57,7 +57,7 @@ RayResult explicit_ray(const Ray& ray, const MapOptions& options) {
     MapPoint p = point_of(ray, damping);
     const auto prediction = predict_unstable_step(body, rest_state(body), ray.integrator, kStep);
     p.predicted_failure = prediction.has_value();
-    if (prediction) p.prediction = prediction->message;
+    if (prediction) p.prediction = prediction->message();
     State start = rest_state(body);
     start.x += shaken(body, 1e-6 * kCell);
     const auto integrator = make_integrator(ray.integrator);

@@ -92,7 +92,7 @@ RayResult trace(const Element& e, int cells, const Reference& reference) {
       p.y = cells;
       const auto prediction = predict_locking(*model, e.element, nu);
       p.predicted_failure = prediction.has_value();
-      if (prediction) p.prediction = prediction->message;
+      if (prediction) p.prediction = prediction->message();
       double off = std::numeric_limits<double>::infinity();
       try {
         const double tip = deflection(*model);

@@ -66,7 +66,7 @@ MapPoint point_of(const std::string& series, double x, double y, const SessionRu
   out.x = x;
   out.y = y;
   out.predicted_failure = !run.predictions.empty();
-  for (const Prediction& p : run.predictions) out.prediction += (out.prediction.empty() ? "" : "; ") + p.message;
+  for (const Prediction& p : run.predictions) out.prediction += (out.prediction.empty() ? "" : "; ") + p.message();
   out.hash = run.result.hash;
   return out;
 }

@@ -89,7 +89,7 @@ RayResult ray(const Delays& delay, const Column& column, double damping, const M
     p.y = stiffness;
     if (const auto prediction = predict_limit_cycle(loop, port)) {
       p.predicted_failure = true;
-      p.prediction = prediction->message;
+      p.prediction = prediction->message();
     }
     const WallRun run = press_wall(loop, port);
     p.verdict = judge_ripple(run, p.why);

@@ -1,5 +1,7 @@
 #pragma once
 // A device at its tool: poses from it, forces to it through the safety chain.
+#include <cmath>
+
 #include "haptics/driver/safety_chain.hpp"
 
 namespace kt {
@@ -19,11 +21,13 @@ class GuardedDevice {
     return chain_.tool(at_, dt);
   }
 
-  /// Writes what the device may be given of the frame's force, and puts that in the frame. Returns the model's force.
+  /// Writes what the device may be given of the frame's force, and puts that in the frame, with its normal and
+  /// tangential parts. Returns the model's force.
   /// @param dt  since the last call [s]
   Vec3 give(LocalFrame& frame, double h, double dt) noexcept {
     const Vec3 wanted = frame.force;
     device_->write(chain_.make_safe(frame, at_, state_, dt), h);
+    split_given(wanted, frame);
     const bool is_gone = state_.health == DeviceHealth::gone || state_.health == DeviceHealth::fault ||
                          state_.health == DeviceHealth::unpowered;
     gone_for_ = is_gone ? gone_for_ + dt : 0;
@@ -42,6 +46,15 @@ class GuardedDevice {
   double gone_for() const noexcept { return gone_for_; }  ///< [s]
 
  private:
+  /// What was held back is so in both parts; what was added is split along the contact's normal.
+  static void split_given(const Vec3& wanted, LocalFrame& frame) noexcept {
+    if (frame.force == wanted || frame.mode == ContactMode::free) return;
+    const double size_sq = wanted.squaredNorm(), share = size_sq > 0 ? frame.force.dot(wanted) / size_sq : 0;
+    const Vec3 added = frame.force - share * wanted;
+    const double normal = added.dot(frame.normal);
+    frame.f_n = share * frame.f_n + normal;
+    frame.f_t = std::abs(share) * frame.f_t + (added - normal * frame.normal).norm();
+  }
   static SafetyOptions with_info(SafetyOptions options, const HapticDevice& device) {
     options.device = device.info();
     return options;

@@ -1,11 +1,15 @@
 #pragma once
 // The surface's cells against the width of the contact. A sphere pressed in by d touches over a circle of radius
-// a = sqrt(R d) (Hertz); where the cells are as long as that, few nodes carry the force, and it is too large.
+// a = sqrt(R d) (Hertz); where the cells are as long as that, few nodes carry the force, and it is too large. The tip
+// of a capsule or a mesh tool counts as the ball that is as wide as it at that depth; an edge, which touches along a
+// line, is left out.
 #include <limits>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "collision/shape/pose.hpp"
+#include "core/base/finding.hpp"
 #include "core/body/mesh.hpp"
 
 namespace kt {
@@ -36,11 +40,17 @@ double ratio_of_factor(const std::string& element, double factor);
 /// Whether the factor is worth a warning.
 bool is_off(const ContactWidth& width);
 
-/// Along the places of the scene's first tool; none when the tool has no radius or nowhere enters the body at rest.
-/// At most some hundred places are looked at.
+/// Along the way of the scene's first tool; none when the tool has no radius or nowhere enters the body at rest. At
+/// most some hundred places are looked at.
+std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Pose> way);
+/// Along places of a tool that keeps the orientation that it has at the start.
 std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Vec3> places);
 
-/// One line for a factor that is off: cell, contact radius, factor, and the setting that cures it.
-std::string coarse_mesh_warning(const BuiltScene& built, const ContactWidth& width);
+/// The same contact on cells `coarser` times as long, or with another element: whether its factor is worth a warning.
+bool stays_fine(const BuiltScene& built, const ContactWidth& width, double coarser, const std::string& element);
+
+/// For a factor that is off: cell, contact radius, factor, and the settings that cure it, each with its price.
+/// @param refresh_share  time of a refresh over the time that there is for one; 0: not known
+Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, double refresh_share = 0);
 
 }  // namespace kt

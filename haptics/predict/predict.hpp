@@ -5,13 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "core/base/finding.hpp"
+
 namespace kt {
 
 class BuiltScene;
 
 struct Prediction {
   std::string failure;  ///< the map that shows it: time_step, poisson, ...
-  std::string message;  ///< one line: what, value, limit, which setting to change to what
+  Finding finding;      ///< what, value, limit, and which setting to change to what
+
+  std::string message() const { return finding.line(); }
 };
 
 /// Everything that is known to fail in the scene as it is set up; empty for a good one. Far below a second: at most a

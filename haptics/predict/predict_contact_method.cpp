@@ -66,8 +66,9 @@ std::optional<Prediction> predict_tunnelling(const Scene& scene, const ToolMeeti
   const double h = 1 / scene.local.rate_hz, refresh = 1 / scene.global.rate_hz;
   const double radius = scene.tool.shape == "point" ? 0 : scene.tool.radius;
   const auto warn = [&](const std::string& why) {
-    return Prediction{"tunnelling", text("local.method ", method, ": the tool may go through the body, ", why,
-                                         "; set local.method to multirate, or move the tool more slowly")};
+    return Prediction{"tunnelling",
+                      {text("local.method ", method, ": the tool may go through the body, ", why),
+                       {set_to("local.method", "multirate"), advise("move the tool more slowly")}}};
   };
   if (method == "penalty" && m.thickness < radius)
     return warn(text("which is ", 1e3 * m.thickness, " mm thin where a ball of ", 1e3 * radius,
@@ -89,16 +90,18 @@ std::optional<Prediction> predict_chatter(const Scene& scene, const ToolMeeting&
     // The spring's force is a tick old: a node between it and nothing else swings up when omega h > 2.
     const double stiffest = 4 * m.mass / (h * h);
     if (scene.contact.penalty.stiffness > stiffest)
-      return Prediction{"friction",
-                        text("contact.penalty.stiffness ", scene.contact.penalty.stiffness,
-                             " N/m chatters: surface nodes of ", 1e3 * m.mass, " g take at most ", stiffest, " N/m at ",
-                             scene.local.rate_hz, " Hz; lower it, or set local.method to multirate")};
+      return Prediction{
+          "friction",
+          {text("contact.penalty.stiffness ", scene.contact.penalty.stiffness, " N/m chatters: surface nodes of ",
+                1e3 * m.mass, " g take at most ", stiffest, " N/m at ", scene.local.rate_hz, " Hz"),
+           {set_to("contact.penalty.stiffness", short_number(stiffest)), set_to("local.method", "multirate")}}};
   }
   // Contact planes stay where they were at the refresh; a ball that has rolled off by its radius has left them.
   if (method == "frozen" && m.drag * refresh > std::max(radius, 1e-9))
-    return Prediction{"friction", text("local.method frozen: the tool drags ", 1e3 * m.drag * refresh,
-                                       " mm from refresh to refresh, more than its radius of ", 1e3 * radius,
-                                       " mm, and sinks in; set local.method to multirate, or raise global.rate_hz")};
+    return Prediction{"friction",
+                      {text("local.method frozen: the tool drags ", 1e3 * m.drag * refresh,
+                            " mm from refresh to refresh, more than its radius of ", 1e3 * radius, " mm, and sinks in"),
+                       {set_to("local.method", "multirate"), advise("raise global.rate_hz")}}};
   return {};
 }
 

@@ -49,11 +49,15 @@ void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, st
   const double radius = tool.radius * kMaxContacts / static_cast<double>(touched);  // the area goes as the radius
   const std::string line = text("tool: it touches about ", touched, " triangles of the surface at once, and ",
                                 kMaxContacts, " places are resolved: ");
-  const std::string cure = text("set tool.radius to ", radius, " or less, press less deep, or take larger cells");
+  const Finding found{
+      line + "expect steps of the force, and the tool a little inside",
+      {{"tool.radius", short_number(radius), text("set tool.radius to ", short_number(radius), " or less")},
+       advise("press less deep"),
+       advise("take larger cells")}};
   const double size = bounds(built.model().mesh()).size().maxCoeff();
   if (static_cast<double>(touched) > kMostTimes * kMaxContacts && tool.radius > 0.5 * size)
-    throw InputError(text(line, "its force would leap; ", cure));
-  out.push_back({"contact_width", text(line, "expect steps of the force, and the tool a little inside; ", cure)});
+    throw InputError(text(line, "its force would leap; ", alternatives(found.cures)));
+  out.push_back({"contact_places", found});
 }
 
 }  // namespace
@@ -66,7 +70,7 @@ void predict_contact_width(const BuiltScene& built, std::vector<Prediction>& out
     if (p.t <= built.scene().duration) places.push_back(p.x);
   predict_places(built, places, out);
   const auto width = find_contact_width(built, places);
-  if (width && is_off(*width)) out.push_back({"contact_width", coarse_mesh_warning(built, *width)});
+  if (width && is_off(*width)) out.push_back({"contact_width", coarse_mesh_finding(built, *width)});
 }
 
 }  // namespace kt

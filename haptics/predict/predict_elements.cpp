@@ -37,17 +37,20 @@ std::optional<Prediction> predict_locking(const DeformableModel& model, const st
   if (info.type == "fem" && element == "tet4") {
     const double factor = tet4_stiffening(cells, 0.5 - poisson);
     if (factor < kMost) return {};
-    return Prediction{"poisson", text("object.model.element tet4 at object.model.poisson ", poisson, " with ", cells,
-                                      " elements across the body bends about ", factor, " times too little (limit ",
-                                      kMost, "); set object.model.element to tet10, or refine the mesh")};
+    return Prediction{
+        "poisson",
+        {text("object.model.element tet4 at object.model.poisson ", poisson, " with ", short_number(cells),
+              " elements across the body bends about ", short_number(factor), " times too little (limit ", kMost, ")"),
+         {set_to("object.model.element", "tet10", "about eight times the nodes"), advise("refine the mesh")}}};
   }
   if (!info.parameters.contains("calibration_residual")) return {};  // its springs mean no material
   const double factor = spring_stiffening(cells, 0.5 - poisson);
   if (factor < kMost) return {};
-  return Prediction{"poisson", text("object.model.type msd at object.model.poisson ", poisson, " with ", cells,
-                                    " springs across the body is about ", factor, " times too stiff (limit ", kMost,
-                                    "): springs have a Poisson ratio of their own, near 1/4; set object.model.poisson "
-                                    "to 0.3, or object.model.type to fem")};
+  return Prediction{"poisson",
+                    {text("object.model.type msd at object.model.poisson ", poisson, " with ", short_number(cells),
+                          " springs across the body is about ", short_number(factor), " times too stiff (limit ", kMost,
+                          "): springs have a Poisson ratio of their own, near 1/4"),
+                     {set_to("object.model.poisson", "0.3"), set_to("object.model.type", "fem")}}};
 }
 
 std::optional<Prediction> predict_collapse(const std::string& model, double stretch) {
@@ -55,10 +58,11 @@ std::optional<Prediction> predict_collapse(const std::string& model, double stre
   // default least_volume: all of a body would have to be its mirror image, nearly.
   const double least = model == "stvk" ? 0.19 : model == "msd" ? -0.71 : -std::numeric_limits<double>::infinity();
   if (!(stretch < least)) return {};
-  return Prediction{"inversion", text(model == "msd" ? "object.model.type " : "object.model.material ", model,
-                                      " crushed to ", stretch, " of its height: below ", least,
-                                      " elements turn inside out and stay so; press less deep, or take "
-                                      "object.model.type fem with object.model.material neo_hookean")};
+  return Prediction{
+      "inversion",
+      {text(model == "msd" ? "object.model.type " : "object.model.material ", model, " crushed to ", stretch,
+            " of its height: below ", least, " elements turn inside out and stay so"),
+       {advise("press less deep"), advise("take object.model.type fem with object.model.material neo_hookean")}}};
 }
 
 /// A solid that is loaded by a tool bends and bulges: what locks in bending locks there.

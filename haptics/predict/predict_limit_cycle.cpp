@@ -34,11 +34,15 @@ std::optional<Prediction> predict_limit_cycle(const HandLoop& loop, const HandPo
     const bool told = untold <= (coupled ? kLetsGo : 1 / kMargin) * loop.hand_damping;
     if (told && passive_damping(felt) <= loop.hand_damping + kCounts * port.most_damping) return {};
   }
-  return Prediction{"hand", text("tool.path.hand: a limit cycle, the contact's ", loop.wall_stiffness,
-                                 " N/m are too stiff for a device that damps ", loop.hand_damping, " N.s/m at ",
-                                 1 / loop.h, " Hz and ", 1e3 * loop.delay, " ms of delay: at most ",
-                                 stiffest_stable_wall(loop), " N/m; raise tool.path.hand.damping to ",
-                                 passive_damping(loop), ", or local.rate_hz, or set local.passivity_damping")};
+  const std::string damping = short_number(passive_damping(loop));
+  return Prediction{
+      "hand",
+      {text("tool.path.hand: a limit cycle, the contact's ", loop.wall_stiffness,
+            " N/m are too stiff for a device that damps ", loop.hand_damping, " N.s/m at ", 1 / loop.h, " Hz and ",
+            1e3 * loop.delay, " ms of delay: at most ", stiffest_stable_wall(loop), " N/m"),
+       {{"tool.path.hand.damping", damping, text("raise tool.path.hand.damping to ", damping)},
+        advise("raise local.rate_hz"),
+        advise(port.most_damping > 0 ? "raise local.passivity_damping" : "set local.passivity_damping")}}};
 }
 
 }  // namespace kt

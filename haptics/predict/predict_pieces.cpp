@@ -31,9 +31,10 @@ void predict_pieces(const BuiltScene& built, std::vector<Prediction>& out) {
   const auto seam = coincident_nodes(body, kSamePlace * size);
   const std::string weld = text("kilotouch mesh repair ", built.scene().object.mesh, " --weld TOL -o OUT joins them");
   if (static_cast<int>(seam.size()) >= kFace)
-    out.push_back(
-        {"pieces", text("object.mesh: at ", seam.size(), " places nodes coincide and are not shared, the ", "first at ",
-                        place(node(body.x, seam[0][0])), " m: the body opens there; where it should not, ", weld)});
+    out.push_back({"pieces",
+                   {text("object.mesh: at ", seam.size(), " places nodes coincide and are not shared, the first at ",
+                         place(node(body.x, seam[0][0])), " m: the body opens there"),
+                    {advise("where it should not, " + weld)}}});
   if (built.model().fixed_nodes().empty() || built.scene().global.self_contact) return;
 
   int count = 0;
@@ -52,12 +53,13 @@ void predict_pieces(const BuiltScene& built, std::vector<Prediction>& out) {
              ", from ", place(box.min), " to ", place(box.max), " m, is held ",
              held[p].empty() ? "by nothing and drifts off"
                              : text("at ", nodes(held[p].size()), " only, on one line, and turns about it"),
-             " when it is touched; ");
+             " when it is touched");
     const bool is_seam = std::ranges::any_of(seam, [&](const std::vector<int>& group) {
       return std::ranges::any_of(group, [&](int i) { return piece[i] == p; });
     });
-    out.push_back({"pieces", text("object.fixed: ", which, "clamp some of it, or leave it out of the mesh",
-                                  is_seam ? text(", or, as nodes of it coincide with others: ", weld) : "")});
+    Finding found{"object.fixed: " + which, {advise("clamp some of it"), advise("leave it out of the mesh")}};
+    if (is_seam) found.cures.push_back(advise("as nodes of it coincide with others: " + weld));
+    out.push_back({"pieces", std::move(found)});
   }
 }
 

@@ -133,15 +133,19 @@ void predict_swing(const BuiltScene& built, std::vector<Prediction>& out) {
   const double height = swing->share * std::min(1.0, kick / (swing->omega * deepest.depth));
   const double numerical = backward_euler_damping(swing->omega, 1 / scene.global.rate_hz);
   if (height < kFelt || numerical < swing->zeta) return;
+  std::vector<Cure> cures;
+  if (!scene.global.self_contact)  // its steps are backward Euler's
+    cures.push_back(set_to("global.integrator", "sdirk2",
+                           text("a third of the error less for three times the work of a global step, with "
+                                "global.rate_hz ",
+                                2 * scene.global.rate_hz, " half of it")));
   out.push_back(
       {"swing",
-       text("global.integrator ", scene.global.integrator, ": under the tool the body swings as a whole at ",
-            digits(swing->omega / (2 * std::numbers::pi), 2), " Hz; steps of ", digits(1e3 / scene.global.rate_hz, 3),
-            " ms damp that by ", digits(numerical, 2), " of what is critical, the body itself by ",
-            digits(swing->zeta, 2),
-            ": the force swings less than it should; set global.integrator to sdirk2 (a third of the error less for "
-            "three times the work of a global step), with global.rate_hz ",
-            2 * scene.global.rate_hz, " half of it")});
+       {text("global.integrator ", scene.global.integrator, ": under the tool the body swings as a whole at ",
+             digits(swing->omega / (2 * std::numbers::pi), 2), " Hz; steps of ", digits(1e3 / scene.global.rate_hz, 3),
+             " ms damp that by ", digits(numerical, 2), " of what is critical, the body itself by ",
+             digits(swing->zeta, 2), ": the force swings less than it should"),
+        cures}});
 }
 
 }  // namespace kt

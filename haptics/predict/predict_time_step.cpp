@@ -11,9 +11,10 @@ std::optional<Prediction> predict_unstable_step(const FastestMode& mode, const s
   const double limit = make_integrator(integrator)->stable_step(mode);
   if (!(dt > limit)) return {};
   return Prediction{
-      "time_step", text(setting, " ", integrator, ": a step of ", 1e3 * dt, " ms diverges, the body's fastest mode (",
-                        mode.omega, " rad/s, damping ratio ", mode.zeta, ") allows ", 1e3 * limit, " ms; set ", setting,
-                        " to implicit_euler, or step at ", std::ceil(1 / limit), " Hz or more")};
+      "time_step",
+      {text(setting, " ", integrator, ": a step of ", 1e3 * dt, " ms diverges, the body's fastest mode (", mode.omega,
+            " rad/s, damping ratio ", mode.zeta, ") allows ", 1e3 * limit, " ms"),
+       {set_to(setting, "implicit_euler"), advise(text("step at ", std::ceil(1 / limit), " Hz or more"))}}};
 }
 
 std::optional<Prediction> predict_unstable_step(const DeformableModel& model, const State& state,

@@ -1,7 +1,8 @@
 #include "haptics/predict/predict_units.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <utility>
 
 #include "haptics/setup/built_scene.hpp"
 #include "io/surface/mesh_doctor.hpp"
@@ -13,17 +14,48 @@ constexpr double kSmallest = 0.005, kLargest = 1;  // [m] of a body
 constexpr double kSoftest = 100, kStiffest = 1e9;  // [Pa]
 constexpr double kDeepest = 0.3;                   // of the thickness
 
-std::string body_line(const Scene& scene, const SceneSizes& s) {
+Finding body_finding(const Scene& scene, const SceneSizes& s) {
   const double longest = s.body.size().maxCoeff();
-  std::string out = text("object.mesh: the body is ", longest, " m long, outside ", kSmallest, " to ", kLargest,
-                         " m; one unit of the file is taken as ", s.mesh_unit, " m; ");
-  if (scene.object.size) return out + text("set object.size to the body's longest side in metres");
+  Finding out{text("object.mesh: the body is ", short_number(longest), " m long, outside ", kSmallest, " to ", kLargest,
+                   " m; one unit of the file is taken as ", s.mesh_unit, " m")};
   Bounds file = s.body;
   file.min /= s.mesh_unit;
   file.max /= s.mesh_unit;
-  const double scale = likely_scale(file);
-  if (scale == s.mesh_unit) return out + "set object.size to its longest side in metres if it is meant to be another";
-  return out + text("set object.scale to ", scale, ": its unit is likely ", likely_unit(file), ", or set object.size");
+  if (const double scale = likely_scale(file); !scene.object.size && scale != s.mesh_unit)
+    out.cures.push_back(set_to("object.scale", text(scale), text("its unit is likely ", likely_unit(file))));
+  out.cures.push_back(advise("set object.size to the body's longest side in metres"));
+  return out;
+}
+
+/// The unit that makes a tool's longest side nearest to a third of the body's.
+const char* likely_tool_unit(double longest_in_file, double body) {
+  constexpr std::pair<const char*, double> kUnits[] = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
+  return std::ranges::min(
+             kUnits, {},
+             [&](const auto& unit) { return std::abs(std::log(longest_in_file * unit.second / (body / 3))); })
+      .first;
+}
+
+/// The setting that a tool's size is read from.
+Cure tool_cure(const SceneTool& tool, const std::string& name, double longest, double body) {
+  if (tool.shape != "mesh")
+    return advise(
+        text("set ", name, ".radius", tool.shape == "capsule" ? " and " + name + ".length" : "", " in metres"));
+  if (tool.size) return advise(text("set ", name, ".size to its longest side in metres"));
+  const double scale = tool.scale.value_or(1);
+  return set_to(name + ".scale", likely_tool_unit(longest / scale, body),
+                text("one unit of ", tool.mesh, " is taken as ", scale, " m"));
+}
+
+Finding tool_finding(const Scene& scene, const SceneTool& tool, const std::string& name, const Vec3& extents,
+                     const SceneSizes& s) {
+  const double longest = s.body.size().maxCoeff();
+  Finding out{text(name, ": it is ", short_number(1e3 * extents[1]), " mm wide, larger than the body of ",
+                   short_number(1e3 * longest), " mm")};
+  const bool is_usual = longest >= kSmallest && longest <= kLargest;
+  if (!is_usual) out.cures = body_finding(scene, s).cures;
+  if (is_usual || extents[1] > kLargest) out.cures.push_back(tool_cure(tool, name, extents[2], longest));
+  return out;
 }
 
 /// Along an axis, from the body's outermost surface over the place to the next one below [m]; 0: the line misses it.
@@ -43,18 +75,23 @@ double thickness_under(const VectorX& x, const std::vector<Triangle>& triangles,
   return 0;
 }
 
-double extent_of(const ToolShape& tool) {
+/// Ascending [m].
+Vec3 extents_of(const ToolShape& tool) {
   Vec3 low = Vec3::Zero(), high = low;
   for (std::size_t i = 0; i < tool.corners.size(); ++i) {
     low = i == 0 ? tool.corners[i] : low.cwiseMin(tool.corners[i]);
     high = i == 0 ? tool.corners[i] : high.cwiseMax(tool.corners[i]);
   }
-  return (high - low).maxCoeff() + 2 * tool.radius;
+  Vec3 out = (high - low).array() + 2 * tool.radius;
+  std::ranges::sort(out);
+  return out;
 }
 
 SceneSizes sizes_of(const BuiltScene& built) {
   const Scene& scene = built.scene();
-  SceneSizes out{.body = bounds(built.model().mesh()), .mesh_unit = built.mesh_unit(), .tool = extent_of(built.tool())};
+  SceneSizes out{
+      .body = bounds(built.model().mesh()), .mesh_unit = built.mesh_unit(), .tool = extents_of(built.tool())};
+  if (scene.second_tool) out.second_tool = extents_of(built.tools()[1]);
   if (scene.tool.path.press_drag && built.path().size() > 1) {
     const auto& below = scene.object.fixed.below;
     out.depth = scene.tool.path.press_drag->depth;
@@ -68,19 +105,23 @@ SceneSizes sizes_of(const BuiltScene& built) {
 
 std::vector<Prediction> predict_units(const Scene& scene, const SceneSizes& s) {
   std::vector<Prediction> out;
-  const auto warn = [&](const std::string& line) { out.push_back({"units", line}); };
+  const auto warn = [&](Finding found) { out.push_back({"units", std::move(found)}); };
   const double longest = s.body.size().maxCoeff(), young = scene.object.model.young;
-  if (longest < kSmallest || longest > kLargest) warn(body_line(scene, s));
-  if (s.tool > longest)
-    warn(text("tool: it is ", 1e3 * s.tool, " mm wide, larger than the body of ", 1e3 * longest,
-              " mm; set object.size or object.scale, or tool.radius, in metres"));
+  if (longest < kSmallest || longest > kLargest) warn(body_finding(scene, s));
+  if (s.tool[1] > longest) warn(tool_finding(scene, scene.tool, "tool", s.tool, s));
+  if (scene.second_tool && s.second_tool && (*s.second_tool)[1] > longest)
+    warn(tool_finding(scene, *scene.second_tool, "second_tool", *s.second_tool, s));
   if (s.thickness > 0 && s.depth > kDeepest * s.thickness)
-    warn(text("tool.path.press_drag.depth: ", 1e3 * s.depth, " mm is ", s.depth / s.thickness,
-              " of the body's thickness there, ", 1e3 * s.thickness, " mm (usual: up to ", kDeepest,
-              "); set tool.path.press_drag.depth to ", kDeepest * s.thickness, " or less"));
-  if (young < kSoftest || young > kStiffest)
-    warn(text("object.model.young: ", young, " Pa is outside ", kSoftest, " to ", kStiffest,
-              " Pa (fat 1e3, muscle 1e4, rubber 1e6); set object.model.young in pascal, not kPa or MPa"));
+    warn({text("tool.path.press_drag.depth: ", short_number(1e3 * s.depth), " mm is ",
+               short_number(s.depth / s.thickness), " of the body's thickness there, ", short_number(1e3 * s.thickness),
+               " mm (usual: up to ", kDeepest, ")"),
+          {{"tool.path.press_drag.depth", text(kDeepest * s.thickness),
+            text("set tool.path.press_drag.depth to ", kDeepest * s.thickness, " or less")}}});
+  const bool is_read = scene.object.model.type != "msd" || !scene.object.model.stiffness;
+  if (is_read && (young < kSoftest || young > kStiffest))
+    warn({text("object.model.young: ", young, " Pa is outside ", kSoftest, " to ", kStiffest,
+               " Pa (fat 1e3, muscle 1e4, rubber 1e6)"),
+          {advise("set object.model.young in pascal, not kPa or MPa")}});
   return out;
 }
 

@@ -71,7 +71,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                        haptic_method_name(options.local.method, options.contact.law) == "multirate"),
       has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
                  !is_geometric(options.contact.law)),
-      known_{.before = start, .past = {}, .pace = {}, .forces = {}} {}
+      known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is
@@ -119,6 +119,14 @@ int Refresher::count_inverted() const {
   int count = 0;
   for (const Tetrahedron& t : global_.model().mesh().tetrahedra) count += tetrahedron_volume(s.x, t) < 0;
   return count;
+}
+
+void Refresher::note_deformation() {
+  const State& now = global_.state();
+  const double furthest_sq = (now.x - known_.start).reshaped(3, now.x.size() / 3).colwise().squaredNorm().maxCoeff();
+  if (!(furthest_sq > known_.furthest_sq)) return;
+  known_.furthest_sq = furthest_sq;
+  known_.most_deformed = now;
 }
 
 void Refresher::report_self_contact() {
@@ -272,6 +280,7 @@ std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> 
     global_.advance(t, history, holds);
   }
   record_.inverted = count_inverted();
+  note_deformation();
   if (self_contact_) report_self_contact();
   judge_linearization(holds);
   std::optional<State> ahead;

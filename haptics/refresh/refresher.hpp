@@ -52,6 +52,8 @@ class Refresher {
 
   const ReducerChoice& choice() const { return choice_; }
   const State& state() const { return global_.state(); }
+  /// After the global step in which a node was furthest from the start: for looks that are taken later.
+  const State& most_deformed() const { return known_.most_deformed; }
   /// Changes of reducer since they were taken.
   std::vector<ReducerChange> take_changes() { return choice_.take_changes(); }
   StepStatistics statistics() const { return global_.statistics(); }
@@ -75,6 +77,7 @@ class Refresher {
     return static_cast<int>(std::lround(known_.last * options_.local.rate_hz));
   }  // of the last refresh
   int count_inverted() const;
+  void note_deformation();
   void report_self_contact();
   void judge_linearization(std::span<const ContactHold> holds);
   std::optional<State> foresee(double t, std::span<const LocalReport> reports);
@@ -100,6 +103,9 @@ class Refresher {
   /// What is known of the body whatever the settings.
   struct Known {
     State before;                       // where the last global step began
+    VectorX start;                      // positions before the first step [m], (3n)
+    State most_deformed;                // after the step that moved a node furthest from there
+    double furthest_sq = 0;             // [m^2]
     double delay = 0;                   // of the next local model on its way [s]
     double last = 0;                    // time of the last refresh [s]
     PastPlaces past;                    // of the tools

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/error.hpp"
 #include "core/base/percentile.hpp"
+#include "haptics/predict/mesh_cures.hpp"
 
 namespace kt {
 namespace {
@@ -27,58 +29,85 @@ double share_of_clock(const SessionResult& result, double clock_ms) {
   return std::min(1.0, median(result.refresh.cpu_ms) / clock_ms);
 }
 
-/// Three digits.
-std::string short_number(double value) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.3g", value);
+/// A reducer whose force is known to be off by more is no cure: it is worse than what it cures.
+constexpr double kMostError = 0.15;
+
+/// Least error of the force that is expected of a reducer, of all its local models; NaN: not known.
+double expected_error(const SessionResult& result, const std::string& reducer) {
+  double least = std::numeric_limits<double>::quiet_NaN();
+  for (const ReducerCandidate& c : result.reducer_candidates)
+    if (c.reducer == reducer && std::isfinite(c.force_error)) least = std::fmin(least, c.force_error);
+  return least;
+}
+
+/// A change of reducer, where its error is known and small; a condensed body, which is none to speak of, also where it
+/// is not known.
+void add_reducer(const SessionResult& result, const std::string& reducer, std::vector<Cure>& out) {
+  const double error = expected_error(result, reducer);
+  if (std::isnan(error) ? reducer != "condensed" : error > kMostError) return;
+  out.push_back(
+      set_to("local.reducer", reducer,
+             std::isnan(error) ? "" : text("force of the local model off by ", in_percent(error), " or more")));
+}
+
+/// Of mesh tools with many triangles, first of all.
+std::vector<Cure> smaller_tools(const Scene& scene, const PaceLimits& limits) {
+  std::vector<Cure> out;
+  const SceneTool* const tools[] = {&scene.tool, scene.second_tool ? &*scene.second_tool : nullptr};
+  for (std::size_t k = 0; k < 2; ++k)
+    if (tools[k] && tools[k]->shape == "mesh" && limits.tool_triangles[k] >= kManyToolTriangles)
+      out.push_back(fewer_tool_triangles(k == 0 ? "tool" : "second_tool", limits.tool_triangles[k]));
   return out;
 }
 
-std::string cure_of_tick(const Scene& scene, const SessionResult& result) {
-  if (result.reducer == "condensed" || result.reducer == "wall")
-    return scene.local.rings > 1 ? "set local.rings to 1, or move the tool more slowly"
-                                 : "take a coarser mesh under the tool, or move it more slowly";
-  return "set local.reducer to condensed";
+std::vector<Cure> cures_of_tick(const Scene& scene, const SessionResult& result, const PaceLimits& limits) {
+  std::vector<Cure> out = smaller_tools(scene, limits);
+  if (result.reducer != "condensed" && result.reducer != "wall")
+    add_reducer(result, "condensed", out);
+  else if (result.reducer == "wall" && scene.local.rings > 1)
+    out.push_back(set_to("local.rings", "1"));
+  else if (limits.coarser)
+    out.push_back(advise("take a coarser mesh under the tool"));
+  out.push_back(advise("move the tool more slowly"));
+  return out;
 }
 
-/// A wall near the contact is cheap, and too stiff: what that costs, where it is known.
-std::string to_wall(const SessionResult& result) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const ReducerCandidate& c : result.reducer_candidates)
-    if (c.reducer == "wall") least = std::min(least, c.force_error);
-  const std::string out = "set local.reducer to wall";
-  return std::isfinite(least) ? text(out, " (force off by ", short_number(100 * least), " % or more)") : out;
-}
-
-std::string cure_of_refresh(const Scene& scene, const SessionResult& result, const RealTime& r) {
-  std::string out;
+std::vector<Cure> cures_of_refresh(const Scene& scene, const SessionResult& result, const RealTime& r,
+                                   const PaceLimits& limits) {
+  std::vector<Cure> out = smaller_tools(scene, limits);
   if (r.is_crowded) {
-    out = "close what runs beside it";
+    out = {advise("close what runs beside it")};
   } else if (r.slow_part == "reduce" || r.slow_part == "prepare" || r.slow_part == "certify") {
     if (result.reducer == "krylov" || result.reducer == "modal" || result.reducer == "full")
-      out = "set local.reducer to condensed";
+      add_reducer(result, "condensed", out);
     else if (result.reducer == "condensed")
-      out = to_wall(result);
-  } else if (scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
-    out = "set object.model.element to tet4";
+      add_reducer(result, "wall", out);
+  } else if (limits.linear_elements && scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
+    out.push_back(set_to("object.model.element", "tet4"));
   }
   // The median fits more than what was reached, or than is asked for already, where single refreshes are slow.
   const double reached = r.lags ? r.refresh_hz : r.wanted_hz;
   const double rate = std::floor(std::min({1e3 * kRoom / r.refresh_ms, reached, kLess * r.wanted_hz}));
   if (rate >= 5)
-    return out + text(out.empty() ? "" : ", or ", "set global.rate_hz to ", rate, " and move the tool more slowly");
-  return out + (out.empty() ? "" : ", and ") + "take a coarser mesh (object.tetrahedralize.max_volume)";
+    out.push_back(
+        {"global.rate_hz", text(rate), text("set global.rate_hz to ", rate, " and move the tool more slowly")});
+  else if (limits.coarser && !r.is_crowded)
+    out.push_back(coarser_cells(scene));
+  else if (!r.is_crowded)
+    out.push_back(advise("take a wider tool with a coarser mesh (this one is as coarse as the contact bears)"));
+  return out;
 }
 
 }  // namespace
 
 const char* name_of(Keeps keeps) { return keeps == Keeps::yes ? "yes" : keeps == Keeps::no ? "no" : "just about"; }
 
-RealTime judge_real_time(const Scene& scene, const SessionResult& result) {
-  return judge_real_time(scene, result, static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz);
+RealTime judge_real_time(const Scene& scene, const SessionResult& result, const PaceLimits& limits) {
+  return judge_real_time(scene, result, static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz,
+                         limits);
 }
 
-RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds) {
+RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds, const PaceLimits& limits) {
   RealTime out;
   const double period_ms = 1e3 / scene.local.rate_hz, tick_ms = 1e-3 * percentile(result.step_us, 0.99);
   const double clock_ms = median(result.refresh.global_ms) + median(result.refresh.refresh_ms);
@@ -110,14 +139,23 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result, double
   const bool early = out.refresh_ms * out.refresh_hz > 1e3;  // the extra ones do not fit
   out.keeps = worst > 1 || out.lags ? Keeps::no : worst > kRoom || early ? Keeps::just_about : Keeps::yes;
   if (out.keeps == Keeps::yes) return out;
-  out.cure = tick_is_worse ? cure_of_tick(scene, result) : cure_of_refresh(scene, result, out);
+  // The only one that is timed set the body up; what came later did not get here.
+  if (scene.link.type == "network" && out.lags && (result.refreshes.size() <= 1 || slow_share <= kRoom)) {
+    out.slow_part = "link";
+    out.is_crowded = false;
+    out.cures = {advise("let the body's local models through (docs/network.md: ports, firewalls, the line's rate)")};
+    return out;
+  }
+  out.cures = tick_is_worse ? cures_of_tick(scene, result, limits) : cures_of_refresh(scene, result, out, limits);
   return out;
 }
 
 std::string RealTime::told() const {
   std::string out = name_of(keeps);
   if (lags) out += text(": ", short_number(refresh_hz), " of ", short_number(wanted_hz), " refreshes a second");
-  if (slow_part == "haptic tick")
+  if (slow_part == "link")
+    out += " came over the link";
+  else if (slow_part == "haptic tick")
     out += text(lags ? ", " : ": ", "a haptic tick takes ", short_number(1e3 * part_ms), " us, ",
                 short_number(100 * tick_share), " % of its period, a refresh ", short_number(100 * refresh_share),
                 " % of its");
@@ -126,7 +164,7 @@ std::string RealTime::told() const {
                 ", ", short_number(100 * refresh_share), " % (",
                 is_crowded ? "other programs hold the processor" : text(slow_part, " ", short_number(part_ms)),
                 "), a haptic tick ", short_number(100 * tick_share), " % of its period");
-  return cure.empty() ? out : out + "; " + cure;
+  return cures.empty() ? out : out + "; " + cure();
 }
 
 }  // namespace kt

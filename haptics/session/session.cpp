@@ -7,61 +7,13 @@
 
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/refresh/refresher.hpp"
-#include "haptics/session/real_time.hpp"
 #include "haptics/session/session_run.hpp"
 #include "haptics/setup/path_excitation.hpp"
 #include "haptics/setup/scene_safety.hpp"
+#include "self_contact/crossings.hpp"
 
 namespace kt {
 namespace {
-
-/// The wall clock does not wait for a body that takes longer than its interval.
-void warn_of_lag(const Scene& scene, SessionResult& result) {
-  const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
-  const double reached = static_cast<double>(result.refresh.global_ms.size()) / seconds;
-  if (reached >= 0.8 * scene.global.rate_hz) return;
-  const RealTime r = judge_real_time(scene, result);
-  const std::string why = r.is_crowded
-                              ? text("a refresh takes ", r.refresh_ms, " ms of ", r.budget_ms)
-                              : text(r.slow_part, " takes ", r.part_ms, " of the ", r.refresh_ms, " ms of a refresh");
-  result.warnings.push_back(text("the body was refreshed at ", reached, " Hz of global.rate_hz ", scene.global.rate_hz,
-                                 ": ", why, "; ", r.cure));
-  result.notes.push_back(result.warnings.back());
-}
-
-/// What a patch is not made for; the path of a device that yields is known when it is over.
-/// @param h  haptic step [s]
-void warn_of_speed(const ToolRun& run, double h, const std::string& who, std::vector<std::string>& warnings) {
-  const std::span<const LocalFrame> frames = run.frames;
-  int count = 0;
-  std::size_t fastest = 0;
-  double most = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const double speed = (frames[i].pose.x - (i > 0 ? frames[i - 1].pose.x : run.start.x)).norm() / h;
-    count += speed > kFollowedSpeed;
-    if (speed <= most) continue;
-    most = speed;
-    fastest = i;
-  }
-  if (count > 0)
-    warnings.push_back(text(who, "too fast in ", count, " of ", frames.size(), " ticks, most of all in tick ", fastest,
-                            " (t = ", frames[fastest].t, " s) with ", most, " m/s, ", most * h,
-                            " m in one tick: local models are made for up to ", kFollowedSpeed,
-                            " m/s, contact beyond is coarse; give the path more time there"));
-}
-
-/// What a limit cycle feeds on. Pressing at rest the hold gives next to nothing.
-void warn_of_activity(const std::optional<PassivityRun>& energy, SessionResult& result) {
-  constexpr double kShare = 0.5;  // of the largest energy that the hand had put in
-  if (!energy) return;
-  const PassivityRun& p = *energy;
-  if (p.least < -kShare * p.most || p.most_debt > kShare * p.most)
-    result.warnings.push_back(
-        text("the haptic loop gave the hand energy: holding the force over a tick gave ", 1e3 * p.most_debt,
-             " mJ that nothing took back, the hand had put in ", 1e3 * p.most,
-             " mJ at most: expect a limit cycle; raise tool.path.hand.damping or local.rate_hz, or "
-             "set local.passivity_damping"));
-}
 
 /// What is written down of a run as it goes, besides its ticks.
 class RunRecorder final : public ModelObserver {
@@ -124,6 +76,22 @@ class Watched {
  private:
   SessionWatcher* watcher_;
 };
+
+/// A body without self-contact passes through itself unseen.
+SelfCrossing find_self_crossing(const Body& body, const Refresher& refresher) {
+  SelfCrossing out{.pairs = 0};
+  const std::vector<Triangle>& triangles = body.surface().triangles;
+  const std::vector<Crossing> before = find_piercings(triangles, body.start().x);
+  for (const State* s : {&refresher.most_deformed(), &refresher.state()}) {
+    if (s->x.size() != body.start().x.size() || s->t == body.start().t) continue;
+    std::vector<Crossing> now = find_piercings(triangles, s->x);
+    std::erase_if(now, [&](const Crossing& c) {
+      return std::ranges::find(before, c.triangles, &Crossing::triangles) != before.end();
+    });
+    if (static_cast<int>(now.size()) > out.pairs) out = {static_cast<int>(now.size()), s->t, now.front().at};
+  }
+  return out;
+}
 
 std::optional<PassivityRun> energy_of(const std::optional<PassivityControl>& control) {
   if (!control) return {};
@@ -223,9 +191,7 @@ std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions
 
 SessionResult Session::run(const SessionOptions& options) {
   SessionResult result;
-  result.warnings = warnings();
-  for (const Prediction& known : predictions_) result.warnings.push_back(known.message);
-  result.notes = notes();
+  result.findings = findings();
   const bool is_replay = !options.replay.refreshes.empty();
   if (scene().link.type == "network" && !options.link && !is_replay)
     throw InputError(
@@ -283,25 +249,18 @@ SessionResult Session::run(const SessionOptions& options) {
     if (event.adopted_tick >= ticks) event.adopted_tick = -1;  // the run was over by then
   result.deadline_misses =
       static_cast<int>(std::ranges::count_if(result.step_us, [&](double us) { return us > 1e6 * h; }));
-  tell_of_reducer(touch, options.link != nullptr && threaded, result);
+  const bool is_remote = options.link != nullptr && threaded;
+  tell_of_reducer(touch, is_remote, result);
   result.refresh_budget_ms = refresh_budget_ms(this->options());
-  if (threaded) warn_of_lag(scene(), result);
-  for (std::size_t k = 0; k < result.tools.size(); ++k) {
-    warn_of_speed(result.tools[k], h, k == 0 ? "tool.path: " : "second_tool.path: ", result.warnings);
-    warn_of_activity(result.tools[k].passivity, result);
-  }
   if (const SelfContact* contact = body().self_contact()) {
     result.self_contact = result.refresh.self_contact();
     result.self_contact->reach = contact->options.reach;
     result.self_contact->stiffness = contact->options.stiffness;
+  } else if (options.check_contacts && !is_remote) {
+    result.self_crossing = find_self_crossing(body(), refresher);
   }
   result.refresh.energy = touch.status().energy;
   result.global_steps = refresher.statistics();
-  if (const InvertedTetrahedra& inverted = result.refresh.inverted; inverted.most > 0)
-    result.warnings.push_back(text(
-        inverted.most, " of ", model().mesh().tetrahedra.size(), " tetrahedra turned inside out, first at t = ",
-        inverted.from, inverted.last > 0 ? text(" s, and ", inverted.last, " are at the end") : " s, and came back",
-        ": forces from then on are not to be trusted; press less deep, or refine the mesh"));
   return result;
 }
 

@@ -68,6 +68,13 @@ struct ToolRun {
 /// The start and the place at the end of each tick [m].
 std::vector<Vec3> places_of(const ToolRun& run);
 
+/// The surface of a body without self-contact, through itself: where it was most deformed, and at the end.
+struct SelfCrossing {
+  int pairs = -1;          ///< of triangles, besides those that cross at the start; -1: not looked
+  double t = 0;            ///< of the time with most [s]
+  Vec3 at = Vec3::Zero();  ///< of one of them [m]
+};
+
 struct SessionResult {
   std::vector<ToolRun> tools = std::vector<ToolRun>(1);  ///< as many as the scene has
   Record<double> step_us;                                ///< CPU time of each tick [us]
@@ -82,11 +89,12 @@ struct SessionResult {
   double certified_error = std::numeric_limits<double>::quiet_NaN();
   std::vector<RefreshEvent> refreshes;
   std::vector<Snapshot> snapshots;
-  std::vector<std::string> warnings;
-  std::vector<std::string> notes;  ///< those of the warnings that say nothing against the forces
+  std::vector<Finding> findings;  ///< on the way: of the scene as it was built, of records, of a link. All that the run
+                                  ///< shows besides: all_findings() in haptics/findings/
   int last_dof = 0, last_patch_vertices = 0;
   StepStatistics global_steps;                 ///< what the implicit steps took
   std::optional<SelfContactRun> self_contact;  ///< of a scene that asks for it
+  SelfCrossing self_crossing;                  ///< of a scene that does not
   int deadline_misses = 0;                     ///< ticks whose compute time exceeded the haptic period
   long long allocations = -1;                  ///< in the haptic ticks; -1: not counted
   bool stopped = false;                        ///< by the stop flag, or where records found no room
@@ -143,7 +151,7 @@ class Session : public BuiltScene {
   Session(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
   Session(const Scene& scene, std::unique_ptr<DeformableModel> model);  ///< with one's own model for its own
   SessionResult run(const SessionOptions& options = {});
-  /// What is known to go wrong in a run, found at set-up; each is a warning of the run's result too.
+  /// What is known to go wrong in a run, found at set-up.
   const std::vector<Prediction>& predictions() const { return predictions_; }
 
  private:

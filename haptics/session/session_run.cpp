@@ -158,7 +158,7 @@ class Recorder {
     SessionResult& out = run_.result;
     out.records_full = why;
     out.stopped = true;
-    out.warnings.push_back(why);
+    out.findings.push_back({why});
     const std::size_t ticks = out.step_us.size();
     for (ToolRun& tool : out.tools) {
       tool.frames.truncate(ticks);
@@ -281,10 +281,10 @@ void run_threads(const RunParts& run) {
   run.touch.stop();
   run.result.allocations = devices.allocations();
   if (const int lost = run.touch.lost_reports(); lost > 0)
-    run.result.warnings.push_back(text("link: ", lost, " reports were lost, the refresher fell too far behind"));
+    run.result.findings.push_back({text("link: ", lost, " reports were lost, the refresher fell too far behind")});
   if (unrecorded > 0)
-    run.result.warnings.push_back(
-        text("records: ", unrecorded.load(), " ticks were not recorded, the machine is too busy"));
+    run.result.findings.push_back(
+        {text("records: ", unrecorded.load(), " ticks were not recorded, the machine is too busy")});
   // Snapshots would stall the haptic loop: the end is what remains.
   if (!run.result.step_us.empty()) run.result.snapshots.push_back(Pictures(run).take());
 }

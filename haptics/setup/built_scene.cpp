@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <ranges>
 
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/refresh/touch_parts.hpp"
@@ -15,14 +14,14 @@ namespace {
 /// Below, a stiff contact is felt as steps and swings in the hand (Colgate and Schenkel 1997); above, a tick's own work
 /// does not fit, and no device takes its forces. Choi and Tan (2004) ask for 5 to 10 kHz where textures are to be
 /// clean.
-void warn_of_rate(double rate_hz, std::vector<std::string>& warnings) {
+void warn_of_rate(double rate_hz, std::vector<std::string>& notes) {
   constexpr double kLeast = 250, kMost = 10000;
   if (rate_hz < kLeast)
-    warnings.push_back(text("local.rate_hz is ", rate_hz, ": below ", kLeast,
-                            " Hz a hand feels the steps of the force, and a stiff contact swings; usual are 1000 Hz"));
+    notes.push_back(text("local.rate_hz is ", rate_hz, ": below ", kLeast,
+                         " Hz a hand feels the steps of the force, and a stiff contact swings; usual are 1000 Hz"));
   if (rate_hz > kMost)
-    warnings.push_back(text("local.rate_hz is ", rate_hz, ": above ", kMost, " Hz a tick has less than ", 1e6 / kMost,
-                            " us, and no device takes forces as fast; textures need 5000 to 10000 Hz"));
+    notes.push_back(text("local.rate_hz is ", rate_hz, ": above ", kMost, " Hz a tick has less than ", 1e6 / kMost,
+                         " us, and no device takes forces as fast; textures need 5000 to 10000 Hz"));
 }
 
 }  // namespace
@@ -38,10 +37,10 @@ BuiltScene::BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> mode
   SceneObject unset;
   unset.mesh = scene.object.mesh;
   if (scene.object == unset) return;
-  const std::string told =
-      "object: its material, clamped part, weight and size do nothing: the body is a model of one's own";
-  warnings_.push_back(told);
-  notes_.push_back(told);
+  findings_.push_back(
+      {"object: its material, clamped part, weight and size do nothing: the body is a model of one's own",
+       {},
+       Finding::Weight::note});
 }
 
 BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
@@ -49,15 +48,14 @@ BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
   scene_.local = options_.local;
   if (is_live(scene_) && scene_.link.type == "lockstep")
     scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
-  warnings_ = unused_settings(scene_);
-  warn_of_rate(scene_.local.rate_hz, warnings_);
-  std::ranges::copy(body_.notes(), std::back_inserter(warnings_));
-  friction_ = scene_friction(scene_.contact, body_.surface(), body_.model().mesh().x, warnings_);
-  notes_ = warnings_;
-  std::ranges::copy(body_.warnings() | std::views::drop(body_.notes().size()), std::back_inserter(warnings_));
+  std::vector<std::string> notes = unused_settings(scene_);
+  warn_of_rate(scene_.local.rate_hz, notes);
+  friction_ = scene_friction(scene_.contact, body_.surface(), body_.model().mesh().x, notes);
+  for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});
+  std::ranges::copy(body_.findings(), std::back_inserter(findings_));
   Mesh hanging = body_.model().mesh();
   hanging.x = body_.start().x;
-  paths_ = scene_paths(scene_, tools_, hanging, warnings_);
+  paths_ = scene_paths(scene_, tools_, hanging, findings_);
 }
 
 void BuiltScene::take(Course course) {

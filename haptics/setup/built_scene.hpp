@@ -50,8 +50,7 @@ class BuiltScene {
   const State& start() const { return body_.start(); }
   const std::vector<TimedPoint>& path() const { return paths_[0].points; }  ///< of the first tool; of a hand its target
   const std::vector<ToolPath>& paths() const { return paths_; }             ///< of each tool
-  const std::vector<std::string>& warnings() const { return warnings_; }    ///< of what was found while it was built
-  const std::vector<std::string>& notes() const { return notes_; }  ///< those that say nothing against the forces
+  const std::vector<Finding>& findings() const { return findings_; }        ///< while it was built
 
  private:
   BuiltScene(const Scene& scene, TouchOptions options, Body body);
@@ -61,7 +60,7 @@ class BuiltScene {
   std::vector<ToolShape> tools_;
   SurfaceFriction friction_;
   std::vector<ToolPath> paths_;
-  std::vector<std::string> warnings_, notes_;
+  std::vector<Finding> findings_;
 };
 
 }  // namespace kt

@@ -78,16 +78,18 @@ Vec3 over_the_middle(const Mesh& body, int axis, double radius) {
 /// @param name   of the tool in the scene
 /// @param other  path of a tool from which a place that is chosen stays `apart` [m]
 ToolPath scene_path(const Scene& scene, const SceneTool& tool, const std::string& name, const ToolShape& shape,
-                    const Mesh& body, std::vector<std::string>& warnings, const std::vector<TimedPoint>& other = {},
+                    const Mesh& body, std::vector<Finding>& findings, const std::vector<TimedPoint>& other = {},
                     double apart = 0) {
   const ScenePath& p = tool.path;
   if (p.recording) {
     Recording recording = read_recording(*p.recording, 1 / scene.local.rate_hz);
     for (const std::string& note : recording.notes)
-      warnings.push_back(text(name, ".path.recording ", *p.recording, ": ", note));
+      findings.push_back({text(name, ".path.recording ", *p.recording, ": ", note)});
     if (!recording.poses.empty() && !(tool.turn.isZero(0) && tool.spin.isZero(0)))
-      warnings.push_back(
-          text(name, ".turn and ", name, ".spin do nothing: ", *p.recording, " has the tool's orientation"));
+      findings.push_back(
+          {text(name, ".turn and ", name, ".spin do nothing: ", *p.recording, " has the tool's orientation"),
+           {},
+           Finding::Weight::note});
     return {std::move(recording.path), std::move(recording.poses)};
   }
   if (p.press_drag) {
@@ -112,14 +114,14 @@ void try_device(const Scene& scene, const SceneTool& tool, const ToolPath& path)
 
 /// Tools pass through one another unseen: where they do so all the time, one lies in the other's place.
 void check_apart(const std::vector<TimedPoint>& first, const std::vector<TimedPoint>& second, double apart,
-                 std::vector<std::string>& warnings) {
+                 std::vector<Finding>& findings) {
   const double start = (first.front().x - second.front().x).norm(), least = least_distance(first, second);
   const auto say = [&](const char* when, double distance) {
     return text("second_tool.path: the tools are ", 1e3 * distance, " mm apart ", when, ", their radii together are ",
-                1e3 * apart, " mm: they do not touch one another, and both push the same piece of the body; move one");
+                1e3 * apart, " mm: they do not touch one another, and both push the same piece of the body");
   };
-  if (start < apart) throw InputError(say("at the start", start));
-  if (least < apart) warnings.push_back(say("on their way", least));
+  if (start < apart) throw InputError(say("at the start", start) + "; move one");
+  if (least < apart) findings.push_back({say("on their way", least), {advise("move one")}});
 }
 
 }  // namespace
@@ -168,15 +170,15 @@ std::unique_ptr<HapticDevice> played_again(const ToolPath& path, const SceneTool
 }
 
 std::vector<ToolPath> scene_paths(const Scene& scene, std::span<const ToolShape> shapes, const Mesh& body,
-                                  std::vector<std::string>& warnings) {
-  std::vector<ToolPath> out{scene_path(scene, scene.tool, "tool", shapes[0], body, warnings)};
+                                  std::vector<Finding>& findings) {
+  std::vector<ToolPath> out{scene_path(scene, scene.tool, "tool", shapes[0], body, findings)};
   try_device(scene, scene.tool, out[0]);
   if (!scene.second_tool) return out;
   const double apart = least_apart(shapes);
   out.push_back(
-      scene_path(scene, *scene.second_tool, "second_tool", shapes[1], body, warnings, out[0].points, 2 * apart));
+      scene_path(scene, *scene.second_tool, "second_tool", shapes[1], body, findings, out[0].points, 2 * apart));
   try_device(scene, *scene.second_tool, out[1]);
-  check_apart(out[0].points, out[1].points, apart, warnings);
+  check_apart(out[0].points, out[1].points, apart, findings);
   return out;
 }
 

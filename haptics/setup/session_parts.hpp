@@ -24,7 +24,7 @@ TouchOptions touch_options(const Scene& scene);
 /// @param body  as it is at the start
 /// Of a live device one point: where the tool is when the device is opened, unless the scene has its origin.
 std::vector<ToolPath> scene_paths(const Scene& scene, std::span<const ToolShape> shapes, const Mesh& body,
-                                  std::vector<std::string>& warnings);
+                                  std::vector<Finding>& findings);
 
 /// Of a device that somebody holds: opens it. Throws InputError for one that is not there.
 /// @param target  of a hand, that another thread moves; none: the path's

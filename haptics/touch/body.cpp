@@ -37,7 +37,9 @@ Body::Body(Body&&) noexcept = default;
 Body::~Body() = default;
 
 Body::Body(const BodyOptions& options) : options_(options) {
-  Mesh mesh = load_body_mesh(options.object, notes_, &mesh_unit_);
+  std::vector<std::string> notes;
+  Mesh mesh = load_body_mesh(options.object, notes, &mesh_unit_);
+  for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});
   build(std::move(mesh));
 }
 
@@ -52,13 +54,13 @@ Body::Body(std::unique_ptr<DeformableModel> model, const BodyOptions& options)
 
 void Body::build(Mesh mesh) {
   const std::vector<int> fixed = find_fixed_nodes(mesh, options_.object.fixed);
-  if (fixed.empty()) notes_.push_back("object.fixed: nothing is clamped, the body floats");
+  if (fixed.empty())
+    findings_.push_back({"object.fixed: nothing is clamped, the body floats", {}, Finding::Weight::note});
   const SceneModel& material = options_.object.model;
   require_backend("object.model.type", material.type, model_backends());
   model_ = make_model(material.type, std::move(mesh), model_options(options_.object, material, fixed));
   make_surface_and_contact();
-  warnings_ = notes_;
-  start_ = settle(options_, *model_, self_contact_.get(), warnings_);
+  start_ = settle(options_, *model_, self_contact_.get(), findings_);
 }
 
 std::unique_ptr<DeformableModel> Body::model_like(const SceneModel& material) const {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/finding.hpp"
 #include "core/body/deformable_model.hpp"
 #include "io/scene/scene.hpp"
 
@@ -37,9 +38,7 @@ class Body {
   SelfContact* self_contact() const { return self_contact_.get(); }  ///< none: it passes through itself
   const State& start() const { return start_; }                      ///< at rest, hanging in its weight
   double mesh_unit() const { return mesh_unit_; }  ///< of the mesh file [m]; 1 for a mesh that is given in metres
-  const std::vector<std::string>& warnings() const { return warnings_; }
-  /// Those of the warnings that say nothing against the forces.
-  const std::vector<std::string>& notes() const { return notes_; }
+  const std::vector<Finding>& findings() const { return findings_; }  ///< while it was loaded and settled
   const BodyOptions& options() const { return options_; }
 
   bool is_own() const { return is_own_; }  ///< the model is the caller's
@@ -56,7 +55,7 @@ class Body {
   std::unique_ptr<SelfContact> self_contact_;
   std::unique_ptr<Surface> surface_;
   State start_;
-  std::vector<std::string> warnings_, notes_;
+  std::vector<Finding> findings_;
   double mesh_unit_ = 1;
 };
 

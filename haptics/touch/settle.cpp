@@ -10,7 +10,7 @@ namespace {
 
 /// A body that lies on itself has no equilibrium to solve for until it does: it falls, in long steps, which are damped.
 State settled_by_falling(const BodyOptions& options, const DeformableModel& model, SelfContact& contact,
-                         std::vector<std::string>& warnings) {
+                         std::vector<Finding>& findings) {
   constexpr int kMostSteps = 100;
   constexpr double kStep = 0.03;  // [s]
   TouchingEuler integrator(contact, {.solver = options.global.solver, .tolerance = options.global.tolerance});
@@ -24,8 +24,8 @@ State settled_by_falling(const BodyOptions& options, const DeformableModel& mode
     if (speed <= 0.01 * contact.options.creep) break;
   }
   if (speed > contact.options.creep)
-    warnings.push_back(text("object.gravity: after ", kMostSteps * kStep, " s the body still moves, at up to ", speed,
-                            " m/s; it starts where it is then, at rest"));
+    findings.push_back({text("object.gravity: after ", kMostSteps * kStep, " s the body still moves, at up to ",
+                             short_number(speed), " m/s: it starts where it is then, at rest")});
   return {0, state.x, none};
 }
 
@@ -43,25 +43,26 @@ std::string collapse(const DeformableModel& model, const VectorX& x) {
 }
 
 /// The setting that holds a body up, and about how far it has to be raised.
-std::string stiffer(const SceneObject& object, const Mesh& mesh) {
+Cure stiffer(const SceneObject& object, const Mesh& mesh) {
   constexpr double kShortened = 0.1;  // a column of this stiffness, by its own weight: rho g H / (2 E)
   const SceneModel& m = object.model;
-  if (m.type == "msd" && m.stiffness) return text("raise object.model.stiffness (", *m.stiffness, " N/m)");
+  if (m.type == "msd" && m.stiffness) return advise(text("raise object.model.stiffness (", *m.stiffness, " N/m)"));
   const double height = bounds(mesh).size().dot(object.gravity.cwiseAbs()) / object.gravity.norm();
   const double enough = m.density * object.gravity.norm() * height / (2 * kShortened);
-  return text("raise object.model.young (", m.young, " Pa) to about ", std::max(enough, 3 * m.young), " Pa");
+  const std::string young = short_number(std::max(enough, 3 * m.young));
+  return {"object.model.young", young, text("raise object.model.young (", m.young, " Pa) to about ", young, " Pa")};
 }
 
 }  // namespace
 
 State settle(const BodyOptions& options, const DeformableModel& model, SelfContact* self_contact,
-             std::vector<std::string>& warnings) {
+             std::vector<Finding>& findings) {
   State state = rest_state(model);
   const SceneObject& object = options.object;
   if (object.gravity.isZero(0) || model.fixed_nodes().empty()) return state;
   std::string why;
   if (self_contact) {
-    state = settled_by_falling(options, model, *self_contact, warnings);
+    state = settled_by_falling(options, model, *self_contact, findings);
     why = collapse(model, state.x);
   } else {
     const auto equilibrium = make_integrator("quasistatic", {.solver = options.global.solver});
@@ -73,9 +74,9 @@ State settle(const BodyOptions& options, const DeformableModel& model, SelfConta
     }
   }
   if (why.empty()) return state;
-  warnings.push_back(text("object.gravity: the body does not bear its own weight: ", why,
-                          "; it starts undeformed and falls; ", stiffer(object, model.mesh()),
-                          ", lower object.gravity, or clamp more of it (object.fixed)"));
+  findings.push_back(
+      {text("object.gravity: the body does not bear its own weight: ", why, ": it starts undeformed and falls"),
+       {stiffer(object, model.mesh()), advise("lower object.gravity"), advise("clamp more of it (object.fixed)")}});
   return rest_state(model);
 }
 

@@ -8,6 +8,6 @@ namespace kt {
 /// without a clamped part falls: it starts undeformed.
 /// @param self_contact  none: it passes through itself
 State settle(const BodyOptions& options, const DeformableModel& model, SelfContact* self_contact,
-             std::vector<std::string>& warnings);
+             std::vector<Finding>& findings);
 
 }  // namespace kt

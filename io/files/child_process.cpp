@@ -14,12 +14,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
-#include <filesystem>
 #include <fstream>
 #include <string_view>
 #include <thread>
 
 #include "core/base/error.hpp"
+#include "core/base/temporary_folder.hpp"
 
 namespace kt {
 namespace {
@@ -142,7 +142,7 @@ void require_good(const ChildResult& run, const std::string& what, const ChildLi
   if (!run.good()) throw RunError(text(what, " ", run.trouble(limits), hint));
 }
 
-PrivateFolder::PrivateFolder() : PrivateFolder((std::filesystem::temp_directory_path() / "kilotouch-").string()) {}
+PrivateFolder::PrivateFolder() : PrivateFolder(temporary_folder() + "/kilotouch-") {}
 
 namespace {
 

@@ -65,7 +65,7 @@ def step_chart(run):
 
 
 CARDS = [("force.mean_n", "mean normal force", FORCE), ("step_us.p99", "99 of 100 ticks are below", with_unit("µs")),
-         ("force.buzz", "buzz above 100 Hz", percent), ("local.expected_force_error", "force error to expect of the local model", percent),
+         ("force.buzz", "buzz above 100 Hz", percent), ("local.expected_force_error", "force error of the local model alone", percent),
          ("reference.force_error", "force error against the reference", percent), ("penetration_max_m", "deepest penetration", LENGTH)]
 
 

@@ -1,5 +1,6 @@
 """summary.json as tables of words and numbers."""
 import math
+import re
 
 
 def figures(value, digits=3):
@@ -107,8 +108,8 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("local.reducer", "local model", PLAIN, "how the fast side's model is cut out of the global one"),
         ("local.dof", "unknowns of the local model", PLAIN, ""),
         ("local.patch_vertices", "surface nodes of the local model", PLAIN, ""),
-        ("local.certified_error", "certified error of the local model", percent, "against the full model, worst of 0–500 Hz"),
-        ("local.expected_force_error", "error of the force to expect from it", percent, "at the rates of this run; people notice 7–10 %"),
+        ("local.certified_error", "error of the local model's impedance, at worst", percent, "against the full model at the body's last step, the worst of 0–500 Hz: no error of the force"),
+        ("local.expected_force_error", "force error of the local model alone", percent, "when it was made, at the rates of this run; without lateness, swing and what the body does until the next one"),
         ("local.reason", "why this local model", PLAIN, ""),
     ]),
     ("The body's contacts with itself", [
@@ -124,7 +125,7 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("truth.force_error", "force error against the truth", percent, "the forces given with --truth"),
     ]),
 ]
-HEAD_KEYS = ("scene", "seed", "hash", "warnings", "notes", "trust", "real_time", "command", "settings", "contact")
+HEAD_KEYS = ("scene", "seed", "hash", "warnings", "notes", "findings", "trust", "real_time", "command", "settings", "contact")
 
 
 def look_up(data, dotted):
@@ -146,17 +147,27 @@ def leaves(data, prefix=""):
 
 
 # What a person notices of a force, and the setting that cures it where the run's own reasons name none. People tell forces apart that
-# differ by 7 to 10 %; key -> (words that a reason of the run's `trust` has, cure).
+# differ by 7 to 10 %; key -> (words that a reason of the run's `trust` has, cures). A cure "set KEY to VALUE" that the run has is left out.
 PERHAPS, SURELY = 0.07, 0.10
+FINER = "take finer cells (object.tetrahedralize.max_edge, or another object.mesh)"
 NOTICEABLE = {
-    "force.buzz": ("buzzes above 100 Hz", "raise object.model.damping.stiffness, or take finer cells (object.tetrahedralize.max_edge)"),
-    "force.crossing_jump": ("at an edge of", "set contact.surface to loop, or take finer cells (object.tetrahedralize.max_edge)"),
-    "force.refresh_jump": ("when a local", "set local.blend_ms to 12, or raise global.rate_hz, or move the tool more slowly"),
-    "local.expected_force_error": ("", "set local.tolerance lower, or local.reducer to condensed"),
-    "reference.force_error": ("", "raise global.rate_hz, set local.tolerance lower, or move the tool more slowly"),
-    "truth.force_error": ("", "take finer cells, 10-node elements (object.model.element tet10), or a higher global.rate_hz"),
-    "mesh_at_contact.force_factor": ("cells of", "take finer cells (object.tetrahedralize.max_edge)"),
+    "force.buzz": ("buzzes above 100 Hz", ["raise object.model.damping.stiffness", FINER]),
+    "force.crossing_jump": ("at an edge of", ["set contact.surface to loop", FINER]),
+    "force.refresh_jump": ("when a local", ["set local.blend_ms to 12", "raise global.rate_hz", "move the tool more slowly"]),
+    "local.expected_force_error": ("", ["lower local.tolerance", "set local.reducer to condensed"]),
+    "reference.force_error": ("", ["raise global.rate_hz", "lower local.tolerance", "move the tool more slowly"]),
+    "truth.force_error": ("", [FINER, "set object.model.element to tet10", "raise global.rate_hz"]),
+    "mesh_at_contact.force_factor": ("cells of", [FINER]),
 }
+
+
+def is_in_force(summary, cure):
+    """The run's settings have what "set KEY to VALUE" asks for."""
+    match = re.fullmatch(r"set (\S+) to (\S+)", cure)
+    value = look_up(summary, "settings." + match[1]) if match else None
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return f"{value:g}" == match[2]
+    return value is not None and str(value) == match[2]
 
 
 def noticed(summary, key):
@@ -167,7 +178,8 @@ def noticed(summary, key):
     size = abs(value - 1) if key == "mesh_at_contact.force_factor" else abs(value)
     if size <= PERHAPS:
         return "", ""
-    words, cure = NOTICEABLE[key]
+    words, cures = NOTICEABLE[key]
+    cure = ", or ".join(cure for cure in cures if not is_in_force(summary, cure))
     for reason in (look_up(summary, "trust.reasons") or []):
         if words and words in str(reason.get("what")) and reason.get("cure"):
             cure = str(reason["cure"])

@@ -49,6 +49,30 @@ TEST(GuardedDevice, GivesNothingToADeviceWhosePosesCannotBeReliedUpon) {
   EXPECT_NEAR(give(DeviceHealth::ok).force.z(), 2, 1e-12);
 }
 
+/// The limit cuts both parts alike; what is not given has no parts.
+TEST(GuardedDevice, PartsOfTheForceAreOfTheForceThatWasGiven) {
+  Seen seen;
+  GuardedDevice hand(std::make_unique<Fake>(seen), {.h = 1e-3});
+  const auto give = [&](DeviceHealth health) {
+    seen.health = health;
+    LocalFrame frame;
+    frame.mode = ContactMode::slide;
+    hand.pose(0, 1e-3);
+    frame.force = {2.4, 0, 3.2};
+    frame.normal = Vec3::UnitZ();
+    frame.f_n = 3.2;
+    frame.f_t = 2.4;
+    hand.give(frame, 1e-3, 1e-3);
+    return frame;
+  };
+  const LocalFrame cut = give(DeviceHealth::ok);
+  EXPECT_NEAR(cut.f_n, 1.6, 1e-12);
+  EXPECT_NEAR(cut.f_t, 1.2, 1e-12);
+  const LocalFrame none = give(DeviceHealth::gone);
+  EXPECT_NEAR(none.f_n, 0, 1e-12);
+  EXPECT_NEAR(none.f_t, 0, 1e-12);
+}
+
 /// Of a live device with all stages.
 TEST(GuardedDevice, ATickAllocatesNothing) {
   if (thread_allocations() < 0) GTEST_SKIP() << "this build cannot count";

@@ -45,7 +45,7 @@ TEST(PredictLimitCycle, NamesTheLimitAndWhatToChange) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->failure, "hand");
   for (const char* words : {"3000 N/m", "limit cycle", "tool.path.hand.damping", "local.passivity_damping"})
-    EXPECT_NE(found->message.find(words), std::string::npos) << found->message;
+    EXPECT_NE(found->message().find(words), std::string::npos) << found->message();
   EXPECT_FALSE(predict_limit_cycle(loop, 20)) << "passivity control holds it";
   loop.wall_stiffness = 50000;
   EXPECT_TRUE(predict_limit_cycle(loop, 20));

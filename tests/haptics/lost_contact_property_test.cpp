@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "haptics/findings/run_findings.hpp"
 #include "haptics/session/run_warnings.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/study/metrics.hpp"
@@ -115,9 +116,10 @@ TEST(Reach, FollowsTheMeasuredSpeedAndIsBounded) {
                                 {0.101, {0.03, 0.026, 3.0}},
                                 {0.102, {0.03, 0.026, 0.05}},
                                 {0.3, {0.03, 0.026, 0.05}}};
-  const SessionResult run = Session(glitch).run();
+  Session session(glitch);
+  const SessionResult run = session.run();
   EXPECT_LE(run.last_patch_vertices, slow.last_patch_vertices + 30);
-  EXPECT_TRUE(std::ranges::any_of(run.warnings, [](const std::string& w) {
+  EXPECT_TRUE(std::ranges::any_of(lines(all_findings(session, run)), [](const std::string& w) {
     return w.find("too fast in 2 of 300 ticks, most of all in tick 10") != std::string::npos;
   }));
 }

@@ -39,7 +39,7 @@ std::vector<std::string> said(const Mesh& body, const SceneFixed& fixed) {
   const Session session(scene, body);
   std::vector<std::string> out;
   for (const Prediction& p : session.predictions())
-    if (p.failure == "pieces") out.push_back(p.message);
+    if (p.failure == "pieces") out.push_back(p.message());
   return out;
 }
 

@@ -11,7 +11,7 @@ namespace {
 SceneSizes organ() {
   SceneSizes s;
   s.body = {Vec3::Zero(), Vec3(0.12, 0.08, 0.04)};
-  s.tool = 0.008;
+  s.tool = Vec3::Constant(0.008);
   s.depth = 0.003;
   s.thickness = 0.04;
   return s;
@@ -20,7 +20,7 @@ SceneSizes organ() {
 std::string only(const Scene& scene, const SceneSizes& sizes) {
   const auto found = predict_units(scene, sizes);
   EXPECT_EQ(found.size(), 1u);
-  return found.size() == 1 ? found[0].message : "";
+  return found.size() == 1 ? found[0].message() : "";
 }
 
 void expect_words(const std::string& line, const std::vector<std::string>& words) {
@@ -43,14 +43,14 @@ TEST(PredictUnits, NameABodyThatIsTooSmall) {
   SceneSizes s = organ();
   s.body.max *= 0.001;
   s.thickness = s.depth = 0;
-  s.tool = 1e-5;
+  s.tool = Vec3::Constant(1e-5);
   s.mesh_unit = 0.001;
   expect_words(only(Scene{}, s), {"0.00012 m long", "object.scale to 1"});
 }
 
 TEST(PredictUnits, NameALargeToolADeepPressAndAModulusInKilopascal) {
   SceneSizes s = organ();
-  s.tool = 0.3;
+  s.tool = Vec3::Constant(0.3);
   expect_words(only(Scene{}, s), {"300 mm wide", "tool.radius"});
   s = organ();
   s.depth = 0.02;
@@ -62,13 +62,46 @@ TEST(PredictUnits, NameALargeToolADeepPressAndAModulusInKilopascal) {
   expect_words(only(soft, organ()), {"2e+09 Pa"});
 }
 
+/// The cure is the tool's own unit, or size, and not the body's, which is as usual.
+TEST(PredictUnits, NameTheUnitOfAToolsMeshAndLeaveNeedlesAlone) {
+  Scene scene;
+  scene.tool.shape = "mesh";
+  scene.tool.mesh = "jaw.off";
+  SceneSizes s = organ();
+  s.tool = {5, 8, 30};  // millimetres, taken as metres
+  const std::string jaw = only(scene, s);
+  expect_words(jaw, {"8000 mm wide", "set tool.scale to mm", "jaw.off"});
+  for (const char* wrong : {"object.", "tool.radius"}) EXPECT_EQ(jaw.find(wrong), std::string::npos) << jaw;
+  scene.tool.size = 30;
+  expect_words(only(scene, s), {"set tool.size"});
+  s.tool = {0.001, 0.001, 0.2};  // longer than the body, and thin
+  EXPECT_TRUE(predict_units(scene, s).empty());
+  scene.second_tool = scene.tool;
+  s.second_tool = Vec3(0.3, 0.3, 0.3);
+  expect_words(only(scene, s), {"second_tool: it is 300 mm wide", "second_tool.size"});
+}
+
+/// A tool is wide beside a body that is taken as too small: the body's unit is told, twice if need be.
+TEST(PredictUnits, BlameTheBodyWhereItIsTheOneThatIsOff) {
+  SceneSizes s = organ();
+  s.body.max *= 0.01;
+  s.thickness = s.depth = 0;
+  s.mesh_unit = 0.01;
+  const auto found = predict_units(Scene{}, s);
+  ASSERT_EQ(found.size(), 2u);
+  for (const Prediction& p : found) {
+    expect_words(p.message(), {"object.scale to 1"});
+    EXPECT_EQ(p.message().find("tool.radius"), std::string::npos) << p.message();
+  }
+}
+
 TEST(PredictUnits, OfASessionMeasureTheThicknessUnderThePress) {
   Scene scene = small_scene();
   scene.tool.path.press_drag->depth = 0.008;  // of 20 mm
   const Session session(scene);
   const auto found = std::ranges::find(session.predictions(), "units", &Prediction::failure);
   ASSERT_NE(found, session.predictions().end());
-  expect_words(found->message, {"8 mm is 0.4 of", "20 mm"});
+  expect_words(found->message(), {"8 mm is 0.4 of", "20 mm"});
 }
 
 /// The block's cells are 5 mm: a ball of 20 mm touches 10 triangles, one of 0.5 m some 230.
@@ -83,7 +116,7 @@ TEST(PredictPlaces, OfALargeToolAreToldAndTooManyRefused) {
   const auto told = [](const Scene& scene) {
     const Session session(scene);
     return std::ranges::any_of(session.predictions(), [](const Prediction& p) {
-      return p.message.find("and 40 places are resolved") != std::string::npos;
+      return p.message().find("and 40 places are resolved") != std::string::npos;
     });
   };
   EXPECT_FALSE(told(scene_of(0.02, 0.002)));

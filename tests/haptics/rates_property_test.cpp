@@ -35,7 +35,7 @@ TEST(Rates, OutsideOfWhatIsSensibleAreToldInOneLine) {
   const auto told = [](double hz) {
     int count = 0;
     const Session session(at_rate(hz));
-    for (const std::string& w : session.warnings()) count += w.find("local.rate_hz is ") == 0;
+    for (const std::string& w : lines(session.findings())) count += w.find("local.rate_hz is ") == 0;
     return count;
   };
   for (const double hz : {250.0, 1000.0, 10000.0}) EXPECT_EQ(told(hz), 0) << hz;

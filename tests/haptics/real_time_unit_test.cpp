@@ -29,7 +29,7 @@ TEST(RealTime, HoldsWhereBothSidesAreQuick) {
   EXPECT_NEAR(t.tick_share, 0.02, 1e-12);
   EXPECT_NEAR(t.refresh_share, 0.12, 1e-12);
   EXPECT_NEAR(t.budget_ms, 1e3 / 30, 1e-12);
-  EXPECT_TRUE(t.cure.empty());
+  EXPECT_TRUE(t.cures.empty());
 }
 
 TEST(RealTime, NamesTheReductionWhereThatIsSlowAndNotTheStep) {
@@ -40,8 +40,8 @@ TEST(RealTime, NamesTheReductionWhereThatIsSlowAndNotTheStep) {
   EXPECT_EQ(t.keeps, Keeps::no);
   EXPECT_EQ(t.slow_part, "reduce");
   EXPECT_NE(t.told().find("no: a refresh takes 61 ms of 33.3, 183 % (reduce 55)"), std::string::npos) << t.told();
-  EXPECT_NE(t.cure.find("local.reducer to condensed"), std::string::npos) << t.cure;
-  EXPECT_NE(t.cure.find("global.rate_hz to 13"), std::string::npos) << t.cure;
+  EXPECT_NE(t.cure().find("local.reducer to condensed"), std::string::npos) << t.cure();
+  EXPECT_NE(t.cure().find("global.rate_hz to 13"), std::string::npos) << t.cure();
 }
 
 TEST(RealTime, NamesTheGlobalStepWhereThatIsSlow) {
@@ -59,7 +59,7 @@ TEST(RealTime, NamesTheTickWhereThatIsSlower) {
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_EQ(t.keeps, Keeps::no);
   EXPECT_EQ(t.slow_part, "haptic tick");
-  EXPECT_NE(t.cure.find("local.reducer to condensed"), std::string::npos) << t.cure;
+  EXPECT_NE(t.cure().find("local.reducer to condensed"), std::string::npos) << t.cure();
 }
 
 TEST(RealTime, IsJustAboutKeptWithLittleRoomOrWithEarlyRefreshesThatDoNotFit) {
@@ -116,9 +116,9 @@ TEST(RealTime, OfAThreadedRunIsWhatWasReached) {
   keeps(26);
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_TRUE(t.lags);
-  EXPECT_NE(t.cure.find("set global.rate_hz to 26 "), std::string::npos) << t.cure;
+  EXPECT_NE(t.cure().find("set global.rate_hz to 26 "), std::string::npos) << t.cure();
   keeps(28);
-  EXPECT_NE(judge_real_time(Scene{}, r).cure.find("set global.rate_hz to 27 "), std::string::npos);
+  EXPECT_NE(judge_real_time(Scene{}, r).cure().find("set global.rate_hz to 27 "), std::string::npos);
   EXPECT_EQ(t.told().rfind("no: 26 of 30 refreshes a second, a refresh takes 4 ms", 0), 0u) << t.told();
 }
 
@@ -130,11 +130,66 @@ TEST(RealTime, DoesNotBlameABodyThatIsQuick) {
   const RealTime t = judge_real_time(Scene{}, r);
   EXPECT_TRUE(t.is_crowded);
   EXPECT_NE(t.told().find("other programs hold the processor"), std::string::npos) << t.told();
-  EXPECT_EQ(t.cure.rfind("close what runs beside it", 0), 0u) << t.cure;
-  EXPECT_EQ(t.cure.find("local.reducer"), std::string::npos) << t.cure;
-  EXPECT_EQ(t.cure.find("coarser"), std::string::npos) << t.cure;
+  EXPECT_EQ(t.cure().rfind("close what runs beside it", 0), 0u) << t.cure();
+  EXPECT_EQ(t.cure().find("local.reducer"), std::string::npos) << t.cure();
+  EXPECT_EQ(t.cure().find("coarser"), std::string::npos) << t.cure();
   r.refresh.refresh_ms.assign(30, 60);
   EXPECT_FALSE(judge_real_time(Scene{}, r).is_crowded);
+}
+
+/// "set local.reducer to wall (31 % or more)" took a tube from 16 to 972 %: no reducer that is known to be off is told.
+TEST(RealTime, TellsNoReducerWhoseForceIsOff) {
+  SessionResult r = quick_run();
+  r.reducer = "condensed";
+  r.refresh.refresh_ms.assign(30, 60);
+  r.refresh.parts_ms[1].second.assign(30, 55);
+  const auto cure = [&](double error) {
+    r.reducer_candidates.assign(1, {});
+    r.reducer_candidates[0].reducer = "wall";
+    r.reducer_candidates[0].force_error = error;
+    return judge_real_time(Scene{}, r).cure();
+  };
+  EXPECT_NE(cure(0.08).find("set local.reducer to wall (force of the local model off by 8 % or more)"),
+            std::string::npos)
+      << cure(0.08);
+  EXPECT_EQ(cure(0.16).find("local.reducer"), std::string::npos) << cure(0.16);
+  EXPECT_EQ(cure(std::numeric_limits<double>::quiet_NaN()).find("local.reducer"), std::string::npos);
+}
+
+/// The first local model set the body up; the others did not get here: no mesh is to blame.
+TEST(RealTime, OfALinkThatLetsNothingThroughBlamesTheLink) {
+  SessionResult r = quick_run();
+  r.tools[0].frames.resize(4000, LocalFrame());
+  r.lateness_us.resize(4000, 5);
+  r.refreshes.resize(1);
+  r.refresh.global_ms.clear();
+  r.refresh.refresh_ms.assign(1, 2070);
+  Scene scene;
+  scene.link.type = "network";
+  const RealTime t = judge_real_time(scene, r);
+  EXPECT_EQ(t.keeps, Keeps::no);
+  EXPECT_EQ(t.slow_part, "link");
+  EXPECT_EQ(t.told().rfind("no: 0.25 of 30 refreshes a second came over the link", 0), 0u) << t.told();
+  EXPECT_EQ(t.told().find("coarser"), std::string::npos) << t.told();
+}
+
+/// A body that is as coarse as its contact bears is not to be made coarser, nor of tet4 where tet10 are the cure.
+TEST(RealTime, AsksForNothingThatTheContactCannotBear) {
+  SessionResult r = quick_run();
+  r.reducer = "condensed";
+  r.refresh.global_ms.assign(30, 900);
+  Scene scene;
+  scene.object.mesh = "organ.off";
+  scene.object.model.type = "fem";
+  scene.object.model.element = "tet10";
+  EXPECT_NE(judge_real_time(scene, r).cure().find("object.model.element to tet4"), std::string::npos);
+  EXPECT_NE(judge_real_time(scene, r).cure().find("take a coarser mesh"), std::string::npos);
+  const std::string cure = judge_real_time(scene, r, {.coarser = false, .linear_elements = false}).cure();
+  EXPECT_EQ(cure.find("tet4"), std::string::npos) << cure;
+  EXPECT_NE(cure.find("as coarse as the contact bears"), std::string::npos) << cure;
+  scene.tool.shape = "mesh";
+  const std::string tool = judge_real_time(scene, r, {.tool_triangles = {20000}}).cure();
+  EXPECT_EQ(tool.rfind("take fewer triangles in tool.mesh (20000 now", 0), 0u) << tool;
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/pressed_bodies.hpp"
-#include "haptics/session/session.hpp"
+#include "haptics/findings/run_findings.hpp"
 #include "haptics/study/press.hpp"
 #include "tests/support/input_errors.hpp"
 
@@ -90,6 +90,27 @@ TEST(SelfContactSession, ADragLeavesTheSurfaceFreeOfCrossings) {
     ASSERT_TRUE(f.force.allFinite());
     EXPECT_LT(f.force.norm(), 5);
   }
+}
+
+/// The upper block falls through the lower one, and the run says so; with self-contact it does not.
+TEST(SelfContactSession, WithoutItABodyThatPassesThroughItselfIsTold) {
+  const auto told = [](const Scene& scene) {
+    Session session(scene, stack());
+    const SessionResult run = session.run();
+    std::vector<Finding> found = all_findings(session, run);
+    std::erase_if(found, [](const Finding& f) { return f.what.find("passes through itself") == std::string::npos; });
+    return found;
+  };
+  const std::vector<Finding> through = told(press_scene());
+  ASSERT_EQ(through.size(), 1u);
+  ASSERT_FALSE(through[0].cures.empty());
+  EXPECT_EQ(through[0].cures[0].key, "global.self_contact");
+  EXPECT_FALSE(is_trustworthy(through));
+  EXPECT_TRUE(told(touching_scene()).empty());
+  Scene beside = press_scene();
+  beside.tool.path.press_drag->depth = 1e-4;
+  beside.object.gravity.setZero();
+  EXPECT_TRUE(told(beside).empty());  // the gap is 0.2 mm
 }
 
 TEST(SelfContactSession, ABodyThatCrossesItselfIsRefused) {

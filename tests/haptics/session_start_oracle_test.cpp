@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "haptics/session/session.hpp"
+#include "haptics/findings/run_findings.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/input_errors.hpp"
 
@@ -18,7 +18,7 @@ std::vector<std::string> warnings_of(Session& session) {
   std::atomic<bool> stop{true};
   SessionOptions options;
   options.stop = &stop;  // after a tick
-  return session.run(options).warnings;
+  return lines(all_findings(session, session.run(options)));
 }
 
 Scene heavy(const std::string& type, double young) {

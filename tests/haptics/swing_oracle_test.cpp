@@ -123,7 +123,7 @@ Scene swinging_scene() {
 bool is_told(const Scene& scene) {
   const Session session(scene);
   for (const Prediction& p : session.predictions())
-    if (p.failure == "swing") return p.message.find("sdirk2") != std::string::npos;
+    if (p.failure == "swing") return p.message().find("sdirk2") != std::string::npos;
   return false;
 }
 

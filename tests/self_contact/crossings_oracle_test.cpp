@@ -52,6 +52,21 @@ TEST(FindCrossings, AThinBodyThroughTheMiddleOfALargeFaceIsFound) {
   const auto found = crossings(joined({large, thin}));
   EXPECT_GE(found.size(), 8u);  // each of its four sides is two triangles
   for (const auto& [a, b] : found) EXPECT_TRUE(a < 12 && b >= 12) << a << " " << b;
+  const Mesh both = joined({large, thin});
+  std::vector<std::array<int, 2>> pierced;
+  for (const Crossing& c : find_piercings(both.triangles, both.x)) pierced.push_back(c.triangles);
+  EXPECT_EQ(pierced, found);  // none only touch
+}
+
+TEST(FindPiercings, AreNoneOfBodiesThatTouchOrAreApart) {
+  for (const Vec3& apart : {Vec3(0, 0, 0.0201), Vec3(0, 0, 0.02), Vec3(0.0201, 0, 0)}) {
+    const Mesh blocks = two_blocks(apart);
+    EXPECT_TRUE(find_piercings(blocks.triangles, blocks.x).empty()) << apart.transpose();
+  }
+  for (const char* file : {"sphere.off", "torus.off", "organ.off", "block.msh"}) {
+    const Mesh mesh = load_mesh(std::string(KT_SOURCE_DIR "/meshes/") + file);
+    EXPECT_TRUE(find_piercings(mesh.triangles, mesh.x).empty()) << file;
+  }
 }
 
 #if KT_WITH_CGAL

@@ -1,0 +1,41 @@
+#include "core/base/finding.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
+#include "core/base/error.hpp"
+
+namespace kt {
+
+Cure set_to(const std::string& key, const std::string& value, const std::string& price) {
+  return {key, value, text("set ", key, " to ", value, price.empty() ? "" : " (" + price + ")")};
+}
+
+Cure advise(const std::string& told) { return {"", "", told}; }
+
+std::string alternatives(const std::vector<Cure>& cures) {
+  std::string out;
+  for (const Cure& cure : cures) out += (out.empty() ? "" : ", or ") + cure.told;
+  return out;
+}
+
+std::string Finding::line() const { return cures.empty() ? what : what + "; " + alternatives(cures); }
+
+std::vector<std::string> lines(const std::vector<Finding>& findings) {
+  std::vector<std::string> out;
+  std::ranges::transform(findings, std::back_inserter(out), &Finding::line);
+  return out;
+}
+
+std::string short_number(double value) {
+  char out[32];
+  if (std::abs(value) >= 1000 && std::abs(value) < 1e6) return text(std::llround(value));
+  std::snprintf(out, sizeof out, "%.3g", value);
+  return out;
+}
+
+std::string in_percent(double share) { return short_number(100 * share) + " %"; }
+
+}  // namespace kt

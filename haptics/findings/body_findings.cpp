@@ -1,0 +1,80 @@
+// The body's own: its steps, its tangent, elements that turned over, a surface that passes through itself; its pace.
+#include "core/base/error.hpp"
+#include "haptics/findings/kinds.hpp"
+#include "haptics/predict/mesh_cures.hpp"
+
+namespace kt {
+namespace {
+
+using Weight = Finding::Weight;
+
+/// The material that an exact tangent stays definite with, and the way to it.
+Cure better_material(const Scene& scene) {
+  const SceneModel& m = scene.object.model;
+  const bool is_there = m.type == "fem" && m.material == "neo_hookean";
+  return is_there ? advise("press less deep")
+                  : advise("set object.model.type to fem with object.model.material neo_hookean");
+}
+
+void find_in_steps(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
+  const StepStatistics& steps = result.global_steps;
+  if (steps.projected + steps.not_converged > 0)
+    out.push_back(
+        {text("global steps: ", steps.projected, " of ", steps.iterations,
+              " systems were not positive definite and were solved with the element stiffness projected, and ",
+              steps.not_converged, " of ", result.refresh.global_ms.size(), " steps did not converge")});
+  if (result.refresh.definite_tangents == 0) return;
+  Finding found{text("the exact tangent was indefinite at ", result.refresh.definite_tangents, " of ",
+                     result.refreshes.size(), " refreshes: clamped there, the local model is stiffer than the body"),
+                {better_material(scene)}};
+  if (found.cures[0].told != "press less deep") found.cures.push_back(advise("press less deep"));
+  out.push_back(std::move(found));
+}
+
+void find_in_elements(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
+  const InvertedTetrahedra& inverted = result.refresh.inverted;
+  if (inverted.most == 0) return;
+  out.push_back({text(inverted.most, " of ", session.model().mesh().tetrahedra.size(),
+                      " tetrahedra turned inside out, first at t = ", short_number(inverted.from), " s, ",
+                      inverted.last > 0 ? text("and ", inverted.last, " are at the end") : std::string("and came back"),
+                      ": forces from then on are not to be trusted"),
+                 {advise("press less deep"), finer_cells(session.scene())}});
+}
+
+void find_self_crossing(const SessionResult& result, std::vector<Finding>& out) {
+  if (result.self_contact && result.self_contact->crossings > 0)
+    out.push_back({text("the surface crossed itself, in up to ", result.self_contact->crossings,
+                        " pairs of triangles after a global step: a fault of this program, please report it")});
+  const SelfCrossing& own = result.self_crossing;
+  if (own.pairs > 0)
+    out.push_back(
+        {text("the body passes through itself: ", own.pairs, own.pairs == 1 ? " pair" : " pairs",
+              " of triangles cross at t = ", short_number(own.t), " s, one at (", short_number(own.at.x()), ", ",
+              short_number(own.at.y()), ", ", short_number(own.at.z()), ") m: there the force is too small"),
+         {set_to("global.self_contact", "{}", "with global.integrator newton_euler, and slower global steps"),
+          advise("press less deep")}});
+}
+
+/// The wall clock does not wait for a body that takes longer than its interval.
+void find_lag(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
+  constexpr double kEnough = 0.8;
+  if (result.lateness_us.empty() || result.tools[0].frames.empty()) return;
+  const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
+  const double reached = static_cast<double>(result.refresh.global_ms.size()) / seconds;
+  if (reached >= kEnough * scene.global.rate_hz) return;
+  out.push_back({text("the body was refreshed at ", short_number(reached), " Hz of global.rate_hz ",
+                      scene.global.rate_hz, " (see real time)"),
+                 {},
+                 Weight::note});
+}
+
+}  // namespace
+
+void find_in_body(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
+  find_in_steps(session.scene(), result, out);
+  find_in_elements(session, result, out);
+  find_self_crossing(result, out);
+  find_lag(session.scene(), result, out);
+}
+
+}  // namespace kt

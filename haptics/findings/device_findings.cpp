@@ -1,0 +1,183 @@
+// What hands were given of the forces: a local model that is old, a gate that is shut, a limit.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.hpp"
+#include "haptics/findings/kinds.hpp"
+
+namespace kt {
+namespace {
+
+using Weight = Finding::Weight;
+
+constexpr double kNoticeableShare = 0.01;  // of the ticks in contact
+constexpr double kNoticeableForce = 0.1;   // of the force: people tell 7 to 10 % apart
+constexpr double kMostly = 0.5;            // of the ticks in contact: their force is not that of the scene
+constexpr double kNearlyAll = 0.9;         // the same of a force that was withheld
+constexpr double kLeastTime = 0.02;        // [s] of contact: less is no share of anything
+
+/// A tool's ticks in contact, by what became of their force.
+struct ContactTicks {
+  int all = 0, gated = 0, slewed = 0, stale_pose = 0;
+  double given = 0, wanted = 0;  ///< sums of the sizes of forces: to the hand, and of the local model [N]
+};
+
+ContactTicks count(const ToolRun& tool) {
+  ContactTicks out;
+  for (std::size_t i = 0; i < tool.frames.size(); ++i) {
+    const LocalFrame& f = tool.frames[i];
+    if (!touches(f)) continue;
+    ++out.all;
+    out.gated += (f.flags & kGated) != 0;
+    out.slewed += (f.flags & kSlewed) != 0;
+    out.stale_pose += (f.flags & kStalePose) != 0;
+    out.given += f.force.norm();
+    out.wanted += i < tool.model_force.size() ? tool.model_force[i].norm() : f.force.norm();
+  }
+  return out;
+}
+
+/// Why a gate was shut in most of its ticks.
+GateReason main_reason(const SafetyCounts& s) {
+  GateReason out = GateReason::open;
+  int most = 0;
+  for (std::size_t i = 1; i < s.by_reason.size(); ++i) {
+    const auto reason = static_cast<GateReason>(i);
+    if (reason == GateReason::put_down || reason == GateReason::on_the_way || s.by_reason[i] <= most) continue;
+    most = s.by_reason[i];
+    out = reason;
+  }
+  return out;
+}
+
+Cure look_at(const DeviceRun& device) {
+  return advise(text("kilotouch device test ", device.name, " says what stands in the way"));
+}
+
+void find_shut_gate(const ToolRun& tool, const ContactTicks& c, std::size_t k, std::vector<Finding>& out) {
+  if (!tool.device) return;
+  const DeviceRun& device = *tool.device;
+  const SafetyCounts& s = device.safety;
+  const bool never_opened = s.ticks > 0 && s.gated == s.ticks;
+  const bool in_contact = c.gated > kNoticeableShare * c.all;
+  if (!never_opened && !in_contact && s.shut <= 1 && device.gate == GateReason::put_down) return;  // once, at the end
+  const GateReason why = main_reason(s);
+  Finding found{text(which(k), "the device's gate ",
+                     never_opened ? "never opened fully"
+                                  : text("was shut or not fully open in ", s.gated, " of ", s.ticks, " ticks"),
+                     in_contact ? text(", ", c.gated, " of ", c.all, " in contact") : "",
+                     why == GateReason::open ? std::string() : text(": mostly because ", name_of(why)),
+                     s.shut > 0 ? text("; it shut ", s.shut, s.shut == 1 ? " time" : " times") : ""),
+                {look_at(device)}};
+  if (c.all > 0 && c.gated >= kNearlyAll * c.all) found.weight = Weight::failure;
+  out.push_back(std::move(found));
+}
+
+/// Cut, held back or not there in some ticks: with how many.
+void find_held_back(const ToolRun& tool, const ContactTicks& c, std::size_t k, std::vector<Finding>& out) {
+  if (tool.limited_forces > 0)
+    out.push_back({text(which(k), "the force was cut to the device's limit in ", tool.limited_forces, " ticks"),
+                   {advise("press less deep"), advise("take a softer body")}});
+  if (c.slewed > kNoticeableShare * c.all)
+    out.push_back({text(which(k), "the force was held back from changing faster than the device is allowed in ",
+                        c.slewed, " of ", c.all, " ticks in contact"),
+                   {advise("raise path.device.max_slew, if the device bears it"), advise("move more slowly")},
+                   c.slewed > kNoticeableForce * c.all ? Weight::doubt : Weight::note});
+  if (c.stale_pose > kNoticeableShare * c.all)
+    out.push_back({text(which(k), "the device's pose was too old, or the device not there, in ", c.stale_pose, " of ",
+                        c.all, " ticks in contact"),
+                   tool.device ? std::vector{look_at(*tool.device)} : std::vector<Cure>{}});
+}
+
+/// Leaps of the pose, forces that a device which repeats what it is sent did not repeat, what its driver noted.
+void find_in_driver(const ToolRun& tool, std::size_t k, std::vector<Finding>& out) {
+  if (!tool.device) return;
+  const SafetyCounts& s = tool.device->safety;
+  if (s.jumps > 0)
+    out.push_back({text(which(k), "the device's pose leapt ", s.jumps, s.jumps == 1 ? " time" : " times",
+                        " as no hand moves: it was not followed, and the gate shut"),
+                   {look_at(*tool.device)}});
+  if (s.unechoed > 0) {
+    Finding found{
+        text(which(k), "the device did not repeat its force in ", s.unechoed, " of ", s.ticks, " ticks: it gave up to ",
+             short_number(s.most_echoed.value_or(0)), " N of ", short_number(s.most_force), " N that it was sent"),
+        {look_at(*tool.device)}};
+    if (s.most_echoed.value_or(0) <= kNoticeableForce * s.most_force) found.weight = Weight::failure;
+    out.push_back(std::move(found));
+  }
+  for (const std::string& note : tool.device->notes)
+    out.push_back({text(which(k), tool.device->name, ": ", note), {}, Weight::note});
+}
+
+/// The sum of all that was withheld or added, whatever did it.
+void find_difference(const ToolRun& tool, const ContactTicks& c, std::size_t k, std::vector<Finding>& out) {
+  if (c.all == 0 || !(c.wanted > 0) || std::abs(c.given - c.wanted) <= kNoticeableForce * c.wanted) return;
+  const double given = c.given / c.all, wanted = c.wanted / c.all;
+  Finding found{text(which(k), "the hand was given ", short_number(given),
+                     " N on average in contact, where the local model has ", short_number(wanted), " N")};
+  if (c.given <= kNoticeableForce * c.wanted) found.weight = Weight::failure;
+  if (tool.device) found.cures.push_back(look_at(*tool.device));
+  out.push_back(std::move(found));
+}
+
+/// Since the local model in use was taken, at each tick in contact [s]; how many came after the first.
+struct ModelAges {
+  int contact = 0, old = 0, after_first = 0;
+  double oldest = 0;  ///< [s]
+};
+
+ModelAges model_ages(const ToolRun& tool, double h, double limit) {
+  ModelAges out;
+  double taken = 0;
+  int frame = tool.frames.empty() ? -1 : tool.frames[0].model_frame;
+  for (const LocalFrame& f : tool.frames) {
+    if (f.model_frame != frame) {
+      frame = f.model_frame;
+      taken = f.t - h;
+      ++out.after_first;
+    }
+    if (!touches(f)) continue;
+    ++out.contact;
+    const double age = f.t - taken;
+    if (age <= limit && (f.flags & kStaleModel) == 0) continue;
+    ++out.old;
+    out.oldest = std::max(out.oldest, age);
+  }
+  return out;
+}
+
+}  // namespace
+
+void find_withheld_forces(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
+  for (std::size_t k = 0; k < result.tools.size(); ++k) {
+    const ToolRun& tool = result.tools[k];
+    const ContactTicks c = count(tool);
+    find_shut_gate(tool, c, k, out);
+    find_held_back(tool, c, k, out);
+    find_in_driver(tool, k, out);
+    // A simulated hand is held by passivity control, which is meant to change the force.
+    if (tool.device || scene.link.type == "network") find_difference(tool, c, k, out);
+  }
+}
+
+void find_old_models(const Scene& scene, const SessionResult& result, const RealTime& pace, std::vector<Finding>& out) {
+  constexpr double kUsual = 0.25, kIntervals = 4;  // as the ticks' own flag: TouchOptions::stale_s
+  const double h = 1 / scene.local.rate_hz;
+  const double limit = std::max(kUsual, kIntervals / scene.global.rate_hz) + 1e-3 * scene.link.latency_ms;
+  ModelAges most;
+  for (const ToolRun& tool : result.tools)
+    if (const ModelAges ages = model_ages(tool, h, limit); ages.old >= most.old) most = ages;
+  if (most.old <= kNoticeableShare * most.contact || most.old * h < kLeastTime) return;
+  Finding found{text(most.after_first == 0 ? "no local model came after the first" : "local models came late", ": in ",
+                     most.old, " of ", most.contact, " ticks in contact the one in use was more than ",
+                     short_number(limit), " s old, ", short_number(most.oldest),
+                     " s at most, and the force is that of a body that has not followed")};
+  found.cures = pace.cures;
+  if (found.cures.empty() && scene.link.type == "thread")
+    found.cures.push_back(advise("leave the processor to this program"));
+  if (found.cures.empty() && scene.link.loss > 0) found.cures.push_back(set_to("link.loss", "0"));
+  if (most.old >= kMostly * most.contact) found.weight = Weight::failure;
+  out.push_back(std::move(found));
+}
+
+}  // namespace kt
