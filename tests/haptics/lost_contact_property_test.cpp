@@ -45,7 +45,7 @@ TEST_P(BeyondThePatch, ContactGoesOn) {
     EXPECT_GT(edge_ticks(run), 100) << "it never got there";
     EXPECT_EQ(run.tools[0].lost.free_ticks_inside, 0);
     EXPECT_EQ(run.tools[0].missed_impacts, 0);
-    EXPECT_FALSE(contact_was_lost(run, true));
+    EXPECT_FALSE(contact_was_lost(scene, run));
     const auto pressed = std::span<const LocalFrame>(run.tools[0].frames).subspan(150);
     double least = 1e9, most = 0;
     for (const LocalFrame& f : pressed) {
