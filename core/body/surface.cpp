@@ -30,27 +30,36 @@ Crease crease_between(std::span<const Triangle> triangles, const VectorX& x, int
 
 SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes) {
   SurfaceTopology out;
-  out.first.assign(num_nodes + 1, 0);
+  TopologyRoom room;
+  make_topology(triangles, num_nodes, room, out);
+  return out;
+}
+
+void TopologyRoom::reserve(std::size_t triangles, std::size_t nodes) {
+  next.reserve(nodes);
+  edges.reserve(3 * triangles);
+}
+
+void make_topology(std::span<const Triangle> triangles, int num_nodes, TopologyRoom& room, SurfaceTopology& out) {
+  out.first.assign(static_cast<std::size_t>(num_nodes) + 1, 0);
   for (const Triangle& t : triangles)
     for (int i : t) ++out.first[i + 1];
   for (int i = 0; i < num_nodes; ++i) out.first[i + 1] += out.first[i];
-  out.fan.resize(out.first.back());
-  std::vector<int> next(out.first.begin(), out.first.end() - 1);
+  out.fan.resize(static_cast<std::size_t>(out.first.back()));
+  room.next.assign(out.first.begin(), out.first.end() - 1);
   for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
-    for (int i : triangles[t]) out.fan[next[i]++] = t;
+    for (int i : triangles[t]) out.fan[room.next[i]++] = t;
 
-  struct Edge {
-    int low, high, triangle, corner;
-    auto key() const { return std::tie(low, high, triangle); }
-  };
-  std::vector<Edge> edges;
+  auto& edges = room.edges;
+  edges.clear();
   edges.reserve(3 * triangles.size());
   for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
     for (int c = 0; c < 3; ++c) {
       const int a = triangles[t][c], b = triangles[t][(c + 1) % 3];
       edges.push_back({std::min(a, b), std::max(a, b), t, c});
     }
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.key() < b.key(); });
+  const auto key = [](const TopologyRoom::Edge& e) { return std::tie(e.low, e.high, e.triangle); };
+  std::sort(edges.begin(), edges.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
   out.across.assign(triangles.size(), {-1, -1, -1});
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t end = i;
@@ -61,7 +70,6 @@ SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes
     }
     i = end;
   }
-  return out;
 }
 
 std::vector<std::array<Crease, 3>> find_creases(std::span<const Triangle> triangles, const VectorX& x,

@@ -19,6 +19,18 @@ struct SurfaceTopology {
 
 SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes);
 
+/// What a topology is made with.
+struct TopologyRoom {
+  struct Edge {
+    int low, high, triangle, corner;
+  };
+  void reserve(std::size_t triangles, std::size_t nodes);
+  std::vector<int> next;
+  std::vector<Edge> edges;
+};
+/// The same; no allocation where room and `out` have had so many triangles and nodes before, or reserved for them.
+void make_topology(std::span<const Triangle> triangles, int num_nodes, TopologyRoom& room, SurfaceTopology& out);
+
 enum class Crease : char { none, ridge, groove };
 
 /// Of each edge (v[i], v[i+1]) of each triangle: ridges are convex edges over which the faces' normals turn by more

@@ -1,173 +1,275 @@
 #include "core/local/apron.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <utility>
+
+#include "core/base/error.hpp"
 
 namespace kt {
 namespace {
 
-/// The triangles outside the patch by their distance from the nearest site, at most `most`; ascending.
-std::vector<int> nearest_outside(const Surface& surface, const VectorX& x, const ContactSite& site,
-                                 const SurfacePatch& patch, int most) {
-  std::vector<char> in_patch(surface.triangles.size(), 0);
-  for (const int t : patch.global_triangle) in_patch[t] = 1;
-  std::vector<std::pair<double, int>> by_distance;
-  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-    if (in_patch[t]) continue;
-    double nearest_sq = std::numeric_limits<double>::infinity();
-    const auto consider = [&](const ContactSite& at) {
-      const double way_sq = at.way.squaredNorm();
-      for (const int i : surface.triangles[t]) {
-        const Vec3 away = node(x, i) - at.centre;
-        const double share = way_sq > 0 ? std::clamp(away.dot(at.way) / way_sq, 0.0, 1.0) : 0;
-        nearest_sq = std::min(nearest_sq, (away - share * at.way).squaredNorm());
-      }
-    };
-    consider(site);
-    for (const ContactSite& other : site.others) consider(other);
-    by_distance.emplace_back(nearest_sq, t);
-  }
-  if (by_distance.size() > static_cast<std::size_t>(most)) {
-    std::ranges::nth_element(by_distance, by_distance.begin() + most);
-    by_distance.resize(static_cast<std::size_t>(most));
-  }
-  std::vector<int> out;
-  for (const auto& [distance_sq, t] : by_distance) out.push_back(t);
-  std::ranges::sort(out);
-  return out;
-}
+constexpr std::size_t kMostInMean = 12;  // vertices: what a facet moves with has to fit into NodeWeights
 
 /// Those that a tool in reach touches; of a patch that has none that can move, all that can.
-std::vector<int> leading_vertices(const SurfacePatch& patch, const std::vector<char>& moves) {
+std::vector<int> leading_vertices(const SurfacePatch& patch, std::span<const char> moves) {
   std::vector<int> in_reach, others;
   for (int v = 0; v < patch.num_vertices(); ++v)
     if (moves[v]) (patch.in_reach[v] ? in_reach : others).push_back(v);
   return in_reach.empty() ? others : in_reach;
 }
 
-/// The one or two of these vertices that are nearest to a place, with weights as the distances suggest.
-std::vector<std::pair<int, double>> nearest_two(const std::vector<int>& vertices, const VectorX& x,
-                                                const SurfacePatch& patch, const Vec3& place) {
-  constexpr double kLeast = 1e-300;
-  double first_sq = std::numeric_limits<double>::infinity(), second_sq = first_sq;
-  int first = -1, second = -1;
-  for (const int v : vertices) {
-    const double distance_sq = std::max((node(x, patch.global_node[v]) - place).squaredNorm(), kLeast);
-    if (distance_sq < first_sq) {
-      second_sq = std::exchange(first_sq, distance_sq);
-      second = std::exchange(first, v);
-    } else if (distance_sq < second_sq) {
-      second_sq = distance_sq;
-      second = v;
+std::vector<const ContactSite*> all_sites(const ContactSite& site) {
+  std::vector<const ContactSite*> out{&site};
+  for (const ContactSite& other : site.others) out.push_back(&other);
+  if (out.size() > kMostApronSites) out.resize(kMostApronSites);
+  return out;
+}
+
+double distance_from(const ContactSite& site, const Vec3& place) {
+  const double way_sq = site.way.squaredNorm();
+  const Vec3 away = place - site.centre;
+  const double share = way_sq > 0 ? std::clamp(away.dot(site.way) / way_sq, 0.0, 1.0) : 0;
+  return (away - share * site.way).norm();
+}
+
+/// Index in `vertices` of the nearest, and its distance [m].
+std::pair<int, double> nearest_of(const Eigen::Matrix3Xd& places, const Vec3& place) {
+  Eigen::Index nearest = 0;
+  const double distance_sq = (places.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
+  return {static_cast<int>(nearest), std::sqrt(distance_sq)};
+}
+
+/// The place where the tool was, as wide as what it touched: a ball of radius R that is d deep presses as a uniform
+/// pressure within 0.72 sqrt(R d) does (Johnson 1985, 3.4 and 4.2). Where the cells are larger, the point under it.
+NodeWeights make_mean(const Surface& surface, const ContactSite& site, const SurfacePatch& patch,
+                      const std::vector<int>& leading, const Eigen::Matrix3Xd& places, double depth,
+                      const ApronOptions& options) {
+  constexpr double kShallow = 0.1;  // of the radius: less deep than this is told by nothing
+  const double r = options.radius, wide = 0.72 * std::sqrt(r * std::clamp(depth, kShallow * r, std::max(r, 0.0)));
+  std::vector<std::pair<double, int>> close;
+  for (std::size_t i = 0; i < leading.size(); ++i)
+    if (const double d = (places.col(static_cast<Eigen::Index>(i)) - site.centre).norm(); d < wide)
+      close.emplace_back(d, leading[i]);
+  std::ranges::sort(close);
+  if (close.size() > kMostInMean) close.resize(kMostInMean);
+  NodeWeights out;
+  if (close.size() >= 3) {
+    for (const auto& [d, v] : close) out.add(v, 1 - d * d / (wide * wide));
+  } else {
+    const Triangle& corners = surface.triangles[site.triangle];
+    for (const int i : corners) {
+      const auto v = std::ranges::find_if(leading, [&](int own) { return patch.global_node[own] == i; });
+      if (v == leading.end()) continue;
+      const double d = (places.col(v - leading.begin()) - site.centre).norm();
+      out.add(*v, 1 / (d + 1e-9));
     }
+    if (out.count == 0) out.add(leading[static_cast<std::size_t>(nearest_of(places, site.centre).first)], 1);
   }
-  if (first < 0) return {};
-  if (second < 0) return {{first, 1.0}};
-  const double share = second_sq / (first_sq + second_sq);
-  return {{first, share}, {second, 1 - share}};
+  double sum = 0;
+  for (int k = 0; k < out.count; ++k) sum += out.weight[k];
+  for (int k = 0; k < out.count; ++k) out.weight[k] /= sum;
+  return out;
+}
+
+double smooth_share(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * (3 - 2 * s);
 }
 
 }  // namespace
 
-Apron make_apron(const Surface& surface, const VectorX& x, const ContactSite& site, const SurfacePatch& patch,
-                 const std::vector<char>& moves, const std::vector<char>& is_fixed, int most) {
-  Apron out;
-  out.global_triangle = nearest_outside(surface, x, site, patch, most);
-  std::map<int, int> vertex_of;
-  for (int v = 0; v < patch.num_vertices(); ++v) vertex_of.emplace(patch.global_node[v], v);
-  for (const int t : out.global_triangle) {
-    Triangle& local = out.triangles.emplace_back();
-    for (int c = 0; c < 3; ++c) {
-      const int next = patch.num_vertices() + static_cast<int>(out.global_node.size());
-      const auto [found, is_new] = vertex_of.emplace(surface.triangles[t][c], next);
-      if (is_new) out.global_node.push_back(found->first);
-      local[c] = found->second;
-    }
+void ApronMotion::means(const VectorX& patch_x, std::span<Vec3> out) const noexcept {
+  for (std::size_t s = 0; s < mean.size(); ++s) out[s] = mean[s].of(patch_x) - mean[s].of(patch_at);
+}
+
+Vec3 ApronMotion::place(int i, const VectorX& patch_x, std::span<const Vec3> means) const noexcept {
+  if (near[i] < 0) return node(at, i);
+  const Vec3 u = node(patch_x, near[i]) - node(patch_at, near[i]);
+  return node(at, i) + (1 - share[i]) * u + share[i] * means[static_cast<std::size_t>(site[i])];
+}
+
+ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const ContactSite& site,
+                              const SurfacePatch& patch, const ApronOptions& options) {
+  constexpr double kFades = 0.5;  // of the site's reach: the way over which the nearest vertex gives way to the mean
+  const auto n = static_cast<std::size_t>(x.size() / 3);
+  ApronMotion out;
+  out.patch_vertex.assign(n, -1);
+  out.at = x;
+  out.near.assign(n, -1);
+  out.share.assign(n, 0);
+  out.site.assign(n, 0);
+  out.patch_at = options.patch_x;
+  for (int v = 0; v < patch.num_vertices(); ++v) out.patch_vertex[patch.global_node[v]] = v;
+  const std::vector<int> leading = leading_vertices(patch, options.moves);
+  if (leading.empty()) return out;
+  Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(leading.size()));
+  for (std::size_t i = 0; i < leading.size(); ++i)
+    places.col(static_cast<Eigen::Index>(i)) = node(out.patch_at, leading[i]);
+  const bool is_loaded = options.unloaded.size() == out.patch_at.size();
+  const auto unloaded = [&](int v) { return is_loaded ? Vec3(node(options.unloaded, v)) : Vec3(Vec3::Zero()); };
+
+  const std::vector<const ContactSite*> sites = all_sites(site);
+  std::vector<Vec3> mean_unloaded;
+  for (const ContactSite* s : sites) {
+    const int under = leading[static_cast<std::size_t>(nearest_of(places, s->centre).first)];
+    out.mean.push_back(make_mean(surface, *s, patch, leading, places, unloaded(under).norm(), options));
+    Vec3 sum = Vec3::Zero();
+    for (int k = 0; k < out.mean.back().count; ++k)
+      sum += out.mean.back().weight[k] * unloaded(out.mean.back().node[k]);
+    mean_unloaded.push_back(sum);
   }
-  const std::vector<int> leading = leading_vertices(patch, moves);
-  out.x.resize(3 * static_cast<Eigen::Index>(out.global_node.size()));
-  out.first.push_back(0);
-  for (std::size_t i = 0; i < out.global_node.size(); ++i) {
-    const Vec3 place = node(x, out.global_node[i]);
-    node(out.x, static_cast<int>(i)) = place;
-    if (!is_fixed[out.global_node[i]]) {
-      for (const auto& [v, weight] : nearest_two(leading, x, patch, place)) {
-        out.from.push_back(v);
-        out.weight.push_back(weight);
-      }
-    }
-    out.first.push_back(static_cast<int>(out.from.size()));
+  for (int i = 0; i < static_cast<int>(n); ++i) {
+    if (out.patch_vertex[i] >= 0 || options.is_fixed[i] || surface.topology.triangles_of(i).empty()) continue;
+    const Vec3 place = node(x, i);
+    const auto [index, away] = nearest_of(places, place);
+    std::size_t own = 0;
+    for (std::size_t s = 1; s < sites.size(); ++s)
+      if (distance_from(*sites[s], place) < distance_from(*sites[own], place)) own = s;
+    out.near[i] = leading[static_cast<std::size_t>(index)];
+    out.site[i] = static_cast<char>(own);
+    out.share[i] = sites[own]->reach > 0 ? smooth_share(away / (kFades * sites[own]->reach)) : 1;
+    if (!is_loaded) continue;
+    // What the load moved here fades with the distance from it, as on an elastic half space.
+    const double there = distance_from(*sites[own], places.col(index)), here = distance_from(*sites[own], place);
+    const Vec3 at_near = unloaded(out.near[i]);
+    const Vec3 own_unloaded = here > there ? Vec3(there / here * at_near) : at_near;
+    const Vec3 moved = own_unloaded - (1 - out.share[i]) * at_near - out.share[i] * mean_unloaded[own];
+    node(out.at, i) += moved;
+    out.lowered = std::max(out.lowered, moved.norm());
   }
   return out;
 }
 
-void add_apron(const Apron& apron, const Surface& surface, const SurfacePatch& patch, const VectorX& patch_x,
-               ContactSurface& out) {
+ApronRoom::ApronRoom(int nodes, int triangles_at_most, int vertices_at_most, ContactSurface& out)
+    : triangles(out.facets.triangles.size()),
+      vertices(out.facets.global_node.size()),
+      followed(out.from.size()),
+      moved(out.moved_node.size()),
+      most_triangles(triangles_at_most),
+      most_vertices(vertices_at_most),
+      vertex_of_node(static_cast<std::size_t>(nodes), -1) {
+  const std::size_t t = triangles + static_cast<std::size_t>(most_triangles);
+  const std::size_t v = vertices + static_cast<std::size_t>(most_vertices);
+  const std::size_t weights = (kMostInMean + 1) * static_cast<std::size_t>(most_vertices);
+  SurfacePatch& f = out.facets;
+  f.triangles.reserve(t);
+  f.global_triangle.reserve(t);
+  f.on_rim.reserve(t);
+  f.global_node.reserve(v);
+  f.in_reach.resize(vertices, 0);
+  f.in_reach.reserve(v);
+  if (!f.wall.empty()) f.wall.reserve(t);
+  if (!f.crease.empty()) f.crease.reserve(t);
+  f.topology.first.reserve(v + 1);
+  f.topology.fan.reserve(3 * t);
+  f.topology.across.reserve(t);
+  topology.reserve(t, v);
+  out.first.reserve(v + 1);
+  out.from.reserve(followed + weights);
+  out.weight.reserve(followed + weights);
+  out.first_moved.reserve(t + 1);
+  out.moved_node.reserve(moved + NodeWeights::kMost * static_cast<std::size_t>(most_triangles));
+  out.moved_weight.reserve(out.moved_node.capacity());
+  out.apron_facets = static_cast<int>(triangles);
+  out.apron_vertices = static_cast<int>(vertices);
+  out.apron_offset.setZero(3 * static_cast<Eigen::Index>(most_vertices));
+}
+
+namespace {
+
+void remove_apron(const ApronRoom& room, ContactSurface& out) noexcept {
+  SurfacePatch& f = out.facets;
+  f.triangles.resize(room.triangles);
+  f.global_triangle.resize(room.triangles);
+  f.on_rim.resize(room.triangles);
+  f.global_node.resize(room.vertices);
+  f.in_reach.resize(room.vertices);
+  if (!f.wall.empty()) f.wall.resize(room.triangles);
+  if (!f.crease.empty()) f.crease.resize(room.triangles);
+  out.first.resize(room.vertices + 1);
+  out.from.resize(room.followed);
+  out.weight.resize(room.followed);
+  out.first_moved.resize(room.triangles + 1);
+  out.moved_node.resize(room.moved);
+  out.moved_weight.resize(room.moved);
+}
+
+/// A vertex of the apron for a node of the body: one of the patch's, as a smooth patch has others, or one of its own.
+int add_vertex(const ApronMotion& motion, int global, ContactSurface& out) noexcept {
+  const auto follow = [&](int vertex, double weight) {
+    if (weight == 0) return;
+    out.from.push_back(vertex);
+    out.weight.push_back(weight);
+  };
+  const auto begin = out.from.size();
+  if (const int v = motion.patch_vertex[global]; v >= 0) {
+    follow(v, 1);
+  } else if (const int near = motion.near[global]; near >= 0) {
+    follow(near, 1 - motion.share[global]);
+    const NodeWeights& mean = motion.mean[static_cast<std::size_t>(motion.site[global])];
+    for (int k = 0; k < mean.count; ++k) follow(mean.node[k], motion.share[global] * mean.weight[k]);
+  }
+  out.first.push_back(static_cast<int>(out.from.size()));
+  Vec3 offset = node(motion.at, global);
+  for (std::size_t k = begin; k < out.from.size(); ++k) offset -= out.weight[k] * node(motion.patch_at, out.from[k]);
+  const int added = out.facets.num_vertices();
+  node(out.apron_offset, added - out.apron_vertices) = offset;
+  out.facets.global_node.push_back(global);
+  out.facets.in_reach.push_back(0);
+  return added;
+}
+
+/// Who moves with the facet: the patch's vertices that its three follow, each once, ascending.
+void add_moved(const Triangle& facet, ContactSurface& out) noexcept {
+  std::array<std::pair<int, Vec3>, NodeWeights::kMost> moved;
+  int count = 0;
+  for (int c = 0; c < 3; ++c)
+    for (int k = out.first[facet[c]]; k < out.first[facet[c] + 1]; ++k) {
+      const auto end = moved.begin() + count;
+      const auto known = std::find_if(moved.begin(), end, [&](const auto& m) { return m.first == out.from[k]; });
+      if (known == end) {
+        if (count == NodeWeights::kMost) continue;
+        moved[static_cast<std::size_t>(count++)] = {out.from[k], Vec3::Zero()};
+      }
+      known->second[c] += out.weight[k];
+    }
+  std::sort(moved.begin(), moved.begin() + count, [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (int i = 0; i < count; ++i) {
+    out.moved_node.push_back(moved[static_cast<std::size_t>(i)].first);
+    out.moved_weight.push_back(moved[static_cast<std::size_t>(i)].second);
+  }
+  out.first_moved.push_back(static_cast<int>(out.moved_node.size()));
+}
+
+}  // namespace
+
+void append_apron(const Surface& surface, const ApronMotion& motion, const SurfacePatch& patch,
+                  std::span<const int> triangles, ApronRoom& room, ContactSurface& out) noexcept {
+  remove_apron(room, out);
   SurfacePatch& facets = out.facets;
-  out.apron_facets = static_cast<int>(facets.triangles.size());
-  out.apron_vertices = facets.num_vertices();
-  std::vector<Vec3> offset;
-  const auto add_vertex = [&](int global, const Vec3& place, auto followed, auto weight) {
-    Vec3 rest = place;
-    for (std::size_t k = 0; k < followed.size(); ++k) {
-      out.from.push_back(followed[k]);
-      out.weight.push_back(weight[k]);
-      rest -= weight[k] * node(patch_x, followed[k]);
-    }
-    out.first.push_back(static_cast<int>(out.from.size()));
-    facets.global_node.push_back(global);
-    offset.push_back(rest);
-    return facets.num_vertices() - 1;
+  const bool shares = out.levels == 0;  // a smooth patch has other vertices than its nodes
+  if (shares)
+    for (int v = 0; v < patch.num_vertices(); ++v) room.vertex_of_node[patch.global_node[v]] = v;
+  const auto vertex = [&](int global) {
+    int& known = room.vertex_of_node[global];
+    if (known < 0) known = add_vertex(motion, global, out);
+    return known;
   };
-  const auto own = [&](int i) {
-    const auto begin = static_cast<std::size_t>(apron.first[i]);
-    const auto count = static_cast<std::size_t>(apron.first[i + 1]) - begin;
-    return std::pair(std::span(apron.from).subspan(begin, count), std::span(apron.weight).subspan(begin, count));
-  };
-  // A smooth patch has other vertices than its nodes: the apron's triangles get those for themselves.
-  const int shared = out.levels == 0 ? patch.num_vertices() : 0;
-  std::map<int, int> vertex_of;
-  const auto vertex = [&](int v) {
-    if (v < shared) return v;
-    const auto known = vertex_of.find(v);
-    if (known != vertex_of.end()) return known->second;
-    int added;
-    if (v < patch.num_vertices()) {
-      added = add_vertex(patch.global_node[v], node(patch_x, v), std::array{v}, std::array{1.0});
-    } else {
-      const int i = v - patch.num_vertices();
-      const auto [followed, weight] = own(i);
-      added = add_vertex(apron.global_node[i], node(apron.x, i), followed, weight);
-    }
-    vertex_of.emplace(v, added);
-    return added;
-  };
-  for (std::size_t t = 0; t < apron.triangles.size(); ++t) {
-    const Triangle& v = apron.triangles[t];
+  for (const int t : triangles) {
+    const Triangle& v = surface.triangles[t];
     const Triangle facet{vertex(v[0]), vertex(v[1]), vertex(v[2])};
     facets.triangles.push_back(facet);
-    facets.global_triangle.push_back(apron.global_triangle[t]);
+    facets.global_triangle.push_back(t);
     facets.on_rim.push_back(1);
-    if (!facets.wall.empty())
-      facets.wall.push_back(out.levels == 0 ? surface.wall[apron.global_triangle[t]] : std::array{0, 0, 0});
-    if (!facets.crease.empty()) facets.crease.push_back(surface.crease[apron.global_triangle[t]]);
-    std::map<int, Vec3> moved;
-    for (int c = 0; c < 3; ++c)
-      for (int k = out.first[facet[c]]; k < out.first[facet[c] + 1]; ++k)
-        moved.try_emplace(out.from[k], Vec3::Zero()).first->second[c] += out.weight[k];
-    for (const auto& [patch_vertex, weight] : moved) {
-      out.moved_node.push_back(patch_vertex);
-      out.moved_weight.push_back(weight);
-    }
-    out.first_moved.push_back(static_cast<int>(out.moved_node.size()));
+    if (!facets.wall.empty()) facets.wall.push_back(shares ? surface.wall[t] : std::array{0, 0, 0});
+    if (!facets.crease.empty()) facets.crease.push_back(surface.crease[t]);
+    add_moved(facet, out);
   }
-  facets.in_reach.resize(facets.global_node.size(), 0);
-  facets.topology = make_topology(facets.triangles, facets.num_vertices());
-  out.apron_offset.resize(3 * static_cast<Eigen::Index>(offset.size()));
-  for (std::size_t i = 0; i < offset.size(); ++i) node(out.apron_offset, static_cast<int>(i)) = offset[i];
+  for (const int t : triangles)
+    for (const int i : surface.triangles[t]) room.vertex_of_node[i] = -1;
+  for (const int i : patch.global_node) room.vertex_of_node[i] = -1;
+  make_topology(facets.triangles, facets.num_vertices(), room.topology, facets.topology);
 }
 
 }  // namespace kt

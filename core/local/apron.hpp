@@ -1,36 +1,61 @@
 #pragma once
 // The body's surface around a patch, for a tool that gets there before the next local model does: it would meet nothing
-// and be inside the body when that comes. The apron is coarse: each of its nodes goes with the patch's nearest ones, so
-// that it yields to a tool about as the patch does, and moves with the body as the patch does. A contact there is
-// flagged (kLeftPatch), and asks for a new local model.
+// and be inside the body when that comes. The apron is coarse: it goes with the patch's vertices, so that it yields to
+// a tool about as the patch does and no contact there creates energy. What a load on the patch has moved is taken out:
+// a tool that leaves its dent finds the surface beside it where it is without the load. A contact there is flagged
+// (kOnApron), and asks for a new local model.
 #include "core/local/contact_surface.hpp"
 #include "core/local/reducer.hpp"
 
 namespace kt {
 
-struct Apron {
-  std::vector<int> global_triangle;  ///< of the body, ascending; none of the patch's
-  std::vector<Triangle> triangles;   ///< of the patch's vertices, then of its own
-  std::vector<int> global_node;      ///< of its own vertices
-  VectorX x;                         ///< where these were when the body was linearized [m]
-  /// Vertex i of its own moves as the patch's vertices from[k], by weight[k], first[i] <= k < first[i+1]; their sum is
-  /// 1, or 0 where it cannot move.
-  std::vector<int> first, from;
-  std::vector<double> weight;
+/// How each node of the body's surface outside a patch goes with it: x = at + (1 - share) u[near] + share mean(u),
+/// where u are the displacements of the patch's vertices since the linearization, and mean(u) is that of the place
+/// where the tool was. The weights are positive and sum to 1.
+struct ApronMotion {
+  std::vector<int> patch_vertex;  ///< of each node of the body: the patch's vertex, -1: it is none
+  VectorX at;                     ///< of each node, while the patch is where it was linearized [m], (3n)
+  std::vector<int> near;          ///< of each node: the nearest vertex that tools touch; -1: it cannot move
+  std::vector<double> share;      ///< of each node: 0 beside that vertex, 1 far away
+  std::vector<char> site;         ///< of each node: whose mean it goes with
+  std::vector<NodeWeights> mean;  ///< of each site
+  VectorX patch_at;               ///< the patch where it was linearized [m], (3p)
+  double lowered = 0;             ///< most that a node's `at` is from where it was linearized [m]
+
+  /// mean(u) of each site, for place().
+  void means(const VectorX& patch_x, std::span<Vec3> out) const noexcept;
+  Vec3 place(int node, const VectorX& patch_x, std::span<const Vec3> means) const noexcept;
 };
 
-/// The triangles nearest to the tools' sites that are not in the patch, connected or not: the other side of a fold,
-/// too.
-/// @param x           of the whole body where it was linearized [m], (3n)
-/// @param moves       of each patch vertex: it can
-/// @param is_fixed    of each node of the body
-/// @param most        triangles
-Apron make_apron(const Surface& surface, const VectorX& x, const ContactSite& site, const SurfacePatch& patch,
-                 const std::vector<char>& moves, const std::vector<char>& is_fixed, int most);
+constexpr int kMostApronSites = 4;  ///< of one patch
 
-/// Adds the apron to the surface that tools touch.
-/// @param patch    that `out` was made of      @param patch_x  its vertices, where the body was linearized [m]
-void add_apron(const Apron& apron, const Surface& surface, const SurfacePatch& patch, const VectorX& patch_x,
-               ContactSurface& out);
+struct ApronOptions {
+  VectorX patch_x;                 ///< the patch's vertices where it was linearized [m], (3p)
+  std::span<const char> moves;     ///< of each patch vertex: it can
+  std::span<const char> is_fixed;  ///< of each node of the body
+  double radius = 0;               ///< of the largest tool's rounding [m]
+  VectorX unloaded;                ///< the patch's displacement when what touches it lets go [m], (3p); empty: 0
+};
+
+/// @param x  of the whole body where it was linearized [m], (3n)
+ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const ContactSite& site,
+                              const SurfacePatch& patch, const ApronOptions& options);
+
+/// Room for append_apron(), and where a contact surface ends without an apron.
+struct ApronRoom {
+  ApronRoom() = default;
+  /// Takes all memory that up to so many triangles with so many vertices need, in `out`, too.
+  ApronRoom(int nodes, int most_triangles, int most_vertices, ContactSurface& out);
+  std::size_t triangles = 0, vertices = 0, followed = 0, moved = 0;
+  int most_triangles = 0, most_vertices = 0;
+  std::vector<int> vertex_of_node;  // -1 between calls
+  TopologyRoom topology;
+};
+
+/// Makes these triangles of the body, ascending, the apron of the surface that tools touch, instead of the one that is
+/// there. No allocation.
+/// @param patch  that `out` was made of
+void append_apron(const Surface& surface, const ApronMotion& motion, const SurfacePatch& patch,
+                  std::span<const int> triangles, ApronRoom& room, ContactSurface& out) noexcept;
 
 }  // namespace kt

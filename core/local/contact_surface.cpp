@@ -123,7 +123,9 @@ void ContactSurface::follow_apron(const VectorX& patch, VectorX& out) const noex
 
 void ContactSurface::place_apron(const VectorX& patch, VectorX& out) const noexcept {
   follow_apron(patch, out);
-  if (apron_vertices >= 0) out.tail(apron_offset.size()) += apron_offset;
+  if (apron_vertices < 0) return;
+  const Eigen::Index count = 3 * (static_cast<Eigen::Index>(first.size()) - 1 - apron_vertices);
+  out.segment(3 * apron_vertices, count) += apron_offset.head(count);
 }
 
 Vec3 ContactSurface::weights_in_triangle(int facet, const Vec3& bary) const noexcept {

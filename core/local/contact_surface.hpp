@@ -32,7 +32,7 @@ struct ContactSurface {
   std::vector<double> weight;
   /// Facets and vertices from these on are the apron's (apron.hpp): triangles of the body in one piece each. -1: none.
   int apron_facets = -1, apron_vertices = -1;
-  VectorX apron_offset;  ///< of their positions from what `weight` gives [m]
+  VectorX apron_offset;  ///< of their positions from what `weight` gives [m]; may have room for more
 
   /// Positions or velocities of its vertices but the apron's from those of the patch's. No allocation.
   void follow(const VectorX& patch, VectorX& out) const noexcept;

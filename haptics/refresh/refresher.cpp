@@ -315,7 +315,8 @@ std::vector<ToolPlace> Refresher::place_tools(double t, std::span<const Pose> at
 /// Everything that the tick needs of a local model.
 std::unique_ptr<PreparedLocalModel> Refresher::prepare_for_ticks(LocalModel local, std::span<const Pose> at,
                                                                  const ContactSite& site,
-                                                                 const std::array<int, kMaxTools>& way_out) {
+                                                                 const std::array<int, kMaxTools>& way_out,
+                                                                 const LocalReport* last) {
   const LocalScheme scheme = choose_scheme(local);
   auto out = prepare(std::move(local), scheme, metric_, 1 / options_.local.rate_hz, options_.collision.backend,
                      global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
@@ -327,10 +328,28 @@ std::unique_ptr<PreparedLocalModel> Refresher::prepare_for_ticks(LocalModel loca
   out->body_x = tangent_.state.x;
   if (has_apron_) {
     const Stage stage("apron");
-    lay_apron(*out, surface_, tangent_.fixed_nodes, static_cast<int>(tools_.size()), options_.collision.backend);
+    out->unloaded = unloaded(*out, last);
+    std::vector<double> radii;
+    for (const TouchTool& tool : tools_) radii.push_back(tool.shape.radius);
+    lay_apron(*out, surface_, tangent_.fixed_nodes, radii, options_.collision.backend);
   }
   method_->prepare_method_data(*out, 1 / options_.global.rate_hz);
   return out;
+}
+
+/// PreparedLocalModel::unloaded for the contacts of the last tick, as they are sent: in single precision.
+VectorX Refresher::unloaded(const PreparedLocalModel& model, const LocalReport* last) const {
+  if (!last || last->contacts().empty()) return {};
+  const SurfacePatch& patch = model.model.patch;
+  VectorX force = VectorX::Zero(3 * patch.num_vertices());
+  for (const TickContact& contact : last->contacts()) {
+    const int t = model.local_triangle[contact.triangle];
+    if (t < 0) continue;
+    const Vec3 weights = nodes_.on_triangle(contact).bary;
+    for (int c = 0; c < 3; ++c)
+      node(force, patch.triangles[t][c]) += options_.local.rate_hz * weights[c] * contact.impulse;
+  }
+  return find_unloaded(model, force).cast<float>().cast<double>();
 }
 
 /// The new model goes on moving as the one in use did, with its contacts.
@@ -365,7 +384,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   is_new_ = false;
 
   const auto prepare_start = std::chrono::steady_clock::now();
-  auto out = prepare_for_ticks(std::move(local), at, site, way_out);
+  auto out = prepare_for_ticks(std::move(local), at, site, way_out, reports.empty() ? nullptr : &reports.back());
   if (motion) carry_over(*motion, reports, *out);
   nodes_.keep(*out);
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);

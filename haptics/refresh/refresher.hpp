@@ -66,7 +66,9 @@ class Refresher {
                                      std::array<int, kMaxTools>& way_out) const;
   std::unique_ptr<PreparedLocalModel> prepare_for_ticks(LocalModel local, std::span<const Pose> at,
                                                         const ContactSite& site,
-                                                        const std::array<int, kMaxTools>& way_out);
+                                                        const std::array<int, kMaxTools>& way_out,
+                                                        const LocalReport* last);
+  VectorX unloaded(const PreparedLocalModel& model, const LocalReport* last) const;
   void carry_over(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& out) const;
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);

@@ -178,6 +178,8 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
     if (static_cast<std::size_t>(v->size()) != r || !is_within(*v, kLargest)) return "the motion is no number";
   if (static_cast<std::size_t>(m.du.size()) != 3 * patch || !is_within(m.du, kLargest))
     return "the motion is no number";
+  if (!m.unloaded.empty() && (m.unloaded.size() != 3 * patch || !is_within(m.unloaded, kFarthestSent)))
+    return "the unloaded patch is no place";
   if (m.scheme == LocalScheme::exact && !(m.mass.is_diagonal && m.damping.is_diagonal && m.stiffness.is_diagonal))
     return "its coordinates are coupled, and it is to be stepped exactly";
   if (m.scheme != LocalScheme::exact && m.scheme != LocalScheme::implicit_euler &&
@@ -187,9 +189,10 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   if (m.anchors.size() > static_cast<std::size_t>(kMaxContacts)) return "there are too many contacts";
   for (const SentAnchor& a : m.anchors) {
     const Contact& c = a.contact;
-    if (c.triangle < 0 || c.tool < 0 || c.tool >= tools || !is_weight(c.bary) || !is_unit(c.normal) ||
-        !is_place(c.core) || !is_within(a.impulse, kFarthestSent) || !(std::abs(c.gap) <= kFarthestSent) ||
-        !(c.toi >= 0 && c.toi <= 1))
+    const int facets = triangles << (2 * smoothing_.levels);
+    if (c.triangle < 0 || c.triangle >= facets || c.tool < 0 || c.tool >= tools || !is_weight(c.bary) ||
+        !is_unit(c.normal) || !is_place(c.core) || !is_within(a.impulse, kFarthestSent) ||
+        !(std::abs(c.gap) <= kFarthestSent) || !(c.toi >= 0 && c.toi <= 1))
       return "a contact is wrong";
   }
   std::vector<ContactSite> sites{m.site};
@@ -249,7 +252,12 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   out->body_x.resize(static_cast<Eigen::Index>(sent.body.at.size()));
   for (Eigen::Index i = 0; i < out->body_x.size(); ++i)
     out->body_x[i] = sent.body.low[i % 3] + sent.body.step[i % 3] * sent.body.at[static_cast<std::size_t>(i)];
-  lay_apron(*out, surface_, model_.fixed_nodes(), static_cast<int>(options_.tools.size()), options_.collision.backend);
+  out->unloaded =
+      Eigen::Map<const Eigen::VectorXf>(sent.unloaded.data(), static_cast<Eigen::Index>(sent.unloaded.size()))
+          .cast<double>();
+  std::vector<double> radii;
+  for (const TouchTool& tool : options_.tools) radii.push_back(tool.shape.radius);
+  lay_apron(*out, surface_, model_.fixed_nodes(), radii, options_.collision.backend);
   method_->prepare_method_data(*out, 1 / options_.global.rate_hz);
 
   LocalState& s = out->state;
@@ -260,9 +268,11 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   out->work.du = sent.du;
   s.anchors.count = 0;
   for (const SentAnchor& a : sent.anchors) {
-    if (a.contact.triangle >= static_cast<int>(out->surface.facets.triangles.size())) continue;
+    Contact contact = a.contact;
+    contact.triangle = out->local_facet(contact.triangle);
+    if (contact.triangle < 0) continue;
     s.impulse[static_cast<std::size_t>(s.anchors.count)] = a.impulse;
-    s.anchors.contacts[static_cast<std::size_t>(s.anchors.count++)] = a.contact;
+    s.anchors.contacts[static_cast<std::size_t>(s.anchors.count++)] = contact;
   }
   if (sent.friction != friction_of_) {
     friction_of_ = sent.friction;

@@ -103,8 +103,12 @@ SentModel pack_model(const PreparedLocalModel& model, int basis_bits) {
   out.q = s.q;
   out.q_rate = s.q_rate;
   out.du = model.work.du;
-  for (int i = 0; i < s.anchors.count; ++i)
-    out.anchors.push_back({s.anchors.contacts[static_cast<std::size_t>(i)], s.impulse[static_cast<std::size_t>(i)]});
+  for (int i = 0; i < s.anchors.count; ++i) {
+    SentAnchor anchor{s.anchors.contacts[static_cast<std::size_t>(i)], s.impulse[static_cast<std::size_t>(i)]};
+    anchor.contact.triangle = model.surface.global_facet(anchor.contact.triangle);  // aprons may differ
+    out.anchors.push_back(anchor);
+  }
+  for (const double v : model.unloaded) out.unloaded.push_back(static_cast<float>(v));
   out.sliding = s.sliding;
   out.overlap = s.overlap;
   out.body = pack_positions(model.body_x);

@@ -61,6 +61,7 @@ struct SentModel {
   std::array<bool, kMaxTools> sliding{};
   std::array<Overlap, kMaxTools> overlap{};
   SentPositions body;                                 ///< the whole body
+  std::vector<float> unloaded;                        ///< PreparedLocalModel::unloaded
   std::optional<Friction> friction;                   ///< outside of regions; none: as at the start
   std::array<double, kMaxTools> tool_radius{-1, -1};  ///< [m]; below 0: as at the start
   int dof() const { return static_cast<int>(f0.size()); }

@@ -20,31 +20,30 @@ BodyCheck::BodyCheck(const Surface& surface, std::span<const ToolShape> tools) :
 
 void BodyCheck::take(const PreparedLocalModel& model) {
   model_ = &model;
-  const SurfacePatch& facets = model.surface.facets;
-  vertex_of_node_.assign(static_cast<std::size_t>(model.body_x.size() / 3), -1);
-  if (model.surface.levels == 0)
-    for (int v = 0; v < facets.num_vertices(); ++v) vertex_of_node_[facets.global_node[v]] = v;
-  std::vector<char> is_local(surface_.triangles.size(), 0);
-  for (const int t : facets.global_triangle) is_local[t] = 1;
+  const ContactSurface& s = model.surface;
+  const int vertices = s.apron_vertices < 0 ? s.facets.num_vertices() : s.apron_vertices;
+  const auto facets = s.apron_facets < 0 ? s.facets.triangles.size() : static_cast<std::size_t>(s.apron_facets);
+  local_.assign(s.facets.triangles.data(), s.facets.triangles.data() + facets);
+  std::vector<int> vertex_of_node(static_cast<std::size_t>(model.body_x.size() / 3), -1);
+  if (s.levels == 0)
+    for (int v = 0; v < vertices; ++v) vertex_of_node[model.model.patch.global_node[v]] = v;
   rest_.clear();
-  std::vector<int> nodes;
+  rest_node_.clear();
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-    if (is_local[t]) continue;
+    if (model.local_triangle[t] >= 0) continue;
     Triangle& local = rest_.emplace_back();
     for (int c = 0; c < 3; ++c) {
-      int& vertex = vertex_of_node_[surface_.triangles[t][c]];
+      int& vertex = vertex_of_node[surface_.triangles[t][c]];
       if (vertex < 0) {
-        vertex = facets.num_vertices() + static_cast<int>(nodes.size());
-        nodes.push_back(surface_.triangles[t][c]);
+        vertex = vertices + static_cast<int>(rest_node_.size());
+        rest_node_.push_back(surface_.triangles[t][c]);
       }
       local[c] = vertex;
     }
   }
   patch_x_.resize(model.patch_basis.rows());
-  local_x_.resize(3 * facets.num_vertices());
-  x_.resize(local_x_.size() + 3 * static_cast<Eigen::Index>(nodes.size()));
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    node(x_, facets.num_vertices() + static_cast<int>(i)) = node(model.body_x, nodes[i]);
+  local_x_.resize(3 * vertices);
+  x_.resize(local_x_.size() + 3 * static_cast<Eigen::Index>(rest_node_.size()));
   for (Near& n : near_) n.slack = -1;
 }
 
@@ -52,15 +51,29 @@ void BodyCheck::place(const VectorX& q) {
   model_->recover_patch(q, patch_x_);
   patch_x_ += model_->model.x0.head(patch_x_.size());
   model_->surface.follow(patch_x_, local_x_);
-  model_->surface.place_apron(patch_x_, local_x_);
   x_.head(local_x_.size()) = local_x_;
+  const auto vertices = static_cast<int>(local_x_.size() / 3);
+  std::array<Vec3, kMostApronSites> means;
+  if (model_->apron) model_->apron->motion().means(patch_x_, means);
+  for (int i = 0; i < static_cast<int>(rest_node_.size()); ++i) {
+    const int global = rest_node_[static_cast<std::size_t>(i)];
+    const int patch = model_->apron ? model_->apron->motion().patch_vertex[static_cast<std::size_t>(global)] : -1;
+    node(x_, vertices + i) = patch >= 0      ? Vec3(node(patch_x_, patch))
+                             : model_->apron ? model_->apron->motion().place(global, patch_x_, means)
+                                             : Vec3(node(model_->body_x, global));
+  }
 }
 
-/// All of the local model's surface, and of the rest, which stands still, what is no further away than the nearest
-/// triangle can be.
+/// Most that a vertex may have moved since [m]: as far as one of the patch's, of which it is a mean.
+double BodyCheck::moved_since(const Near& near) const {
+  constexpr double kDiagonal = 1.8;  // of a coordinate
+  return model_->apron ? kDiagonal * (patch_x_ - near.patch_x).lpNorm<Eigen::Infinity>() : 0;
+}
+
+/// All of the patch's contact surface, and of the rest what is no further away than the nearest triangle can be.
 SurfacePatch& BodyCheck::near(int tool, const Vec3& place) {
   Near& n = near_[static_cast<std::size_t>(tool)];
-  if (n.slack >= 0 && (place - n.from).norm() <= n.slack) return n.patch;
+  if (n.slack >= 0 && (place - n.from).norm() + moved_since(n) <= n.slack) return n.patch;
   const auto distance = [&](const Triangle& t) {
     return std::sqrt(closest_point_on_triangle(place, node(x_, t[0]), node(x_, t[1]), node(x_, t[2])).distance_sq);
   };
@@ -71,8 +84,9 @@ SurfacePatch& BodyCheck::near(int tool, const Vec3& place) {
     nearest = std::min(nearest, distances.back());
   }
   n.from = place;
+  n.patch_x = patch_x_;
   n.slack = rest_.empty() ? std::numeric_limits<double>::infinity() : 0.25 * nearest + 0.5 * reach_[tool] + 1e-3;
-  n.patch.triangles = model_->surface.facets.triangles;
+  n.patch.triangles = local_;
   n.patch.is_curved = model_->surface.facets.is_curved;
   n.patch.global_node.resize(static_cast<std::size_t>(x_.size() / 3), -1);  // it counts the vertices
   for (std::size_t t = 0; t < rest_.size(); ++t)
@@ -93,7 +107,6 @@ bool BodyCheck::went_through(int tool, const ToolSweep& sweep) {
   MovingTool& moving = tools_[tool];
   const double way = (sweep.x_t1 - sweep.x_t0).norm();
   const bool is_leap = way > moving.shape().radius + kFar;
-  const std::size_t local = model_->surface.facets.triangles.size();
   const SurfacePatch& close = near(tool, sweep.x_t1);
   const bool sees_way = way <= near_[static_cast<std::size_t>(tool)].slack;
   moving.move(sweep);
@@ -107,10 +120,10 @@ bool BodyCheck::went_through(int tool, const ToolSweep& sweep) {
     return !is_apart(box, {low, high}) && find_tool_impact(moving, place, place).has_value();
   };
   const auto& triangles = close.triangles;
-  if (is_leap && std::any_of(triangles.begin(), triangles.begin() + static_cast<std::ptrdiff_t>(local), touches))
-    return true;
-  if (!sees_way) return std::ranges::any_of(rest_, touches);
-  return std::any_of(triangles.begin() + static_cast<std::ptrdiff_t>(local), triangles.end(), touches);
+  // What the local model has it has looked at, all along the way: only a leap says that it did not hold.
+  const std::size_t seen = is_leap ? 0 : model_->apron ? triangles.size() : local_.size();
+  if (std::any_of(triangles.begin() + static_cast<std::ptrdiff_t>(seen), triangles.end(), touches)) return true;
+  return !sees_way && (is_leap || !model_->apron) && std::ranges::any_of(rest_, touches);
 }
 
 }  // namespace kt

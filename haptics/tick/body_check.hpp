@@ -1,7 +1,8 @@
 #pragma once
 // An independent look at the end of a tick: is a tool inside the whole body? The body is where it was when the local
-// model in use was linearized, with the local model's own surface laid over it, as a picture would show it. Brute force
-// outside the haptic tick's time, with none of its shortcuts.
+// model in use was linearized, with the patch laid over it and the rest going with it as the apron does, as a picture
+// would show it. Brute force outside the haptic tick's time, with none of its shortcuts. Of the model it reads what no
+// tick changes.
 #include <array>
 #include <span>
 #include <vector>
@@ -33,20 +34,24 @@ class BodyCheck {
   bool leapt_into(int tool, const ToolSweep& sweep, double depth) const;
 
  private:
-  /// Triangles that can be the nearest ones to a tool as long as it stays within `slack` of `from`.
+  /// Triangles that can be the nearest ones to a tool as long as it stays within `slack` of `from`, all motion of the
+  /// body since counted.
   struct Near {
     Vec3 from = Vec3::Zero();
+    VectorX patch_x;    // then
     double slack = -1;  // [m]; below 0: not chosen yet
     SurfacePatch patch;
   };
   SurfacePatch& near(int tool, const Vec3& place);
+  double moved_since(const Near& near) const;
   const Surface& surface_;
   std::vector<MovingTool> tools_;
   std::vector<double> reach_;
   const PreparedLocalModel* model_ = nullptr;
-  VectorX patch_x_, local_x_, x_;  // of the patch's vertices, the local model's surface, all vertices
-  std::vector<Triangle> rest_;     // of the body, without those of the local model
-  std::vector<int> vertex_of_node_;
+  VectorX patch_x_, local_x_, x_;  // of the patch's vertices, of its contact surface, of all vertices
+  std::vector<Triangle> local_;    // of the patch's contact surface
+  std::vector<Triangle> rest_;     // of the body, without the patch
+  std::vector<int> rest_node_;     // of the vertices after local_x_
   std::array<Near, kMaxTools> near_;
 };
 

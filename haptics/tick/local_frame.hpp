@@ -1,5 +1,7 @@
 #pragma once
 // What one haptic tick gives.
+#include <limits>
+
 #include "collision/shape/pose.hpp"
 #include "haptics/contact/friction.hpp"
 
@@ -22,6 +24,7 @@ enum LocalFlag : unsigned {
   kGated = 4096,            ///< a device's gate was not fully open: the force that was given is a part of the model's
   kSlewed = 8192,           ///< the force given was held back from changing faster than the device is allowed
   kStalePose = 16384,       ///< the device's pose was too old, or the device was not there
+  kOnApron = 32768,  ///< the contact lies outside the local model, on the body around it: the force is a coarse one
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick
@@ -37,10 +40,10 @@ struct LocalFrame {
   Vec3 torque = Vec3::Zero();  ///< on the tool about its reference point, of the contacts' own forces [N m]
   double cone_ratio = 0;       ///< largest |f_t| / f_n over the contacts
   ContactMode mode = ContactMode::free;
-  int triangle = -1;    ///< of the body's surface: the contact that carries most
-  int facet = -1;       ///< of the contact surface, see ContactSurface::global_facet()
-  double toi = 0;       ///< of the first impact in this tick, 0 when already in contact
-  double gap = 0;       ///< smallest gap of a held contact after the tick [m]
+  int triangle = -1;  ///< of the body's surface: the contact that carries most
+  int facet = -1;     ///< of the contact surface, see ContactSurface::global_facet()
+  double toi = 0;     ///< of the first impact in this tick, 0 when already in contact
+  double gap = std::numeric_limits<double>::infinity();  ///< smallest of a held contact after the tick [m]; none: inf
   double residual = 0;  ///< largest that the contact solver left in this tick, all tools: ContactSolution::residual
   int model_frame = -1;
   int contacts = 0, events = 0;

@@ -86,6 +86,7 @@ std::unique_ptr<PreparedLocalModel> LocalSimulation::adopt(std::unique_ptr<Prepa
   record_motion(old, 0, motion_);
   carry_motion(motion_, now);
   now.state.anchors.count = 0;
+  if (t_ > 0) cover_tools(true, 0);
   for (int i = 0; i < old.state.anchors.count; ++i) {
     Contact anchor = old.state.anchors.contacts[i];
     anchor.triangle = now.local_facet(old.surface.global_facet(anchor.triangle));
@@ -111,6 +112,7 @@ void LocalSimulation::sweep_refresh(const PreparedLocalModel& old) noexcept {
   if (t_ == 0 || std::ranges::count(is_free, true) == 0 || solver_->deformation() != Deformation::none) return;
   record_motion(old, 0, motion_);
   near_apron_ = m.wide_index != nullptr;
+  cover_tools(true, 0);
   m.recover_patch(m.state.q, w.motion);
   w.motion += m.model.x0.head(w.motion.size());
   m.surface.follow(w.motion, w.x);
@@ -158,7 +160,9 @@ void LocalSimulation::find_free_motion() noexcept {
   LocalWorkspace& w = m.work;
   recover_patch_motion();
   w.motion = w.patch_motion;
-  near_apron_ = comes_near_apron(w.motion.lpNorm<Eigen::Infinity>());
+  const double moved = w.motion.lpNorm<Eigen::Infinity>();
+  near_apron_ = comes_near_apron(moved);
+  if (near_apron_) cover_tools(false, moved);
   w.motion += m.model.x0.head(w.motion.size());
   m.surface.follow(w.motion, w.x);
   if (near_apron_) m.surface.place_apron(w.motion, w.x);
@@ -180,6 +184,25 @@ bool LocalSimulation::comes_near_apron(double moved) const noexcept {
     if (away + (1 + kMargin) * tools_[k].reach >= m.clear[k]) return true;
   }
   return false;
+}
+
+/// The part of the body's surface that the tick looks at goes with the tools.
+/// @param at_end  of their sweeps, which are over; else all along these
+/// @param moved   as above
+void LocalSimulation::cover_tools(bool at_end, double moved) noexcept {
+  constexpr double kMargin = 0.1;  // of the tool's reach, as above
+  PreparedLocalModel& m = *model_;
+  if (!m.apron || m.apron->has_all()) return;
+  std::array<Vec3, kMaxTools> places;
+  bool is_covered = true;
+  for (int k = 0; k < num_tools(); ++k) {
+    const ToolSweep& sweep = tools_[k].moving.sweep();
+    places[k] = at_end ? sweep.x_t1 : sweep.x_t0;
+    const double way = at_end ? 0 : (sweep.x_t1 - sweep.x_t0).norm();
+    const double need = (1 + kMargin) * tools_[k].reach + 2 * way + 2 * moved + m.apron->motion().lowered;
+    is_covered = is_covered && m.apron->covers(k, places[k], need);
+  }
+  if (!is_covered) move_apron(m, {places.data(), tools_.size()});
 }
 
 /// Velocities of the surface from those of the patch's vertices.
@@ -306,7 +329,7 @@ int LocalSimulation::find_overlap(int tool) noexcept {
   }
   if (deepest.triangle < 0) return -1;
   if (num_tools() > 1) {  // far away on the other side of a patch that is not its own: find_contact_sites()
-    const auto nodes = m.work.x.reshaped(3, m.work.x.size() / 3);
+    const auto nodes = m.work.x.head(3 * facets.num_vertices()).reshaped(3, facets.num_vertices());
     if (-deepest.gap > (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm()) return -1;
   }
   const double overlap = t.moving.shape().radius - deepest.gap, time = std::max(kPushOut, overlap / kPushSpeed);
@@ -337,7 +360,7 @@ void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
   Vec3 normal_sum = Vec3::Zero(), tangential_sum = Vec3::Zero();
   double largest = 0;
   frame.contacts = 0;
-  frame.gap = 0;
+  frame.gap = std::numeric_limits<double>::infinity();
   for (int i = 0; i < contacts_.count; ++i) {
     const Contact& contact = contacts_.contacts[i];
     if (contact.tool != tool) continue;
@@ -346,7 +369,8 @@ void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
     const Vec3 f_t = force - f_n * contact.normal;
     normal_sum += f_n * contact.normal;
     tangential_sum += f_t;
-    frame.gap = frame.contacts++ == 0 ? contact.gap : std::min(frame.gap, contact.gap);
+    ++frame.contacts;
+    frame.gap = std::min(frame.gap, contact.gap);
     if (f_n > 0) frame.cone_ratio = std::max(frame.cone_ratio, f_t.norm() / f_n);
     const Vec3 point = place_of(contact, model_->work.x_end);
     frame.torque += (point - frame.pose.x).cross(force);
@@ -358,6 +382,7 @@ void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
       frame.normal = contact.normal;
       frame.point = point;
       if (facets.on_rim[contact.triangle]) tools_[tool].flags |= kLeftPatch;
+      if (surface.is_apron(contact.triangle)) tools_[tool].flags |= kOnApron;
     }
     TickContact& sample = samples_[num_samples_++];
     sample.triangle = facets.global_triangle[contact.triangle];

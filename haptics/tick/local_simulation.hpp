@@ -72,6 +72,7 @@ class LocalSimulation final : public HapticMethod {
   void take_settings() noexcept;
   void find_free_motion() noexcept;
   bool comes_near_apron(double moved) const noexcept;
+  void cover_tools(bool at_end, double moved) noexcept;
   TriangleIndex& index() noexcept { return near_apron_ ? *model_->wide_index : *model_->index; }
   void follow(const VectorX& patch, VectorX& out) noexcept;
   bool find_impact(Contact& impact) noexcept;

@@ -1,8 +1,10 @@
 #include "haptics/tick/prepared_local_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/linear/sparse_solver.hpp"
 
 namespace kt {
 
@@ -22,13 +24,12 @@ double softest_contact(const PreparedLocalModel& model) noexcept {
 
 namespace {
 
-void make_room_for_contacts(const SurfacePatch& facets, LocalWorkspace& w) {
-  const std::size_t count = facets.triangles.size();
+void make_room_for_contacts(std::size_t count, int vertices, LocalWorkspace& w) {
   w.candidates.resize(count);
   for (int k = 0; k < kMaxTools; ++k) {
     w.ignored[k].resize(count);
     w.near_facets[k].resize(count);
-    w.near[k] = NearFeatures(static_cast<int>(count), facets.num_vertices());
+    w.near[k] = NearFeatures(static_cast<int>(count), vertices);
   }
 }
 
@@ -80,47 +81,53 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   w.x_recovered = w.followed = m.x0;
   w.v_recovered = m.v0;
   w.coupling = CouplingRoom(m.patch.num_vertices());
-  make_room_for_contacts(surface.facets, w);
+  make_room_for_contacts(surface.facets.triangles.size(), surface.facets.num_vertices(), w);
   return out;
 }
 
 namespace {
 
-constexpr int kApron = 1500;  // triangles around the patch: of a usual body all others
-
-/// Room for all vertices and facets; the apron's vertices where they are.
+/// Room for all vertices and facets that an apron can have; the apron's vertices where they are.
 void widen(const VectorX& patch_x, PreparedLocalModel& model) {
   const ContactSurface& surface = model.surface;
   LocalWorkspace& w = model.work;
-  VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
+  const ApronRoom& room = model.apron_room;
+  const auto vertices = static_cast<Eigen::Index>(room.vertices) + room.most_vertices;
+  VectorX x0 = VectorX::Zero(3 * vertices);
   surface.follow(patch_x, x0);
   surface.place_apron(patch_x, x0);
+  for (Eigen::Index v = surface.facets.num_vertices(); v < vertices; ++v) x0.segment<3>(3 * v) = x0.head<3>();
   w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
-  make_room_for_contacts(surface.facets, w);
+  w.u.setZero();
+  make_room_for_contacts(room.triangles + static_cast<std::size_t>(room.most_triangles), static_cast<int>(vertices), w);
 }
 
-}  // namespace
+void number_apron(PreparedLocalModel& model) noexcept {
+  const ContactSurface& s = model.surface;
+  for (std::size_t f = static_cast<std::size_t>(s.apron_facets); f < s.facets.triangles.size(); ++f)
+    model.apron_facet[static_cast<std::size_t>(s.facets.global_triangle[f])] = static_cast<int>(f);
+}
 
-void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<const int> fixed_nodes, int num_tools,
-               const std::string& collision_backend) {
-  const SurfacePatch& patch = model.model.patch;
-  std::vector<char> moves(static_cast<std::size_t>(patch.num_vertices()), 0);
-  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
-    for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = model.moves[t][c];
-  std::vector<char> is_fixed(static_cast<std::size_t>(model.body_x.size() / 3), 0);
-  for (const int i : fixed_nodes) is_fixed[i] = 1;
-  const Apron apron = make_apron(surface, model.body_x, model.site, patch, moves, is_fixed, kApron);
-  const std::span<const Vec3> places(model.places.data(), static_cast<std::size_t>(num_tools));
-  if (apron.triangles.empty()) return;
-  const VectorX patch_x = model.model.x0.head(model.patch_basis.rows());
-  add_apron(apron, surface, model.model.patch, patch_x, model.surface);
-  widen(patch_x, model);
+/// The backend's for a window that stays; for one that is laid again within a tick, one that is built without
+/// allocation.
+std::unique_ptr<TriangleIndex> make_wide_index(const PreparedLocalModel& model, const std::string& backend) {
   const SurfacePatch& facets = model.surface.facets;
-  model.wide_index = make_triangle_index(collision_backend);
-  model.wide_index->build(facets.triangles, model.work.x);
-  model.apron_facet.assign(surface.triangles.size(), -1);
-  for (std::size_t t = 0; t < apron.global_triangle.size(); ++t)
-    model.apron_facet[apron.global_triangle[t]] = model.surface.apron_facets + static_cast<int>(t);
+  if (model.apron->has_all()) {
+    auto out = make_triangle_index(backend);
+    out->build(facets.triangles, model.work.x);
+    return out;
+  }
+  auto out = make_triangle_index("brute_force");
+  const ApronRoom& room = model.apron_room;
+  const std::vector<Triangle> most(room.triangles + static_cast<std::size_t>(room.most_triangles), facets.triangles[0]);
+  out->build(most, model.work.x);
+  out->build(facets.triangles, model.work.x);
+  return out;
+}
+
+/// How far each tool's place was from the patch's rim and the apron.
+void measure_clearance(PreparedLocalModel& model, std::span<const Vec3> places) {
+  const SurfacePatch& facets = model.surface.facets;
   model.clear.fill(std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < places.size(); ++k) {
     double nearest_sq = std::numeric_limits<double>::infinity();
@@ -134,6 +141,74 @@ void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<cons
     model.clear[k] = std::sqrt(nearest_sq);
     model.clear_from[k] = places[k];
   }
+}
+
+}  // namespace
+
+void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<const int> fixed_nodes,
+               std::span<const double> tool_radii, const std::string& collision_backend) {
+  const SurfacePatch& patch = model.model.patch;
+  if (patch.triangles.size() == surface.triangles.size()) return;
+  std::vector<char> moves(static_cast<std::size_t>(patch.num_vertices()), 0);
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
+    for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = model.moves[t][c];
+  std::vector<char> is_fixed(static_cast<std::size_t>(model.body_x.size() / 3), 0);
+  for (const int i : fixed_nodes) is_fixed[i] = 1;
+  const double radius = *std::ranges::max_element(tool_radii);
+  const VectorX patch_x = model.model.x0.head(model.patch_basis.rows());
+  model.apron = std::make_unique<ApronWindow>(
+      surface, model.body_x, model.local_triangle,
+      make_apron_motion(surface, model.body_x, model.site, patch, {patch_x, moves, is_fixed, radius, model.unloaded}),
+      collision_backend);
+  model.apron_room = ApronRoom(static_cast<int>(is_fixed.size()), model.apron->num_triangles(),
+                               model.apron->num_vertices(), model.surface);
+  model.apron_surface = &surface;
+  const std::span<const Vec3> places(model.places.data(), tool_radii.size());
+  append_apron(surface, model.apron->motion(), patch, model.apron->choose(places), model.apron_room, model.surface);
+  widen(patch_x, model);
+  model.wide_index = make_wide_index(model, collision_backend);
+  model.apron_facet.assign(surface.triangles.size(), -1);
+  number_apron(model);
+  measure_clearance(model, places);
+}
+
+void move_apron(PreparedLocalModel& model, std::span<const Vec3> places) noexcept {
+  ContactSurface& surface = model.surface;
+  ContactSet& anchors = model.state.anchors;
+  std::array<int, kMaxContacts> held;
+  for (int i = 0; i < anchors.count; ++i) held[i] = surface.global_facet(anchors.contacts[i].triangle);
+  for (std::size_t f = static_cast<std::size_t>(surface.apron_facets); f < surface.facets.triangles.size(); ++f)
+    model.apron_facet[static_cast<std::size_t>(surface.facets.global_triangle[f])] = -1;
+  append_apron(*model.apron_surface, model.apron->motion(), model.model.patch, model.apron->choose(places),
+               model.apron_room, surface);
+  number_apron(model);
+  model.wide_index->build(surface.facets.triangles, model.work.x);
+  int kept = 0;
+  for (int i = 0; i < anchors.count; ++i) {
+    Contact contact = anchors.contacts[i];
+    contact.triangle = model.local_facet(held[i]);
+    if (contact.triangle < 0) continue;
+    anchors.contacts[kept] = contact;
+    model.state.impulse[kept++] = model.state.impulse[i];
+  }
+  anchors.count = kept;
+}
+
+VectorX find_unloaded(const PreparedLocalModel& model, const VectorX& patch_force) {
+  const LocalModel& m = model.model;
+  const VectorX load = model.patch_basis.transpose() * patch_force;
+  const VectorX diagonal = m.stiffness.diagonal();
+  if (m.dof() == 0 || !(diagonal.minCoeff() > 0)) return {};
+  VectorX answer;
+  if (m.stiffness.nonZeros() == m.dof()) {
+    answer = load.cwiseQuotient(diagonal);
+  } else {
+    const auto solver = make_sparse_solver();
+    if (!solver->factor(m.stiffness)) return {};
+    answer = solver->solve(load);
+  }
+  VectorX out = -(model.patch_basis * answer);
+  return out.allFinite() ? out : VectorX();
 }
 
 }  // namespace kt

@@ -5,11 +5,11 @@
 
 #include "collision/broad/triangle_index.hpp"
 #include "collision/held/tool_contacts.hpp"
-#include "core/local/apron.hpp"
 #include "core/local/contact_surface.hpp"
 #include "core/local/local_dynamics.hpp"
 #include "core/local/reducer.hpp"
 #include "haptics/contact/friction.hpp"
+#include "haptics/tick/apron_window.hpp"
 
 namespace kt {
 
@@ -78,6 +78,10 @@ struct PreparedLocalModel {
   /// Of the apron's surface too, for ticks in which a tool is so near to it; none: there is no apron.
   std::unique_ptr<TriangleIndex> wide_index;
   std::vector<int> apron_facet;  ///< (surface triangles) global -> facet of the apron, -1
+  std::unique_ptr<ApronWindow> apron;
+  const Surface* apron_surface = nullptr;  ///< the body's
+  ApronRoom apron_room;
+  VectorX unloaded;  ///< what the patch moves by when what touched it lets go [m], (3p); empty: not known
   /// How far each tool's place was from the patch's rim and the apron when the body was linearized [m], and where.
   std::array<double, kMaxTools> clear{};
   std::array<Vec3, kMaxTools> clear_from{};
@@ -118,9 +122,17 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
                                             const std::string& collision_backend, int num_nodes, int num_triangles,
                                             const Smoothing& smoothing = {});
 
-/// Adds the surface around the patch to what tools touch: with `site`, `places` and `body_x` of the model as they are.
-/// @param fixed_nodes  of the body
-void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<const int> fixed_nodes, int num_tools,
-               const std::string& collision_backend);
+/// Adds the surface around the patch to what tools touch: with `site`, `places`, `unloaded` and `body_x` of the model
+/// as they are.
+/// @param surface  borrowed      @param fixed_nodes  of the body
+void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<const int> fixed_nodes,
+               std::span<const double> tool_radii, const std::string& collision_backend);
+
+/// The apron's triangles nearest to these places of the tools; contacts that are held stay on theirs. No allocation.
+void move_apron(PreparedLocalModel& model, std::span<const Vec3> places) noexcept;
+
+/// PreparedLocalModel::unloaded for the forces [N] that act on the patch, (3p); empty where the local model has no
+/// rest.
+VectorX find_unloaded(const PreparedLocalModel& model, const VectorX& patch_force);
 
 }  // namespace kt

@@ -75,6 +75,7 @@ Bytes encode(const ModelMessage& message) {
   const auto tool_vector = to.CreateVectorOfStructs(tools);
   const auto anchor_vector = to.CreateVectorOfStructs(anchors);
   const auto body = to.CreateVector(m.body.at);
+  const auto unloaded = to.CreateVector(m.unloaded);
   const wire::D3 low = wire::to_wire(m.body.low), step = wire::to_wire(m.body.step);
   wire::Friction friction;
   if (m.friction) friction = wire::Friction(m.friction->mu_static, m.friction->mu_kinetic, m.friction->stribeck);
@@ -108,6 +109,7 @@ Bytes encode(const ModelMessage& message) {
   out.add_body_low(&low);
   out.add_body_step(&step);
   out.add_body(body);
+  out.add_unloaded(unloaded);
   if (m.friction) out.add_friction(&friction);
   out.add_loss(wire::loss_sent(message.loss));
   out.add_body_ms(static_cast<float>(message.body_ms));
@@ -175,6 +177,7 @@ std::optional<ModelMessage> decode_model(std::span<const std::uint8_t> bytes) {
   out.body.low = wire::from_wire(*m->body_low());
   out.body.step = wire::from_wire(*m->body_step());
   out.body.at = wire::copied(m->body());
+  out.unloaded = wire::copied(m->unloaded());
   if (const wire::Friction* f = m->friction()) out.friction = Friction{f->mu_static(), f->mu_kinetic(), f->stribeck()};
   return message;
 }
