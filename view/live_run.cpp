@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "core/base/ticks.hpp"
 #include "haptics/study/metrics.hpp"
 #include "haptics/touch/body_side.hpp"
@@ -181,13 +182,9 @@ void LiveRun::set(const std::string& key, const std::string& value) {
   if (live_setting(key).word) {
     change.word = value;
   } else {
-    std::size_t read = 0;
-    try {
-      change.value = std::stod(value, &read);
-    } catch (const std::exception&) {
-      read = 0;
-    }
-    if (read == 0 || read != value.size()) throw InputError(text(key, " is \"", value, "\", must be a number"));
+    const std::optional<double> number = to_double(value);
+    if (!number) throw InputError(text(key, " is \"", value, "\", must be a number"));
+    change.value = *number;
   }
   if (touch_) change.word.empty() ? touch_->set(key, change.value) : touch_->set(key, change.word);
   std::erase_if(changed_, [&](const SettingChange& c) { return c.key == key; });

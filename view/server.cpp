@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "core/base/visible_text.hpp"
 #include "view/page_files.hpp"
 #include "view/page_message.hpp"
@@ -47,8 +48,7 @@ std::string query_value(const std::string& target, const std::string& name) {
 std::string unescaped(const std::string& s) {
   std::string out;
   for (std::size_t i = 0; i < s.size(); ++i) {
-    const bool is_escape = s[i] == '%' && i + 2 < s.size() && std::isxdigit(static_cast<unsigned char>(s[i + 1])) &&
-                           std::isxdigit(static_cast<unsigned char>(s[i + 2]));
+    const bool is_escape = s[i] == '%' && i + 2 < s.size() && is_hex_digit(s[i + 1]) && is_hex_digit(s[i + 2]);
     out += is_escape ? static_cast<char>(std::stoi(s.substr(i + 1, 2), nullptr, 16)) : s[i];
     if (is_escape) i += 2;
   }

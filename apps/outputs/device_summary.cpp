@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/driver/device_test.hpp"
 
 namespace kt {
@@ -13,11 +14,7 @@ using Json = nlohmann::ordered_json;
 
 Json known(double value) { return value > 0 && std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-std::string short_number(const Json& value) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.3g", value.get<double>());
-  return out;
-}
+std::string short_number(const Json& value) { return with_digits(value.get<double>(), 3); }
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 #pragma once
 // Errors a user can cause: one line that says what, where, which value and what is allowed.
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -11,6 +12,13 @@ namespace kt {
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// A call at the wrong time, or with the wrong number of things: the program that calls is to be changed, not its
+/// input.
+class MisuseError : public InputError {
+ public:
+  using InputError::InputError;
 };
 
 /// The run itself failed (diverged, gave up). Exit code 1.
@@ -26,10 +34,11 @@ class IndefiniteTangent : public RunError {
   using RunError::RunError;
 };
 
-/// All arguments written one after the other, as operator<< writes them.
+/// All arguments written one after the other, as operator<< writes them in the classic locale.
 template <class... Args>
 std::string text(const Args&... args) {
   std::ostringstream out;
+  out.imbue(std::locale::classic());  // whatever the host program has made the global one
   (out << ... << args);
   return out.str();
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 
 namespace kt {
 
@@ -30,10 +30,8 @@ std::vector<std::string> lines(const std::vector<Finding>& findings) {
 }
 
 std::string short_number(double value) {
-  char out[32];
   if (std::abs(value) >= 1000 && std::abs(value) < 1e6) return text(std::llround(value));
-  std::snprintf(out, sizeof out, "%.3g", value);
-  return out;
+  return with_digits(value, 3);
 }
 
 std::string in_percent(double share) { return short_number(100 * share) + " %"; }

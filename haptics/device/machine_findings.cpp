@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/device/real_time_thread.hpp"
 
 namespace kt {
@@ -66,8 +67,8 @@ void find_throttling(const MachineFiles& files, Findings& out) {
   const auto runtime = content(files, path);
   if (!runtime || runtime->empty()) return;
   constexpr double kEnough = 0.9;  // of the time; the usual setting is 0.95
-  const double period = std::atof(content(files, "/proc/sys/kernel/sched_rt_period_us").value_or("1000000").c_str());
-  const double share = std::atof(runtime->c_str());
+  const double period = leading_number(content(files, "/proc/sys/kernel/sched_rt_period_us").value_or("1000000"));
+  const double share = leading_number(*runtime);
   if (share < 0 || share >= kEnough * period) return;
   out.push_back({text("real-time threads are stopped after ", share, " of each ", period, " us"), path, *runtime,
                  "sudo sysctl -w kernel.sched_rt_runtime_us=950000; for good: the line "
@@ -101,8 +102,8 @@ void find_deep_sleep(const MachineFiles& files, Findings& out) {
   for (const auto& [path, word] : files) {
     if (path.rfind(std::string(kCpu) + "cpu0/cpuidle/", 0) != 0 || !path.ends_with("/latency")) continue;
     const std::string state = path.substr(0, path.size() - std::string("latency").size());
-    if (std::atof(word.c_str()) <= longest || content(files, state + "disable").value_or("0") == "1") continue;
-    longest = std::atof(word.c_str());
+    if (leading_number(word) <= longest || content(files, state + "disable").value_or("0") == "1") continue;
+    longest = leading_number(word);
     where = path;
     name = content(files, state + "name").value_or("?");
   }

@@ -57,7 +57,7 @@ double height(const MovingTool& tool, int axis) {
 std::vector<Vec3> touch_line(const Mesh& mesh, MovingTool& tool, int axis, double depth, Vec3 over,
                              const Vec3& direction, double length, const Quaternion& turn) {
   std::vector<Vec3> out;
-  const int points = 1 + static_cast<int>(std::ceil(length / kSpacing));
+  const int points = 1 + static_cast<int>(std::min(1e9, std::ceil(length / kSpacing)));  // it ends with the body
   for (int i = 0; i < points; ++i) {
     const auto touch = sweep_touch(mesh, tool, line_through(mesh, tool, axis, over + i * kSpacing * direction, turn));
     if (!touch) break;
@@ -127,7 +127,19 @@ std::vector<TimedPoint> even_path(const std::vector<Vec3>& line, const PressDrag
   return path;
 }
 
+/// A path is kept point by point: one that would fill the memory is told.
+void check_length(const std::vector<Vec3>& line, const PressDragOptions& o) {
+  constexpr double kMostPoints = 5e6;  // an hour and more at a point a millisecond, 160 MB
+  const double step = o.eased ? kEaseStep : kSpacing / o.speed;
+  const double points = (o.duration - o.press_time) / step;
+  if (!(o.speed > 0) || line.size() < 2 || points <= kMostPoints) return;
+  throw InputError(text("tool.path.press_drag.speed: a drag of ", o.duration - o.press_time, " s at ", o.speed,
+                        " m/s has ", points, " points, must be at most ", kMostPoints, ": take a shorter duration",
+                        o.eased ? "" : " or a lower speed"));
+}
+
 std::vector<TimedPoint> path_along(const std::vector<Vec3>& line, const PressDragOptions& o) {
+  check_length(line, o);
   return o.eased ? eased_path(line, o) : even_path(line, o);
 }
 

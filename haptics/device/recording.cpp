@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "core/base/percentile.hpp"
 #include "io/files/text_reader.hpp"
 
@@ -21,7 +21,7 @@ constexpr double kFarthest = 1e6;  // [m], as the waypoints of a scene
 constexpr double kLongest = 1e9;   // [s], from the first row on: a clock that was set in between
 
 std::string trimmed(std::string_view cell) {
-  const auto is_mark = [](char c) { return std::isspace(static_cast<unsigned char>(c)) || c == '"'; };
+  const auto is_mark = [](char c) { return is_space(c) || c == '"'; };
   while (!cell.empty() && is_mark(cell.front())) cell.remove_prefix(1);
   while (!cell.empty() && is_mark(cell.back())) cell.remove_suffix(1);
   return std::string(cell);
@@ -58,7 +58,7 @@ bool is_header(const Cells& cells) { return std::ranges::none_of(cells, is_numbe
 
 /// "Time [s]" -> "time": lower case, without the unit that is meant anyway.
 std::string plain_name(std::string name, const std::string& unit) {
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (char& c : name) c = lower(c);
   for (const std::string& suffix :
        {" [" + unit + "]", "[" + unit + "]", " (" + unit + ")", "(" + unit + ")", "_" + unit})
     if (name.ends_with(suffix)) return name.substr(0, name.size() - suffix.size());

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/base/numbers.hpp"
 #include "core/global/newton.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/setup/built_scene.hpp"
@@ -75,12 +76,6 @@ double largest_kick(const std::vector<TimedPoint>& path, const Vec3& normal, dou
   return out / quarter;
 }
 
-std::string digits(double value, int count) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.*g", count, value);
-  return out;
-}
-
 }  // namespace
 
 std::optional<BodySwing> find_swing(const DeformableModel& model, const State& state, const VectorX& push) {
@@ -139,13 +134,13 @@ void predict_swing(const BuiltScene& built, std::vector<Prediction>& out) {
                            text("a third of the error less for three times the work of a global step, with "
                                 "global.rate_hz ",
                                 2 * scene.global.rate_hz, " half of it")));
-  out.push_back(
-      {"swing",
-       {text("global.integrator ", scene.global.integrator, ": under the tool the body swings as a whole at ",
-             digits(swing->omega / (2 * std::numbers::pi), 2), " Hz; steps of ", digits(1e3 / scene.global.rate_hz, 3),
-             " ms damp that by ", digits(numerical, 2), " of what is critical, the body itself by ",
-             digits(swing->zeta, 2), ": the force swings less than it should"),
-        cures}});
+  out.push_back({"swing",
+                 {text("global.integrator ", scene.global.integrator, ": under the tool the body swings as a whole at ",
+                       with_digits(swing->omega / (2 * std::numbers::pi), 2), " Hz; steps of ",
+                       with_digits(1e3 / scene.global.rate_hz, 3), " ms damp that by ", with_digits(numerical, 2),
+                       " of what is critical, the body itself by ", with_digits(swing->zeta, 2),
+                       ": the force swings less than it should"),
+                  cures}});
 }
 
 }  // namespace kt

@@ -2,12 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cinttypes>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <sstream>
 
+#include "core/base/numbers.hpp"
 #include "haptics/study/reference.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/text_reader.hpp"
@@ -15,30 +16,54 @@
 namespace kt {
 namespace {
 
-std::string key_text(std::uint64_t key) {
-  char out[17];
-  std::snprintf(out, sizeof out, "%016" PRIx64, key);
-  return out;
-}
-
 constexpr const char* kHeader = "# kilotouch reference ";
 constexpr const char* kColumns = "t,force_x,force_y,force_z";
 constexpr const char* kSecondColumns = ",force_2_x,force_2_y,force_2_z";
 
-std::vector<std::string> split_line(const std::string& line) {
+std::vector<std::string> split_line(std::string_view line, char at = ',') {
   std::vector<std::string> out(1);
   for (const char c : line)
-    if (c == ',')
+    if (c == at)
       out.emplace_back();
     else if (c != '\r')
       out.back() += c;
   return out;
 }
 
+/// "KEY  RATE H SECONDS"; of an older file some are missing. False: it is none.
+bool read_header(std::string_view line, std::size_t least, Reference& out) {
+  if (!line.starts_with(kHeader)) return false;
+  line.remove_prefix(std::string_view(kHeader).size());
+  std::vector<std::string> words = split_line(line.substr(0, line.find('\n')), ' ');
+  std::erase(words, "");
+  if (words.size() < least || words.empty()) return false;
+  const char* const end = words[0].data() + words[0].size();
+  if (std::from_chars(words[0].data(), end, out.key, 16).ptr != end) return false;
+  double* const values[] = {&out.rate_hz, &out.h, &out.seconds};
+  for (std::size_t i = 0; i < 3 && i + 1 < words.size(); ++i) {
+    const std::optional<double> value = to_double(words[i + 1]);
+    if (!value && i + 1 < least) return false;
+    if (value) *values[i] = *value;
+  }
+  return true;
+}
+
+/// Finite, as many as there is room for, and no more.
+bool read_row(const std::string& line, std::span<double> out) {
+  const std::vector<std::string> cells = split_line(line);
+  if (cells.size() != out.size()) return false;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const std::optional<double> value = to_double(cells[i]);
+    if (!value || !std::isfinite(*value)) return false;
+    out[i] = *value;
+  }
+  return true;
+}
+
 }  // namespace
 
 void write_reference(const std::string& file, const Reference& reference) {
-  std::string out = kHeader + key_text(reference.key) + ' ';
+  std::string out = kHeader + sixteen_digits(reference.key) + ' ';
   for (const double value : {reference.rate_hz, reference.h, reference.seconds}) append_number(out += ' ', value);
   out += '\n';
   for (const std::string& warning : reference.warnings) out += "# warning " + warning + '\n';
@@ -57,11 +82,10 @@ void write_reference(const std::string& file, const Reference& reference) {
 
 std::uint64_t key_in_reference(const std::string& file) {
   const std::string content = read_whole_file(file);
-  std::uint64_t key = 0;
-  if (!content.starts_with(kHeader) ||
-      std::sscanf(content.c_str() + std::string_view(kHeader).size(), "%" SCNx64, &key) != 1)
+  Reference header;
+  if (!read_header(content, 1, header))
     throw InputError(text(file, ": not a reference: the first line must be \"", kHeader, "KEY RATE H SECONDS\""));
-  return key;
+  return header.key;
 }
 
 Reference read_reference(const std::string& file, std::uint64_t key) {
@@ -72,29 +96,24 @@ Reference read_reference(const std::string& file, std::uint64_t key) {
   Reference out;
   const auto fail = [&](const std::string& what) { throw InputError(text(file, ": not a reference: ", what)); };
   const auto warning_mark = std::string("# warning ");
-  if (!std::getline(in, line) || line.rfind(kHeader, 0) != 0 ||
-      std::sscanf(line.c_str() + std::string(kHeader).size(), "%" SCNx64 " %lf %lf %lf", &out.key, &out.rate_hz, &out.h,
-                  &out.seconds) != 4)
+  if (!std::getline(in, line) || !read_header(line, 4, out))
     fail("the first line must be \"" + std::string(kHeader) + "KEY RATE H SECONDS\"");
   while (std::getline(in, line) && line.rfind(warning_mark, 0) == 0)
     out.warnings.push_back(line.substr(warning_mark.size()));
   const bool has_second = line == std::string(kColumns) + kSecondColumns;
   if (line != kColumns && !has_second) fail("\"" + std::string(kColumns) + "\" expected");
   while (std::getline(in, line)) {
-    double t = 0;
-    Vec3 f, g;
-    const int read =
-        std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &t, &f[0], &f[1], &f[2], &g[0], &g[1], &g[2]);
-    if (read != (has_second ? 7 : 4) || !f.allFinite() || (has_second && !g.allFinite()))
+    std::array<double, 7> row{};  // t, and a force a tool
+    if (!read_row(line, std::span(row).first(has_second ? 7 : 4)))
       fail(text(has_second ? "seven" : "four", " finite numbers a line expected, found \"", line, "\""));
-    out.force.push_back(f);
-    if (has_second) out.second_force.push_back(g);
+    out.force.emplace_back(row[1], row[2], row[3]);
+    if (has_second) out.second_force.emplace_back(row[4], row[5], row[6]);
   }
   if (!(out.rate_hz > 0 && out.h > 0 && std::isfinite(out.rate_hz) && std::isfinite(out.h)))
     fail("RATE and H of the first line must be above 0");
   if (out.key != key)
-    throw InputError(text(file, ": is of another body, contact law or tool path (key ", key_text(out.key),
-                          ", this run's is ", key_text(key), "); run with --reference to compute its own"));
+    throw InputError(text(file, ": is of another body, contact law or tool path (key ", sixteen_digits(out.key),
+                          ", this run's is ", sixteen_digits(key), "); run with --reference to compute its own"));
   return out;
 }
 
@@ -105,8 +124,7 @@ Reference read_forces(const std::string& file) {
   };
   std::string line;
   Reference out;
-  while (std::getline(in, line) && line.starts_with('#'))
-    std::sscanf(line.c_str(), "# kilotouch reference %*x %lf", &out.rate_hz);
+  while (std::getline(in, line) && line.starts_with('#')) read_header(line, 2, out);
   const std::vector<std::string> names = split_line(line);
   std::array<std::size_t, 4> column;
   for (std::size_t c = 0; c < column.size(); ++c) {

@@ -9,12 +9,14 @@
 
 #include <cerrno>
 #include <chrono>
+#include <clocale>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <locale>
 #include <string_view>
 #include <thread>
 
@@ -167,11 +169,14 @@ std::vector<char*> pointers(const std::vector<std::string>& words) {
   return out;
 }
 
-/// This process's, but for the place of temporary files: what a killed child leaves goes with its folder.
+/// This process's, but for the place of temporary files, as what a killed child leaves goes with its folder; and for
+/// the locale: in another one TetGen takes 1,4 for a 1.
 std::vector<std::string> child_environment(const PrivateFolder& folder) {
-  std::vector<std::string> out{"TMPDIR=" + folder.path()};
-  for (char** entry = environ; *entry; ++entry)
-    if (!std::string_view(*entry).starts_with("TMPDIR=")) out.emplace_back(*entry);
+  std::vector<std::string> out{"TMPDIR=" + folder.path(), "LC_ALL=C"};
+  for (char** entry = environ; *entry; ++entry) {
+    const std::string_view one(*entry);
+    if (!one.starts_with("TMPDIR=") && !one.starts_with("LC_") && !one.starts_with("LANG")) out.emplace_back(one);
+  }
   return out;
 }
 
@@ -204,6 +209,8 @@ ChildResult run_forked(const std::function<void()>& work, const PrivateFolder& f
     enter_child(log, limits, parent);
     int code = 0;
     try {
+      std::setlocale(LC_ALL, "C");  // for Netgen's and CGAL's numbers
+      std::locale::global(std::locale::classic());
       work();
     } catch (const std::exception& e) {
       std::fprintf(stderr, "%s\n", e.what());

@@ -1,10 +1,10 @@
 #include "io/files/text_reader.hpp"
+#include "core/base/numbers.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -17,7 +17,6 @@ namespace kt {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
-bool is_space(char c) { return is_blank(c) || c == '\n' || c == '\r'; }
 
 }  // namespace
 
@@ -64,10 +63,23 @@ std::vector<std::string_view> split_words(std::string_view line) {
   return words;
 }
 
-bool equals_any_case(std::string_view word, std::string_view lower) {
-  return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),
-                    [](unsigned char a, unsigned char b) { return std::tolower(a) == b; });
+bool equals_any_case(std::string_view word, std::string_view lower_word) {
+  return std::equal(word.begin(), word.end(), lower_word.begin(), lower_word.end(),
+                    [](char a, char b) { return lower(a) == b; });
 }
+
+namespace {
+
+/// Of a word that is a number: with the range of a long double; beyond it 0 or infinite.
+long double long_number(std::string_view word) {
+  long double value = 0;
+  if (std::from_chars(word.data(), word.data() + word.size(), value).ec == std::errc()) return value;
+  const std::size_t e = word.find_first_of("eE");
+  const bool is_tiny = e + 1 < word.size() && word[e + 1] == '-';
+  return is_tiny || e == std::string_view::npos ? 0 : std::numeric_limits<long double>::infinity();
+}
+
+}  // namespace
 
 std::ostream& operator<<(std::ostream& out, const What& what) {
   out << what.name;
@@ -163,7 +175,7 @@ double TextReader::to_number(std::string_view token, const What& what, bool allo
   double value = 0;
   auto [end, error] = std::from_chars(first, last, value);
   if (error == std::errc::result_out_of_range && end == last) {
-    value = std::strtod(std::string(first, last).c_str(), nullptr);  // tells 1e-999 (0, fine) from 1e999 (inf)
+    value = static_cast<double>(long_number({first, last}));  // tells 1e-999 (0, fine) from 1e999 (inf)
     if (!std::isfinite(value)) fail(what, " ", in_quotes(token), " is beyond the range of a double (1.8e308)");
   } else if (error != std::errc() || end != last) {
     fail(what, " ", in_quotes(token), " is not a number");

@@ -2,9 +2,9 @@
 // that the format has is skipped.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <optional>
 
+#include "core/base/numbers.hpp"
 #include "io/files/text_reader.hpp"
 #include "io/mesh/cells.hpp"
 #include "io/mesh/mesh_formats.hpp"
@@ -60,7 +60,7 @@ class MeditReader {
   /// The next word that is no number: sections that we do not use end there.
   std::optional<std::string_view> next_keyword() {
     auto word = in_.word();
-    while (word && !std::isalpha(static_cast<unsigned char>((*word)[0]))) word = in_.word();
+    while (word && !is_letter((*word)[0])) word = in_.word();
     return word;
   }
 

@@ -1,11 +1,11 @@
 #include "io/mesh/mesh_io.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/text_reader.hpp"
 #include "io/mesh/mesh_formats.hpp"
@@ -79,7 +79,7 @@ std::string text_content(const std::string& path, const LoadOptions& options) {
 
 std::string mesh_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (char& c : extension) c = lower(c);
   return extension;
 }
 

@@ -1,7 +1,7 @@
 // TetGen's .node and .ele: either name loads both files of the pair.
-#include <cctype>
 #include <filesystem>
 
+#include "core/base/numbers.hpp"
 #include "io/files/text_reader.hpp"
 #include "io/mesh/mesh_formats.hpp"
 #include "io/mesh/mesh_io.hpp"
@@ -41,7 +41,7 @@ std::string of_pair(const std::string& path, std::string extension) {
   if (mesh_extension(path) == extension) return path;
   const std::string small = fs::path(path).replace_extension(extension).string();
   std::string& capitals = extension;
-  for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (char& c : capitals) c = upper(c);
   const std::string large = fs::path(path).replace_extension(capitals).string();
   std::error_code error;
   return fs::exists(large, error) && !fs::exists(small, error) ? large : small;

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "core/base/numbers.hpp"
 #include "io/files/text_reader.hpp"
 #include "io/mesh/cells.hpp"
 #include "io/mesh/mesh_formats.hpp"
@@ -125,11 +126,11 @@ std::vector<double> VtuReader::ascii(const Element& e, const std::string& what) 
   const char* at = data_.data() + e.content;
   const char* const last = data_.data() + end;
   while (at < last) {
-    if (std::isspace(static_cast<unsigned char>(*at))) {
+    if (is_space(*at)) {
       ++at;
       continue;
     }
-    const char* stop = std::find_if(at, last, [](unsigned char c) { return std::isspace(c); });
+    const char* stop = std::find_if(at, last, is_space);
     double value = 0;
     const auto result = std::from_chars(at, stop, value);
     if (result.ec != std::errc() || result.ptr != stop)

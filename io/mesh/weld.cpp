@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "io/mesh/edge_table.hpp"
 
 namespace kt {
@@ -124,7 +125,7 @@ int count_open_edges(const EdgeTable& table) {
 
 double rounded_up_to_one_digit(double value) {
   const double unit = std::pow(10, std::floor(std::log10(value)));
-  return std::strtod(text(std::ceil(value / unit * (1 - 1e-12)) * unit).c_str(), nullptr);
+  return *to_double(text(std::ceil(value / unit * (1 - 1e-12)) * unit));
 }
 
 }  // namespace

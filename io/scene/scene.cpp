@@ -80,9 +80,21 @@ Scene default_scene() { return {}; }
 
 namespace {
 
+/// "centre" is "center", where that is not there, too.
+void take_other_spelling(nlohmann::json& document) {
+  const auto at = nlohmann::json::json_pointer("/object/model/inclusions");
+  if (!document.is_object() || !document.contains(at) || !document[at].is_array()) return;
+  for (nlohmann::json& inclusion : document[at]) {
+    if (!inclusion.is_object() || !inclusion.contains("centre") || inclusion.contains("center")) continue;
+    inclusion["center"] = inclusion["centre"];
+    inclusion.erase("centre");
+  }
+}
+
 Scene parse_checked(const std::string& json, const std::vector<std::string>& overrides, const std::string& name) {
   nlohmann::json document = parse_scene_document(json, name);
   for (const std::string& entry : overrides) apply_override(document, entry, schema());
+  take_other_spelling(document);
   if (const auto problem = find_json_problem(document, schema())) throw_problem(*problem, overrides, name);
   const Scene scene = scene_from_json(document);
   if (const auto problem = find_scene_problem(scene)) throw_problem(*problem, overrides, name);

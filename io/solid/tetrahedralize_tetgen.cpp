@@ -1,8 +1,7 @@
 // TetGen (AGPL-3) as a program, never linked: on bad surfaces version 1.5 crashes, aborts, hangs, or makes nothing and
 // reports success.
-#include <cstdio>
-
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "io/files/child_process.hpp"
 #include "io/files/output_file.hpp"
 #include "io/mesh/mesh_formats.hpp"
@@ -28,9 +27,8 @@ std::string smesh(const Mesh& surface) {
 Mesh tetrahedralize_tetgen(const Mesh& surface, const TetrahedralizeOptions& options) {
   const PrivateFolder folder;
   write_file_whole(folder / "in.smesh", smesh(surface));
-  char switches[96];
-  // p: fill a surface, Y: keep its triangles, q: quality, a: largest volume. %f: TetGen does not read exponents.
-  std::snprintf(switches, sizeof switches, "-pYq%.6fa%.30f", options.quality, options.max_volume);
+  // p: fill a surface, Y: keep its triangles, q: quality, a: largest volume. TetGen does not read exponents.
+  const std::string switches = "-pYq" + with_decimals(options.quality, 6) + "a" + with_decimals(options.max_volume, 30);
   const ChildLimits limits = child_limits(options);
   const ChildResult run = run_program({"tetgen", switches, "in.smesh"}, folder, limits);
   if (run.exit_code == 127) throw RunError("tetgen: the program is not installed (package tetgen)");

@@ -7,6 +7,7 @@
 #include <zmq.hpp>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "network/control/endpoint.hpp"
 #include "network/control/monitor.hpp"
 
@@ -99,7 +100,7 @@ ControlServer::ControlServer(const ControlServerOptions& options) {
     throw InputError(text(endpoint.shown, ": cannot listen: ", e.what()));
   }
   const std::string bound = p.router.get(zmq::sockopt::last_endpoint);
-  p.port = std::stoi(bound.substr(bound.rfind(':') + 1));
+  p.port = static_cast<int>(leading_number(std::string_view(bound).substr(bound.rfind(':') + 1)));
 }
 
 ControlServer::~ControlServer() = default;

@@ -1,0 +1,41 @@
+#pragma once
+// Numbers as text and back, the same whatever locale the host program has set: a point for decimals, no grouping. What
+// reads the locale (stod, strtod, sscanf, printf's %f and %g, streams without the classic one, isspace) is not used.
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <locale>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kt {
+
+/// As printf's %.{digits}g.
+std::string with_digits(double value, int digits);
+/// As printf's %.{decimals}f.
+std::string with_decimals(double value, int decimals);
+/// Sixteen hexadecimal digits.
+std::string sixteen_digits(std::uint64_t value);
+
+/// The whole word as a number; none: it is no number, or beyond the range of a double. "inf" and "nan" are numbers.
+std::optional<double> to_double(std::string_view word) noexcept;
+/// The number that a word begins with, as a file of the system's has it; 0: it begins with none.
+double leading_number(std::string_view word) noexcept;
+
+/// Of ASCII; other bytes are none of these, and stay.
+constexpr bool is_space(char c) noexcept { return c == ' ' || (c >= '\t' && c <= '\r'); }
+constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+constexpr char lower(char c) noexcept { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+constexpr char upper(char c) noexcept { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
+constexpr bool is_letter(char c) noexcept { return lower(c) >= 'a' && lower(c) <= 'z'; }
+constexpr bool is_hex_digit(char c) noexcept { return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'f'); }
+
+/// A stream that reads and writes numbers as C does.
+template <class Stream>
+Stream classic(Stream stream) {
+  stream.imbue(std::locale::classic());
+  return stream;
+}
+
+}  // namespace kt
