@@ -1,6 +1,11 @@
 // The C interface over HeldTouch. Nothing is decided here.
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
+#include <new>
+#include <stdexcept>
+#include <string_view>
 
 #include "api/held_touch.hpp"
 #include "api/kilotouch.h"
@@ -23,13 +28,22 @@ kt_status fail(kt_status status, const char* what) noexcept try {
   return status;
 }
 
+constexpr const char* kNoMemory = "more memory is needed than there is: take a coarser mesh";
+
 /// Runs f; no exception leaves it.
 template <class F>
 kt_status guarded(F&& f) noexcept try {
   f();
   return KT_OK;
+} catch (const kt::MisuseError& e) {
+  return fail(KT_MISUSE, e.what());
 } catch (const kt::InputError& e) {
-  return fail(KT_INPUT, e.what());
+  const std::string_view words = e.what(), option = "--set ";  // of a setting: there is no command line here
+  return fail(KT_INPUT, e.what() + (words.starts_with(option) ? option.size() : 0));
+} catch (const std::bad_alloc&) {
+  return fail(KT_RUN, kNoMemory);
+} catch (const std::length_error&) {
+  return fail(KT_RUN, kNoMemory);
 } catch (const std::exception& e) {
   return fail(KT_RUN, e.what());
 } catch (...) {
@@ -40,9 +54,11 @@ kt_status misuse(const char* what) noexcept { return fail(KT_MISUSE, what); }
 
 std::vector<std::string> texts(const char* const* settings, std::size_t count) {
   std::vector<std::string> out;
-  if (count > 0 && !settings) throw kt::InputError("settings: a null pointer");
+  constexpr std::size_t kMost = 100000;
+  if (count > kMost) throw kt::MisuseError(kt::text("settings: count is ", count, ", must be at most ", kMost));
+  if (count > 0 && !settings) throw kt::MisuseError("settings: a null pointer");
   for (std::size_t i = 0; i < count; ++i) {
-    if (!settings[i]) throw kt::InputError(kt::text("settings[", i, "]: a null pointer"));
+    if (!settings[i]) throw kt::MisuseError(kt::text("settings[", i, "]: a null pointer"));
     out.emplace_back(settings[i]);
   }
   return out;
@@ -64,6 +80,12 @@ kt::Scene scene_file(const char*, const std::vector<std::string>&) {
   throw kt::InputError("this build reads no scene files (KT_BUILD_APPS is off)");
 }
 #endif
+
+/// More are no numbers of ours: three or four times as many are counted in 31 bits.
+void check_count(const char* what, std::size_t count) {
+  constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max() / 4;
+  if (count > kMost) throw kt::InputError(kt::text(what, " is ", count, ", must be at most ", kMost));
+}
 
 template <class F>
 kt_touch* opened(F&& open) noexcept {
@@ -157,22 +179,19 @@ kt_touch* kt_open_mesh(const char* file, const char* const* settings, size_t cou
 
 kt_touch* kt_open_arrays(const double* xyz, size_t nodes, const int32_t* triangles, size_t num_triangles,
                          const int32_t* tetrahedra, size_t num_tetrahedra, const char* const* settings, size_t count) {
-  if (!xyz || !triangles || (!tetrahedra && num_tetrahedra > 0))
+  if (!xyz || (!triangles && num_triangles > 0) || (!tetrahedra && num_tetrahedra > 0))
     return misuse("kt_open_arrays: a null pointer"), nullptr;
   return opened([&] {
+    check_count("nodes", nodes);
+    check_count("num_triangles", num_triangles);
+    check_count("num_tetrahedra", num_tetrahedra);
     kt::Mesh mesh;
     mesh.x = Eigen::Map<const kt::VectorX>(xyz, static_cast<Eigen::Index>(3 * nodes));
-    const auto index = [&](std::int32_t i) {
-      if (i < 0 || static_cast<std::size_t>(i) >= nodes)
-        throw kt::InputError(kt::text("node ", i, " is outside 0 .. ", nodes, " - 1"));
-      return static_cast<int>(i);
-    };
-    if (!mesh.x.allFinite()) throw kt::InputError("xyz: a number is not finite");
     for (size_t i = 0; i < num_triangles; ++i)
-      mesh.triangles.push_back({index(triangles[3 * i]), index(triangles[3 * i + 1]), index(triangles[3 * i + 2])});
+      mesh.triangles.push_back({triangles[3 * i], triangles[3 * i + 1], triangles[3 * i + 2]});
     for (size_t i = 0; i < num_tetrahedra; ++i)
-      mesh.tetrahedra.push_back({index(tetrahedra[4 * i]), index(tetrahedra[4 * i + 1]), index(tetrahedra[4 * i + 2]),
-                                 index(tetrahedra[4 * i + 3])});
+      mesh.tetrahedra.push_back(
+          {tetrahedra[4 * i], tetrahedra[4 * i + 1], tetrahedra[4 * i + 2], tetrahedra[4 * i + 3]});
     const kt::Scene scene = scene_of(texts(settings, count));
     return new kt_touch(scene, [&] { return kt::body_of_mesh(std::move(mesh), scene); });
   });
@@ -204,13 +223,14 @@ kt_status kt_tick(kt_touch* touch, const kt_pose* tools, size_t count, kt_frame*
 }
 
 kt_status kt_tick_after(kt_touch* touch, const kt_pose* tools, size_t count, double seconds, kt_frame* frames) {
+  if (!(seconds >= 0 && std::isfinite(seconds))) return misuse("kt_tick_after: seconds must be finite, 0 or more");
   return ticked(touch, tools, count, frames, [&](auto poses) { return touch->touch.tick(poses, seconds); });
 }
 
 kt_status kt_tick_device(kt_touch* touch, const kt_pose* tools, const kt_device* devices, size_t count, double seconds,
                          kt_frame* frames) {
   if (!devices) return misuse("kt_tick_device: a null pointer");
-  if (!(seconds > 0)) return misuse("kt_tick_device: seconds must be above 0");
+  if (!(seconds > 0 && std::isfinite(seconds))) return misuse("kt_tick_device: seconds must be finite, above 0");
   if (devices->size < sizeof(kt_device)) return misuse("kt_device.size: set it to sizeof(kt_device)");
   std::array<kt::DeviceState, kt::kMaxTools> states;
   for (std::size_t k = 0; k < std::min(count, states.size()); ++k) {

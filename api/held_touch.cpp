@@ -1,5 +1,7 @@
 #include "api/held_touch.hpp"
 
+#include <algorithm>
+
 #include "haptics/setup/scene_safety.hpp"
 
 namespace kt {
@@ -20,12 +22,21 @@ HeldTouch::HeldTouch(const Scene& scene, const std::function<Body()>& make_body)
 
 HeldTouch::HeldTouch(const Scene& scene, const TouchOptions& options, const std::function<Body()>& make_body)
     : body(make_body ? make_body() : Body(body_options(scene))), touch(body, options) {
-  chains_.emplace_back(options_of_chain(scene, scene.tool));
-  if (scene.second_tool) chains_.emplace_back(options_of_chain(scene, *scene.second_tool));
+  safety_.push_back(options_of_chain(scene, scene.tool));
+  if (scene.second_tool) safety_.push_back(options_of_chain(scene, *scene.second_tool));
+  for (const SafetyOptions& options_of_one : safety_) chains_.emplace_back(options_of_one);
+}
+
+void HeldTouch::reset() {
+  touch.reset();
+  chains_.clear();
+  for (const SafetyOptions& options : safety_) chains_.emplace_back(options);
 }
 
 std::span<const LocalFrame> HeldTouch::tick_devices(std::span<const Pose> devices, std::span<const DeviceState> states,
                                                     double dt) noexcept {
+  constexpr double kLongest = 1;  // [s] more than that says no more of speeds
+  dt = std::min(dt, kLongest);
   std::array<Pose, kMaxTools> to;
   for (std::size_t k = 0; k < devices.size(); ++k) to[k] = chains_[k].tool(devices[k], dt);
   const std::span<const LocalFrame> frames = touch.tick(std::span<const Pose>(to.data(), devices.size()));

@@ -24,6 +24,9 @@ class HeldTouch {
   std::span<const LocalFrame> tick_devices(std::span<const Pose> devices, std::span<const DeviceState> states,
                                            double dt) noexcept;
 
+  /// Touch::reset(), and the chains anew. While nobody ticks.
+  void reset();
+
   /// Of tool k, for gauges.
   const SafetyChain& chain(std::size_t k) const { return chains_[k]; }
 
@@ -35,6 +38,7 @@ class HeldTouch {
   Touch touch;
 
  private:
+  std::vector<SafetyOptions> safety_;
   std::vector<SafetyChain> chains_;
   std::array<LocalFrame, kMaxTools> given_;
 };

@@ -29,7 +29,7 @@ extern "C" {
 typedef struct kt_touch kt_touch;
 
 /* KT_INPUT: a file, a setting or a value is wrong; KT_RUN: the simulation failed; KT_MISUSE: the call itself is wrong,
- * as a null pointer. kt_last_error() says what, in one line. */
+ * as a null pointer or one that comes too late. kt_last_error() says what, in one line. */
 typedef enum kt_status { KT_OK = 0, KT_INPUT = 1, KT_RUN = 2, KT_MISUSE = 3 } kt_status;
 
 /* Why a force is what it is; bits of kt_frame.flags. */
@@ -49,7 +49,8 @@ enum {
   /* Of kt_tick_device: */
   KT_GATED = 4096,           /* the gate was not fully open: the force is a part of the body's, or none */
   KT_SLEWED = 8192,          /* the force was held back from changing faster than the device is allowed */
-  KT_STALE_POSE = 16384      /* the device's pose was too old, or the device was not there */
+  KT_STALE_POSE = 16384,     /* the device's pose was too old, or the device was not there */
+  KT_ON_APRON = 32768        /* the contact lies outside the local model, on the body around it: a coarse force */
 };
 
 enum { KT_FREE = 0, KT_STICK = 1, KT_SLIDE = 2, KT_FRICTIONAL_SLIDE = 3 }; /* kt_frame.mode */
@@ -79,7 +80,7 @@ typedef struct kt_frame {
   double force[3], torque[3]; /* on the tool [N], about its reference point [N m] */
   double f_n, f_t;            /* normal and tangential parts [N] */
   double normal[3], point[3]; /* of the contact that carries most: unit, from the body towards the tool; [m] */
-  double gap;                 /* smallest of a contact [m] */
+  double gap;                 /* smallest of a contact [m]; infinite: nothing is touched */
   int32_t mode, triangle;     /* KT_STICK and so on; of the body's surface, -1: none */
   int32_t contacts, model_frame;
 } kt_frame;
@@ -97,7 +98,8 @@ KT_API const char* kt_last_error(void); /* of this thread's last call that faile
 /* Open; null: failed. `settings` are `count` texts KEY=VALUE, as --set on the command line (docs/scene.md). */
 KT_API kt_touch* kt_open_scene(const char* file, const char* const* settings, size_t count);
 KT_API kt_touch* kt_open_mesh(const char* file, const char* const* settings, size_t count);
-/* xyz: 3 a node [m]; triangles: 3 indices each, counter-clockwise from outside; tetrahedra: 4 each, may be none. */
+/* xyz: 3 a node [m]; triangles: 3 indices each, counter-clockwise from outside; tetrahedra: 4 each, turned either way,
+ * may be none. With tetrahedra there may be no triangles: their boundary is the surface. */
 KT_API kt_touch* kt_open_arrays(const double* xyz, size_t nodes, const int32_t* triangles, size_t num_triangles,
                                 const int32_t* tetrahedra, size_t num_tetrahedra, const char* const* settings,
                                 size_t count);
@@ -112,7 +114,7 @@ KT_API kt_status kt_start(kt_touch* touch);
 KT_API kt_status kt_stop(kt_touch* touch);
 /* One tick of the haptic rate (local.rate_hz); a frame a tool. After kt_start: no allocation, lock or clock. */
 KT_API kt_status kt_tick(kt_touch* touch, const kt_pose* tools, size_t count, kt_frame* frames);
-/* The same after `seconds`, for a loop that does not keep the rate. */
+/* The same after `seconds`, >= 0, for a loop that does not keep the rate. */
 KT_API kt_status kt_tick_after(kt_touch* touch, const kt_pose* tools, size_t count, double seconds, kt_frame* frames);
 
 /* One tick for devices that somebody holds (scene: tool.path.device, name pushed, with its limits; without it 3 N). The

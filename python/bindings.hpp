@@ -10,8 +10,10 @@
 
 #include "core/body/deformable_model.hpp"
 #include "haptics/driver/device_slots.hpp"
+#include "haptics/tick/local_frame.hpp"
 #include "io/scene/scene.hpp"
 #include "python/background.hpp"
+#include "python/made_only.hpp"
 
 namespace kt {
 
@@ -24,6 +26,17 @@ struct NamedScene {
 };
 
 using Floats = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// numpy's array with numbers of another type; throws what Python raises, as MemoryError.
+template <class Numbers>
+Numbers numbers_in(const py::array& array) {
+  PyObject* const raw = py::detail::npy_api::get().PyArray_FromAny_(
+      array.ptr(), py::dtype::of<typename Numbers::value_type>().release().ptr(), 0, 0,
+      static_cast<int>(py::detail::npy_api::NPY_ARRAY_ENSUREARRAY_) | py::array::c_style | py::array::forcecast,
+      nullptr);
+  if (!raw) throw py::error_already_set();
+  return py::reinterpret_steal<Numbers>(raw);
+}
 
 /// Real numbers of whatever array Python gives; texts and complex numbers are none. Throws InputError: `what` and
 /// `shape`.
@@ -51,6 +64,10 @@ std::unique_ptr<DeformableModel> model_of(const py::object& own);
 /// What the two, mesh and model, leave open; throws InputError where both are given, or neither and no file.
 void check_body_source(const NamedScene& scene, const py::object& mesh, const py::object& model);
 
+/// Three numbers, for pickle.
+py::tuple tuple_of(const Vec3& v);
+Vec3 vector_of(const py::handle& three);
+
 void bind_mesh(py::module_& m);
 void bind_scene(py::module_& m);
 void bind_model(py::module_& m);
@@ -70,3 +87,8 @@ struct PushedDevice {
 void end_touches();
 
 }  // namespace kt
+
+KT_MADE_ONLY(kt::Mesh);
+KT_MADE_ONLY(kt::NamedScene);
+KT_MADE_ONLY(kt::LocalFrame);
+KT_MADE_ONLY(kt::PushedDevice);

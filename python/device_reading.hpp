@@ -1,5 +1,6 @@
 #pragma once
 #include "haptics/device/haptic_device.hpp"
+#include "python/made_only.hpp"
 
 namespace kt {
 
@@ -10,3 +11,5 @@ struct DeviceReadingAt {
 };
 
 }  // namespace kt
+
+KT_MADE_ONLY(kt::DeviceReadingAt);

@@ -8,9 +8,10 @@ namespace kt {
 
 Floats numbers_of(const py::handle& given, const char* what, const char* shape) {
   const auto array = py::array::ensure(given);
+  if (!array) PyErr_Clear();
   const bool is_real = array && std::string_view("fiu").find(array.dtype().kind()) != std::string_view::npos;
   if (!is_real) throw InputError(text(what, ": numbers are needed, ", shape));
-  return Floats::ensure(array);
+  return numbers_in<Floats>(array);
 }
 
 Pose pose_of(const py::handle& given) {
@@ -47,6 +48,49 @@ std::string path_of(const py::object& path) {
   return py::module_::import("os").attr("fspath")(path).cast<std::string>();
 }
 
+py::tuple tuple_of(const Vec3& v) { return py::make_tuple(v[0], v[1], v[2]); }
+
+Vec3 vector_of(const py::handle& three) {
+  const auto values = three.cast<std::array<double, 3>>();
+  return {values[0], values[1], values[2]};
+}
+
+namespace {
+
+py::tuple state_of(const LocalFrame& f) {
+  return py::make_tuple(f.t, tuple_of(f.pose.x), py::make_tuple(f.pose.r.w(), f.pose.r.x(), f.pose.r.y(), f.pose.r.z()),
+                        tuple_of(f.force), f.f_n, f.f_t, tuple_of(f.normal), tuple_of(f.point), tuple_of(f.torque),
+                        f.cone_ratio, static_cast<int>(f.mode), f.triangle, f.facet, f.toi, f.gap, f.residual,
+                        f.model_frame, f.contacts, f.events, f.flags);
+}
+
+LocalFrame frame_of(const py::tuple& s) {
+  constexpr std::size_t kFields = 20;
+  if (s.size() != kFields) throw InputError("Frame: pickled by another version");
+  LocalFrame f;
+  std::size_t i = 0;
+  const auto take = [&](auto& to) { to = s[i++].cast<std::decay_t<decltype(to)>>(); };
+  const auto take_vector = [&](Vec3& to) { to = vector_of(s[i++]); };
+  take(f.t);
+  take_vector(f.pose.x);
+  const auto turn = s[i++].cast<std::array<double, 4>>();
+  f.pose.r = Quaternion(turn[0], turn[1], turn[2], turn[3]);
+  take_vector(f.force);
+  take(f.f_n);
+  take(f.f_t);
+  for (Vec3* v : {&f.normal, &f.point, &f.torque}) take_vector(*v);
+  take(f.cone_ratio);
+  f.mode = static_cast<ContactMode>(s[i++].cast<int>());
+  take(f.triangle);
+  take(f.facet);
+  for (double* v : {&f.toi, &f.gap, &f.residual}) take(*v);
+  for (int* v : {&f.model_frame, &f.contacts, &f.events}) take(*v);
+  take(f.flags);
+  return f;
+}
+
+}  // namespace
+
 void bind_frame(py::module_& m) {
   const auto read = [](auto member, const char*) { return [member](const LocalFrame& f) { return f.*member; }; };
   py::class_<LocalFrame> frame(m, "Frame", "What one haptic tick gives, of one tool. SI units, world frame.");
@@ -60,7 +104,7 @@ void bind_frame(py::module_& m) {
   add("f_t", &LocalFrame::f_t, "tangential part of the force [N]");
   add("normal", &LocalFrame::normal, "of the contact that carries most, from the body towards the tool (3,)");
   add("point", &LocalFrame::point, "where that one touches the tool (3,) [m]");
-  add("gap", &LocalFrame::gap, "smallest of a held contact [m]");
+  add("gap", &LocalFrame::gap, "smallest of a held contact [m]; inf: nothing is touched");
   add("triangle", &LocalFrame::triangle, "of the body's surface; -1: none");
   add("contacts", &LocalFrame::contacts, "how many places touch");
   add("model_frame", &LocalFrame::model_frame, "count of the local model in use");
@@ -73,6 +117,7 @@ void bind_frame(py::module_& m) {
   frame.def_property_readonly(
       "mode", [](const LocalFrame& f) { return name_of(f.mode); }, "free, stick, slide or frictional_slide");
   frame.def_property_readonly("_flags", [](const LocalFrame& f) { return f.flags; });
+  frame.def(py::pickle(&state_of, &frame_of));
   frame.def("__repr__", [](const LocalFrame& f) {
     return text("<kilotouch.Frame: t ", f.t, " s, normal ", f.f_n, " N, tangential ", f.f_t, " N, ", name_of(f.mode),
                 ">");
@@ -93,7 +138,8 @@ void bind_frame(py::module_& m) {
                                                                {"LATE_TICK", kLateTick},
                                                                {"GATED", kGated},
                                                                {"SLEWED", kSlewed},
-                                                               {"STALE_POSE", kStalePose}})
+                                                               {"STALE_POSE", kStalePose},
+                                                               {"ON_APRON", kOnApron}})
     flags[name] = value;
   m.attr("_flags") = flags;
   py::list modes;

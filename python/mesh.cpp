@@ -1,4 +1,5 @@
 #include "apps/outputs/mesh_report.hpp"
+#include "core/body/check_mesh.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "python/bindings.hpp"
 
@@ -17,7 +18,7 @@ std::vector<Row> index_rows(const py::object& given, const char* what, int nodes
   const bool is_whole = array && (array.dtype().kind() == 'i' || array.dtype().kind() == 'u');  // a float is no index
   if (!is_whole || array.ndim() != 2 || array.shape(1) != kWidth)
     throw InputError(text(what, ": an integer array of shape (n, ", kWidth, ") is needed"));
-  const auto values = Indices::ensure(array);
+  const auto values = numbers_in<Indices>(array);
   const auto rows = values.unchecked<2>();
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
     Row row;
@@ -40,8 +41,7 @@ Mesh make_mesh(const py::object& given, const py::object& triangles, const py::o
     if (!std::isfinite(out.x[i])) throw InputError(text("x[", i / 3, "]: ", out.x[i], " is not finite"));
   out.triangles = index_rows<Triangle>(triangles, "triangles", out.num_nodes());
   out.tetrahedra = index_rows<Tetrahedron>(tetrahedra, "tetrahedra", out.num_nodes());
-  if (out.triangles.empty()) out.triangles = boundary_triangles(out.tetrahedra);
-  if (out.triangles.empty()) throw InputError("triangles: a mesh has one at least, or tetrahedra");
+  check_and_orient(out, "Mesh");
   return out;
 }
 
@@ -67,7 +67,7 @@ void bind_mesh(py::module_& m) {
   py::class_<Mesh>(m, "Mesh", "Rest places and triangles of a surface, and the tetrahedra of a solid. SI units.")
       .def(py::init(&make_mesh), py::arg("x"), py::arg("triangles") = py::none(), py::arg("tetrahedra") = py::none(),
            "x: (n, 3) [m]; triangles: (m, 3), counter-clockwise from outside, without them the tetrahedra's faces; "
-           "tetrahedra: (k, 4). All are copied. InputError: what, where, value.")
+           "tetrahedra: (k, 4), turned to positive volume. All are copied. InputError: what, where, value.")
       .def_property_readonly(
           "x", [](const Mesh& mesh) { return rows_of(mesh.x); }, "(n, 3) [m], a copy")
       .def_property_readonly(
@@ -80,6 +80,14 @@ void bind_mesh(py::module_& m) {
       .def(
           "save", [](const Mesh& mesh, const py::object& path) { save_mesh(path_of(path), mesh); }, py::arg("path"),
           "By extension: .obj .off .ply .stl .vtu .msh. The file appears whole or not at all.")
+      .def(py::pickle(
+          [](const Mesh& mesh) {
+            return py::make_tuple(rows_of(mesh.x), index_array(mesh.triangles), index_array(mesh.tetrahedra));
+          },
+          [](const py::tuple& s) {
+            if (s.size() != 3) throw InputError("Mesh: pickled by another version");
+            return make_mesh(s[0], s[1], s[2]);
+          }))
       .def("__repr__", [](const Mesh& mesh) {
         return text("<kilotouch.Mesh: ", mesh.num_nodes(), " nodes, ", mesh.triangles.size(), " triangles, ",
                     mesh.tetrahedra.size(), " tetrahedra>");

@@ -74,7 +74,7 @@ class PythonModel final : public DeformableModel {
       const bool is_rows = is_real && given.ndim() == 2 && given.shape(1) == 3 && given.size() == n;
       if (!is_flat && !is_rows)
         throw RunError(text("model.force: must give ", n, " numbers [N], 3 a node: (", n / 3, ", 3)"));
-      const auto f = Floats::ensure(given);
+      const auto f = numbers_in<Floats>(given);
       out = Eigen::Map<const VectorX>(f.data(), f.size());
     });
   }

@@ -14,6 +14,10 @@ PYBIND11_MODULE(_kilotouch, m) {
       const std::string_view words = error.what(), option = "--set ";
       const bool is_option = words.starts_with(option);  // Python's users have set a key of a scene
       PyErr_SetString(input.ptr(), error.what() + (is_option ? option.size() : 0));
+    } catch (const std::bad_alloc&) {
+      PyErr_SetString(PyExc_MemoryError, "more memory is needed than there is");
+    } catch (const std::length_error&) {
+      PyErr_SetString(PyExc_MemoryError, "more memory is needed than there is");
     } catch (const kt::py::cast_error&) {
       PyErr_SetString(input.ptr(), "a value of another type is needed: see help()");
     }

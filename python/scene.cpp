@@ -3,12 +3,11 @@
 #include "core/base/error.hpp"
 #include "core/body/mesh.hpp"
 #include "haptics/setup/session_parts.hpp"
+#include "haptics/touch/body.hpp"
 #include "python/bindings.hpp"
 
 namespace kt {
 namespace {
-
-const char* const kNoMesh = "-";
 
 NamedScene make_scene(const std::optional<std::string>& file, const std::vector<std::string>& settings) {
   if (file) return {load_scene(*file, settings), *file};
@@ -28,7 +27,9 @@ std::string value_text(const NamedScene& named, const std::string& key) {
   if (!key.empty() && !is_path && json.contains(pointer)) return json.at(pointer).dump();
   const std::vector<std::string> known = known_scene_keys();
   if (std::ranges::find(known, key) == known.end()) throw_unknown("key", key, known);
-  return "null";
+  if (!key.ends_with(".mu")) return "null";
+  const auto both = {value_text(named, key + "_static"), value_text(named, key + "_kinetic")};
+  return *both.begin() == *std::prev(both.end()) ? *both.begin() : "null";
 }
 
 }  // namespace
@@ -37,7 +38,7 @@ void check_body_source(const NamedScene& scene, const py::object& mesh, const py
   if (!mesh.is_none() && !py::isinstance<Mesh>(mesh))
     throw InputError("mesh: must be a kilotouch.Mesh, as load_mesh() gives; a file goes into the scene, object.mesh");
   if (!mesh.is_none() && !model.is_none()) throw InputError("mesh and model: give one, a model has a mesh of its own");
-  if (mesh.is_none() && model.is_none() && scene.scene.object.mesh == kNoMesh)
+  if (mesh.is_none() && model.is_none() && scene.scene.object.mesh == kGivenMesh)
     throw InputError("object.mesh: the scene names no file; name one, or give mesh= or model=");
 }
 
@@ -55,6 +56,12 @@ void bind_scene(py::module_& m) {
       .def(
           "to_json", [](const NamedScene& named) { return to_json(named.scene); },
           "Every key with its value: a scene file. Python's json reads it.")
+      .def(py::pickle([](const NamedScene& named) { return py::make_tuple(to_json(named.scene), named.name); },
+                      [](const py::tuple& s) {
+                        if (s.size() != 2) throw InputError("Scene: pickled by another version");
+                        const auto name = s[1].cast<std::string>();
+                        return NamedScene{parse_scene(s[0].cast<std::string>(), {}, name), name};
+                      }))
       .def(
           "__eq__", [](const NamedScene& a, const NamedScene& b) { return a.scene == b.scene; }, py::is_operator());
 }

@@ -199,6 +199,11 @@ class PythonSession {
 };
 
 }  // namespace
+}  // namespace kt
+
+KT_MADE_ONLY(kt::PythonSession);
+
+namespace kt {
 
 void save(const Trace& trace, const py::object& path) {
   const RunTrace& run = *trace.run;
@@ -218,18 +223,31 @@ void bind_session(py::module_& m) {
            py::arg("mesh") = py::none(), py::arg("model") = py::none(),
            "mesh: a kilotouch.Mesh for the scene's own; model: a kilotouch.Model for it.")
       .def(
-          "run", &PythonSession::run, py::arg("path") = py::none(), py::arg("pushed") = py::none(),
+          "run",
+          [](PythonSession& s, const py::object& path, std::shared_ptr<PushedDevice> pushed) {
+            return s.run(path, std::move(pushed));
+          },
+          py::arg("path") = py::none(), py::arg("pushed") = py::none(),
           "The whole run, as `kilotouch run`: a Trace. path: (n, 3) [m] of the first tool, in place of the scene's: "
           "its start, then where it is after each tick. pushed: a PushedDevice that another thread drives. Ctrl-C ends "
           "it.")
-      .def("start", &PythonSession::start, py::arg("path") = py::none(), py::arg("pushed") = py::none(),
-           "The same in a thread of its own; stop() gives its trace.")
-      .def("stop", &PythonSession::stop, "Ends a run that was started: its Trace. Raises what ended it before.")
-      .def_property_readonly("is_running", &PythonSession::is_running)
-      .def_property_readonly("progress", &PythonSession::progress,
-                             "Share of the started run that is done, 0 to 1; 0 until its first tick.")
-      .def_property_readonly("predictions", &PythonSession::predictions,
-                             "What is known to go wrong in a run, found at set-up: a list of sentences.");
+      .def(
+          "start",
+          [](PythonSession& s, const py::object& path, std::shared_ptr<PushedDevice> pushed) {
+            s.start(path, std::move(pushed));
+          },
+          py::arg("path") = py::none(), py::arg("pushed") = py::none(),
+          "The same in a thread of its own; stop() gives its trace.")
+      .def(
+          "stop", [](PythonSession& s) { return s.stop(); },
+          "Ends a run that was started: its Trace. Raises what ended it before.")
+      .def_property_readonly("is_running", [](PythonSession& s) { return s.is_running(); })
+      .def_property_readonly(
+          "progress", [](PythonSession& s) { return s.progress(); },
+          "Share of the started run that is done, 0 to 1; 0 until its first tick.")
+      .def_property_readonly(
+          "predictions", [](PythonSession& s) { return s.predictions(); },
+          "What is known to go wrong in a run, found at set-up: a list of sentences.");
 }
 
 }  // namespace kt

@@ -66,6 +66,11 @@ class PythonTouch {
     core_->is_started = false;
   }
 
+  void reset() {
+    alone([&] { held().reset(); });
+    core_->is_started = false;
+  }
+
   static void end_all() {
     for (const std::weak_ptr<Core>& one : std::exchange(started(), {})) {
       const std::shared_ptr<Core> core = one.lock();
@@ -106,6 +111,14 @@ class PythonTouch {
   }
   std::shared_ptr<Core> core_;
 };
+
+}  // namespace
+}  // namespace kt
+
+KT_MADE_ONLY(kt::PythonTouch);
+
+namespace kt {
+namespace {
 
 struct Tools {
   std::array<Pose, kMaxTools> poses;
@@ -211,9 +224,15 @@ void bind_touch(py::module_& m) {
             t.alone([&] { t.touch().place(tools.span()); });
           },
           "Where the tools are before the first tick.")
-      .def("start", &PythonTouch::start,
-           "The body from now on in a thread of its own: after place(), before the first tick.")
-      .def("stop", &PythonTouch::stop, "Ends that thread. Raises what ended the body's simulation before.")
+      .def(
+          "start", [](PythonTouch& t) { t.start(); },
+          "The body from now on in a thread of its own: after place(), before the first tick.")
+      .def(
+          "stop", [](PythonTouch& t) { t.stop(); }, "Ends that thread. Raises what ended the body's simulation before.")
+      .def(
+          "reset", [](PythonTouch& t) { t.reset(); },
+          "Back to before the first tick: the body as it was at the start, settings as they were set last. A thread of "
+          "the body's own ends.")
       .def("tick", &tick, py::arg("dt") = py::none(),
            "tick(pose, ...): the tools have come to these poses, one each: (3,) [m], or (7,) with the turn as a "
            "quaternion w x y z. A Frame, of two tools a tuple. dt: seconds since the last call, for a loop that does "
@@ -241,6 +260,9 @@ void bind_touch(py::module_& m) {
           "mesh", [](PythonTouch& t) { return t.held().body.model().mesh(); }, "At rest; a copy.")
       .def_property_readonly(
           "status", [](PythonTouch& t) { return t.touch().status(); }, "Of the refresh that was made last.")
+      .def_property_readonly(
+          "warnings", [](PythonTouch& t) { return t.touch().warnings(); },
+          "What speaks against the forces so far, a line each: of the body, and of the ticks.")
       .def_property_readonly(
           "h", [](PythonTouch& t) { return t.touch().h(); }, "of a tick [s]")
       .def_property_readonly("num_tools", [](PythonTouch& t) { return t.touch().num_tools(); });

@@ -63,7 +63,8 @@ void bind_trace(py::module_& m) {
   number(
       "f_t", [](const LocalFrame& f) { return &f.f_t; }, "tangential part of the force (n,) [N]");
   number(
-      "gap", [](const LocalFrame& f) { return &f.gap; }, "smallest of a held contact (n,) [m]");
+      "gap", [](const LocalFrame& f) { return &f.gap; },
+      "smallest of a held contact (n,) [m]; inf: nothing is touched");
   number(
       "triangle", [](const LocalFrame& f) { return &f.triangle; }, "of the body's surface; -1: none (n,)");
   number(

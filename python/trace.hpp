@@ -26,3 +26,5 @@ void bind_trace(py::module_& m);
 void save(const Trace& trace, const py::object& folder);
 
 }  // namespace kt
+
+KT_MADE_ONLY(kt::Trace);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "collision/broad/triangle_index.hpp"
 #include "collision/shape/swept_box.hpp"
@@ -38,7 +39,13 @@ RTCDevice shared_device() {
 /// Embree reports a failure only when asked; a scene that lacks its triangles would miss impacts.
 void require_success() {
   const RTCError error = rtcGetDeviceError(shared_device());
-  if (error != RTC_ERROR_NONE) throw RunError(text("Embree failed with error ", static_cast<int>(error)));
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (error == RTC_ERROR_UNKNOWN)
+    throw RunError(
+        "collision.backend embree could not start, as with too little memory: free some, or set it to refit_bvh");
+  if (error != RTC_ERROR_NONE)
+    throw RunError(
+        text("collision.backend embree gave up (its error ", static_cast<int>(error), "); set it to refit_bvh"));
 }
 
 class EmbreeIndex final : public TriangleIndex {

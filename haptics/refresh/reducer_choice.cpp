@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 
 namespace kt {
 namespace {
@@ -32,17 +33,9 @@ double predict_grading_us(const ReducerCandidate& candidate, int num_nodes) {
   return share * kPerNode * std::max(0.0, num_nodes - kAllKept);
 }
 
-std::string percent(double x) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.2g %%", 100 * x);
-  return out;
-}
+std::string percent(double x) { return with_digits(100 * x, 2) + " %"; }
 
-std::string short_ms(double ms) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.3g ms", ms);
-  return out;
-}
+std::string short_ms(double ms) { return with_digits(ms, 3) + " ms"; }
 
 /// |Z| at a vertex, at kCertifiedHz [N/m]; NaN where the body has no finite answer.
 std::array<double, kBands> impedances(const LocalModel& model, int vertex) {

@@ -6,6 +6,7 @@
 #include "core/global/integrator.hpp"
 #include "core/linear/step_solver.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
+#include "haptics/refresh/touch_ranges.hpp"
 
 namespace kt {
 
@@ -72,6 +73,7 @@ std::unique_ptr<ContactSolver> catch_up_solver(const TouchOptions& options, cons
 }
 
 void check_options(const TouchOptions& o) {
+  check_ranges(o);
   require_backend("collision.backend", o.collision.backend, triangle_index_backends());
   require_backend("local.reducer", o.local.reducer, reducer_names());
   require_backend("global.integrator", o.global.integrator, integrator_backends());

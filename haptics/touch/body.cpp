@@ -2,7 +2,9 @@
 
 #include <numbers>
 
+#include "core/body/check_mesh.hpp"
 #include "core/local/reducer.hpp"
+#include "haptics/touch/body_ranges.hpp"
 #include "haptics/touch/settle.hpp"
 #include "models/model.hpp"
 #include "self_contact/crossings.hpp"
@@ -37,17 +39,26 @@ Body::Body(Body&&) noexcept = default;
 Body::~Body() = default;
 
 Body::Body(const BodyOptions& options) : options_(options) {
+  check_ranges(options);
   std::vector<std::string> notes;
   Mesh mesh = load_body_mesh(options.object, notes, &mesh_unit_);
   for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});
   build(std::move(mesh));
 }
 
-Body::Body(Mesh mesh, const BodyOptions& options) : options_(options) { build(std::move(mesh)); }
+Body::Body(Mesh mesh, const BodyOptions& options) : options_(options) {
+  check_ranges(options);
+  options_.object.mesh = given_mesh_name(options.object);
+  std::vector<std::string> notes;
+  if (!options.object.layers) check_and_orient(mesh, options_.object.mesh, &notes);  // layers are as of a file
+  for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});
+  build(std::move(mesh));
+}
 
 Body::Body(std::unique_ptr<DeformableModel> model, const BodyOptions& options)
     : options_(options), model_(std::move(model)), is_own_(true) {
   if (!model_) throw InputError("body: there is no model");
+  check_ranges(options);
   make_surface_and_contact();
   start_ = rest_state(*model_);
 }

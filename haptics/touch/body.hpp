@@ -25,7 +25,8 @@ class Body {
  public:
   /// Of object.mesh. Throws InputError for what is wrong with the file or a value.
   explicit Body(const BodyOptions& options);
-  /// Of a mesh in metres; a surface is to be filled() before.
+  /// Of a mesh in metres, whose tetrahedra may be turned either way; a surface is to be filled() before. Throws
+  /// InputError for a mesh that is none, as check_and_orient().
   Body(Mesh mesh, const BodyOptions& options);
   /// Of one's own model. Its surface is that of model->mesh(); of `options` only weight-free parts count: self-contact
   /// and ridge_deg. It starts undeformed.
@@ -64,7 +65,13 @@ class Body {
 /// @param unit  of the file [m]
 Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, double* unit = nullptr);
 
-/// A surface in metres with the tetrahedra or inner layers that `object` asks for; a solid as it is.
+constexpr const char* kGivenMesh = "-";  ///< SceneObject::mesh of a scene whose mesh does not come from a file
+
+/// For messages about a mesh that does not come from a file.
+std::string given_mesh_name(const SceneObject& object);
+
+/// A surface in metres with the tetrahedra or inner layers that `object` asks for; a solid as it is, with all
+/// tetrahedra turned to positive volume. Throws InputError for a mesh that is none, as check_and_orient().
 Mesh filled(Mesh mesh, const SceneObject& object);
 
 /// Nodes that the scene clamps, ascending. Throws InputError when a choice holds no node or all of them.

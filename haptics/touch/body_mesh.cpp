@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/base/error.hpp"
+#include "core/body/check_mesh.hpp"
 #include "haptics/touch/body.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/tetrahedralize.hpp"
@@ -85,7 +86,17 @@ Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, 
   return fill(std::move(mesh), object, &notes);
 }
 
-Mesh filled(Mesh mesh, const SceneObject& object) { return fill(std::move(mesh), object, nullptr); }
+std::string given_mesh_name(const SceneObject& object) {
+  return object.mesh.empty() || object.mesh == kGivenMesh ? "the given mesh" : object.mesh;
+}
+
+Mesh filled(Mesh mesh, const SceneObject& object) {
+  SceneObject named = object;
+  named.mesh = given_mesh_name(object);
+  check_and_orient(mesh, named.mesh);
+  require_near(mesh, named);
+  return fill(std::move(mesh), named, nullptr);
+}
 
 std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed) {
   std::vector<int> out;

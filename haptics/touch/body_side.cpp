@@ -82,46 +82,41 @@ void BodySide::renew_refresher() {
   refresher_ = std::move(next);
 }
 
-void BodySide::apply(const SettingChange& change) {
-  change_setting(change, {options_, material_});
-  switch (live_setting(change.key).renews) {
-    case Renews::friction: {
-      std::vector<std::string> none;
-      friction_ = std::make_shared<const SurfaceFriction>(
-          scene_friction(options_.contact, body_.surface(), body_.model().mesh().x, none));
-      break;
-    }
-    case Renews::radius:
-      radius_[0] = options_.tools[0].shape.radius;
-      renew_refresher();
-      break;
-    case Renews::model: {
-      auto before = std::move(model_);
-      model_ = body_.model_like(material_);
-      renew_refresher();  // the old one still reads the model before
-      break;
-    }
-    case Renews::refresher:
-      renew_refresher();
-      break;
+/// In their order; what they ask for is made anew once, however many ask for it.
+void BodySide::apply(const std::vector<SettingChange>& changes) {
+  std::array<bool, 4> asked{};
+  for (const SettingChange& change : changes) {
+    change_setting(change, {options_, material_});
+    asked[static_cast<std::size_t>(live_setting(change.key).renews)] = true;
+    applied_.push_back(change);
   }
-  applied_.push_back(change);
+  const auto is_asked = [&](Renews what) { return asked[static_cast<std::size_t>(what)]; };
+  if (is_asked(Renews::friction)) {
+    std::vector<std::string> none;
+    friction_ = std::make_shared<const SurfaceFriction>(
+        scene_friction(options_.contact, body_.surface(), body_.model().mesh().x, none));
+  }
+  if (is_asked(Renews::radius)) radius_[0] = options_.tools[0].shape.radius;
+  std::unique_ptr<DeformableModel> before;
+  if (is_asked(Renews::model)) before = std::exchange(model_, body_.model_like(material_));
+  if (is_asked(Renews::model) || is_asked(Renews::radius) || is_asked(Renews::refresher))
+    renew_refresher();  // the old one still reads the model before
 }
 
 /// Those that a user has made, or those of the run that is repeated.
 void BodySide::apply_changes(int tick) {
   const std::vector<SettingChange>& replayed = options_.replay.changes;
-  for (; next_replayed_ < replayed.size() && replayed[next_replayed_].tick <= tick; ++next_replayed_)
-    apply(SettingChange(replayed[next_replayed_]));
   std::vector<SettingChange> now;
+  for (; next_replayed_ < replayed.size() && replayed[next_replayed_].tick <= tick; ++next_replayed_)
+    now.push_back(replayed[next_replayed_]);
+  const std::size_t old = now.size();
   {
     const std::scoped_lock lock(guard_);
-    now.swap(waiting_);
+    now.insert(now.end(), waiting_.begin(), waiting_.end());
+    waiting_.clear();
   }
-  for (SettingChange& change : now) {
-    change.tick = tick;
-    apply(change);
-  }
+  for (std::size_t i = old; i < now.size(); ++i) now[i].tick = tick;
+  if (!now.empty()) apply(now);
 }
 
 /// Until a local model that is begun at this tick is in use [s]: where ticks do not wait for it, about as long as from

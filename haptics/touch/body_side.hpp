@@ -64,7 +64,7 @@ class BodySide {
  private:
   double delay(int tick) const;
   void apply_changes(int tick);
-  void apply(const SettingChange& change);
+  void apply(const std::vector<SettingChange>& changes);
   void tell_of_settled();
   void renew_refresher();
   void show(const LocalModel& model, const LocalMotion* motion);

@@ -10,6 +10,7 @@
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/touch/body_link.hpp"
+#include "haptics/touch/flag_counts.hpp"
 #include "haptics/touch/keep_memory.hpp"
 #include "haptics/touch/patch_lead.hpp"
 
@@ -33,7 +34,8 @@ SurfaceFriction friction_of(const Body& body, const TouchOptions& options) {
 struct Touch::Parts {
   Parts(const Body& touched, TouchOptions wanted)
       : body(touched),
-        options(checked(std::move(wanted))),
+        given(checked(std::move(wanted))),
+        options(given),
         friction(friction_of(body, options)),
         haptic(options, friction),
         side(std::make_unique<BodySide>(body, options)) {
@@ -50,7 +52,10 @@ struct Touch::Parts {
   RemoteBody* remote() const noexcept { return link ? link->remote() : nullptr; }
   void show_shape() noexcept;
 
+  void keep(SettingChange change);
+
   const Body& body;
+  const TouchOptions given;  // before start()
   TouchOptions options;
   SurfaceFriction friction;
   HapticSide haptic;
@@ -59,6 +64,8 @@ struct Touch::Parts {
   ModelObserver* observer = nullptr;
   std::unique_ptr<BodyLink> link;  // from the first tick, or start(), on
   std::array<LocalFrame, kMaxTools> frames;
+  FlagCounts flagged;                  // in how many ticks
+  std::vector<SettingChange> changed;  // since the start, the last value of each key last; with `beginning`
   bool is_placed = false;
   double owed = 0;  // [s] that have passed and were not stepped
   int stale_ticks = 0, shape_every = 1;
@@ -85,8 +92,10 @@ Touch::~Touch() = default;
 void Touch::place(std::span<const Pose> tools) {
   Parts& p = *parts_;
   if (tools.size() != p.haptic.num_tools())
-    throw InputError(text("place: ", tools.size(), " poses for ", p.haptic.num_tools(), " tools"));
-  if (p.link) throw InputError("place: after the first tick or start(); tools are where the ticks have them");
+    throw MisuseError(text("place: ", tools.size(), " poses for ", p.haptic.num_tools(), " tools"));
+  if (p.link)
+    throw MisuseError(
+        "place: called after the first tick or start(); call it before, tools are where the ticks have them");
   for (const Pose& pose : tools)
     if (!is_usable(pose)) throw InputError("place: a pose is not finite, no rotation, or beyond 1e6 m");
   p.haptic.place(tools);
@@ -98,8 +107,8 @@ void Touch::start() { parts_->start("thread", make_thread_link); }
 void Touch::start(const LinkMaker& make) { parts_->start("network", make); }
 
 void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
-  if (link) throw InputError("start: after the first tick, or twice");
-  if (!is_placed) throw InputError("start: place() the tools before, the first local model is made around them");
+  if (link) throw MisuseError("start: called after the first tick, or twice; call it once, before");
+  if (!is_placed) throw MisuseError("start: called before place(); the first local model is made around the tools");
   TouchOptions with_link = options;
   with_link.link.type = type;
   auto next = std::make_unique<BodySide>(body, with_link);
@@ -125,6 +134,29 @@ void Touch::stop() {
   if (link->error()) std::rethrow_exception(link->error());
 }
 
+void Touch::reset() {
+  const std::unique_ptr<Parts> before = std::move(parts_);
+  if (before->link) before->link->stop();
+  parts_ = std::make_unique<Parts>(before->body, before->given);
+  parts_->observer = before->observer;
+  for (const SettingChange& c : before->changed) c.word.empty() ? set(c.key, c.value) : set(c.key, c.word);
+}
+
+std::vector<std::string> Touch::warnings() const {
+  std::vector<std::string> out;
+  for (const Finding& finding : parts_->body.findings())
+    if (finding.weight != Finding::Weight::note) out.push_back(finding.line());
+  for (std::string& warning : parts_->flagged.warnings()) out.push_back(std::move(warning));
+  if (const std::string error = status().error; !error.empty())
+    out.push_back(text("the body's simulation ended: ", error));
+  return out;
+}
+
+void Touch::Parts::keep(SettingChange change) {
+  std::erase_if(changed, [&](const SettingChange& c) { return c.key == change.key; });
+  changed.push_back(std::move(change));
+}
+
 void Touch::refresh_if_due() noexcept { parts_->refresh_if_due(); }
 
 void Touch::Parts::refresh_if_due() noexcept {
@@ -147,6 +179,7 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
       frame = {};
       frame.flags = kNoModel | kBadPose;
     }
+    flagged.add(kNoModel | kBadPose);
     return out;
   }
   if (!is_placed) haptic.place(tools);
@@ -157,6 +190,8 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   if (is_stale()) flags |= kStaleModel;
   if (flags != 0)
     for (LocalFrame& frame : out) frame.flags |= flags;
+  for (const LocalFrame& frame : out) flags |= frame.flags;
+  flagged.add(flags);
   if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % shape_every == 0) show_shape();
   return out;
 }
@@ -176,7 +211,8 @@ std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) 
   const std::span<LocalFrame> out = p.all_frames();
   if (tools.size() < out.size()) return out;
   if (!p.is_placed) return p.tick(tools);
-  if (std::isfinite(dt) && dt > 0) p.owed += dt;
+  constexpr double kMostOwed = 1e9;  // steps: beyond, what is left of one is lost in rounding
+  if (dt > 0) p.owed += std::min(dt, kMostOwed * h());
   const double steps = std::floor(p.owed / h() + 0.5);
   p.owed -= steps * h();
   const int count = static_cast<int>(std::min<double>(steps, most_steps()));
@@ -192,6 +228,7 @@ std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) 
   }
   if (steps > count)
     for (LocalFrame& frame : out) frame.flags |= kLateTick;
+  if (steps > count) p.flagged.add(kLateTick);
   return out;
 }
 
@@ -242,11 +279,13 @@ void Touch::copy_positions_now(VectorX& x) {
 void Touch::set(const std::string& key, double value) {
   const std::scoped_lock lock(parts_->beginning);
   parts_->side->set(key, value);
+  parts_->keep({0, key, value, ""});
   if (RemoteBody* remote = parts_->remote()) remote->set({0, key, value, ""});
 }
 void Touch::set(const std::string& key, const std::string& word) {
   const std::scoped_lock lock(parts_->beginning);
   parts_->side->set(key, word);
+  parts_->keep({0, key, 0, word});
   if (RemoteBody* remote = parts_->remote()) remote->set({0, key, 0, word});
 }
 double Touch::number(const std::string& key) const {

@@ -47,6 +47,10 @@ class Touch {
   /// Ends that thread; ticks go on with the last local model. Throws what ended the body's simulation before.
   void stop();
 
+  /// Back to before the first tick: the body as it is at its start, nothing placed, settings as they were set last. A
+  /// thread of the body's own ends; start() begins another one. While nobody else uses the touch.
+  void reset();
+
   /// One haptic tick: the tools have come to these poses, world frame, each the same tool in every tick. A frame for
   /// each, which is there until the next tick. Forces are finite: a pose that is not leaves the tool where it was, and
   /// LocalFrame::flags says so; of a tool that was nowhere yet the touch has not begun. After start(): no allocation,
@@ -77,6 +81,9 @@ class Touch {
   /// ticks ago. (3n) [m]. From any thread; never holds a tick up.
   void copy_positions(VectorX& x);
   void copy_positions_now(VectorX& x);  ///< as they are now: while nobody ticks, without a thread of the body's own
+
+  /// What speaks against the forces so far, a line each: of the body, and of the ticks by their flags. From any thread.
+  std::vector<std::string> warnings() const;
 
   TouchStatus status() const;                        ///< from any thread
   void copy_refresh(RefreshPicture& picture) const;  ///< the patch and the error of the last refresh; from any thread

@@ -14,6 +14,7 @@ SI units, world frame. Wrong input raises InputError, one line: what, where, val
 docs/python.md says the rest.
 """
 import enum as _enum
+import functools as _functools
 import json as _json
 import os as _os
 
@@ -27,6 +28,36 @@ __all__ = ["MODES", "DeviceReading", "Flag", "Frame", "InputError", "Mesh", "Mod
 Flag = _enum.IntFlag("Flag", _kilotouch._flags, module=__name__)
 Flag.__doc__ = "Why a force is what it is: bits of Frame.flags. docs/embedding.md has their meaning."
 Frame.flags = property(lambda self: Flag(self._flags), doc="why the force is what it is: kilotouch.Flag")
+
+
+def _told_in_one_line(owner, name):
+    """Wrong arguments in one line: pybind11 takes several, with types of C++."""
+    function = getattr(owner, name)
+    said = owner.__name__ if name == "__init__" else f"{owner.__name__}.{name}" if isinstance(owner, type) else name
+
+    @_functools.wraps(function)
+    def call(*arguments, **named):
+        try:
+            return function(*arguments, **named)
+        except TypeError as error:
+            if "incompatible" not in str(error):
+                raise
+            given = [type(a).__name__ for a in arguments[isinstance(owner, type):]]
+            given += [f"{key}={type(value).__name__}" for key, value in named.items()]
+            wanted = (function.__doc__ or "").partition(" -> ")[0].partition("(")[2].rpartition(")")[0]
+            wanted = ", ".join(w.partition(":")[0].strip() for w in wanted.split(", ") if not w.startswith("self"))
+        raise TypeError(f"{said}({', '.join(given)}): must be {said}({wanted}); see help(kilotouch.{said})")
+
+    setattr(owner, name, call)
+
+
+for _owner, _names in ((DeviceReading, ("__init__",)), (Mesh, ("__init__", "save")), (Session, ("__init__", "run", "start")),
+                       (Touch, ("__init__",)), (PushedDevice, ("push",)), (Trace, ("save",))):
+    for _name in _names:
+        _told_in_one_line(_owner, _name)
+_told_in_one_line(_kilotouch, "load_mesh")
+_told_in_one_line(_kilotouch, "check_model")
+load_mesh, check_model = _kilotouch.load_mesh, _kilotouch.check_model
 
 
 def _plain(value):
@@ -49,7 +80,8 @@ class Scene(_kilotouch.Scene):
 
     file: a scene file; None: every setting as by default, with the mesh that a Touch or a Session is given.
     settings: {"contact.mu": 0.8, "object.mesh": "liver.obj"}, as --set on the command line.
-    scene["contact.mu_static"] reads and changes one; None: it is not set, or short for others, as contact.mu is.
+    scene["contact.mu_static"] reads and changes one; None: it is not set. contact.mu is short for mu_static and
+    mu_kinetic, and None where they differ.
     InputError: file, key, value, what is allowed; nothing is changed then.
     """
 

@@ -1,0 +1,181 @@
+// A tool that gets off the patch before the next local model is there: the apron reaches the whole surface of a body of
+// any size, says so in the frame, is found within a tick without memory, and is about as soft as the body.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "collision/shape/closest_point.hpp"
+#include "haptics/setup/session_parts.hpp"
+#include "haptics/tick/body_check.hpp"
+#include "haptics/touch/haptic_side.hpp"
+#include "haptics/touch/touch.hpp"
+#include "tests/support/allocations.hpp"
+#include "tests/support/haptics_scene.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kCell = 0.0025, kThick = 0.01;  // [m]
+constexpr int kLong = 50, kWide = 20;            // cells
+
+/// 125 x 50 x 10 mm of springs, glued below: 5,120 triangles, three times what a window holds.
+Body plate() {
+  BodyOptions options;
+  options.object.fixed.below = FixedBelow{"z", 0.01};
+  options.backend = "brute_force";
+  return Body(kuhn_block(kLong, kWide, static_cast<int>(kThick / kCell), kCell), options);
+}
+
+TouchOptions slow_refreshes(double rate_hz) {
+  TouchOptions options;
+  options.tools[0].shape = {ToolShape::Kind::sphere, 0.004};
+  options.global.rate_hz = rate_hz;
+  options.global.early_refresh = false;
+  options.local.reducer = "condensed";
+  options.contact.mu_static = options.contact.mu_kinetic = 0;
+  options.collision.backend = "brute_force";
+  options.stale_s = 10;
+  return options;
+}
+
+constexpr double kDepth = 0.0015;
+/// The tool's centre when it is pressed in.
+Vec3 pressed(double x) { return {x, 0.025, kThick + 0.004 - kDepth}; }
+
+/// Pressed for 0.2 s, then along at 0.25 m/s; a frame a tick.
+std::vector<LocalFrame> drag(Touch& touch, double from, double to) {
+  std::vector<LocalFrame> out;
+  touch.place(Pose{pressed(from) + Vec3(0, 0, kDepth + 1e-3)});
+  for (int i = 0; i < 200; ++i)
+    out.push_back(touch.tick(Pose{pressed(from) + Vec3(0, 0, (kDepth + 1e-3) * std::max(0.0, 1 - i / 100.0))}));
+  const double way = to - from;
+  const int ticks = static_cast<int>(std::abs(way) / 2.5e-4);
+  for (int i = 1; i <= ticks; ++i) out.push_back(touch.tick(Pose{pressed(from + way * i / ticks)}));
+  return out;
+}
+
+TEST(Apron, ReachesTheWholeSurfaceOfALargeBodyAndTells) {
+  const Body body = plate();
+  ASSERT_GT(body.surface().triangles.size(), 3u * ApronWindow::kTriangles);
+  Touch touch(body, slow_refreshes(1));
+  const std::vector<LocalFrame> frames = drag(touch, 0.015, 0.11);
+  int free = 0, flagged = 0;
+  for (std::size_t i = 200; i < frames.size(); ++i) {
+    free += frames[i].mode == ContactMode::free;
+    flagged += (frames[i].flags & kOnApron) != 0;
+  }
+  EXPECT_EQ(free, 0) << "contact was lost";
+  EXPECT_GT(flagged, 250) << "it is most of the way";
+  const std::vector<std::string> warnings = touch.warnings();
+  EXPECT_TRUE(
+      std::ranges::any_of(warnings, [](const std::string& w) { return w.find("outside the local model") < w.size(); }));
+}
+
+/// Against a touch that has a new local model every 5 ms.
+TEST(Apron, GivesAboutTheForceOfTheBody) {
+  const Body body = plate();
+  Touch late(body, slow_refreshes(1)), fresh(body, slow_refreshes(200));
+  const std::vector<LocalFrame> apron = drag(late, 0.03, 0.1), truth = drag(fresh, 0.03, 0.1);
+  double least = 1e9, most = 0;
+  for (std::size_t i = 200; i < apron.size(); ++i) {
+    if ((apron[i].flags & kOnApron) == 0) continue;
+    const double ratio = apron[i].f_n / truth[i].f_n;
+    least = std::min(least, ratio);
+    most = std::max(most, ratio);
+  }
+  std::printf("force on the apron / of the body: %.2f to %.2f\n", least, most);
+  EXPECT_GT(least, 0.3);
+  EXPECT_LT(most, 1.5);
+}
+
+TEST(Apron, IsMovedWithinATickWithoutMemory) {
+  const Body body = plate();
+  Touch touch(body, slow_refreshes(1));
+  drag(touch, 0.015, 0.03);
+  EXPECT_EQ(allocations_during([&] {
+              for (int i = 1; i <= 300; ++i) touch.tick(Pose{pressed(0.03 + 2.5e-4 * i)});
+            }),
+            0);
+  EXPECT_LT(touch.next_tick(), 1000) << "a refresh was among them";
+}
+
+/// The gap is told in free air, too: as none.
+TEST(Frame, HasNoGapInFreeAir) {
+  const Body body = plate();
+  Touch touch(body, slow_refreshes(30));
+  const LocalFrame frame = touch.tick(Pose{Vec3(0.05, 0.025, 0.05)});
+  EXPECT_EQ(frame.mode, ContactMode::free);
+  EXPECT_TRUE(std::isinf(frame.gap));
+}
+
+TEST(Touch, StartsAnewAfterReset) {
+  const Body body = plate();
+  Touch touch(body, slow_refreshes(30));
+  touch.set("contact.mu", 0.3);
+  const std::vector<LocalFrame> first = drag(touch, 0.03, 0.05);
+  touch.reset();
+  EXPECT_EQ(touch.next_tick(), 0);
+  EXPECT_EQ(touch.number("contact.mu"), 0.3);
+  const std::vector<LocalFrame> again = drag(touch, 0.03, 0.05);
+  ASSERT_EQ(first.size(), again.size());
+  for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].force, again[i].force) << i;
+}
+
+TEST(Touch, TakesAnEndlessStepAndGoesOn) {
+  const Body body = plate();
+  Touch touch(body, slow_refreshes(30));
+  touch.place(Pose{pressed(0.05)});
+  EXPECT_TRUE(touch.tick(Pose{pressed(0.05)}, 1e308).flags & kLateTick);
+  const int tick = touch.next_tick();
+  for (int i = 0; i < 10; ++i) touch.tick(Pose{pressed(0.05)}, 1e-3);
+  EXPECT_NEAR(touch.next_tick() - tick, 10, 1);
+}
+
+TEST(Touch, RefusesNumbersThatCannotBe) {
+  const Body body = plate();
+  const auto refused = [&](auto change) {
+    TouchOptions options = slow_refreshes(30);
+    change(options);
+    EXPECT_THROW(Touch(body, options), InputError);
+  };
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  for (const double wrong : {-1.0, 0.0, nan, inf, 1e300}) {
+    refused([&](TouchOptions& o) { o.tools[0].shape.radius = wrong; });
+    refused([&](TouchOptions& o) { o.global.rate_hz = wrong; });
+    refused([&](TouchOptions& o) { o.local.rate_hz = wrong; });
+    refused([&](TouchOptions& o) { o.local.tolerance = wrong; });
+  }
+  refused([&](TouchOptions& o) { o.contact.mu_static = -0.1; });
+  refused([&](TouchOptions& o) { o.link.loss = 2; });
+  refused([&](TouchOptions& o) { o.tools[0].max_speed = nan; });
+  BodyOptions wrong;
+  wrong.object.model.young = -5;
+  EXPECT_THROW(Body(kuhn_block(2, 2, 2, kCell), wrong), InputError);
+}
+
+/// Springs and elements, whichever way round the tetrahedra are given.
+TEST(Body, TurnsTetrahedraThatAreGivenTheOtherWay) {
+  for (const char* type : {"msd", "fem"}) {
+    BodyOptions options;
+    options.object.model.type = type;
+    options.object.fixed.below = FixedBelow{"z", 0.01};
+    Mesh mesh = kuhn_block(8, 8, 4, kCell), turned = mesh;
+    for (Tetrahedron& t : turned.tetrahedra) std::swap(t[1], t[2]);
+    for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
+    const Body right(mesh, options), other(turned, options);
+    Touch a(right, slow_refreshes(30)), b(other, slow_refreshes(30));
+    double sum = 0;
+    for (int i = 0; i <= 120; ++i) {
+      const Pose at{Vec3(0.01, 0.01, kThick + 0.004 - 1e-5 * i)};
+      const double f = a.tick(at).f_n;
+      EXPECT_NEAR(b.tick(at).f_n, f, 1e-6 * (1 + f)) << type << " " << i;
+      sum += f;
+    }
+    EXPECT_GT(sum, 0);
+    EXPECT_FALSE(other.findings().empty());
+  }
+}
+
+}  // namespace
+}  // namespace kt
