@@ -204,7 +204,6 @@ void add_advise_command(CLI::App& app, int& exit_code) {
   command->footer("Example:\n  kilotouch advise scenes/slab_drag.json --tolerance 0.1");
   command->callback([a, &exit_code] {
     check(a->options);
-    require_folder_of(a->json_file);
     const Scene scene = load_scene(a->scene, a->set);
     a->options.progress = progress_bar(scene.title.empty() ? "advising" : scene.title);
     a->options.stop = &stop_requested();

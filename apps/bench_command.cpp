@@ -150,7 +150,6 @@ Json row_json(const std::string& file, const std::string& mode, const Score& s) 
 }
 
 void bench_ccd(const BenchArguments& a) {
-  require_folder_of(a.json_file);
   std::vector<std::pair<std::string, ToiMode>> modes;
   if (a.mode != "exact") modes.emplace_back("conservative", ToiMode::conservative);
   if (a.mode != "conservative") modes.emplace_back("exact", ToiMode::exact);

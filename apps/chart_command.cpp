@@ -16,6 +16,7 @@
 #include "haptics/study/reference.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/output_folder.hpp"
 
 namespace kt {
 namespace {
@@ -141,8 +142,7 @@ void print_chart(const Json& chart) {
 
 int run_chart(ChartArguments& a) {
   const std::vector<ChartMatrix> all = matrices(a);
-  require_folder_of(a.json_file);
-  make_folder(a.settings.out);
+  const OutputFolder folder(a.settings.out, "--out " + a.settings.out, {"chart.json", "chart.csv", "chart.html"});
   a.settings.stop = &stop_requested();
   a.settings.progress = progress_bar("charting");
   const auto start = std::chrono::steady_clock::now();

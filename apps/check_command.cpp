@@ -15,6 +15,7 @@
 #include "io/files/json_batch.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/output_folder.hpp"
 
 namespace kt {
 namespace {
@@ -71,6 +72,7 @@ BatchJob job_of(const LibraryMesh& mesh, const CheckArguments& a) {
   add("--backend-timeout", text(a.check.backend_seconds));
   if (a.check.quick) out.arguments.emplace_back("--quick");
   if (a.no_wrap) out.arguments.emplace_back("--no-wrap");
+  out.inputs = files_of(mesh.file);
   return out;
 }
 
@@ -184,7 +186,8 @@ int run_check(const CheckArguments& a) {
   const Shard shard = a.shard.empty() ? Shard{} : parse_shard(a.shard);
   const std::vector<LibraryMesh> meshes = part_of(find_meshes(a.paths), shard);
   if (!a.baseline.empty()) read_check_report(a.baseline);  // a wrong one is found before the work
-  make_folder(a.out);
+  const OutputFolder folder(a.out, "--out " + a.out, {"report.json", "report.html", "outlines.json"},
+                            shard.count > 1 ? FolderUse::shared : FolderUse::alone);
   const std::string rows = rows_file(a, shard);
   const Json settings = settings_of(a);
   agree_on_settings(rows, settings, a.resume);
@@ -225,7 +228,7 @@ int merge(const CheckArguments& a) {
       if (const auto known = rows.find(key); known == rows.end() || was_killed(known->second)) rows[key] = row;
     }
   }
-  make_folder(a.out);
+  const OutputFolder folder(a.out, "--out " + a.out, {"report.json", "report.html", "outlines.json"});
   std::vector<Json> out;
   for (const auto& [key, row] : rows) out.push_back(report_row(row));
   const std::size_t count = out.size();

@@ -10,6 +10,7 @@
 #include "core/base/error.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/output_folder.hpp"
 
 namespace kt {
 namespace {
@@ -99,7 +100,7 @@ void print_settings(const std::vector<ChangedSetting>& settings) {
 }
 
 void compare_all(const CompareArguments& a) {
-  require_folder_of(a.json_file);
+  const OutputFolder folder(a.out, "--out " + a.out, {"compare.json", "compare.html"});
   std::vector<ComparedRun> runs;
   for (const std::string& folder : a.runs) runs.push_back(read_run(folder));
   for (std::size_t k = 1; k < runs.size(); ++k)  // equal names: by their folders
@@ -134,7 +135,6 @@ void compare_all(const CompareArguments& a) {
     if (runs[0].h * static_cast<double>(runs[0].tools[0].force.size()) > d.seconds + runs[0].h)
       std::cout << "  time      only the first " << digits(d.seconds, "%.4g") << " s, which both have\n";
   }
-  make_folder(a.out);
   write_file_whole(a.out + "/compare.json", json_text(out, 2) + "\n");
   write_json(a.json_file, json_text(out, 2) + "\n");
   if (!a.no_report && !stop_requested()) write_compare_page(a.out);

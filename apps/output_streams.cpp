@@ -57,6 +57,7 @@ struct OutputStreams::Buffers {
 OutputStreams::OutputStreams() : buffers_(std::make_unique<Buffers>()) {
   hold_standard_descriptors();
   ::signal(SIGPIPE, SIG_IGN);  // a reader who leaves must not cost the results that are still to be written
+  ::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write, and no end on the spot
   buffers_->old_out = std::cout.rdbuf(&buffers_->out);
   buffers_->old_error = std::cerr.rdbuf(&buffers_->error);
 }

@@ -13,6 +13,7 @@
 #include "haptics/study/paper_claims.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/output_folder.hpp"
 
 namespace kt {
 namespace {
@@ -145,11 +146,13 @@ struct PaperArguments {
 
 void run_paper(PaperArguments a, int& exit_code) {
   if (a.mesh.empty()) a.mesh = find_block();
+  const OutputFolder folder(a.out, "--out " + a.out, {"paper.json", "paper.html"});
   std::vector<RunOutcome> runs;
   Json report{{"claims", Json::array()}, {"table", Json::array()}};
   for (const Experiment& e : kExperiments) {
     RunSettings settings;
     settings.out = a.out + "/" + e.folder;
+    make_inner_folder(settings.out);
     settings.force = true;  // its own folders, one a law
     settings.quiet = true;
     settings.report = false;

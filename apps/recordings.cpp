@@ -1,11 +1,16 @@
 #include "apps/recordings.hpp"
 
+#include <sys/stat.h>
+
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "apps/outputs/run_outputs.hpp"
 #include "apps/outputs/run_summary.hpp"
+#include "apps/outputs/session_file.hpp"
 #include "apps/stop_signals.hpp"
 #include "core/base/error.hpp"
 #include "core/base/temporary_folder.hpp"
@@ -17,42 +22,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The first of DIR/001, DIR/002, ... that is not there.
+/// The first of DIR/001, DIR/002, ... that is not there: made, so that it is nobody else's.
 std::string next_folder(const std::string& dir) {
+  make_folder(dir);
   for (int i = 1; i < 100000; ++i) {
     char name[16];
     std::snprintf(name, sizeof name, "%03d", i);
-    const fs::path out = fs::path(dir) / name;
-    if (!fs::exists(out)) return out.string();
+    const std::string out = (fs::path(dir) / name).string();
+    if (::mkdir(out.c_str(), 0777) == 0) return out;
+    if (errno != EEXIST) throw InputError(text(out, ": cannot make the folder: ", std::strerror(errno)));
   }
   throw InputError(text("--record ", dir, ": is full"));
 }
 
-/// A mesh that was dropped into the page lies in a temporary folder: the recording keeps it.
-void keep_mesh(const std::string& folder, const std::string& mesh) {
+/// A mesh that was dropped into the page lies in a temporary folder: the scene names the one that the session holds.
+void name_held_mesh(const std::string& folder, const Session& session) {
   std::error_code none;
-  if (fs::relative(mesh, temporary_folder(), none).string().starts_with("..")) return;
-  const fs::path kept = fs::absolute(folder) / fs::path(mesh).filename();
-  fs::copy_file(mesh, kept);
-  for (const char* file : {"/session.json", "/scene.json"}) {
-    auto json = read_json_file(folder + file);
-    auto& scene = json.contains("scene") ? json["scene"] : json;
-    scene["object"]["mesh"] = kept.string();
-    write_file_whole(folder + file, json_text(json, 2) + "\n");
+  if (fs::relative(session.scene().object.mesh, temporary_folder(), none).string().starts_with("..")) return;
+  for (const HeldFile& held : held_files(session)) {
+    if (held.key != "object.mesh") continue;
+    auto scene = read_json_file(folder + "/scene.json");
+    scene["object"]["mesh"] = text(kHeldFiles, '/', held.name);
+    return write_file_whole(folder + "/scene.json", json_text(scene, 2) + "\n");
   }
 }
 
 }  // namespace
 
-std::string save_recording(const std::string& dir, const std::string& command, const Session& session,
-                           const SessionResult& result, const BodyFilm& film) {
+RecordingFolder::RecordingFolder(std::string dir, std::string command)
+    : dir_(std::move(dir)), command_(std::move(command)) {}
+
+void RecordingFolder::require() {
+  require_writable_folder(dir_, "--record " + dir_);
+  const std::scoped_lock lock(guard_);
+  if (!begun_) begun_.emplace();
+}
+
+std::string RecordingFolder::save(const Session& session, const SessionResult& result, const BodyFilm& film) {
   const SavingResults until_saved;
-  const std::string folder = next_folder(dir);
-  make_folder(folder);
+  {
+    const std::scoped_lock lock(guard_);
+    begun_.reset();
+  }
+  const std::string folder = next_folder(dir_);
   auto summary = make_summary(session, result);
-  summary["command"] = command;
+  summary["command"] = command_;
   write_run(folder, session, result, summary, &film);
-  keep_mesh(folder, session.scene().object.mesh);
+  name_held_mesh(folder, session);
   return folder;
 }
 

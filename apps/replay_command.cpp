@@ -14,9 +14,10 @@ namespace {
 
 void replay(std::string file, RunSettings settings, int& exit_code) {
   file = session_file(file);
-  const SavedSession session = read_session(file);
+  SavedSession session = read_session(file);
   const Scene& scene = session.scene;
   const std::string& hash = session.hash;
+  settings.files = std::move(session.files);
   settings.session = session.options;
   settings.piped = Piped::lines;
   settings.input = file;

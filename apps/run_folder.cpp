@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/outputs/session_file.hpp"
 #include "core/base/error.hpp"
 #include "io/files/json_file.hpp"
 
@@ -30,7 +31,7 @@ FolderHolds look_at_folder(const std::string& folder, const Scene& scene, bool f
   if (!fs::exists(folder + "/summary.json", none) && !fs::exists(folder + "/trace.csv", none))
     return FolderHolds::nothing;
   const std::string cure = "; give another --out, or --force to replace them";
-  const Json own = parse_json_text(to_json(scene), "the scene");
+  const Json own = parse_json_text(scene_text(scene), "the scene");
   Json other;
   try {
     other = read_json_file(folder + "/scene.json");

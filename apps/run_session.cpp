@@ -25,6 +25,7 @@
 #include "haptics/device/haptic_device.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/output_folder.hpp"
 
 namespace kt {
 
@@ -128,9 +129,9 @@ static std::string with_file(const std::string& file, const std::string& message
   return file.empty() || !starts_with_key ? message : file + ": " + message;
 }
 
-static Session make_session(const Scene& scene, const std::string& file) {
+static Session make_session(const Scene& scene, const std::string& file, SceneFiles files) {
   try {
-    return Session(scene);
+    return Session(scene, std::move(files));
   } catch (const InputError& e) {
     throw InputError(with_file(file, e.what()));
   }
@@ -157,16 +158,6 @@ static void save(const RunSettings& settings, const Session& session, const RunO
   if (settings.states) write_states(settings.out, session, run.result);
 }
 
-/// Those that make_folder() will make, the innermost first.
-static std::vector<std::filesystem::path> missing_folders(const std::string& folder) {
-  std::vector<std::filesystem::path> out;
-  if (folder.empty()) return out;
-  std::error_code none;
-  for (auto path = std::filesystem::absolute(folder); !std::filesystem::exists(path, none); path = path.parent_path())
-    out.push_back(path);
-  return out;
-}
-
 RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (const double rate = settings.reference.rate_hz;
       settings.reference.compute && !(rate >= scene.local.rate_hz && rate <= kMostReferenceRate))
@@ -176,26 +167,31 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
     throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
+  const std::string title = scene.title.empty() ? "running" : scene.title;
   require_room(scene, needed_room(scene, !settings.out.empty()), free_room(settings.out));
   if (scene.is_endless && settings.reference.compute)
     throw InputError("--reference: is computed for a duration; this run has none (duration null)");
   if (scene.is_endless && (!settings.reference.file.empty() || !settings.reference.truth.empty()))
     throw InputError("duration: is null, until it is stopped; a reference has an end");
+  std::optional<OutputFolder> folder;
+  if (!settings.out.empty()) folder.emplace(settings.out, "--out " + settings.out, run_output_names());
   const FolderHolds before =
       settings.out.empty() ? FolderHolds::nothing : look_at_folder(settings.out, scene, settings.force);
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
-  Session session = make_session(scene, settings.input);
+  Session session = make_session(scene, settings.input, std::move(settings.files));
   if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
-  if (!settings.session.link) put_body_beside(scene, settings);
-  require_folder_of(settings.json_file);
-  const std::vector<std::filesystem::path> made = missing_folders(settings.out);
-  if (!settings.out.empty()) make_folder(settings.out);
+  const bool is_replay = !settings.session.replay.refreshes.empty();
+  if (!settings.session.link && !is_replay) put_body_beside(scene, settings);
   read_reference_before(session, settings.reference.file);
   for (const Finding& f : with_true_cures(scene, known_findings(session)))
     std::cerr << "kilotouch: warning: " << f.line() << '\n';
   SessionOptions& options = settings.session;
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
-  if (!scene.is_endless) options.progress = progress_bar(scene.title.empty() ? "running" : scene.title, settings.piped);
+  std::optional<SavingResults> saving;  // from the first tick on there is something to lose
+  options.progress = [&saving, bar = scene.is_endless ? nullptr : progress_bar(title, settings.piped)](double share) {
+    if (!saving) saving.emplace();
+    if (bar) bar(share);
+  };
   options.stop = &stop_requested();
   const double pressed = scene.tool.path.press_drag ? scene.tool.path.press_drag->press_time : 0.2 * scene.duration;
   if (options.snapshot_times.empty())
@@ -204,21 +200,13 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   BodyFilm film(session.model().mesh());
   if (!settings.out.empty()) options.film = &film;
   RunOutcome out;
-  try {
-    out.result = session.run(options);
-  } catch (const InputError&) {  // as of a device that is not there
-    std::error_code none;
-    for (const std::filesystem::path& folder : made) std::filesystem::remove(folder, none);  // it is empty
-    throw;
-  }
-  std::optional<SavingResults> saving;  // a stop waits for what is made of the ticks until then
-  if (out.result.stopped || stop_requested()) saving.emplace();
+  out.result = session.run(options);
+  if (!out.result.stopped && !stop_requested()) saving.reset();  // what comes now may be stopped, and its ticks stay
   if (settings.found) std::ranges::move(settings.found(), std::back_inserter(out.result.findings));
   out.summary = make_summary(session, out.result);
   out.summary["command"] = settings.reproduce;
   if (settings.complete) settings.complete(out.summary);
-  const auto reference =
-      find_reference(session, out.result, settings.reference, scene.title.empty() ? "running" : scene.title);
+  const auto reference = find_reference(session, out.result, settings.reference, title);
   if (reference) add_reference(out.summary, out.result, *reference);
   if (truth && !out.result.stopped) add_truth(out.summary, out.result, *truth);
   if (!settings.out.empty()) save(settings, session, out, reference, film);

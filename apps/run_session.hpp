@@ -29,6 +29,7 @@ struct RunSettings {
   bool details = false;   ///< a summary of every figure, not the first screen alone
   Piped piped = Piped::silent;
   std::string reproduce;  ///< the command, for the report
+  SceneFiles files;       ///< of a session: what its scene names, as it was
   std::string input;      ///< the file that the scene or its mesh came from, for messages
   SessionOptions session;
   std::function<std::vector<Finding>()> found;  ///< what the caller knows against the run, when it is over

@@ -11,6 +11,7 @@
 #include "apps/words.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/output_folder.hpp"
 
 namespace kt {
 namespace {
@@ -63,8 +64,10 @@ Json write_results(const StabilityArguments& a, const std::vector<StabilityMap>&
 
 void run_stability(const StabilityArguments& a, int& exit_code) {
   const std::vector<MapEntry> chosen = find_maps(a.maps);
-  require_folder_of(a.json_file);
-  make_folder(a.out);
+  std::vector<std::string> names{"stability.json", "stability.html"};
+  for (const MapEntry& entry : chosen)
+    names.insert(names.end(), {text(entry.name, ".csv"), text(entry.name, "_boundaries.csv")});
+  const OutputFolder folder(a.out, "--out " + a.out, names);
   std::vector<StabilityMap> maps;
   print_header();
   Json results;

@@ -25,6 +25,13 @@ sigset_t stop_signals() {
   ::sigemptyset(&out);
   ::sigaddset(&out, SIGINT);
   ::sigaddset(&out, SIGTERM);
+  // Of a terminal that is closed; whoever asks for none of it (nohup) has it ignored. Blocked, it would come all the
+  // same.
+  static const bool hears_hangup = [] {
+    struct sigaction now {};
+    return ::sigaction(SIGHUP, nullptr, &now) == 0 && now.sa_handler != SIG_IGN;
+  }();
+  if (hears_hangup) ::sigaddset(&out, SIGHUP);
   return out;
 }
 
@@ -52,8 +59,15 @@ void watch() {
   received = signal;
   stop = true;
   if (came_again(signals, kPatience)) end_now("ended at the second signal; what was not yet written is lost");
-  while (saving > 0)
-    if (came_again(signals, 0.05)) end_now("ended at the second signal while results were written");
+  for (bool is_told = false; saving > 0; is_told = true) {
+    if (!is_told)
+      std::fprintf(
+          stderr,
+          "kilotouch: %s: what was recorded is written when the step under way has ended; a second signal ends "
+          "at once, without it\n",
+          stop_signal_name().c_str());
+    if (came_again(signals, 0.05)) end_now("ended at the second signal; what was not yet written is lost");
+  }
   end_now("ended within a step; nothing of it is kept, files that were there before are as they were");
 }
 
@@ -71,7 +85,10 @@ void watch_stop_signals() {
 
 int stop_signal() { return received; }
 
-std::string stop_signal_name() { return received == SIGINT ? "SIGINT (Ctrl-C)" : "SIGTERM"; }
+std::string stop_signal_name() {
+  if (received == SIGHUP) return "SIGHUP (the terminal was closed)";
+  return received == SIGINT ? "SIGINT (Ctrl-C)" : "SIGTERM";
+}
 
 SavingResults::SavingResults() { ++saving; }
 SavingResults::~SavingResults() { --saving; }

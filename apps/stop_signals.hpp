@@ -1,7 +1,7 @@
 #pragma once
-// Ctrl-C and SIGTERM. One thread waits for them; all others have them blocked, so that no library's own handler (METIS
-// sets one while it orders a matrix) can take them away. What runs looks at stop_requested() between its steps and ends
-// in order, with what it has. What does not look up in time is ended, with nothing half on the disk.
+// Ctrl-C, SIGTERM and SIGHUP. One thread waits for them; all others have them blocked, so that no library's own handler
+// (METIS sets one while it orders a matrix) can take them away. What runs looks at stop_requested() between its steps
+// and ends in order, with what it has. What does not look up in time is ended, with nothing half on the disk.
 #include <string>
 
 namespace kt {
@@ -15,7 +15,8 @@ int stop_signal();
 /// "SIGINT (Ctrl-C)".
 std::string stop_signal_name();
 
-/// While one of these lives, results are being written: they are waited for, until a second signal.
+/// While one of these lives there is what would be lost: ticks that were recorded, results that are being written. They
+/// are waited for, until a second signal.
 class SavingResults {
  public:
   SavingResults();

@@ -101,8 +101,10 @@ void show_page(const TouchArguments& a, std::shared_ptr<HandConnection> connecti
   ViewOptions options;
   options.server = {a.page.listen, static_cast<unsigned short>(a.page.port), a.page.token};
   options.by_pointer = a.device == "pointer";
-  options.save = [dir = a.settings.out](const Session& s, const SessionResult& r, const BodyFilm& f) {
-    return save_recording(dir, "kilotouch touch", s, r, f);
+  const auto recordings = std::make_shared<RecordingFolder>(a.settings.out, "kilotouch touch");
+  options.before_recording = [recordings] { recordings->require(); };
+  options.save = [recordings](const Session& s, const SessionResult& r, const BodyFilm& f) {
+    return recordings->save(s, r, f);
   };
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   options.stop = &stop_requested();

@@ -30,6 +30,7 @@ struct ViewArguments {
   std::string what, device = "pointer", id, record = "recordings";
   PageArguments page;
   std::vector<std::string> set;
+  bool names_record = false;
 };
 
 #if KT_WITH_BEAST
@@ -108,15 +109,16 @@ std::string repair_mesh(const std::string& file) {
 
 void view(const ViewArguments& a) {
   check_page(a.page);
-  if (std::error_code none; fs::exists(a.record, none) && !fs::is_directory(a.record, none))
-    throw InputError(text("--record ", a.record, ": is not a folder"));
+  if (a.names_record) require_writable_folder(a.record, "--record " + a.record);  // else when Record is pressed
   check_live_device(a.device, {"scene"});
   const std::vector<fs::path> files = scene_files(a.what);
   ViewOptions options;
   options.server = {a.page.listen, static_cast<unsigned short>(a.page.port), a.page.token};
   options.by_pointer = a.device == "pointer";
-  options.save = [dir = a.record](const Session& s, const SessionResult& r, const BodyFilm& f) {
-    return save_recording(dir, "kilotouch view", s, r, f);
+  const auto recordings = std::make_shared<RecordingFolder>(a.record, "kilotouch view");
+  options.before_recording = [recordings] { recordings->require(); };
+  options.save = [recordings](const Session& s, const SessionResult& r, const BodyFilm& f) {
+    return recordings->save(s, r, f);
   };
   for (const fs::path& file : files) options.scenes.push_back(file.stem().string());
   options.load_scene = [files, device = a.device, id = a.id](const std::string& name) {
@@ -136,7 +138,7 @@ void view(const ViewArguments& a) {
     SavedSession saved = read_session(session_file(a.what));
     std::cout << "running the session again ..." << std::endl;
     saved.options.stop = &stop_requested();
-    return view_session(saved.scene, saved.options, options);
+    return view_session(saved.scene, std::move(saved.files), saved.options, options);
   }
   const std::vector<std::string> meshes = readable_mesh_extensions();
   const bool is_mesh = std::ranges::find(meshes, mesh_extension(a.what)) != meshes.end();
@@ -166,9 +168,12 @@ void add_view_command(CLI::App& app, int&) {
                    "what moves the tool: pointer (the page's), scene (the scene's path), or a haptic device: haply ...")
       ->capture_default_str();
   command->add_option("--id", a->id, "of a haptic device, where there are several (kilotouch device list)");
-  command->add_option("--record", a->record, "folder for recordings")->capture_default_str();
+  auto* record = command->add_option("--record", a->record, "folder for recordings")->capture_default_str();
   command->footer("Example:\n  kilotouch view scenes/organ_drag.json --open");
-  command->callback([a] { view(*a); });
+  command->callback([a, record] {
+    a->names_record = !record->empty();
+    view(*a);
+  });
 }
 
 }  // namespace kt

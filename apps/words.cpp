@@ -40,12 +40,13 @@ CLI::Option* add_json_option(CLI::App& command, std::string& file, const std::st
   return command.add_option("--json", file, "also write " + what + " to this file; - is standard output")
       ->each([](const std::string& name) {
         if (name == "-" && !quiet) send_words_to(STDERR_FILENO);
+        require_writable(name);
       });
 }
 
 void write_json(const std::string& file, const std::string& content) {
   if (file.empty()) return;
-  if (file != "-") return write_file_whole(file, content);
+  if (file != "-") return write_named_file(file, content);
   for (std::size_t done = 0; done < content.size();) {
     const ssize_t n = write(json_output, content.data() + done, content.size() - done);
     if (n < 0 && errno == EINTR) continue;

@@ -8,7 +8,8 @@ namespace kt {
 /// --quiet of a command: no words on standard output and no progress; errors and warnings stay on stderr.
 void add_quiet_option(CLI::App& command);
 
-/// --json FILE of a command; with "-" standard output has the JSON alone, and the words go to stderr.
+/// --json FILE of a command, which is asked before any work whether it can be written; with "-" standard output has the
+/// JSON alone, and the words go to stderr.
 CLI::Option* add_json_option(CLI::App& command, std::string& file, const std::string& what);
 
 /// To the file as a whole, or for "-" to standard output; nothing for an empty name. Throws InputError.

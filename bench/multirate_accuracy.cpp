@@ -244,7 +244,7 @@ class Table {
     const std::string file = std::filesystem::path(scene).lexically_proximate(KT_SOURCE_DIR).string();
     rows_ += text(rows_.empty() ? "" : ",\n", "{\"scene\": \"", file, "\", \"model\": \"", model, "\", \"method\": \"",
                   method, "\", \"rate_hz\": ", rate, ", \"latency_frames\": ", latency, ", ", rest, "}");
-    if (!arguments_.json.empty()) write_file_whole(arguments_.json, "[" + rows_ + "]\n");
+    if (!arguments_.json.empty()) write_named_file(arguments_.json, "[" + rows_ + "]\n");
   }
 
   const Arguments& arguments_;

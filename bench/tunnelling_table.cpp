@@ -207,7 +207,7 @@ Options parse(int argc, char** argv) {
 bool run(const Options& options) {
   std::vector<std::string> places{KT_SOURCE_DIR "/meshes", KT_SOURCE_DIR "/meshes/broken"};
   places.insert(places.end(), options.meshes.begin(), options.meshes.end());
-  if (!options.csv.empty()) require_folder_of(options.csv);
+  if (!options.csv.empty()) require_writable(options.csv);
   const std::vector<TargetMesh> targets = load_targets(mesh_files(places));
   const auto count = static_cast<long>(targets.size());
   Rows kinds;
@@ -228,7 +228,7 @@ bool run(const Options& options) {
   for (const auto& [name, row] : kinds) print(name, 0, row);
   for (const auto& [name, row] : kinds) csv += csv_line("(" + name + ")", 0, row);
   std::printf("%ld meshes, %.0f s\n", count, all.seconds);
-  if (!options.csv.empty()) write_file_whole(options.csv, csv);
+  if (!options.csv.empty()) write_named_file(options.csv, csv);
   return !all.count.leaks && !all.count.late && !all.count.apart;
 }
 

@@ -7,7 +7,7 @@
 #include "apps/outputs/run_outputs.hpp"
 #include "apps/outputs/run_summary.hpp"
 #include "haptics/session/session.hpp"
-#include "io/files/output_file.hpp"
+#include "io/files/output_folder.hpp"
 #include "python/bindings.hpp"
 #include "python/trace.hpp"
 
@@ -210,7 +210,7 @@ void save(const Trace& trace, const py::object& path) {
   if (run.generation != *run.newest) throw InputError("save: the session has run again since; save a trace before");
   const std::string folder = path_of(path);
   const NoGil no_gil;
-  make_folder(folder);
+  const OutputFolder held(folder, "save: " + folder, run_output_names());
   write_run(folder, *run.session, run.result, nlohmann::ordered_json::parse(run.summary));
   if (run.has_own_body) std::filesystem::remove(folder + "/session.json");  // no file has the body: nothing to replay
 }

@@ -88,6 +88,36 @@ TEST(References, EveryPageAndHeadingExists) {
   EXPECT_GT(found, 100);  // the files were read
 }
 
+/// Links as a reader of a page follows them: from the page's own folder, to a file that is there and a heading of it.
+TEST(References, EveryLinkOfAPageLeadsSomewhere) {
+  const std::regex link("\\]\\(([^()#\\s]*)(#([^()\\s]+))?\\)|src=\"([^\"]+)\"");
+  int found = 0;
+  for (auto at = fs::recursive_directory_iterator(kRoot); at != fs::recursive_directory_iterator(); ++at) {
+    const std::string file = fs::relative(at->path(), kRoot).generic_string();
+    if (at->is_directory() && (file.front() == '.' || file == "build" || file == "out")) at.disable_recursion_pending();
+    if (at->path().extension() != ".md") continue;
+    std::ifstream in(at->path());
+    bool is_code = false;
+    int number = 0;
+    for (std::string line; std::getline(in, line);) {
+      ++number;
+      if (line.starts_with("```")) is_code = !is_code;
+      if (is_code || line.starts_with("    ")) continue;
+      for (std::sregex_iterator m(line.begin(), line.end(), link), end; m != end; ++m) {
+        const std::string target = (*m)[4].matched ? (*m)[4].str() : (*m)[1].str();
+        if (target.find(':') != std::string::npos) continue;  // on the web
+        ++found;
+        const fs::path to = target.empty() ? at->path() : at->path().parent_path() / target;
+        EXPECT_TRUE(fs::exists(to)) << file << ":" << number << ": there is no " << target;
+        if ((*m)[3].matched && to.extension() == ".md" && fs::exists(to))
+          EXPECT_TRUE(anchors_in(to).count((*m)[3]))
+              << file << ":" << number << ": " << to.filename() << " has no heading #" << (*m)[3];
+      }
+    }
+  }
+  EXPECT_GT(found, 100);
+}
+
 /// A number says nothing when sections move; a heading's name is checked above.
 TEST(References, SectionsOfPagesAreNamedByTheirHeadings) {
   const std::regex number("\\.md[`)]*,? +(sections?|notes?) [0-9]+");

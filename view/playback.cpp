@@ -14,8 +14,8 @@ constexpr double kMostBytes = 512.0 * (1 << 20);  // of all pictures: a long ses
 
 }  // namespace
 
-Playback::Playback(const Scene& scene, SessionOptions replay)
-    : session_(scene),
+Playback::Playback(const Scene& scene, SceneFiles files, SessionOptions replay)
+    : session_(scene, std::move(files)),
       shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes(), session_.model().fixed_nodes())) {
   const double rate = scene.local.rate_hz, each = 6.0 * static_cast<double>(shape_.nodes.size()) + 1000;
   every_ = static_cast<int>(

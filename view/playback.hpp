@@ -8,8 +8,9 @@ namespace kt {
 class Playback final : private SessionWatcher {
  public:
   /// Runs the session again. Throws InputError; RunError when it was stopped.
+  /// @param files   that the session holds, of those that its scene names
   /// @param replay  what the session did: SessionOptions of `kilotouch replay`
-  Playback(const Scene& scene, SessionOptions replay);
+  Playback(const Scene& scene, SceneFiles files, SessionOptions replay);
 
   const Session& session() const { return session_; }
   const BodyShape& shape() const { return shape_; }

@@ -230,6 +230,7 @@ class LivePages final : public Pages {
         run_->pause(m.on);
         break;
       case Kind::record:
+        if (m.on && options_.before_recording) options_.before_recording();
         run_->record(m.on);
         return;  // answered when it is written
       default:
@@ -360,8 +361,8 @@ class LivePages final : public Pages {
 
 class SessionPages final : public Pages {
  public:
-  SessionPages(const Scene& scene, SessionOptions replay, const ViewOptions& options)
-      : Pages(options), playback_(scene, std::move(replay)) {}
+  SessionPages(const Scene& scene, SceneFiles files, SessionOptions replay, const ViewOptions& options)
+      : Pages(options), playback_(scene, std::move(files), std::move(replay)) {}
 
   void tick() override {}
 
@@ -449,8 +450,8 @@ void view_watched(const Session& session, const std::function<bool(WatchedBody&)
 
 void view_scene(const Scene& scene, const ViewOptions& options) { LivePages(scene, options).serve(); }
 
-void view_session(const Scene& scene, SessionOptions replay, const ViewOptions& options) {
-  SessionPages(scene, std::move(replay), options).serve();
+void view_session(const Scene& scene, SceneFiles files, SessionOptions replay, const ViewOptions& options) {
+  SessionPages(scene, std::move(files), std::move(replay), options).serve();
 }
 
 }  // namespace kt

@@ -10,8 +10,9 @@ namespace kt {
 
 struct ViewOptions {
   ServerOptions server;
-  bool by_pointer = true;  ///< the tool is drawn by the page; else it goes the scene's way
-  LiveRun::Save save;      ///< writes a recording, returns where it lies
+  bool by_pointer = true;                  ///< the tool is drawn by the page; else it goes the scene's way
+  LiveRun::Save save;                      ///< writes a recording, returns where it lies
+  std::function<void()> before_recording;  ///< throws InputError where none can be written
   /// Scenes that a page may open, by the names that it shows.
   std::vector<std::string> scenes;
   std::function<Scene(const std::string& name)> load_scene;
@@ -39,6 +40,6 @@ struct WatchedBody {
 void view_scene(const Scene& scene, const ViewOptions& options);
 /// @param look  false: nobody touches the body
 void view_watched(const Session& session, const std::function<bool(WatchedBody&)>& look, const ViewOptions& options);
-void view_session(const Scene& scene, SessionOptions replay, const ViewOptions& options);
+void view_session(const Scene& scene, SceneFiles files, SessionOptions replay, const ViewOptions& options);
 
 }  // namespace kt

@@ -49,7 +49,8 @@ class MatrixRun {
         settings_(settings),
         program_(fs::read_symlink("/proc/self/exe").string()),
         folder_(absolute(settings.out) + "/" + matrix.name) {
-    make_folder(folder_ + "/truth");
+    make_inner_folder(folder_);
+    make_inner_folder(folder_ + "/truth");
   }
 
   /// The truths first: the methods are compared with them.
@@ -61,7 +62,7 @@ class MatrixRun {
       for (const ChartMethod& method : matrix_.methods) {
         auto words = run_words(program_, matrix_, body, method.set);
         words.insert(words.end(), {"--no-report", "--truth", truth_file(body), "--json", "{json}"});
-        out.push_back({key_of(body, method), words, {truth_key(body)}});
+        out.push_back({key_of(body, method), words, {truth_key(body)}, inputs(body)});
       }
     return out;
   }
@@ -76,6 +77,17 @@ class MatrixRun {
   }
 
  private:
+  /// Files that a run on the body depends on.
+  std::vector<std::string> inputs(const ChartBody& body) const {
+    std::vector<std::string> out{absolute(matrix_.scene)};
+    try {
+      const Scene scene = load_scene(matrix_.scene, body.set);
+      for (const std::string& mesh : {scene.object.mesh, scene.tool.mesh})
+        if (!mesh.empty()) out.push_back(absolute(mesh));
+    } catch (const InputError&) {  // the run tells
+    }
+    return out;
+  }
   std::string truth_folder(const std::string& body, const std::string& what) const {
     return folder_ + "/truth/" + slug(body) + "_" + slug(what);
   }
@@ -99,7 +111,7 @@ class MatrixRun {
         auto words = run_words(program_, matrix_, body, {"local.reducer=condensed"});
         words.insert(words.end(), {"--reference", "--reference-rate", text(hz), "--no-report", "--force", "--out",
                                    truth_folder(body.name, rate_name(hz)), "--json", "{json}"});
-        out.push_back({rate_key(body, hz), words});
+        out.push_back({rate_key(body, hz), words, {}, inputs(body)});
       }
     return out;
   }
@@ -110,7 +122,7 @@ class MatrixRun {
       auto words = run_words(program_, matrix_, body, matrix_.methods.front().set);
       words.insert(words.end(),
                    {"--no-report", "--force", "--out", truth_folder(body.name, "run"), "--json", "{json}"});
-      out.push_back({named(body.name), words});
+      out.push_back({named(body.name), words, {}, inputs(body)});
     }
     return out;
   }

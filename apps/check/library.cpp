@@ -102,6 +102,14 @@ std::vector<LibraryMesh> find_meshes(const std::vector<std::string>& paths) {
   return out;
 }
 
+std::vector<std::string> files_of(const std::string& mesh) {
+  std::vector<std::string> out{mesh};
+  if (mesh_extension(mesh) != ".node") return out;
+  const fs::path small = fs::path(mesh).replace_extension(".ele"), large = fs::path(mesh).replace_extension(".ELE");
+  out.push_back((fs::exists(large) && !fs::exists(small) ? large : small).string());
+  return out;
+}
+
 Shard parse_shard(const std::string& words) {
   Shard out{0, 0};
   const char* end = words.data() + words.size();

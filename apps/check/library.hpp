@@ -17,6 +17,9 @@ struct LibraryMesh {
 /// @throws InputError for a path that is not there, holds no mesh, or two meshes of one key
 std::vector<LibraryMesh> find_meshes(const std::vector<std::string>& paths);
 
+/// The files of a mesh: of a TetGen pair both.
+std::vector<std::string> files_of(const std::string& mesh);
+
 /// Part `index` of `count`, from 1.
 struct Shard {
   int index = 1, count = 1;

@@ -9,10 +9,10 @@ namespace {
 /// Parts of a file of some hundred kB: the header, then the rows.
 /// @param add  (out, i): the i-th row
 template <class AddRow>
-void write_rows(const std::string& path, std::string header, std::size_t rows, const AddRow& add) {
+void write_rows(ResultFiles& out, const std::string& name, std::string header, std::size_t rows, const AddRow& add) {
   constexpr std::size_t kPart = std::size_t{1} << 18;  // [bytes]
   std::size_t i = 0;
-  write_file_whole(path, [&](std::string& part) {
+  out.add(name, [&](std::string& part) {
     if (i == rows && header.empty()) return false;
     part = std::exchange(header, {});
     for (; i < rows && part.size() < kPart; ++i) add(part, i);
@@ -22,7 +22,7 @@ void write_rows(const std::string& path, std::string header, std::size_t rows, c
 
 }  // namespace
 
-void write_trace(const std::string& path, const ToolRun& run, std::span<const double> step_us,
+void write_trace(ResultFiles& files, const std::string& name, const ToolRun& run, std::span<const double> step_us,
                  const Indentation& indentation) {
   const auto row = [&](std::string& out, std::size_t i) {
     const LocalFrame& f = run.frames[i];
@@ -46,13 +46,13 @@ void write_trace(const std::string& path, const ToolRun& run, std::span<const do
     out.back() = '\n';
   };
   write_rows(
-      path,
+      files, name,
       "t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
       "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z,indentation\n",
       run.frames.size(), row);
 }
 
-void write_events(const std::string& path, std::span<const ContactEvent> events) {
+void write_events(ResultFiles& files, const std::string& name, std::span<const ContactEvent> events) {
   const auto row = [&](std::string& out, std::size_t i) {
     const ContactEvent& e = events[i];
     append_number(out, e.t);
@@ -63,10 +63,11 @@ void write_events(const std::string& path, std::span<const ContactEvent> events)
     append_number(out += ',', e.f_t);
     out += text(',', e.triangle_before, ',', e.triangle, '\n');
   };
-  write_rows(path, "t,event,x,y,z,force_x,force_y,force_z,f_n,f_t,triangle_before,triangle\n", events.size(), row);
+  write_rows(files, name, "t,event,x,y,z,force_x,force_y,force_z,f_n,f_t,triangle_before,triangle\n", events.size(),
+             row);
 }
 
-void write_recording(const std::string& path, const ToolRun& run) {
+void write_recording(ResultFiles& files, const std::string& name, const ToolRun& run) {
   const auto row = [&](std::string& out, std::size_t i) {
     const double t = i == 0 ? 0 : run.frames[i - 1].t;
     const Pose& pose = i == 0 ? run.start : run.frames[i - 1].pose;
@@ -75,7 +76,7 @@ void write_recording(const std::string& path, const ToolRun& run) {
     for (const double q : {pose.r.w(), pose.r.x(), pose.r.y(), pose.r.z()}) append_number(out += ',', q);
     out += '\n';
   };
-  write_rows(path, "t,x,y,z,qw,qx,qy,qz\n", run.frames.size() + 1, row);
+  write_rows(files, name, "t,x,y,z,qw,qx,qy,qz\n", run.frames.size() + 1, row);
 }
 
 }  // namespace kt

@@ -7,16 +7,17 @@
 #include "haptics/session/session.hpp"
 #include "haptics/study/contact_events.hpp"
 #include "haptics/study/indentation.hpp"
+#include "io/files/result_files.hpp"
 
 namespace kt {
 
 /// trace.csv of one tool. @throws InputError: the file cannot be written
 /// @param step_us  of each tick: that of all tools
-void write_trace(const std::string& path, const ToolRun& run, std::span<const double> step_us,
+void write_trace(ResultFiles& files, const std::string& name, const ToolRun& run, std::span<const double> step_us,
                  const Indentation& indentation);
 /// events.csv
-void write_events(const std::string& path, std::span<const ContactEvent> events);
+void write_events(ResultFiles& files, const std::string& name, std::span<const ContactEvent> events);
 /// recording.csv: the start, then one line a tick: what the recorded device plays.
-void write_recording(const std::string& path, const ToolRun& run);
+void write_recording(ResultFiles& files, const std::string& name, const ToolRun& run);
 
 }  // namespace kt

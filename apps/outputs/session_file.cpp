@@ -7,9 +7,12 @@
 
 #include "apps/outputs/run_summary.hpp"
 #include "core/base/error.hpp"
+#include "core/body/state.hpp"
 #include "haptics/device/recording.hpp"
 #include "haptics/touch/live_settings.hpp"
 #include "io/files/json_file.hpp"
+#include "io/files/text_reader.hpp"
+#include "io/mesh/mesh_io.hpp"
 #include "io/scene/named_here.hpp"
 
 namespace kt {
@@ -18,6 +21,34 @@ namespace {
 namespace fs = std::filesystem;
 
 using Json = nlohmann::ordered_json;
+
+std::uint64_t hash_of(const std::string& content) {
+  StateHash hash;
+  hash.add(content.data(), content.size());
+  return hash.value();
+}
+
+/// Of a key of the scene; null: the scene has none.
+const std::string* mesh_of(const Scene& scene, const std::string& key) {
+  if (key == "object.mesh") return &scene.object.mesh;
+  if (key == "tool.mesh") return &scene.tool.mesh;
+  if (key == "second_tool.mesh" && scene.second_tool) return &scene.second_tool->mesh;
+  return nullptr;
+}
+
+/// Seen from every folder.
+Scene with_absolute_paths(Scene scene) {
+  const auto make = [](std::string& path) {
+    if (!path.empty()) path = fs::absolute(path).lexically_normal().string();
+  };
+  make(scene.object.mesh);
+  for (SceneTool* tool : {&scene.tool, scene.second_tool ? &*scene.second_tool : nullptr}) {
+    if (!tool) continue;
+    make(tool->mesh);
+    if (tool->path.recording) make(*tool->path.recording);
+  }
+  return scene;
+}
 
 /// A session file with its name for the messages: every value is looked at before it is used.
 class SessionFile {
@@ -40,7 +71,29 @@ class SessionFile {
     return out;
   }
 
-  SessionOptions options(const Scene& scene) const {
+  /// The meshes as they were in the run: beside the session, else where the scene names them, while they are the same.
+  SceneFiles files(const Scene& scene) const {
+    SceneFiles out;
+    if (!json_.contains("files")) return out;  // an older session: its meshes lie where the scene names them
+    const Json& list = json_["files"];
+    if (!list.is_array()) fail("files", "must be a list");
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string at = text("files[", i, "]");
+      if (!list[i].is_object()) fail(at, "must be a group");
+      const std::string key = word(list[i], "key", at + "."), name = word(list[i], "file", at + ".");
+      const std::string* const named = mesh_of(scene, key);
+      if (!named) fail(at, text("is of ", shown_json(Json(key)), ", which the scene does not have"));
+      fs::path path = *named;
+      if (path.extension() != fs::path(name).extension()) path.replace_extension(fs::path(name).extension());
+      const std::string content = held_content(name, path, word(list[i], "hash", at + "."), at);
+      out[path.string()] = content;
+      path.replace_extension(mesh_extension(name));  // of a pair in capitals the small letters are asked for
+      out[path.string()] = content;
+    }
+    return out;
+  }
+
+  SessionOptions options(const Scene& scene, const SceneFiles& files) const {
     SessionOptions out;
     const auto path = [&](const std::string& file) {
       Recording read = read_recording(file, 1 / scene.local.rate_hz);
@@ -54,7 +107,7 @@ class SessionFile {
     }
     out.replay.refreshes = refreshes(scene);
     if (json_.contains("reducer_changes")) out.replay.reducer_changes = reducer_changes();
-    if (json_.contains("setting_changes")) out.replay.changes = setting_changes(scene);
+    if (json_.contains("setting_changes")) out.replay.changes = setting_changes(scene, files);
     return out;
   }
 
@@ -88,16 +141,36 @@ class SessionFile {
     return speed;
   }
 
-  /// Beside the session, wherever that lies: a session that came from elsewhere opens no other file.
-  std::string recording(const Json& group, const std::string& prefix) const {
-    const std::string name = word(group, "recording", prefix);
-    const fs::path folder = fs::path(file_).parent_path(), path = folder / name;
+  /// In a folder, wherever that lies: a session that came from elsewhere opens no other file.
+  std::string inside(const fs::path& folder, const std::string& name, const std::string& key) const {
+    const fs::path path = folder / name;
     std::error_code none;
     if (name.empty() || name == "." || name == ".." || name.find('/') != std::string::npos ||
         fs::is_symlink(path, none))
-      fail(prefix + "recording",
-           text("is ", shown_json(Json(name)), ", must be the name of a file in the session's folder"));
+      fail(key, text("is ", shown_json(Json(name)), ", must be the name of a file in the session's folder"));
     return path.string();
+  }
+
+  std::string recording(const Json& group, const std::string& prefix) const {
+    return inside(fs::path(file_).parent_path(), word(group, "recording", prefix), prefix + "recording");
+  }
+
+  /// @param path  where the scene names it
+  std::string held_content(const std::string& name, const fs::path& path, const std::string& hash,
+                           const std::string& key) const {
+    const fs::path folder = fs::path(file_).parent_path() / kHeldFiles;
+    std::error_code none;
+    if (fs::is_symlink(folder, none)) fail(key, text("lies in ", folder.string(), ", which is a link"));
+    const std::string held = inside(folder, name, key + ".file");
+    const bool is_held = fs::exists(held, none);
+    const std::string read = is_held ? held : path.string();
+    if (!fs::exists(read, none))
+      throw InputError(text(file_, ": the run's mesh is gone: neither ", held, " nor ", read, " is there"));
+    std::string out = read_whole_file(read);
+    if (hash_text(hash_of(out)) != hash)
+      throw InputError(text(read, ": is not the mesh of the run any more (its content has the hash ",
+                            hash_text(hash_of(out)), ", in the run ", hash, "); a replay needs that mesh as it was"));
+    return out;
   }
 
   std::vector<RefreshEvent> refreshes(const Scene& scene) const {
@@ -147,11 +220,11 @@ class SessionFile {
   }
 
   /// That a user made while it ran.
-  std::vector<SettingChange> setting_changes(const Scene& scene) const {
+  std::vector<SettingChange> setting_changes(const Scene& scene, const SceneFiles& files) const {
     const Json& list = json_["setting_changes"];
     if (!list.is_array()) fail("setting_changes", "must be a list");
     std::vector<SettingChange> out;
-    TouchOptions touch = touch_options(scene);
+    TouchOptions touch = touch_options(scene, keeping_reader(std::make_shared<SceneFiles>(files)));
     SceneModel material = scene.object.model;
     for (std::size_t i = 0; i < list.size(); ++i) {
       const Json& c = list[i];
@@ -184,6 +257,23 @@ std::string session_file(const std::string& file_or_folder) {
   return file;
 }
 
+std::string scene_text(const Scene& scene) { return to_json(with_absolute_paths(scene)); }
+
+std::vector<HeldFile> held_files(const BuiltScene& built) {
+  std::vector<HeldFile> out;
+  for (const auto& [key, name] :
+       {std::pair("object.mesh", "body"), {"tool.mesh", "tool"}, {"second_tool.mesh", "second_tool"}}) {
+    const std::string* const named = mesh_of(built.scene(), key);
+    if (!named) continue;
+    const std::string extension = mesh_extension(*named);
+    const bool is_pair = extension == ".node" || extension == ".ele";
+    for (const auto& [path, content] : built.files())
+      if (path == *named || (is_pair && fs::path(path).replace_extension() == fs::path(*named).replace_extension()))
+        out.push_back({key, name + fs::path(path).extension().string(), content});
+  }
+  return out;
+}
+
 nlohmann::ordered_json session_json(const Session& session, const SessionResult& result) {
   Json refreshes = Json::array();
   for (const RefreshEvent& r : result.refreshes) {
@@ -191,9 +281,12 @@ nlohmann::ordered_json session_json(const Session& session, const SessionResult&
     if (r.delay_ticks >= 0 || !r.lost.empty()) refreshes.back().push_back(r.delay_ticks);
     if (!r.lost.empty()) refreshes.back().push_back(r.lost);
   }
-  Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
+  Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(scene_text(session.scene()))},
            {"recording", "recording.csv"}, {"max_speed", result.tools[0].max_speed},
            {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
+  out["files"] = Json::array();
+  for (const HeldFile& f : held_files(session))
+    out["files"].push_back({{"key", f.key}, {"file", f.name}, {"hash", hash_text(hash_of(f.content))}});
   out["reducer_changes"] = Json::array();
   for (const ReducerChange& c : result.reducer_changes) out["reducer_changes"].push_back({c.tick, c.to, c.why});
   if (!result.setting_changes.empty()) out["setting_changes"] = Json::array();
@@ -206,8 +299,9 @@ nlohmann::ordered_json session_json(const Session& session, const SessionResult&
 
 SavedSession read_session(const std::string& file) {
   const SessionFile session(file);
-  SavedSession out{session.scene(), {}, session.hash()};
-  out.options = session.options(out.scene);
+  SavedSession out{session.scene(), {}, {}, session.hash()};
+  out.files = session.files(out.scene);
+  out.options = session.options(out.scene, out.files);
   return out;
 }
 

@@ -53,7 +53,7 @@ AdviceScene prepare(const Scene& scene, const AdviceClock& clock) {
         "way each time; give it a recording of a session, tool.path.recording");
   AdviceScene out{.scene = scene};
   std::vector<std::string> notes;
-  out.mesh = load_body_mesh(scene.object, notes);
+  out.mesh = load_body_mesh(body_options(scene), notes);
   out.from_surface = load_mesh(scene.object.mesh).tetrahedra.empty() && !scene.object.layers;
   Scene plain = scene;
   plain.link.type = "lockstep";

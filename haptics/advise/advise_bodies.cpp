@@ -97,7 +97,7 @@ std::vector<AdviceBody> meshes_of(const AdviceScene& scene) {
   for (AdviceBody body : {coarser, finer}) {
     std::vector<std::string> notes;
     try {
-      body.mesh = load_body_mesh(with_body(scene.scene, body).object, notes);
+      body.mesh = load_body_mesh(body_options(with_body(scene.scene, body)), notes);
     } catch (const std::runtime_error& e) {
       body.note = text("no such mesh: ", e.what());
     }

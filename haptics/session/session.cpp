@@ -147,7 +147,8 @@ SessionOptions replay_of(const SessionResult& run) {
   return out;
 }
 
-Session::Session(const Scene& scene) : BuiltScene(scene), predictions_(predict_failures(*this)) {}
+Session::Session(const Scene& scene, SceneFiles files)
+    : BuiltScene(scene, std::move(files)), predictions_(predict_failures(*this)) {}
 
 Session::Session(const Scene& scene, Mesh body)
     : BuiltScene(scene, std::move(body)), predictions_(predict_failures(*this)) {}

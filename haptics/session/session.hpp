@@ -147,8 +147,8 @@ SessionOptions replay_of(const SessionResult& run);
 /// A scene that can be run, as often as one likes: each time from its start on. Throws InputError.
 class Session : public BuiltScene {
  public:
-  explicit Session(const Scene& scene);
-  Session(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
+  explicit Session(const Scene& scene, SceneFiles files = {});  ///< as BuiltScene
+  Session(const Scene& scene, Mesh body);                       ///< the scene with this mesh, in metres, for its own
   Session(const Scene& scene, std::unique_ptr<DeformableModel> model);  ///< with one's own model for its own
   SessionResult run(const SessionOptions& options = {});
   /// What is known to go wrong in a run, found at set-up.

@@ -27,13 +27,20 @@ void warn_of_rate(double rate_hz, std::vector<std::string>& notes) {
 }  // namespace
 
 // In braces, in order: what is wrong with a setting is told before the mesh is filled.
-BuiltScene::BuiltScene(const Scene& scene) : BuiltScene{scene, touch_options(scene), Body(body_options(scene))} {}
+BuiltScene::BuiltScene(const Scene& scene, std::shared_ptr<SceneFiles> files)
+    : BuiltScene{scene, touch_options(scene, keeping_reader(files)), Body(body_options(scene, keeping_reader(files))),
+                 files} {}
+
+BuiltScene::BuiltScene(const Scene& scene, SceneFiles files)
+    : BuiltScene(scene, std::make_shared<SceneFiles>(std::move(files))) {}
 
 BuiltScene::BuiltScene(const Scene& scene, Mesh body)
-    : BuiltScene{scene, touch_options(scene), Body(std::move(body), body_options(scene))} {}
+    : BuiltScene{scene, touch_options(scene), Body(std::move(body), body_options(scene)),
+                 std::make_shared<SceneFiles>()} {}
 
 BuiltScene::BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> model)
-    : BuiltScene{scene, touch_options(scene), Body(std::move(model), body_options(scene))} {
+    : BuiltScene{scene, touch_options(scene), Body(std::move(model), body_options(scene)),
+                 std::make_shared<SceneFiles>()} {
   SceneObject unset;
   unset.mesh = scene.object.mesh;
   if (scene.object == unset) return;
@@ -43,8 +50,12 @@ BuiltScene::BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> mode
        Finding::Weight::note});
 }
 
-BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body)
-    : scene_(scene), options_(std::move(options)), body_(std::move(body)), tools_(shapes_of(options_)) {
+BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body, std::shared_ptr<SceneFiles> files)
+    : scene_(scene),
+      files_(std::move(files)),
+      options_(std::move(options)),
+      body_(std::move(body)),
+      tools_(shapes_of(options_)) {
   scene_.local = options_.local;
   if (is_live(scene_) && scene_.link.type == "lockstep")
     scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device

@@ -6,6 +6,7 @@
 
 #include "core/body/surface.hpp"
 #include "haptics/contact/friction.hpp"
+#include "haptics/setup/scene_files.hpp"
 #include "haptics/setup/session_parts.hpp"
 
 namespace kt {
@@ -13,7 +14,8 @@ namespace kt {
 /// Mesh, model, surface, friction, tools and their paths. Throws InputError for what cannot be built.
 class BuiltScene {
  public:
-  explicit BuiltScene(const Scene& scene);
+  /// @param files  that are read from here and not from the file system
+  explicit BuiltScene(const Scene& scene, SceneFiles files = {});
   BuiltScene(const Scene& scene, Mesh body);  ///< the scene with this mesh, in metres, for its own
   BuiltScene(const Scene& scene, std::unique_ptr<DeformableModel> model);  ///< with one's own model for its own
   /// The same body from its start on, along another path: until the time of its last point. Throws InputError, and
@@ -40,6 +42,8 @@ class BuiltScene {
 
   const Scene& scene() const { return scene_; }
   const Body& body() const { return body_; }
+  /// That its meshes were read from; none of a body that was given.
+  const SceneFiles& files() const { return *files_; }
   const TouchOptions& options() const { return options_; }  ///< of the engine
   const DeformableModel& model() const { return body_.model(); }
   const Surface& surface() const { return body_.surface(); }
@@ -53,8 +57,10 @@ class BuiltScene {
   const std::vector<Finding>& findings() const { return findings_; }        ///< while it was built
 
  private:
-  BuiltScene(const Scene& scene, TouchOptions options, Body body);
+  BuiltScene(const Scene& scene, std::shared_ptr<SceneFiles> files);
+  BuiltScene(const Scene& scene, TouchOptions options, Body body, std::shared_ptr<SceneFiles> files);
   Scene scene_;
+  std::shared_ptr<const SceneFiles> files_;
   TouchOptions options_;
   Body body_;
   std::vector<ToolShape> tools_;

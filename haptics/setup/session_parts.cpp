@@ -18,8 +18,8 @@ namespace {
 
 /// A mesh about the middle of its bounding box.
 /// @param name  of the tool in the scene
-ToolShape scene_mesh_tool(const SceneTool& tool, const std::string& name) {
-  Mesh mesh = load_mesh(tool.mesh);
+ToolShape scene_mesh_tool(const SceneTool& tool, const std::string& name, const ReadFile& read_file) {
+  Mesh mesh = load_mesh(tool.mesh, {.read_file = read_file});
   mesh.x *= tool.scale.value_or(1);
   const Bounds box = bounds(mesh);
   const double longest = box.size().maxCoeff();
@@ -29,11 +29,11 @@ ToolShape scene_mesh_tool(const SceneTool& tool, const std::string& name) {
   return make_mesh_tool(mesh, tool.radius);
 }
 
-ToolShape scene_tool(const SceneTool& tool, const std::string& name) {
+ToolShape scene_tool(const SceneTool& tool, const std::string& name, const ReadFile& read_file) {
   if (tool.shape == "point") return {ToolShape::Kind::point, 0};
   if (tool.shape == "sphere") return {ToolShape::Kind::sphere, tool.radius};
   if (tool.shape == "capsule") return make_capsule(tool.radius, tool.length);
-  if (tool.shape == "mesh") return scene_mesh_tool(tool, name);
+  if (tool.shape == "mesh") return scene_mesh_tool(tool, name, read_file);
   throw_unknown(name + ".shape", tool.shape, {"point", "sphere", "capsule", "mesh"});
 }
 
@@ -186,11 +186,11 @@ bool is_live(const Scene& scene) {
   return scene.tool.path.device || (scene.second_tool && scene.second_tool->path.device);
 }
 
-BodyOptions body_options(const Scene& scene) {
-  return {scene.object, scene.global, scene.contact.ridge_deg, scene.collision.backend};
+BodyOptions body_options(const Scene& scene, ReadFile read_file) {
+  return {scene.object, scene.global, scene.contact.ridge_deg, scene.collision.backend, std::move(read_file)};
 }
 
-TouchOptions touch_options(const Scene& scene) {
+TouchOptions touch_options(const Scene& scene, const ReadFile& read_file) {
   require_backend("object.model.type", scene.object.model.type, model_backends());
   require_backend("object.model.material", scene.object.model.material, material_backends());
   if (const auto& tetrahedra = scene.object.tetrahedralize; tetrahedra && !tetrahedra->backend.empty())
@@ -201,8 +201,8 @@ TouchOptions touch_options(const Scene& scene) {
                           "\" steps through a body's contacts with itself; global.self_contact needs newton_euler (the "
                           "default beside it)"));
   TouchOptions out;
-  out.tools.front().shape = scene_tool(scene.tool, "tool");
-  if (scene.second_tool) out.tools.emplace_back().shape = scene_tool(*scene.second_tool, "second_tool");
+  out.tools.front().shape = scene_tool(scene.tool, "tool", read_file);
+  if (scene.second_tool) out.tools.emplace_back().shape = scene_tool(*scene.second_tool, "second_tool", read_file);
   out.contact = scene.contact;
   out.global = scene.global;
   out.local = scene.local;

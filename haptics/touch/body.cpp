@@ -41,7 +41,7 @@ Body::~Body() = default;
 Body::Body(const BodyOptions& options) : options_(options) {
   check_ranges(options);
   std::vector<std::string> notes;
-  Mesh mesh = load_body_mesh(options.object, notes, &mesh_unit_);
+  Mesh mesh = load_body_mesh(options, notes, &mesh_unit_);
   for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});
   build(std::move(mesh));
 }

@@ -1,5 +1,6 @@
 #pragma once
 // The body that is touched: a deformable model with its surface, hanging in its weight. Borrowed by every Touch of it.
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ struct BodyOptions {
   GlobalSettings global{};         ///< self_contact, and the solver of the equilibrium that the body starts in
   double ridge_deg = 60;           ///< [deg] of a smooth surface: convex edges that turn by more stay sharp
   std::string backend = "embree";  ///< collision.backend, for contact with itself
+  std::function<std::string(const std::string& path)> read_file{};  ///< as of load_mesh(); none: the file system
 };
 
 class Body {
@@ -63,7 +65,7 @@ class Body {
 /// Loads, scales and, where the model needs it, repairs and tetrahedralizes the mesh. What was not taken over as it
 /// stands is appended to `notes`.
 /// @param unit  of the file [m]
-Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, double* unit = nullptr);
+Mesh load_body_mesh(const BodyOptions& options, std::vector<std::string>& notes, double* unit = nullptr);
 
 constexpr const char* kGivenMesh = "-";  ///< SceneObject::mesh of a scene whose mesh does not come from a file
 

@@ -70,9 +70,10 @@ Mesh fill(Mesh mesh, const SceneObject& object, std::vector<std::string>* notes)
 
 }  // namespace
 
-Mesh load_body_mesh(const SceneObject& object, std::vector<std::string>& notes, double* unit) {
+Mesh load_body_mesh(const BodyOptions& options, std::vector<std::string>& notes, double* unit) {
+  const SceneObject& object = options.object;
   if (object.mesh.empty()) throw InputError("object.mesh: no mesh is named");
-  Mesh mesh = load_mesh(object.mesh, {}, &notes);
+  Mesh mesh = load_mesh(object.mesh, {.read_file = options.read_file}, &notes);
   if (mesh.triangles.empty()) throw InputError(text(object.mesh, ": the mesh has no triangles"));
   const double its_unit = rescale(mesh, object);
   if (unit) *unit = its_unit;

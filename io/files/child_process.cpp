@@ -38,7 +38,8 @@ void enter_child(const std::string& log, [[maybe_unused]] const ChildLimits& lim
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(126);  // the parent died before the line above
-  for (const int s : {SIGINT, SIGTERM, SIGPIPE, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(s, SIG_DFL);
+  for (const int s : {SIGINT, SIGTERM, SIGPIPE, SIGXFSZ, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL})
+    ::signal(s, SIG_DFL);
   sigset_t none;  // the parent's threads may block some, and a child inherits that
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);

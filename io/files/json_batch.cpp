@@ -11,6 +11,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
@@ -18,7 +19,9 @@
 #include <thread>
 
 #include "core/base/error.hpp"
+#include "core/body/state.hpp"
 #include "io/files/json_file.hpp"
+#include "io/files/output_file.hpp"
 #include "io/files/text_reader.hpp"
 
 namespace kt {
@@ -30,8 +33,11 @@ using Json = nlohmann::ordered_json;
 class RowFile {
  public:
   explicit RowFile(const std::string& path)
-      : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0644)) {
-    if (file_ < 0) throw InputError(text(path, ": cannot be written: ", std::strerror(errno)));
+      : path_(path),
+        file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC, 0644)) {
+    if (file_ < 0)
+      throw InputError(text(path, errno == ELOOP ? ": is a link, where a file of the results goes; remove it"
+                                                 : text(": cannot be written: ", std::strerror(errno))));
     struct stat kind {};
     if (::fstat(file_, &kind) != 0 || !S_ISREG(kind.st_mode)) {
       ::close(file_);
@@ -117,6 +123,69 @@ std::string outcome_of(const ChildResult& child, const std::string& trouble) {
   return child.signal != 0 ? "crash" : "error";
 }
 
+/// Of what a result depends on: the words but for the program and the names of the inputs, and the inputs' extensions
+/// and content. Empty for a job without inputs, or of one that cannot be read.
+std::string inputs_hash(const BatchJob& job) {
+  StateHash hash;
+  for (std::size_t i = 1; i < job.arguments.size(); ++i)
+    if (std::ranges::find(job.inputs, job.arguments[i]) == job.inputs.end())
+      hash.add(job.arguments[i].c_str(), job.arguments[i].size() + 1);
+  std::vector<char> part(std::size_t{1} << 20);
+  for (const std::string& file : job.inputs) {
+    const std::string extension = std::filesystem::path(file).extension().string();
+    std::error_code none;
+    std::ifstream in;
+    if (std::filesystem::is_regular_file(file, none)) in.open(file, std::ios::binary);
+    if (!in.is_open()) return {};
+    hash.add(extension.c_str(), extension.size() + 1);
+    double bytes = 0;
+    while (in.read(part.data(), static_cast<std::streamsize>(part.size())) || in.gcount() > 0) {
+      hash.add(part.data(), static_cast<std::size_t>(in.gcount()));
+      bytes += static_cast<double>(in.gcount());
+    }
+    hash.add(bytes);  // where one file ends
+  }
+  return job.inputs.empty() ? "" : text(std::hex, hash.value());
+}
+
+std::string inputs_of(const Json& row) {
+  return row.contains("inputs") && row["inputs"].is_string() ? row["inputs"].get<std::string>() : "";
+}
+
+/// Rewrites the file: a row whose inputs have changed goes, one whose inputs are another job's now gets its key.
+void fit_rows(const std::string& file, const std::vector<BatchJob>& jobs) {
+  std::uintmax_t bytes = 0;
+  if (!std::filesystem::exists(file)) return;
+  std::vector<Json> rows = read_rows(file, bytes);
+  if (rows.empty()) return;
+  std::map<std::string, std::string> hashes;  // of each key
+  for (const BatchJob& job : jobs)
+    if (!job.inputs.empty()) hashes[job.key] = inputs_hash(job);
+  const auto holds = [&](const Json& row) {
+    const auto job = hashes.find(row["key"].get<std::string>());
+    return job == hashes.end() || (!job->second.empty() && job->second == inputs_of(row));
+  };
+  std::map<std::string, std::string> without_row;  // key of each hash
+  for (const auto& [key, hash] : hashes)
+    if (!hash.empty()) without_row[hash] = key;
+  for (const Json& row : rows)
+    if (hashes.contains(row["key"].get<std::string>()) && holds(row)) without_row.erase(inputs_of(row));
+  std::string kept;
+  bool is_changed = false;
+  for (Json& row : rows) {
+    const auto renamed = without_row.find(inputs_of(row));
+    is_changed = is_changed || renamed != without_row.end() || !holds(row);
+    if (renamed != without_row.end()) {
+      row["key"] = renamed->second;
+      without_row.erase(renamed);
+    } else if (!holds(row)) {
+      continue;
+    }
+    kept += json_text(row) + "\n";
+  }
+  if (is_changed) write_file_whole(file, kept);
+}
+
 /// Folders of jobs lie beside the rows, so that what a kill leaves behind is found by the next run.
 std::string work_prefix(const std::string& file) { return std::filesystem::absolute(file).string() + ".work-"; }
 
@@ -134,6 +203,7 @@ Json run_job(const BatchJob& job, const ChildLimits& limits, const std::string& 
   std::vector<std::string> arguments = job.arguments;
   for (std::string& word : arguments)
     if (word == "{json}") word = file;
+  const std::string inputs = inputs_hash(job);  // what changes while it runs is seen by the next batch
   const auto start = std::chrono::steady_clock::now();
   const ChildResult child = run_program(arguments, folder, limits);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
@@ -144,6 +214,7 @@ Json run_job(const BatchJob& job, const ChildLimits& limits, const std::string& 
   row["exit_code"] = child.exit_code;
   row["trouble"] = trouble;
   row["seconds"] = taken.count();
+  row["inputs"] = inputs;
   row["result"] = read_result(file);
   return row;
 }
@@ -178,6 +249,7 @@ std::vector<Json> read_batch(const std::string& file) {
 }
 
 std::vector<Json> run_batch(const std::vector<BatchJob>& jobs, const BatchOptions& options) {
+  if (options.resume) fit_rows(options.file, jobs);
   RowFile out(options.file);
   std::map<std::string, Json> rows;
   std::uintmax_t kept = 0;

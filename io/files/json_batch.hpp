@@ -13,11 +13,14 @@ struct BatchJob {
   std::vector<std::string> arguments;
   std::vector<std::string> after =
       {};  ///< keys of jobs earlier in the batch: begins when these have ended, well or not
+  std::vector<std::string> inputs = {};  ///< files that the result depends on: a row holds while their content and the
+                                         ///< words beside their names are the same; none: while its key is
 };
 
 struct BatchOptions {
   std::string file;     ///< of the rows, one JSON object a line (JSON lines)
-  bool resume = false;  ///< rows that the file holds already are not made again; otherwise it begins empty
+  bool resume = false;  ///< rows that the file holds already, and whose inputs are as they were, are not made again (a
+                        ///< row of the same inputs under another key is that of a renamed file); else it begins empty
   int jobs = 1;         ///< programs at a time
   ChildLimits limits;   ///< of each; its `stop` ends the batch: what is under way then leaves no row
   std::function<void(double)> progress = {};  ///< share done, 0..1; from one thread at a time
@@ -25,7 +28,8 @@ struct BatchOptions {
 
 /// Runs what has no row yet. Each row has
 ///   key, outcome ("done", "error": exit code not 0, "crash", "timeout", "memory"), exit_code, trouble (empty when
-///   done), seconds (wall clock), result (what the program wrote, also when it failed after that; null without).
+///   done), seconds (wall clock), inputs (a hash of what it depends on; empty: only its key), result (what the program
+///   wrote, also when it failed after that; null without).
 /// @returns the rows in the order of the jobs; those that `stop` left out are missing.
 /// @throws InputError for two jobs of one key, `after` a job that does not come before, a file that cannot be written
 /// or read, and one that another batch has open.

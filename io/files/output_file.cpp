@@ -69,24 +69,19 @@ std::string temporary_name(const std::string& path) {
   return (fs::path(path).parent_path() / name).string();
 }
 
-using Parts = std::function<bool(std::string&)>;
+/// Never one that is there already: it could be a link that somebody has laid.
+int open_new(const std::string& path) { return ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); }
 
 void write_parts(OpenFile& file, const Parts& next) {
   for (std::string part; next(part);) file.write(part);
 }
 
-void replace_file(const std::string& path, const Parts& next) {
-  struct stat old {};
-  const bool is_there = ::stat(path.c_str(), &old) == 0;
-  Leftover temporary(temporary_name(path));
-  // Never one that is there already: it could be a link that somebody has laid.
-  OpenFile file(path, ::open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  write_parts(file, next);
-  if (is_there) ::fchmod(file.number(), old.st_mode & 07777);
-  file.sync();
-  file.close();
-  if (::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, std::strerror(errno));
-  temporary.keep();
+Parts in_one(std::string_view content) {
+  return [content, is_told = false](std::string& part) mutable {
+    if (is_told) return false;
+    part = content;
+    return is_told = true;
+  };
 }
 
 /// Opens a pipe without waiting for ever for somebody who reads it.
@@ -128,46 +123,105 @@ void require_kind(const std::string& path, const struct stat& file) {
   if (S_ISSOCK(file.st_mode)) throw InputError(text(path, ": is a socket, not a file, and cannot be written"));
 }
 
-}  // namespace
-
-void write_file_whole(const std::string& path, std::string_view content) {
-  bool is_told = false;
-  write_file_whole(path, [&](std::string& part) {
-    if (is_told) return false;
-    part = content;
-    return is_told = true;
-  });
+/// A file beside `path`: one block of the disk, and gone again.
+void try_beside(const std::string& path, const std::string& told) {
+  constexpr std::size_t kBlock = 4096;  // [bytes]
+  const Leftover temporary(temporary_name(path));
+  OpenFile file(told, open_new(temporary.path()));
+  file.write(std::string(kBlock, '\0'));
+  file.sync();
+  file.close();
 }
 
-void write_file_whole(const std::string& path, const std::function<bool(std::string&)>& next) {
+}  // namespace
+
+PendingFile::PendingFile(std::string path, const Parts& next)
+    : path_(std::move(path)), temporary_(temporary_name(path_)) {
+  struct stat old {};
+  const bool is_file = ::lstat(path_.c_str(), &old) == 0 && S_ISREG(old.st_mode);
+  OpenFile file(path_, open_new(temporary_.path()));
+  write_parts(file, next);
+  if (is_file) ::fchmod(file.number(), old.st_mode & 07777);
+  file.sync();
+  file.close();
+}
+
+void PendingFile::commit() {
+  require_result_place(path_);
+  if (::rename(temporary_.path().c_str(), path_.c_str()) != 0) fail(path_, std::strerror(errno));
+  temporary_.keep();
+}
+
+void write_file_whole(const std::string& path, std::string_view content) { write_file_whole(path, in_one(content)); }
+
+void write_file_whole(const std::string& path, const Parts& next) {
+  require_result_place(path);
+  PendingFile(path, next).commit();
+}
+
+void write_named_file(const std::string& path, std::string_view content) {
   struct stat found {};
-  if (::stat(path.c_str(), &found) != 0) return replace_file(follow_links(path), next);
+  if (::stat(path.c_str(), &found) != 0) return write_file_whole(follow_links(path), content);
   require_kind(path, found);
   if (const int number = own_output(found); number >= 0) {
     OpenFile own(path, ::fcntl(number, F_DUPFD_CLOEXEC, 0));
-    write_parts(own, next);
+    own.write(content);
   } else if (S_ISREG(found.st_mode)) {
-    replace_file(follow_links(path), next);
+    write_file_whole(follow_links(path), content);
   } else {
     OpenFile device(path,
                     S_ISFIFO(found.st_mode) ? open_pipe(path) : ::open(path.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC));
-    write_parts(device, next);
+    device.write(content);
     device.close();
   }
 }
 
-void require_folder_of(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
+void require_result_place(const std::string& path) {
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) != 0 || S_ISREG(found.st_mode) || S_ISLNK(found.st_mode)) return;
+  require_kind(path, found);
+  throw InputError(text(path, ": is a ", S_ISFIFO(found.st_mode) ? "pipe" : "device",
+                        ", where a file of the results goes; remove it, or give another folder"));
+}
+
+void require_writable(const std::string& path) {
+  if (path.empty() || path == "-") return;
+  struct stat found {};
+  if (::stat(path.c_str(), &found) == 0) {
+    require_kind(path, found);
+    if (!S_ISREG(found.st_mode) || own_output(found) >= 0) return;  // written to as it is
+  }
+  const std::string place = follow_links(path);
+  const fs::path folder = fs::path(place).parent_path();
   if (!folder.empty() && !fs::is_directory(folder))
     throw InputError(text(path, ": there is no folder ", folder.string()));
-  struct stat found {};
-  if (!path.empty() && ::stat(path.c_str(), &found) == 0) require_kind(path, found);
+  try_beside(place, path);
+}
+
+void require_writable_folder(const std::string& path, const std::string& told) {
+  std::error_code none;
+  fs::path folder = fs::absolute(path);
+  while (!fs::exists(fs::symlink_status(folder, none)) && folder.has_relative_path()) folder = folder.parent_path();
+  if (!fs::is_directory(folder, none))
+    throw InputError(text(told, ": cannot make the folder: ", folder.string(), " is not a folder"));
+  try_beside(folder / "x", told);
 }
 
 void make_folder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (error) throw InputError(text(path, ": cannot make the folder: ", error.message()));
+}
+
+void make_inner_folder(const std::string& path) {
+  if (::mkdir(path.c_str(), 0777) == 0) return;
+  struct stat found {};
+  if (errno == EEXIST && ::lstat(path.c_str(), &found) == 0) {
+    if (S_ISDIR(found.st_mode)) return;
+    throw InputError(text(path, ": is ", S_ISLNK(found.st_mode) ? "a link" : "a file",
+                          ", where a folder of the results goes; remove it, or give another folder"));
+  }
+  throw InputError(text(path, ": cannot make the folder: ", std::strerror(errno)));
 }
 
 void append_number(std::string& out, double value) {

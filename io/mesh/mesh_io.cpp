@@ -109,7 +109,7 @@ Mesh load_mesh(const std::string& path, const LoadOptions& options, std::vector<
 void save_mesh(const std::string& path, const Mesh& mesh) {
   const Format& format = format_of(path, true);
   const bool reduce = !format.solid && !mesh.tetrahedra.empty();
-  write_file_whole(path, format.write(reduce ? surface_of_solid(mesh) : mesh));
+  write_named_file(path, format.write(reduce ? surface_of_solid(mesh) : mesh));
 }
 
 }  // namespace kt

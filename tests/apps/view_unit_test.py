@@ -127,6 +127,24 @@ class Access(unittest.TestCase):
             self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
             self.assertIn(words, run.stderr)
 
+    def test_record_says_at_once_where_nothing_can_be_written(self):
+        with View(SCENE, *SMALL) as view:
+            with open(os.path.join(view.folder.name, "recordings"), "w", encoding="utf-8"):
+                pass  # a file in the folder's place
+            connection = view.upgrade()[1]
+            connection.sendall(websocket_frame(b'{"type":"record","on":true}'))
+            got, end = b"", time.monotonic() + PATIENCE
+            while b"cannot make the folder" not in got and time.monotonic() < end:
+                got = got[-200:] + connection.recv(65536)
+            self.assertIn(b"cannot make the folder", got)
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "file")
+            with open(file, "w", encoding="utf-8"):
+                pass
+            run = subprocess.run([KILOTOUCH, "view", SCENE, "--record", file], capture_output=True, text=True, timeout=PATIENCE)
+            self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
+            self.assertIn("--record", run.stderr)
+
     def test_nonsense_neither_ends_it_nor_stalls_the_tick(self):
         noise = random.Random(1)
         with View(SCENE, *SMALL) as view:

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <thread>
@@ -42,6 +43,74 @@ TEST(Batch, RowsComeInTheOrderOfTheJobs) {
   }
   EXPECT_EQ(share, 1);
   EXPECT_EQ(lines_of(folder / "rows"), 12);
+}
+
+/// Of a file: as `counted`.
+BatchJob of_file(const std::string& key, const std::string& file, const std::string& log) {
+  BatchJob out{key, {"sh", "-c", "echo $1 >>" + log + "; wc -c <$1 >$0", "{json}", file}};
+  out.inputs = {file};
+  return out;
+}
+
+void write(const std::string& file, const std::string& content) { std::ofstream(file) << content; }
+
+TEST(Batch, ARowHoldsWhileItsInputsAreTheSame) {
+  const PrivateFolder folder;
+  const std::string log = folder / "log", rows = folder / "rows";
+  const BatchOptions options{.file = rows, .resume = true, .limits = {}};
+  write(folder / "a.off", "12345");
+  write(folder / "b.off", "1234567");
+  std::vector<BatchJob> jobs{of_file("a", folder / "a.off", log), of_file("b", folder / "b.off", log)};
+  run_batch(jobs, options);
+  run_batch(jobs, options);
+  EXPECT_EQ(lines_of(log), 2);  // none twice
+  write(folder / "a.off", "123456789");  // mended
+  const auto mended = run_batch(jobs, options);
+  EXPECT_EQ(mended[0]["result"], 9);
+  EXPECT_EQ(mended[1]["result"], 7);
+  EXPECT_EQ(lines_of(log), 3);
+  EXPECT_EQ(lines_of(rows), 2);  // the old row is gone
+}
+
+TEST(Batch, ARenamedInputKeepsItsRow) {
+  const PrivateFolder folder;
+  const std::string log = folder / "log", rows = folder / "rows";
+  const BatchOptions options{.file = rows, .resume = true, .limits = {}};
+  write(folder / "a.off", "12345");
+  write(folder / "b.off", "1234567");
+  run_batch({of_file("a", folder / "a.off", log), of_file("b", folder / "b.off", log)}, options);
+  std::filesystem::rename(folder / "b.off", folder / "c.off");
+  std::filesystem::copy(folder / "a.off", folder / "copy.off");
+  const auto out = run_batch({of_file("a", folder / "a.off", log), of_file("c", folder / "c.off", log),
+                              of_file("copy", folder / "copy.off", log)},
+                             options);
+  ASSERT_EQ(out.size(), 3u);
+  EXPECT_EQ(out[1]["result"], 7);
+  EXPECT_EQ(lines_of(log), 3);  // the copy is a mesh of its own; the renamed one is not made again
+  EXPECT_EQ(lines_of(rows), 3);
+  // Two that change places keep their rows, too; another ending is read in another way.
+  std::filesystem::rename(folder / "a.off", folder / "x");
+  std::filesystem::rename(folder / "c.off", folder / "a.off");
+  std::filesystem::rename(folder / "x", folder / "c.off");
+  std::filesystem::rename(folder / "copy.off", folder / "copy.stl");
+  const auto swapped = run_batch({of_file("a", folder / "a.off", log), of_file("c", folder / "c.off", log),
+                                  of_file("copy", folder / "copy.stl", log)},
+                                 options);
+  EXPECT_EQ(swapped[0]["result"], 7);
+  EXPECT_EQ(swapped[1]["result"], 5);
+  EXPECT_EQ(lines_of(log), 4);
+}
+
+TEST(Batch, OtherWordsMakeAnotherRow) {
+  const PrivateFolder folder;
+  const std::string log = folder / "log";
+  const BatchOptions options{.file = folder / "rows", .resume = true, .limits = {}};
+  write(folder / "a.off", "12345");
+  BatchJob job = of_file("a", folder / "a.off", log);
+  run_batch({job}, options);
+  job.arguments.emplace_back("--finer");
+  run_batch({job}, options);
+  EXPECT_EQ(lines_of(log), 2);
 }
 
 TEST(Batch, EachOutcomeHasItsWord) {
