@@ -30,6 +30,8 @@ void add_drag_command(CLI::App& app, int& exit_code) {
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
   command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
+  command->add_option("--figures", a->settings.figures, "force and mesh also as vectors: svg or pdf")
+      ->check(CLI::IsMember({"svg", "pdf"}));
   command->footer(
       "The mesh is scaled to 0.1 m (--set object.size=...) and clamped in its lowest fifth.\n"
       "Example:\n  kilotouch drag meshes/organ.off --out out/organ --set contact.mu=0.3");

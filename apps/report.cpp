@@ -68,7 +68,11 @@ bool run_script(const std::string& dir, std::vector<std::string> options, const 
 
 }  // namespace
 
-bool write_report(const std::string& dir, const ReportSettings& settings) { return run_script(dir, {}, settings); }
+bool write_report(const std::string& dir, const ReportSettings& settings) {
+  std::vector<std::string> options;
+  if (!settings.figures.empty()) options.push_back("--figures=" + settings.figures);
+  return run_script(dir, options, settings);
+}
 
 bool write_paper_report(const std::string& dir, const ReportSettings& settings) {
   return run_script(dir, {"--paper"}, settings);

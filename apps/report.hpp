@@ -8,10 +8,12 @@ namespace kt {
 struct ReportSettings {
   std::string title = {};  ///< empty: the scene's
   std::string python = "/usr/bin/python3";
-  double seconds = 60.0;  ///< the script takes 2 s; a stuck one ends after this
+  std::string figures = {};  ///< svg or pdf: force and mesh in this format, too
+  double seconds = 60.0;     ///< the script takes 2 s; a stuck one ends after this
 };
 
-/// force.png, mesh.png and report.html in `dir`.     @returns whether all of them were made
+/// force.png, mesh.png and report.html in `dir`; with `figures` the two pictures as vectors, too.     @returns whether
+/// all of them were made
 bool write_report(const std::string& dir, const ReportSettings& settings = {});
 
 /// paper.png and paper.html in `dir`, from its folders slide, stick, stick_slip and coulomb.

@@ -46,6 +46,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
   command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
   command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
+  command->add_option("--figures", a->settings.figures, "force and mesh also as vectors: svg or pdf")
+      ->check(CLI::IsMember({"svg", "pdf"}));
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab");
   command->callback([a, out, &exit_code] {
     a->settings.report = !a->no_report;

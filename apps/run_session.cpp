@@ -216,7 +216,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (settings.out.empty()) return out;
   // What a stop leaves is on the disk; pictures would make it wait.
   const bool draws = settings.report && !stop_requested();
-  if (draws) write_report(settings.out, {.title = scene.title});
+  if (draws) write_report(settings.out, {.title = scene.title, .figures = settings.figures});
   if (settings.quiet) return out;
   std::cout << "  results       " << settings.out << (draws ? "/report.html" : "/summary.json")
             << (before == FolderHolds::other_settings ? " (in place of a run with other settings)" : "")

@@ -25,6 +25,7 @@ struct RunSettings {
   bool force = false;     ///< another scene's results in `out` may be replaced
   bool states = false;    ///< VTU and PVD of the snapshots
   bool report = true;     ///< pictures and report.html
+  std::string figures;    ///< svg or pdf: the pictures as vectors, too
   bool quiet = false;     ///< no summary on standard output
   bool details = false;   ///< a summary of every figure, not the first screen alone
   Piped piped = Piped::silent;

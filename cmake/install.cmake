@@ -45,3 +45,4 @@ write_basic_package_version_file(kilotouch-config-version.cmake COMPATIBILITY Sa
 install(FILES ${PROJECT_BINARY_DIR}/kilotouch-config.cmake ${PROJECT_BINARY_DIR}/kilotouch-config-version.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kilotouch)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN __pycache__ EXCLUDE)

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Pictures and self-contained HTML pages from a result folder of `kilotouch`.
 
-    report.py DIR [--title T]      DIR/force.png, mesh.png, report.html
+    report.py DIR [--title T] [--figures svg|pdf]
+                                   DIR/force.png, mesh.png, report.html; the pictures as vectors, too
     report.py --paper DIR          DIR/paper.png, paper.html
     report.py --chart DIR          DIR/chart.html, chart_*.png, chart_*.svg from DIR/chart.json
     report.py --stability DIR      DIR/<map>.png, <map>.svg, stability.html
@@ -35,6 +36,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="DIR")
     parser.add_argument("--title")
+    parser.add_argument("--figures", choices=("svg", "pdf"), help="of a run: force and mesh in this format, too")
     parser.add_argument("--paper", action="store_true", help="DIR holds slide, stick, stick_slip, the same _extended, coulomb_slide and coulomb")
     parser.add_argument("--chart", action="store_true", help="DIR holds the chart.json of kilotouch chart")
     parser.add_argument("--stability", action="store_true", help="DIR holds stability.json and the maps' tables")
@@ -63,7 +65,7 @@ def draw(arguments):
     elif arguments.compare:
         compare_page(arguments.folder)
     else:
-        report(arguments.folder, arguments.title)
+        report(arguments.folder, arguments.title, arguments.figures)
     missing = [] if CAN_DRAW else ["no pictures: numpy or matplotlib is missing (Debian: python3-matplotlib)"]
     missing += [] if jinja2 else ["no page: Jinja2 is missing (Debian: python3-jinja2)"]
     if missing:

@@ -98,16 +98,18 @@ def real_time(summary):
     return {"word": {"just_about": "just about"}.get(keeps, keeps), "level": {"yes": "", "no": "no"}.get(keeps, "perhaps"), "why": why, "cure": cure}
 
 
-def report(folder, title):
+def report(folder, title, vectors=None):
     run = Run(folder)
     if run.is_empty:
         raise SystemExit(f"report.py: {folder}: no trace.csv, summary.json or view.json there")
     where = lambda name: os.path.join(folder, name)
     charts, steps = [], None
     if CAN_DRAW:
-        draw_mesh(run, where("mesh.png"))
+        for extension in ("png", vectors) if vectors else ("png",):
+            draw_mesh(run, where("mesh." + extension))
+            if run.trace is not None:
+                draw_force_figure(run, where("force." + extension))
         if run.trace is not None:
-            draw_force_figure(run, where("force.png"))
             charts, steps = force_charts(run), step_chart(run)
     facts = [str(look_up(run.summary, key)) for key in ("model.type", "model.material") if look_up(run.summary, key)]
     facts += [f"{look_up(run.summary, key)} {unit_name}" for key, unit_name in (("model.nodes", "nodes"), ("model.triangles", "triangles"))
