@@ -7,6 +7,7 @@
 #include "apps/commands.hpp"
 #include "apps/page_options.hpp"
 #include "core/base/error.hpp"
+#include "core/base/visible_text.hpp"
 #include "haptics/device/haptic_device.hpp"
 
 #if KT_WITH_BEAST
@@ -51,6 +52,9 @@ std::vector<fs::path> scene_files(const std::string& shown) {
   return out;
 }
 
+/// A name may be any bytes; a page takes UTF-8.
+std::string shown_name(const fs::path& scene) { return escape_bytes(scene.stem().string()); }
+
 bool is_session(const std::string& what) {
   if (fs::is_directory(what)) return true;
   if (fs::path(what).extension() != ".json") return false;
@@ -62,11 +66,17 @@ bool is_session(const std::string& what) {
   }
 }
 
-/// Why a program of ours ended: the line that it said, where that was one for people.
+/// What a program of ours said last, without its name.
+std::string last_words(std::string said) {
+  while (said.ends_with('\n')) said.pop_back();
+  const std::string line = said.substr(said.rfind('\n') + 1), name = "kilotouch: ";
+  return line.starts_with(name) ? line.substr(name.size()) : line;
+}
+
+/// Why it ended: the line that it said, where that was one for people.
 std::string why_ended(const ChildResult& run, const ChildLimits& limits) {
-  if (run.exit_code != 2 || run.signal != 0 || run.timed_out) return run.trouble(limits);
-  constexpr std::string_view kBegin = "kilotouch: ";
-  return run.output.starts_with(kBegin) ? run.output.substr(kBegin.size()) : run.output;
+  const bool said = run.exit_code == 2 && run.signal == 0 && !run.timed_out;
+  return said ? last_words(run.output) : run.trouble(limits);
 }
 
 /// What `kilotouch mesh info` finds, in a process of its own.
@@ -115,14 +125,15 @@ void view(const ViewArguments& a) {
   ViewOptions options;
   options.server = {a.page.listen, static_cast<unsigned short>(a.page.port), a.page.token};
   options.by_pointer = a.device == "pointer";
+  options.folder = fs::absolute(a.what).parent_path().string();
   const auto recordings = std::make_shared<RecordingFolder>(a.record, "kilotouch view");
   options.before_recording = [recordings] { recordings->require(); };
   options.save = [recordings](const Session& s, const SessionResult& r, const BodyFilm& f) {
     return recordings->save(s, r, f);
   };
-  for (const fs::path& file : files) options.scenes.push_back(file.stem().string());
+  for (const fs::path& file : files) options.scenes.push_back(shown_name(file));
   options.load_scene = [files, device = a.device, id = a.id](const std::string& name) {
-    const auto file = std::ranges::find_if(files, [&](const fs::path& f) { return f.stem() == name; });
+    const auto file = std::ranges::find_if(files, [&](const fs::path& f) { return shown_name(f) == name; });
     return with_live_device(load_scene(file->string()), device, id);
   };
   options.scene_of_mesh = [device = a.device, id = a.id](const std::string& file) {

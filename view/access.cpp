@@ -12,9 +12,10 @@ bool is_own_origin(const std::string& origin, const std::string& host) {
 bool is_own_host(const std::string& host, const ServerOptions& options) {
   const std::size_t colon = host.rfind(':');
   const bool has_port = colon != std::string::npos && host.back() != ']';
-  const std::string name = has_port ? host.substr(0, colon) : host;
-  if (name.empty()) return false;
-  if (!options.token.empty()) return true;  // which a page of others does not have
+  const std::string name = has_port ? host.substr(0, colon) : host, port = has_port ? host.substr(colon + 1) : "80";
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (name.empty() || port.empty() || port.size() > 5 || !std::ranges::all_of(port, is_digit)) return false;
+  if (!options.token.empty()) return true;  // who has it was told it
   return name == "localhost" || name == "[::1]" || name == options.address || name == "127.0.0.1";
 }
 

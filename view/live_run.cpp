@@ -1,6 +1,7 @@
 #include "view/live_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 
 #include "core/base/error.hpp"
@@ -37,8 +38,14 @@ LiveRun::LiveRun(const Scene& scene, bool by_pointer, Save save, Told told,
       new_link_(std::move(new_link)),
       shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes(), session_.model().fixed_nodes())) {
   if (by_pointer) session_.hold();
-  last_target_ = start();
-  thread_ = std::thread([this] { go_on(); });
+  last_target_ = first_place();
+}
+
+void LiveRun::start(std::unique_ptr<LiveRun> before) {
+  thread_ = std::thread([this, before = std::move(before)]() mutable {
+    before.reset();
+    go_on();
+  });
 }
 
 LiveRun::~LiveRun() {
@@ -47,7 +54,7 @@ LiveRun::~LiveRun() {
     quits_ = stop_ = true;
   }
   wakes_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void LiveRun::go_on() {
@@ -68,8 +75,8 @@ void LiveRun::run_once() {
   {
     const std::scoped_lock lock(guard_);
     stop_ = quits_.load();
-    target_ = by_pointer_ ? std::make_shared<MovedTarget>(start(), kFollowedSpeed) : nullptr;
-    last_target_ = start();
+    target_ = by_pointer_ ? std::make_shared<MovedTarget>(first_place(), kFollowedSpeed) : nullptr;
+    last_target_ = first_place();
     keeps_ = options.keeps_records = options.check_contacts = records_;
     error_.clear();
     step_us_.clear();
@@ -144,7 +151,7 @@ void LiveRun::move(const Vec3& target) {
 }
 
 void LiveRun::retreat() {
-  Vec3 to = start();
+  Vec3 to = first_place();
   {
     const std::scoped_lock lock(guard_);
     if (newest_.tools.empty()) return;
@@ -187,8 +194,19 @@ void LiveRun::set(const std::string& key, const std::string& value) {
     change.value = *number;
   }
   if (touch_) change.word.empty() ? touch_->set(key, change.value) : touch_->set(key, change.word);
-  std::erase_if(changed_, [&](const SettingChange& c) { return c.key == key; });
-  changed_.push_back(std::move(change));  // begun() sets it where no run is under way
+  remember(change);  // begun() sets it where no run is under way
+}
+
+/// The friction coefficients move one another: kept is what they have come to, in an order that can be set again.
+void LiveRun::remember(const SettingChange& change) {
+  const std::array<std::string, 3> friction{"contact.mu", "contact.mu_static", "contact.mu_kinetic"};
+  const bool moves_others = touch_ && std::ranges::find(friction, change.key) != friction.end();
+  std::erase_if(changed_, [&](const SettingChange& c) {
+    return c.key == change.key || (moves_others && std::ranges::find(friction, c.key) != friction.end());
+  });
+  if (!moves_others) return changed_.push_back(change);
+  for (const char* key : {"contact.mu_static", "contact.mu_kinetic"})
+    changed_.push_back({.key = key, .value = touch_->number(key)});
 }
 
 std::string LiveRun::setting(const std::string& key) const {

@@ -41,7 +41,7 @@ class LiveRun final : private SessionWatcher {
   /// A new session with the body's computer. Throws InputError and RunError.
   using NewLink = std::function<LinkMaker()>;
 
-  /// Builds the body. Throws InputError for what is wrong with the scene.
+  /// Builds the body, which stands still until start(). Throws InputError for what is wrong with the scene.
   /// @param by_pointer  the first tool is drawn by move(); else it goes the scene's way, again and again
   /// @param new_link    the body is on another computer; none: it is here
   LiveRun(const Scene& scene, bool by_pointer, Save save, Told told, std::function<long long()> count_allocations,
@@ -49,6 +49,10 @@ class LiveRun final : private SessionWatcher {
   ~LiveRun() override;
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
+
+  /// Lets it run, once.
+  /// @param before  ends first, and closes its device: no two runs hold one at a time. None: there is none
+  void start(std::unique_ptr<LiveRun> before);
 
   const Session& session() const { return session_; }
   const BodyShape& shape() const { return shape_; }
@@ -86,8 +90,9 @@ class LiveRun final : private SessionWatcher {
   void ended() override;
   void go_on();
   void run_once();
+  void remember(const SettingChange& change);
   bool is_kept() const { return keeps_ && touch_ && !newest_.tools.empty(); }  ///< what is touched now
-  Vec3 start() const { return session_.path().front().x; }
+  Vec3 first_place() const { return session_.path().front().x; }
 
   Session session_;
   const bool by_pointer_;

@@ -6,6 +6,7 @@
 #include <boost/beast.hpp>
 #include <chrono>
 #include <deque>
+#include <future>
 #include <map>
 #include <optional>
 
@@ -14,6 +15,7 @@
 #include "core/base/visible_text.hpp"
 #include "view/page_files.hpp"
 #include "view/page_message.hpp"
+#include "view/peer_user.hpp"
 
 namespace kt {
 namespace {
@@ -26,11 +28,15 @@ using tcp = asio::ip::tcp;
 using Error = beast::error_code;
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
+using Head = http::header<true>;
 using Bytes = std::shared_ptr<const std::string>;
 
-constexpr std::size_t kMostWaiting = 64;  // messages to one page that are no frames
-constexpr int kMostConnections = 64;      // of all kinds at once
+constexpr std::size_t kMostWaiting = 64;    // messages to one page that are no frames
+constexpr std::size_t kMostStrangers = 64;  // connections that have not been let in
+constexpr std::size_t kLongestHead = 16384, kLongestName = 255;
 constexpr auto kPeriod = std::chrono::microseconds(16667);
+constexpr auto kForHead = std::chrono::seconds(10), kForUpload = std::chrono::seconds(120);
+constexpr auto kForRest = std::chrono::seconds(2);  // of what nobody reads
 
 /// The value of NAME in "/path?NAME=value&...", as it stands there.
 std::string query_value(const std::string& target, const std::string& name) {
@@ -78,13 +84,12 @@ class Page : public std::enable_shared_from_this<Page> {
     });
   }
 
-  /// A browser tells a page nothing of a refused WebSocket: it is opened and closed with the reason.
+  /// Opened only to say why it is closed: a browser hides the answers to a request that is refused.
   void refuse(const Request& request, const std::string& why) {
-    is_closed_ = true;
-    beast::get_lowest_layer(socket_).expires_after(std::chrono::seconds(30));
+    beast::get_lowest_layer(socket_).expires_after(kForHead);
     socket_.async_accept(request, [self = shared_from_this(), why](Error error) {
-      if (error) return;
-      self->socket_.async_close({websocket::close_code::try_again_later, why}, [self](Error) {});
+      if (!error)
+        self->socket_.async_close({websocket::close_code::try_again_later, why}, [self](Error) { self->close(); });
     });
   }
 
@@ -152,74 +157,141 @@ class Page : public std::enable_shared_from_this<Page> {
   bool is_writing_ = false, is_closed_ = false;
 };
 
+/// Of a request, as far as its head tells.
+struct Asked {
+  explicit Asked(const Head& head)
+      : target(head.target()),
+        path(target.substr(0, target.find('?'))),
+        is_upload(path == "/mesh" && head.method() == http::verb::post),
+        is_page(path == "/live") {}
+  std::string value(const std::string& name) const { return unescaped(query_value(target, name)); }
+  std::string target, path;
+  bool is_upload, is_page;
+};
+
+Response json_response(http::status status, const std::string& json) {
+  Response out{status, 11};
+  out.set(http::field::content_type, "application/json");
+  out.body() = json;
+  return out;
+}
+
+Response refusal(http::status status, const std::string& why) { return json_response(status, json_error(why)); }
+
 }  // namespace
 
 struct Server::Parts {
-  Parts(const ServerOptions& o, ServerHandler& h) : options(o), handler(h), acceptor(context), timer(context) {}
+  class Connection;
+  struct Stranger {
+    std::string address;
+    std::weak_ptr<Connection> connection;
+  };
+
+  Parts(const ServerOptions& o, ServerHandler& h)
+      : options(o), handler(h), acceptor(context), timer(context), again(context) {}
 
   void accept();
-  bool may(const Request& request, bool changes) const;
-  Response answer(const Request& request);
+  void make_room();
+  void let_in(int id) { strangers.erase(id); }
+  std::optional<Response> refused(const Head& head, bool is_own_user) const;
+  Response answer(const Head& head) const;
+  void open_page(beast::tcp_stream&& stream, const Request& request);
+  void upload(std::string name, std::string bytes, std::function<void(Response)> done);
   void tick();
 
   ServerOptions options;
   ServerHandler& handler;
+  std::map<int, Stranger> strangers;  // the oldest first; goes after what the context holds
   asio::io_context context{1};
   tcp::acceptor acceptor;
-  asio::steady_timer timer;
+  asio::steady_timer timer, again;
   std::map<int, std::shared_ptr<Page>> pages;
-  int next_page = 1, connections = 0;
+  int next_page = 1, next_connection = 1;
   unsigned short port = 0;
   const std::atomic<bool>* stop = nullptr;
+  bool is_looking = false;
+  std::future<void> looking;  // at a mesh that was dropped
 };
 
-namespace {
-
-/// One HTTP connection, until it ends or becomes a page's WebSocket.
-class Connection : public std::enable_shared_from_this<Connection> {
+/// One HTTP connection, until it ends or becomes a page's WebSocket. Of a request the head is looked at first: the body
+/// of one that is not let in is never kept.
+class Server::Parts::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  using Upgrade = std::function<void(beast::tcp_stream&&, Request&&)>;
-  using Answer = std::function<Response(const Request&)>;
-  Connection(tcp::socket&& socket, Answer answer, std::function<bool(const Request&)> may_upgrade, Upgrade upgrade,
-             std::function<void()> ended)
-      : stream_(std::move(socket)),
-        answer_(std::move(answer)),
-        may_upgrade_(std::move(may_upgrade)),
-        upgrade_(std::move(upgrade)),
-        ended_(std::move(ended)) {}
-  ~Connection() { ended_(); }
+  Connection(tcp::socket&& socket, Parts& server, int id, bool is_own_user)
+      : stream_(std::move(socket)), server_(server), id_(id), is_own_user_(is_own_user) {}
+  ~Connection() { server_.let_in(id_); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
   void read() {
     parser_.emplace();
-    parser_->header_limit(16384);
+    parser_->header_limit(kLongestHead);
+    parser_->body_limit(boost::none);  // looked at below
+    stream_.expires_after(kForHead);
+    http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
+      if (!error) self->take_head();
+    });
+  }
+  void close() { stream_.close(); }
+
+ private:
+  void take_head() {
+    const Head& head = parser_->get();
+    const Asked asked(head);
+    if (auto refused = server_.refused(head, is_own_user_)) return write(std::move(*refused));
+    if (asked.is_page && websocket::is_upgrade(parser_->get()) && parser_->is_done())
+      return server_.open_page(std::move(stream_), parser_->release());
+    if (!asked.is_upload) return write(server_.answer(head));
+    const auto length = parser_->content_length();
+    if (length && *length > kLargestUpload)
+      return write(
+          refusal(http::status::payload_too_large, text("a file may have at most ", kLargestUpload >> 20, " MiB")));
+    if (server_.is_looking)
+      return write(
+          refusal(http::status::service_unavailable, "another mesh is being looked at; try again in a moment"));
+    read_upload(asked.value("name"));
+  }
+
+  void read_upload(const std::string& name) {
+    server_.is_looking = true;
+    server_.let_in(id_);
     parser_->body_limit(kLargestUpload);
-    stream_.expires_after(std::chrono::seconds(30));
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
-      if (error == http::error::body_limit) return self->refuse();
-      if (error) return;
-      Request request = self->parser_->release();
-      if (websocket::is_upgrade(request) && self->may_upgrade_(request))
-        return self->upgrade_(std::move(self->stream_), std::move(request));
-      self->write(self->answer_(request));
+    stream_.expires_after(kForUpload);
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this(), name](Error error, std::size_t) {
+      if (error) {
+        self->server_.is_looking = false;
+        if (error == http::error::body_limit)
+          self->write(refusal(http::status::payload_too_large, "a file may have at most 64 MiB"));
+        return;
+      }
+      self->stream_.expires_never();
+      self->server_.upload(name, std::move(self->parser_->get().body()),
+                           [self](Response response) { self->write(std::move(response)); });
     });
   }
 
- private:
-  void refuse() {
-    Response out{http::status::payload_too_large, 11};
-    out.set(http::field::content_type, "application/json");
-    out.body() = json_error(text("a file may have at most ", kLargestUpload >> 20, " MiB"));
-    out.keep_alive(false);
-    write(std::move(out));
-  }
   void write(Response response) {
+    is_kept_ = parser_->is_done() && parser_->get().keep_alive();
     response_ = std::move(response);
+    response_.keep_alive(is_kept_);
+    response_.set(http::field::cache_control, "no-store");
+    response_.set("X-Content-Type-Options", "nosniff");
+    response_.set("Referrer-Policy", "no-referrer");  // the address may have a token
     response_.prepare_payload();
+    stream_.expires_after(kForHead);
     http::async_write(stream_, response_, [self = shared_from_this()](Error error, std::size_t) {
-      if (!error && self->response_.keep_alive()) return self->read();
+      if (error) return;
+      if (self->is_kept_) return self->read();
       self->stream_.socket().shutdown(tcp::socket::shutdown_send, error);
+      self->stream_.expires_after(kForRest);
+      self->skip();
+    });
+  }
+
+  /// A body that nobody wants: closed at once, the answer would be lost on its way.
+  void skip() {
+    stream_.async_read_some(asio::buffer(rest_), [self = shared_from_this()](Error error, std::size_t) {
+      if (!error) self->skip();
     });
   }
 
@@ -227,91 +299,109 @@ class Connection : public std::enable_shared_from_this<Connection> {
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   Response response_;
-  Answer answer_;
-  std::function<bool(const Request&)> may_upgrade_;
-  Upgrade upgrade_;
-  std::function<void()> ended_;
+  Parts& server_;
+  int id_;
+  bool is_own_user_, is_kept_ = false;
+  std::array<char, 4096> rest_;
 };
 
-std::string field(const Request& request, http::field name) { return std::string(request[name]); }
-
-}  // namespace
-
-/// @param changes  the request does something: then from a page of our own, and with the token
-bool Server::Parts::may(const Request& request, bool changes) const {
-  const std::string host = field(request, http::field::host);
-  if (!is_own_host(host, options)) return false;
-  if (!changes) return true;
-  if (!is_own_origin(field(request, http::field::origin), host)) return false;
-  return options.token.empty() ||
-         is_same_secret(unescaped(query_value(std::string(request.target()), "token")), options.token);
+/// Looked at before anything else of a request. What does something is let in from a page of our own alone, and with
+/// the token; without one, from this user of this computer.
+std::optional<Response> Server::Parts::refused(const Head& head, bool is_own_user) const {
+  const auto no = [](const char* why) { return refusal(http::status::forbidden, why); };
+  const std::string host(head[http::field::host]);
+  if (!is_own_host(host, options)) return no("this server has another name");
+  if (options.token.empty() && !is_own_user)
+    return no("another user of this computer: kilotouch view --token T lets you in");
+  const Asked asked(head);
+  if (!asked.is_upload && !asked.is_page) return std::nullopt;
+  if (!is_own_origin(std::string(head[http::field::origin]), host)) return no("not from a page of this server");
+  if (!options.token.empty() && !is_same_secret(asked.value("token"), options.token))
+    return no("the page's address has not the server's token: open the one that kilotouch printed");
+  if (asked.is_upload && asked.value("name").size() > kLongestName)
+    return refusal(http::status::bad_request, text("a file's name may have at most ", kLongestName, " bytes"));
+  return std::nullopt;
 }
 
-Response Server::Parts::answer(const Request& request) {
-  Response out{http::status::ok, request.version()};
-  out.keep_alive(request.keep_alive());
-  out.set(http::field::cache_control, "no-store");
-  out.set("X-Content-Type-Options", "nosniff");
-  out.set(
-      "Content-Security-Policy",
-      "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:");
-  out.set(http::field::content_type, "application/json");
-  const auto say = [&](http::status status, const std::string& what) {
-    out.result(status);
-    out.body() = json_error(what);
-    return out;
-  };
-  const std::string target(request.target()), path = target.substr(0, target.find('?'));
-  const bool is_upload = path == "/mesh" && request.method() == http::verb::post;
-  if (!may(request, is_upload || path == "/live"))
-    return say(http::status::forbidden, "not from a page of this server, or without its token");
-  if (is_upload) {
-    try {
-      out.body() = handler.uploaded(unescaped(query_value(target, "name")), request.body());
-      return out;
-    } catch (const std::exception& e) {
-      return say(http::status::bad_request, e.what());
-    }
-  }
-  if (request.method() != http::verb::get && request.method() != http::verb::head)
-    return say(http::status::method_not_allowed, "only GET, and POST of a mesh");
+Response Server::Parts::answer(const Head& head) const {
+  const Asked asked(head);
+  if (head.method() != http::verb::get && head.method() != http::verb::head)
+    return refusal(http::status::method_not_allowed, "only GET, and POST of a mesh");
   for (const PageFile& file : page_files())
-    if (path == file.path || (path == "/" && file.path == "/index.html")) {
+    if (asked.path == file.path || (asked.path == "/" && file.path == "/index.html")) {
+      Response out = json_response(http::status::ok, std::string(file.content));
       out.set(http::field::content_type, beast::string_view(file.type.data(), file.type.size()));
-      out.body() = std::string(file.content);
+      out.set("Content-Security-Policy",
+              "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
+              "connect-src 'self' ws: wss:; frame-ancestors 'none'");
       return out;
     }
-  return say(http::status::not_found, "no such page");
+  return refusal(http::status::not_found, "no such page");
+}
+
+void Server::Parts::open_page(beast::tcp_stream&& stream, const Request& request) {
+  const int id = next_page++;
+  const auto page = std::make_shared<Page>(std::move(stream), id, handler, [this](int which) {
+    if (pages.erase(which) > 0) handler.left(which);
+  });
+  if (static_cast<int>(pages.size()) >= kMostPages)
+    return page->refuse(request, text(kMostPages, " pages are open, more are not served: close one"));
+  page->open(request, [this, id, page] {
+    pages[id] = page;
+    handler.joined(id);
+  });
+}
+
+/// In a thread of its own: pages go on meanwhile.
+void Server::Parts::upload(std::string name, std::string bytes, std::function<void(Response)> done) {
+  looking = std::async(std::launch::async, [this, name = std::move(name), bytes = std::move(bytes), done] {
+    Response response;
+    try {
+      response = json_response(http::status::ok, handler.uploaded(name, bytes));
+    } catch (const std::exception& e) {
+      response = refusal(http::status::bad_request, e.what());
+    }
+    asio::post(context, [this, done, response = std::move(response)] {
+      is_looking = false;
+      done(response);
+    });
+  });
+}
+
+/// Of the address that has the most connections the oldest one goes: who opens many shuts nobody else out.
+void Server::Parts::make_room() {
+  while (strangers.size() >= kMostStrangers) {
+    std::map<std::string, int> counts;
+    for (const auto& [id, stranger] : strangers) ++counts[stranger.address];
+    const auto most = std::ranges::max_element(counts, {}, [](const auto& count) { return count.second; });
+    const auto oldest =
+        std::ranges::find_if(strangers, [&](const auto& entry) { return entry.second.address == most->first; });
+    const auto connection = oldest->second.connection.lock();
+    strangers.erase(oldest);
+    if (connection) connection->close();
+  }
 }
 
 void Server::Parts::accept() {
   acceptor.async_accept([this](Error error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
-    if (!error && connections < kMostConnections) {
-      ++connections;
-      Error ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-      std::make_shared<Connection>(
-          std::move(socket), [this](const Request& request) { return answer(request); },
-          [this](const Request& request) {
-            const std::string target(request.target());
-            return target.substr(0, target.find('?')) == "/live" && may(request, true);
-          },
-          [this](beast::tcp_stream&& stream, Request&& request) {
-            const int id = next_page++;
-            const auto page = std::make_shared<Page>(std::move(stream), id, handler, [this](int which) {
-              if (pages.erase(which) > 0) handler.left(which);
-            });
-            if (static_cast<int>(pages.size()) >= kMostPages)
-              return page->refuse(request, text(kMostPages, " pages are open already; close one of them"));
-            page->open(request, [this, id, page] {
-              pages[id] = page;
-              handler.joined(id);
-            });
-          },
-          [this] { --connections; })
-          ->read();
+    const tcp::endpoint peer = error ? tcp::endpoint() : socket.remote_endpoint(error);
+    if (error) {  // as when there are no more file descriptors: not asked again at once
+      again.expires_after(std::chrono::milliseconds(20));
+      again.async_wait([this](Error ended) {
+        if (!ended) accept();
+      });
+      return;
     }
+    make_room();
+    Error ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    const int id = next_connection++;
+    const std::string address = peer.address().to_string();
+    const bool is_own_user = options.token.empty() && is_peer_of_this_user(address, peer.port(), port);
+    const auto connection = std::make_shared<Connection>(std::move(socket), *this, id, is_own_user);
+    strangers[id] = {address, connection};
+    connection->read();
     accept();
   });
 }
@@ -347,6 +437,7 @@ Server::Server(const ServerOptions& options, ServerHandler& handler)
     throw InputError(text("--port: ", options.port, " is in use; take another, or 0 for any that is free"));
   if (error) throw InputError(text("--listen ", options.address, ":", options.port, ": ", error.message()));
   parts_->port = acceptor.local_endpoint().port();
+  parts_->options.address = address.to_string();
 }
 
 Server::~Server() = default;
@@ -358,15 +449,17 @@ void Server::run(const std::atomic<bool>& stop) {
   parts_->tick();
   parts_->context.run();
   parts_->pages.clear();
+  if (parts_->looking.valid()) parts_->looking.wait();
 }
 
 unsigned short Server::port() const { return parts_->port; }
 
 std::string Server::url() const {
   const ServerOptions& o = parts_->options;
-  const bool is_v6 = o.address.find(':') != std::string::npos;
-  return text("http://", is_v6 ? "[" : "", o.address == "0.0.0.0" ? "localhost" : o.address, is_v6 ? "]" : "", ":",
-              parts_->port, "/", o.token.empty() ? "" : "?token=" + o.token);
+  const std::string host = o.address == "0.0.0.0" ? "localhost" : o.address == "::" ? "::1" : o.address;
+  const bool is_v6 = host.find(':') != std::string::npos;
+  return text("http://", is_v6 ? "[" : "", host, is_v6 ? "]" : "", ":", parts_->port, "/",
+              o.token.empty() ? "" : "?token=" + o.token);
 }
 
 void Server::send(int page, Kind kind, std::shared_ptr<const std::string> content, bool is_frame) {

@@ -16,16 +16,17 @@ struct ServerOptions {
 };
 
 constexpr std::size_t kLargestUpload = std::size_t{64} << 20;  // bytes
-constexpr int kMostPages = 16;
+constexpr int kMostPages = 16;                                 // the next one is opened to be told so, and closed
 
-/// What the server asks. Everything in the thread of run(); what is thrown as InputError goes to the page as one line.
+/// What the server asks. In the thread of run() but for uploaded(); what is thrown as InputError goes to the page as
+/// one line.
 class ServerHandler {
  public:
   virtual ~ServerHandler() = default;
   virtual void joined(int page) = 0;
   virtual void received(int page, const std::string& message) = 0;
   virtual void left(int page) = 0;
-  /// A file was dropped into a page. @returns the JSON to answer with
+  /// A file was dropped into a page. In another thread, one at a time. @returns the JSON to answer with
   virtual std::string uploaded(const std::string& name, const std::string& bytes) = 0;
   virtual void tick() = 0;  ///< some 60 times a second
 };
@@ -54,12 +55,13 @@ class Server {
   std::unique_ptr<Parts> parts_;
 };
 
-/// Whether a page of this origin may speak to the server: "http://host:port", or https where a proxy stands before it.
+/// Whether a page of this origin may speak to the server; an Origin header is "http://host:port", or "https://..."
+/// where another program carries the page on.
 /// @param host  the request's own Host header
 bool is_own_origin(const std::string& origin, const std::string& host);
 
-/// Whether a Host header names this server: else a name of others was pointed at it (DNS rebinding). Any port: `ssh -L`
-/// and `docker -p` put others before it. With a token any name: who has it was given the page's address.
+/// Whether a Host header names this server: else a name of others was pointed at it (DNS rebinding). With a token any
+/// name will do: who rebinds one has no token. Any port: another program may carry it on (ssh -L, docker -p).
 bool is_own_host(const std::string& host, const ServerOptions& options);
 
 /// In a time that does not tell where two texts differ.

@@ -14,8 +14,10 @@
 #include "io/files/child_process.hpp"
 #include "io/files/output_file.hpp"
 #include "io/mesh/mesh_io.hpp"
+#include "io/scene/named_here.hpp"
 #include "io/scene/scene_json.hpp"
 #include "view/page_message.hpp"
+#include "view/page_scene.hpp"
 #include "view/page_texts.hpp"
 
 namespace kt {
@@ -88,7 +90,7 @@ class Pages : public ServerHandler {
     return out;
   }
   void answer(int page, const std::string& to, const std::string& what, const std::string& error) {
-    server_.send(page, Server::Kind::text, bytes(answer_text(to, what, error)));
+    server_.send(page, Server::Kind::text, bytes(answer_text(to, what, without_temporary_folders(error))));
   }
   const ViewOptions& options_;
   Server server_;
@@ -103,7 +105,10 @@ std::string picture_bytes(const LiveRun::Picture& p, unsigned echo, double stamp
 
 class LivePages final : public Pages {
  public:
-  LivePages(const Scene& scene, const ViewOptions& options) : Pages(options), scene_(scene) { run_ = make_run(scene); }
+  LivePages(const Scene& scene, const ViewOptions& options) : Pages(options), own_scene_(scene), scene_(scene) {
+    run_ = make_run(scene);
+    run_->start(nullptr);
+  }
 
   void left(int page) override {
     Pages::left(page);
@@ -112,34 +117,23 @@ class LivePages final : public Pages {
     run_->retreat();
   }
 
-  /// A file in a temporary folder is told by the name that the page had it under.
-  static std::string named(std::string told, const PrivateFolder& folder, const std::string& name) {
-    for (std::size_t at = told.find(folder.path()); at != std::string::npos; at = told.find(folder.path(), at)) {
-      const std::size_t end = std::min(told.find_first_of(": \"\n,;)", at + folder.path().size()), told.size());
-      told.replace(at, end - at, name);
-      at += name.size();
-    }
-    return told;
-  }
-
-  /// In a child process with limits, as third parties' files have everything in them.
+  /// In a child process with limits, as third parties' files have everything in them; in a thread of its own.
   std::string uploaded(const std::string& name, const std::string& content) override {
     const std::string extension = mesh_extension(name);
     const std::vector<std::string> known = readable_mesh_extensions();
     if (std::ranges::find(known, extension) == known.end())
       throw InputError(text(visible(name), ": no mesh file that can be read; known: ", join(known)));
     auto folder = std::make_shared<PrivateFolder>();
-    const std::string file = *folder / ("dropped." + extension);
+    const std::string file = *folder / dropped_name(name);
     write_file_whole(file, content);
     std::string findings;
     try {
       findings = options_.examine(file);
     } catch (const std::exception& e) {
-      throw InputError(one_line(named(e.what(), *folder, name)));
+      throw InputError(one_line(without_temporary_folders(e.what())));
     }
-    dropped_folder_ = std::move(folder);  // the one before goes, unless its mesh is shown
-    dropped_ = file;
-    dropped_name_ = name;
+    const std::scoped_lock lock(dropped_guard_);
+    dropped_ = {file, name, std::move(folder)};  // the one before goes, unless its mesh is shown
     return findings;
   }
 
@@ -174,7 +168,8 @@ class LivePages final : public Pages {
   }
 
   void tell_body(int page) {
-    server_.send(page, Server::Kind::text, bytes(hello_text(run_->session(), 0, options_.scenes, options_.by_pointer)));
+    const std::string hello = hello_text(run_->session(), 0, options_.scenes, options_.by_pointer);
+    server_.send(page, Server::Kind::text, bytes(without_temporary_folders(hello)));
     server_.send(page, Server::Kind::bytes, bytes(body_bytes(run_->shape(), run_->session().start().x)));
   }
 
@@ -244,8 +239,8 @@ class LivePages final : public Pages {
     return split_override(setting);
   }
 
-  static Scene changed(const Scene& scene, const std::vector<std::string>& settings) {
-    return parse_scene(to_json(scene), settings, "page");
+  Scene changed(const Scene& scene, const std::vector<std::string>& settings) const {
+    return page_scene(scene, settings, options_.folder);
   }
 
   /// Checked as --set is, against the values that it runs with, then as what can change while it runs. The scene has
@@ -264,7 +259,7 @@ class LivePages final : public Pages {
   }
 
   /// The kinetic friction coefficient follows the static one down, as in change_setting().
-  static Scene with_live_value(const Scene& scene, const std::string& key, const std::string& setting) {
+  Scene with_live_value(const Scene& scene, const std::string& key, const std::string& setting) const {
     if (key != "contact.mu_static") return changed(scene, {setting});
     Scene out = changed(scene, {"contact.mu_kinetic=0", setting});
     out.contact.mu_kinetic = std::min(scene.contact.mu_kinetic, out.contact.mu_static);
@@ -273,19 +268,24 @@ class LivePages final : public Pages {
 
   void open(int page, const PageMessage& m) {
     if (m.name == "dropped mesh") {
-      if (dropped_.empty()) throw InputError("open: no mesh was dropped into the page");
+      const std::scoped_lock lock(dropped_guard_);
+      if (!dropped_.folder) throw InputError("open: no mesh was dropped into the page");
       return begin(
           page, "open",
-          [this, file = dropped_, name = dropped_name_, repairs = m.on] {
+          [this, file = dropped_.file, name = dropped_.name, repairs = m.on] {
             Scene scene = options_.scene_of_mesh(repairs ? options_.repair(file) : file);
             scene.title = visible(name);
             return scene;
           },
-          dropped_folder_);
+          dropped_.folder);
     }
     if (std::ranges::find(options_.scenes, m.name) == options_.scenes.end())
       throw_unknown("scene", m.name, options_.scenes);
-    begin(page, "open", [this, name = m.name] { return options_.load_scene(name); });
+    begin(page, "open", [this, name = m.name] {
+      Scene scene = options_.load_scene(name);
+      require_named_here(scene, own_scene_, SceneDoor::others, name);
+      return scene;
+    });
   }
 
   /// The next body is built while this one runs on.
@@ -296,17 +296,12 @@ class LivePages final : public Pages {
     asked_ = {page, what};
     since_begun_.clear();
     if (!folder && what == "restart") folder = scene_folder_;
-    next_ = std::async(std::launch::async, [this, make, folder, name = dropped_name_] {
-      try {
-        Next out;
-        out.folder = folder;
-        out.scene = make();
-        out.run = make_run(out.scene);
-        return out;
-      } catch (const std::exception& e) {
-        if (!folder) throw;
-        throw InputError(named(e.what(), *folder, name));
-      }
+    next_ = std::async(std::launch::async, [this, make, folder] {
+      Next out;
+      out.folder = folder;
+      out.scene = make();
+      out.run = make_run(out.scene);
+      return out;
     });
   }
 
@@ -314,6 +309,7 @@ class LivePages final : public Pages {
     if (!next_.valid() || next_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     try {
       Next next = next_.get();
+      next.run->start(std::move(run_));
       run_ = std::move(next.run);
       scene_ = std::move(next.scene);
       if (asked_.second == "restart") set_again();
@@ -341,6 +337,12 @@ class LivePages final : public Pages {
     std::unique_ptr<LiveRun> run;
     std::shared_ptr<PrivateFolder> folder;
   };
+  /// A mesh that was dropped into a page, and the temporary folder that it lies in.
+  struct Dropped {
+    std::string file, name;  // as the page had it
+    std::shared_ptr<PrivateFolder> folder;
+  };
+  const Scene own_scene_;  // that this computer has named
   Scene scene_;
   int holder_ = 0;  // the page that has the tool
   unsigned echo_ = 0;
@@ -351,8 +353,9 @@ class LivePages final : public Pages {
   RefreshPicture refresh_;
   std::mutex recordings_guard_;
   std::vector<std::pair<std::string, std::string>> recordings_;  // written, not told yet
-  std::shared_ptr<PrivateFolder> dropped_folder_, scene_folder_;
-  std::string dropped_, dropped_name_;  // file; as the page had it
+  std::mutex dropped_guard_;
+  Dropped dropped_;
+  std::shared_ptr<PrivateFolder> scene_folder_;
   std::pair<int, std::string> asked_;
   std::vector<std::pair<std::string, std::string>> since_begun_;  // key, value: set while the next body is built
   std::unique_ptr<LiveRun> run_;

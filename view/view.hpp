@@ -13,6 +13,7 @@ struct ViewOptions {
   bool by_pointer = true;                  ///< the tool is drawn by the page; else it goes the scene's way
   LiveRun::Save save;                      ///< writes a recording, returns where it lies
   std::function<void()> before_recording;  ///< throws InputError where none can be written
+  std::string folder;                      ///< of the scene: files that a page names lie in it
   /// Scenes that a page may open, by the names that it shows.
   std::vector<std::string> scenes;
   std::function<Scene(const std::string& name)> load_scene;
@@ -20,7 +21,7 @@ struct ViewOptions {
   std::function<Scene(const std::string& file)> scene_of_mesh;
   /// A closed surface of a mesh file that has holes, in another file of the same folder. @returns that file
   std::function<std::string(const std::string& file)> repair;
-  /// What the doctor finds in a mesh file, JSON.
+  /// What the doctor finds in a mesh file, JSON. In a thread of its own.
   std::function<std::string(const std::string& file)> examine;
   std::function<long long()> count_allocations;  ///< of this thread so far; none: not counted
   LiveRun::NewLink link;                         ///< the body is on another computer; none: it is here

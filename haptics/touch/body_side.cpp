@@ -16,6 +16,7 @@ BodySide::BodySide(const Body& body, const TouchOptions& options)
     : body_(body),
       options_(options),
       material_(body.options().object.model),
+      wanted_rate_hz_(options.global.rate_hz),
       wanted_(options),
       wanted_material_(material_) {
   radius_.fill(-1);
@@ -38,7 +39,8 @@ void BodySide::set(const std::string& key, double value) {
       throw InputError(text(key, ": the body's model is the caller's own; its material is not a setting"));
   }
   change_setting(change, {wanted_, wanted_material_});
-  waiting_.push_back(change);
+  wanted_rate_hz_ = wanted_.global.rate_hz;
+  keep_last(change);
 }
 
 void BodySide::set(const std::string& key, const std::string& word) {
@@ -49,7 +51,32 @@ void BodySide::set(const std::string& key, const std::string& word) {
   change_setting(change, {wanted, wanted_material_});
   contact_smoothing(wanted.contact, wanted.local);  // they have to go together
   wanted_ = std::move(wanted);
-  waiting_.push_back(change);
+  keep_last(change);
+}
+
+/// No more changes wait than there are settings. The friction coefficients, which move one another, wait as the two
+/// values that they have come to.
+void BodySide::keep_last(const SettingChange& change) {
+  const auto is_friction = [](const SettingChange& c) {
+    return c.key == "contact.mu" || c.key == "contact.mu_static" || c.key == "contact.mu_kinetic";
+  };
+  const bool is_again = std::ranges::any_of(waiting_, [&](const SettingChange& c) { return c.key == change.key; });
+  const bool moves_others = is_friction(change);
+  if (is_again)
+    std::erase_if(waiting_,
+                  [&](const SettingChange& c) { return moves_others ? is_friction(c) : c.key == change.key; });
+  if (!is_again || !moves_others || change.key == "contact.mu") {
+    waiting_.push_back(change);
+    return;
+  }
+  waiting_.push_back({0, "contact.mu_static", wanted_.contact.mu_static, ""});
+  waiting_.push_back({0, "contact.mu_kinetic", wanted_.contact.mu_kinetic, ""});
+}
+
+int BodySide::interval(int planned) const {
+  const double rate = wanted_rate_hz_.load(std::memory_order_relaxed);
+  if (!(rate > options_.global.rate_hz)) return planned;
+  return std::min(planned, std::max(1, static_cast<int>(std::llround(options_.local.rate_hz / rate))));
 }
 
 std::vector<SettingChange> BodySide::waiting() const {

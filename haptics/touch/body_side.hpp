@@ -1,6 +1,7 @@
 #pragma once
 // The slow half of a Touch: refreshes of the body, changes of settings, and what is told of it. One thread at a time
 // refreshes; set(), status() and copy_positions() may be called from any other.
+#include <atomic>
 #include <deque>
 #include <functional>
 #include <mutex>
@@ -34,14 +35,18 @@ class BodySide {
   void adopted(int linearized_tick, int tick, const PreparedLocalModel* old);
   void failed(const std::string& why);
 
-  /// From the next refresh on. Throws InputError for a setting that cannot be changed while the body is touched, or a
-  /// value that is out of range; nothing is changed then.
+  /// From the next refresh on; of a setting that is changed more than once until then, the last value counts. Throws
+  /// InputError for a setting that cannot be changed while the body is touched, or a value that is out of range;
+  /// nothing is changed then.
   void set(const std::string& key, double value);
   void set(const std::string& key, const std::string& word);
   /// Changes that no refresh has taken yet.
   std::vector<SettingChange> waiting() const;
   double number(const std::string& key) const;  ///< as it was set last
   std::string word(const std::string& key) const;
+  /// Ticks from a refresh to the next, where `planned` were planned: fewer when a higher rate has been set since. In
+  /// the thread that refreshes.
+  int interval(int planned) const;
 
   TouchStatus status() const;
   /// The whole body as the last refresh had it [m], (3n).
@@ -63,6 +68,7 @@ class BodySide {
 
  private:
   double delay(int tick) const;
+  void keep_last(const SettingChange& change);
   void apply_changes(int tick);
   void apply(const std::vector<SettingChange>& changes);
   void tell_of_settled();
@@ -82,7 +88,8 @@ class BodySide {
   int overtaken_ = -1;                  // models linearized up to that tick will not be adopted any more
   int num_refreshes_ = 0, last_tick_ = 0;
   std::size_t next_replayed_ = 0;
-  mutable std::mutex guard_;  // of what follows
+  std::atomic<double> wanted_rate_hz_;  // of refreshes, as it was set last
+  mutable std::mutex guard_;            // of what follows
   SwapEnergy swaps_;
   std::vector<SettingChange> waiting_;  // changes
   TouchOptions wanted_;                 // with those that wait

@@ -62,6 +62,9 @@ class Schedule {
 
   void set_next(int tick) { due_ = std::max(tick, busy_until_); }
 
+  /// A higher rate has been set since: the next one comes sooner than planned.
+  void hurry(const BodySide& body) { due_ = std::min(due_, last_ + body.interval(due_ - last_)); }
+
   /// The slow side takes that many ticks for the refresh that begins at this one: it does nothing else meanwhile, and
   /// its local model is as late.
   void charge(int tick, int ticks, RefreshEvent& event) {
@@ -174,6 +177,7 @@ class LockstepLink final : public BodyLink {
     // At the edge of the patch, a new one is asked for once; the answer takes its time.
     const bool wanted =
         !reports_.empty() && reports_.all().back().left_patch && on_the_way_.empty() && options.global.early_refresh;
+    schedule_.hurry(body_);
     if (!schedule_.is_due(tick, wanted)) return;
     RefreshEvent event = schedule_.take(tick);
     const bool goes_on = tick > 0 && catches_up_;

@@ -77,8 +77,9 @@ class ThreadLink final : public BodyLink {
 
   /// The refresher always works for the latest moment that the haptic side has sent its motion of.
   void refresh_when_due() {
+    const int due = last_ + body_.interval(interval_);
     const bool is_due =
-        !pending_.empty() && (pending_.all().back().tick + soon_ >= last_ + interval_ ||
+        !pending_.empty() && (pending_.all().back().tick + soon_ >= due ||
                               (body_.options().global.early_refresh && pending_.all().back().left_patch));
     if (is_due && !spare_motions_.empty() && ticks_.ask_motion(spare_motions_.back())) spare_motions_.pop_back();
     if (auto newer = ticks_.take_motion()) {
@@ -91,7 +92,7 @@ class ThreadLink final : public BodyLink {
     const bool cannot_wait =
         body_.options().global.early_refresh &&
         std::ranges::any_of(pending_.all(), [&](const LocalReport& r) { return r.tick < tick && r.left_patch; });
-    if (tick <= last_ || (tick < last_ + interval_ && !cannot_wait)) {
+    if (tick <= last_ || (tick < due && !cannot_wait)) {
       if (!look_back(kBetween)) std::this_thread::sleep_for(std::chrono::microseconds(300));
       return;
     }

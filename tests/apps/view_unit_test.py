@@ -97,7 +97,7 @@ class Access(unittest.TestCase):
     def test_pages_of_others_and_other_names_are_refused(self):
         with View(SCENE, *SMALL) as view:
             self.assertEqual(view.upgrade()[0], 101)
-            for origin in ["http://evil.example", "null", None, f"https://127.0.0.1:{view.port}"]:
+            for origin in ["http://evil.example", "null", None, f"http://127.0.0.1:{view.port + 1}"]:
                 self.assertEqual(view.upgrade(origin=origin)[0], 403, origin)
             self.assertEqual(view.upgrade(host=f"evil.example:{view.port}")[0], 403)
             own = f"Host: 127.0.0.1:{view.port}"
