@@ -1,0 +1,182 @@
+#!/usr/bin/python3
+"""What the C interface and the Python package are given and give: turned arrays, huge counts, wrong order; copies, warnings, a new start."""
+import copy
+import ctypes
+import math
+import os
+import pickle
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+import kilotouch as kt
+from kilotouch import _kilotouch
+from support import BLOCK, LIBRARY, QUICK, TOP, press
+
+INPUT, RUN, MISUSE = 1, 2, 3
+
+
+class Pose(ctypes.Structure):
+    _fields_ = [("size", ctypes.c_uint32), ("buttons", ctypes.c_uint32), ("x", ctypes.c_double * 3), ("turn", ctypes.c_double * 4)]
+
+
+class Frame(ctypes.Structure):
+    _fields_ = [("size", ctypes.c_uint32), ("flags", ctypes.c_uint32), ("t", ctypes.c_double)]
+
+
+def solid(turned=False, **settings):
+    """The block as arrays, its tetrahedra turned the other way or not."""
+    block = kt.load_mesh(BLOCK)
+    tetrahedra = block.tetrahedra[:, [0, 1, 3, 2]] if turned else block.tetrahedra
+    touch = kt.Touch(kt.Scene(settings={**QUICK, "object.mesh": "-", **settings}), mesh=kt.Mesh(block.x, None, tetrahedra))
+    return touch
+
+
+class Arrays(unittest.TestCase):
+    def test_tetrahedra_turned_either_way_give_one_force(self):
+        for model in ("msd", "fem"):
+            right, turned = (solid(t, **{"object.model.type": model}) for t in (False, True))
+            for x in press(0.008, 120):
+                self.assertAlmostEqual(turned.tick(x).f_n, (f := right.tick(x).f_n), delta=1e-6 * (1 + f))
+            self.assertGreater(f, 0.01)
+
+    def test_a_mesh_is_looked_at(self):
+        x, cell = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), [[0, 1, 2, 3]]
+        kt.Mesh(x, None, cell)
+        for wrong in ((x * math.nan, None, cell), (x, None, [[0, 1, 2, 4]]), (x, None, [[0, 1, 2, 2]]), (x, None, None)):
+            with self.assertRaises(kt.InputError) as caught:
+                kt.Mesh(*wrong)
+            self.assertNotIn("\n", str(caught.exception))
+
+    def test_messages_of_arrays_name_the_given_mesh(self):
+        open_sheet = kt.Mesh([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [[0, 1, 2]])
+        with self.assertRaises(kt.InputError) as caught:
+            kt.Touch(kt.Scene(), mesh=open_sheet)
+        self.assertTrue(str(caught.exception).startswith("the given mesh"), caught.exception)
+
+    def test_no_memory_is_an_exception(self):
+        text = """if True:
+            import resource, numpy as np, kilotouch as kt
+            resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+            try:
+                kt.Mesh(np.broadcast_to(np.float64(0), (10**9, 3)), [[0, 1, 2]])
+            except MemoryError:
+                print("told")"""
+        run = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+        self.assertEqual((run.returncode, run.stdout.strip()), (0, "told"), run.stderr)
+
+
+class Objects(unittest.TestCase):
+    def test_scene_mesh_and_frame_are_copied_and_pickled(self):
+        scene, mesh = kt.Scene(settings=QUICK), kt.load_mesh(BLOCK)
+        frame = [kt.Touch(scene).tick(TOP)][0]
+        for again in (lambda o: pickle.loads(pickle.dumps(o)), copy.copy, copy.deepcopy):
+            self.assertEqual(again(scene), scene)
+            self.assertEqual(again(scene)["tool.path.press_drag.depth"], 0.003)
+            self.assertIs(type(again(scene)), kt.Scene)
+            for name in ("x", "triangles", "tetrahedra"):
+                self.assertTrue((getattr(again(mesh), name) == getattr(mesh, name)).all())
+            for name in ("t", "f_n", "gap", "mode", "triangle", "flags", "model_frame"):
+                self.assertEqual(getattr(again(frame), name), getattr(frame, name))
+            self.assertTrue((again(frame).force == frame.force).all() and (again(frame).turn == frame.turn).all())
+
+    def test_mu_is_what_it_was_set_to(self):
+        scene = kt.Scene(settings=QUICK)
+        scene["contact.mu"] = 0.7
+        self.assertEqual(scene["contact.mu"], 0.7)
+        scene["contact.mu_kinetic"] = 0.3
+        self.assertIsNone(scene["contact.mu"])
+
+    def test_centre_is_center(self):
+        for word in ("center", "centre"):
+            scene = kt.Scene(settings={"object.model.inclusions": [{word: [0, 0, 0.01], "radius": 0.01, "stiffer": 3}]})
+            self.assertEqual(scene["object.model.inclusions"][0]["center"], [0, 0, 0.01])
+
+    def test_touch_warns_and_starts_anew(self):
+        touch = kt.Touch(kt.Scene(settings=QUICK))
+        self.assertEqual(touch.warnings, [])
+        first = [touch.tick(x).f_n for x in press(0.008, 100)]
+        self.assertTrue(math.isinf(kt.Touch(kt.Scene(settings=QUICK)).tick(TOP + [0, 0, 0.05]).gap))
+        touch["contact.mu"] = 0.2
+        touch.tick([math.nan] * 3)
+        self.assertTrue(any("not finite" in w for w in touch.warnings), touch.warnings)
+        touch.reset()
+        self.assertEqual(touch["contact.mu"], 0.2)
+        self.assertEqual(touch.warnings, [])
+        touch["contact.mu"] = 0.5
+        self.assertEqual([touch.tick(x).f_n for x in press(0.008, 100)], first)
+
+    def test_wrong_arguments_are_one_line(self):
+        for call in (lambda: kt.Touch(3), lambda: kt.Session("a"), lambda: kt.load_mesh(), lambda: kt.DeviceReading(TOP, age="x")):
+            with self.assertRaises((TypeError, ValueError)) as caught:
+                call()
+            self.assertNotIn("\n", str(caught.exception))
+
+    def test_an_object_without_init_is_no_crash(self):
+        text = """if True:
+            import kilotouch as kt
+            from kilotouch import _kilotouch
+            for cls, use in ((_kilotouch.Touch, lambda t: t.h), (_kilotouch.Touch, lambda t: t.stop()), (kt.Mesh, lambda m: m.x),
+                             (kt.Session, lambda s: s.is_running), (kt.Frame, lambda f: f.t), (kt.PushedDevice, lambda d: d.order)):
+                try:
+                    use(cls.__new__(cls))
+                except TypeError:
+                    continue
+                raise SystemExit(f"{cls}: no error")"""
+        run = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr + run.stdout)
+
+
+@unittest.skipUnless(os.path.exists(LIBRARY), "no C library")
+class CInterface(unittest.TestCase):
+    def setUp(self):
+        self.kt = ctypes.CDLL(LIBRARY)
+        self.kt.kt_open_mesh.restype = self.kt.kt_open_arrays.restype = ctypes.c_void_p
+        self.kt.kt_last_error.restype = ctypes.c_char_p
+
+    def error(self):
+        return self.kt.kt_last_error().decode()
+
+    def opened(self, *settings):
+        words = (ctypes.c_char_p * len(settings))(*(s.encode() for s in settings))
+        return ctypes.c_void_p(self.kt.kt_open_mesh(BLOCK.encode(), words, ctypes.c_size_t(len(settings))))
+
+    def test_huge_counts_are_errors(self):
+        x, t = (ctypes.c_double * 9)(0, 0, 0, 1, 0, 0, 0, 1, 0), (ctypes.c_int32 * 3)(0, 1, 2)
+        size = ctypes.c_size_t
+        for huge in (2**64 - 1, 0x5555555555555556, 0x2000000000000000, 2**31):
+            for nodes, triangles, settings in ((huge, 1, 0), (3, huge, 0), (3, 1, huge)):
+                got = self.kt.kt_open_arrays(x, size(nodes), t, size(triangles), None, size(0), None, size(settings))
+                self.assertFalse(got)
+                self.assertNotIn("std::", self.error())
+                self.assertIn(str(huge), self.error())
+
+    def test_settings_do_not_speak_of_a_command_line(self):
+        self.assertFalse(self.opened("contact.mu=-1").value)
+        self.assertNotIn("--set", self.error())
+        self.assertFalse(self.opened("contact.mo=1").value)
+        self.assertNotIn("--set", self.error())
+
+    def test_wrong_order_and_wrong_times_are_misuse(self):
+        touch = self.opened("local.reducer=wall")
+        self.assertTrue(touch.value, self.error())
+        pose, frame, one = Pose(size=ctypes.sizeof(Pose), turn=(1, 0, 0, 0)), Frame(size=ctypes.sizeof(Frame)), ctypes.c_size_t(1)
+        pose.x[:] = TOP
+        self.assertEqual(self.kt.kt_start(touch), MISUSE)
+        tick_after = lambda s: self.kt.kt_tick_after(touch, ctypes.byref(pose), one, ctypes.c_double(s), ctypes.byref(frame))
+        self.assertEqual(self.kt.kt_place(touch, ctypes.byref(pose), one), 0)
+        for wrong in (-1, math.nan, math.inf):
+            self.assertEqual(tick_after(wrong), MISUSE)
+        self.assertEqual(tick_after(1e308), 0)
+        before = frame.t
+        self.assertEqual(tick_after(0.005), 0)
+        self.assertAlmostEqual(frame.t, before + 0.005, delta=0.0011)
+        self.assertEqual(self.kt.kt_place(touch, ctypes.byref(pose), one), MISUSE)
+        self.assertEqual(self.kt.kt_start(touch), MISUSE)
+        self.kt.kt_close(touch)
+
+
+if __name__ == "__main__":
+    unittest.main()
