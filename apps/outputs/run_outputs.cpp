@@ -18,7 +18,8 @@ namespace kt {
 std::vector<std::string> run_output_names() {
   return {"scene.json",    "trace.csv",   "events.csv",   "summary.json",    "view.json",
           "recording.csv", "trace_2.csv", "events_2.csv", "recording_2.csv", "reference.csv",
-          "session.json",  "states.pvd",  "force.png",    "mesh.png",        "report.html"};
+          "session.json",  "states.pvd",  "force.png",    "mesh.png",        "report.html",
+          "force.svg",     "force.pdf",   "mesh.svg",     "mesh.pdf"};
 }
 
 /// Those of an earlier run's meshes that this one does not write.

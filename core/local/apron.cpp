@@ -173,6 +173,7 @@ ApronRoom::ApronRoom(int nodes, int triangles_at_most, int vertices_at_most, Con
   out.moved_weight.reserve(out.moved_node.capacity());
   out.apron_facets = static_cast<int>(triangles);
   out.apron_vertices = static_cast<int>(vertices);
+  out.apron.reserve(static_cast<std::size_t>(most_vertices));
   out.apron_offset.setZero(3 * static_cast<Eigen::Index>(most_vertices));
 }
 
@@ -193,6 +194,7 @@ void remove_apron(const ApronRoom& room, ContactSurface& out) noexcept {
   out.first_moved.resize(room.triangles + 1);
   out.moved_node.resize(room.moved);
   out.moved_weight.resize(room.moved);
+  out.apron.clear();
 }
 
 /// A vertex of the apron for a node of the body: one of the patch's, as a smooth patch has others, or one of its own.
@@ -203,9 +205,12 @@ int add_vertex(const ApronMotion& motion, int global, ContactSurface& out) noexc
     out.weight.push_back(weight);
   };
   const auto begin = out.from.size();
+  ApronVertex& vertex = out.apron.emplace_back();
   if (const int v = motion.patch_vertex[global]; v >= 0) {
     follow(v, 1);
+    vertex.near = v;
   } else if (const int near = motion.near[global]; near >= 0) {
+    vertex = {near, motion.share[global], motion.site[global]};
     follow(near, 1 - motion.share[global]);
     const NodeWeights& mean = motion.mean[static_cast<std::size_t>(motion.site[global])];
     for (int k = 0; k < mean.count; ++k) follow(mean.node[k], motion.share[global] * mean.weight[k]);
@@ -248,7 +253,8 @@ void append_apron(const Surface& surface, const ApronMotion& motion, const Surfa
                   std::span<const int> triangles, ApronRoom& room, ContactSurface& out) noexcept {
   remove_apron(room, out);
   SurfacePatch& facets = out.facets;
-  const bool shares = out.levels == 0;  // a smooth patch has other vertices than its nodes
+  if (out.apron_means.empty()) out.apron_means = motion.mean;  // the first time: no allocation later
+  const bool shares = out.levels == 0;                         // a smooth patch has other vertices than its nodes
   if (shares)
     for (int v = 0; v < patch.num_vertices(); ++v) room.vertex_of_node[patch.global_node[v]] = v;
   const auto vertex = [&](int global) {

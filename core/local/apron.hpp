@@ -27,8 +27,6 @@ struct ApronMotion {
   Vec3 place(int node, const VectorX& patch_x, std::span<const Vec3> means) const noexcept;
 };
 
-constexpr int kMostApronSites = 4;  ///< of one patch
-
 struct ApronOptions {
   VectorX patch_x;                 ///< the patch's vertices where it was linearized [m], (3p)
   std::span<const char> moves;     ///< of each patch vertex: it can

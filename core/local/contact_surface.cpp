@@ -1,6 +1,7 @@
 #include "core/local/contact_surface.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <utility>
 
@@ -117,8 +118,16 @@ void ContactSurface::follow(const VectorX& patch, VectorX& out) const noexcept {
 
 void ContactSurface::follow_apron(const VectorX& patch, VectorX& out) const noexcept {
   if (apron_vertices < 0) return;
-  for (int v = apron_vertices; v + 1 < static_cast<int>(first.size()); ++v)
-    node(out, v) = weighted_sum(*this, patch, v);
+  std::array<Vec3, kMostApronSites> means;
+  for (std::size_t s = 0; s < apron_means.size(); ++s) means[s] = apron_means[s].of(patch);
+  for (std::size_t i = 0; i < apron.size(); ++i) {
+    const ApronVertex& a = apron[i];
+    const int v = apron_vertices + static_cast<int>(i);
+    if (a.near < 0)
+      node(out, v).setZero();
+    else
+      node(out, v) = (1 - a.share) * node(patch, a.near) + a.share * means[static_cast<std::size_t>(a.site)];
+  }
 }
 
 void ContactSurface::place_apron(const VectorX& patch, VectorX& out) const noexcept {

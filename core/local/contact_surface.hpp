@@ -19,6 +19,15 @@ struct Smoothing {
 
 std::vector<BackendInfo> contact_surface_backends();
 
+constexpr std::size_t kMostApronSites = 4;  ///< of one patch
+
+/// How a vertex of the apron goes (apron.hpp): (1 - share) u[near] + share mean(u), where the mean is of its site.
+struct ApronVertex {
+  int near = -1;  ///< of the patch; -1: it stays
+  double share = 0;
+  int site = 0;
+};
+
 struct ContactSurface {
   /// As if it were a patch of the body; global_triangle is that which a facet is a piece of, nodes have no number.
   SurfacePatch facets;
@@ -32,7 +41,9 @@ struct ContactSurface {
   std::vector<double> weight;
   /// Facets and vertices from these on are the apron's (apron.hpp): triangles of the body in one piece each. -1: none.
   int apron_facets = -1, apron_vertices = -1;
-  VectorX apron_offset;  ///< of their positions from what `weight` gives [m]; may have room for more
+  std::vector<ApronVertex> apron;        ///< the same as `weight` says, in what a tick is quick with
+  std::vector<NodeWeights> apron_means;  ///< of each site
+  VectorX apron_offset;                  ///< of their positions from what `weight` gives [m]; may have room for more
 
   /// Positions or velocities of its vertices but the apron's from those of the patch's. No allocation.
   void follow(const VectorX& patch, VectorX& out) const noexcept;
