@@ -390,12 +390,13 @@ class BodyView {
     this.contacts.forEach((mesh, k) => this.colourContact(mesh, this.tools[k], this.frame && this.frame.tools[k]));
   }
 
-  // Only what is touched sticks or slips.
+  // Only what touches sticks or slips: the tool, and the triangles that it lies on.
   colourContact(mesh, shown, tool) {
-    const mode = this.colour === 'mode' && shown && tool ? tool.mode : 0;
+    const mode = this.colour === 'mode' && shown && tool ? tool.mode : 0, colour = paletteOf(['tool', 'stick', 'slide', 'frictional_slide'][mode]);
+    if (shown) shown.object.traverse(part => { if (part.material) part.material.color.set(colour); });
     mesh.visible = mode > 0;
     if (!mesh.visible) return;
-    mesh.material.color.set(paletteOf({1: 'stick', 2: 'slide', 3: 'frictional_slide'}[mode]));
+    mesh.material.color.set(colour);
     const at = mesh.geometry.attributes.position, touched = this.touched(shown, tool);
     touched.forEach((t, i) => {
       for (let c = 0; c < 3; ++c) {
@@ -427,7 +428,7 @@ class BodyView {
     return out;
   }
 
-  toolOpacity() { return this.colour === 'mode' ? 0.3 : 0.82; }
+  toolOpacity() { return this.colour === 'mode' ? 0.5 : 0.82; }
 
   setColour(colour) {
     this.colour = colour;
