@@ -274,7 +274,7 @@ class LivePages final : public Pages {
           page, "open",
           [this, file = dropped_.file, name = dropped_.name, repairs = m.on] {
             Scene scene = options_.scene_of_mesh(repairs ? options_.repair(file) : file);
-            scene.title = visible(name);
+            scene.title = visible(name) + " (dropped)";
             return scene;
           },
           dropped_.folder);

@@ -185,10 +185,10 @@ class Dropped(Browser):
         button = self.browser.find_element("css selector", "#findings button")
         self.assertEqual(button.text, "Repair and touch")
         button.click()
-        self.wait("kilotouch.state.hello.title === 'liver of Anna.off' || document.getElementById('message').className === 'bad'", 180)
+        self.wait("kilotouch.state.hello.title === 'liver of Anna.off (dropped)' || document.getElementById('message').className === 'bad'", 180)
         message = self.browser.find_element("id", "message").text
         self.assertNotIn("/tmp", message)
-        self.assertEqual(self.run_script("return kilotouch.state.hello.title"), "liver of Anna.off", message)
+        self.assertEqual(self.run_script("return kilotouch.state.hello.title"), "liver of Anna.off (dropped)", message)
 
     def test_what_is_wrong_with_a_file_is_told_by_its_name(self):
         self.open()

@@ -110,7 +110,6 @@ class Doors(unittest.TestCase):
             for host in ("localhost:19000", "127.0.0.1:1", "localhost", "[::1]:8080"):
                 self.assertEqual(view.request(["GET / HTTP/1.1", f"Host: {host}"])[0], 200, host)
                 self.assertEqual(view.upgrade(host=host)[0], 101, host)
-            self.assertEqual(view.upgrade(host="localhost:19000", origin="https://localhost:19000")[0], 101)
             self.assertEqual(view.upgrade(host="localhost:19000", origin="http://localhost:19001")[0], 403)
             for host in ("robot3:19000", "localhost.evil.example:8080"):
                 self.assertEqual(view.request(["GET / HTTP/1.1", f"Host: {host}"])[0], 403, host)
@@ -118,6 +117,7 @@ class Doors(unittest.TestCase):
             for host in (f"localhost:{view.port}", "localhost:19000", "robot3:19000", "robot3"):
                 self.assertEqual(view.request(["GET /?token=open_sesame HTTP/1.1", f"Host: {host}"])[0], 200, host)
                 self.assertEqual(view.upgrade("/live?token=open_sesame", host=host)[0], 101, host)
+                self.assertEqual(view.upgrade("/live?token=open_sesame", host=host, origin=f"https://{host}")[0], 101, host)
                 self.assertEqual(view.upgrade("/live", host=host)[0], 403, host)
 
     def test_the_seventeenth_page_is_told_why(self):
