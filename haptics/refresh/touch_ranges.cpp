@@ -14,7 +14,8 @@ void check_tool(const TouchTool& tool, const std::string& name) {
   const bool has_core = shape.kind == ToolShape::Kind::capsule || shape.kind == ToolShape::Kind::mesh;
   if (shape.kind != ToolShape::Kind::point)
     require_within({{.key = name + ".radius", .value = shape.radius, .most = 10, .above = true}});
-  if (!(tool.max_speed > 0)) throw InputError(text(name, ".max_speed is ", tool.max_speed, ", must be above 0 [m/s]"));
+  if (!(tool.max_speed >= 0))  // 0: of a path that stands still
+    throw InputError(text(name, ".max_speed is ", tool.max_speed, ", must be at least 0 [m/s]"));
   if (has_core && shape.corners.empty())
     throw InputError(text(name, ": a capsule or a mesh has corners; make_capsule() and make_mesh_tool() give them"));
   if (!std::ranges::all_of(shape.corners, [](const Vec3& c) { return c.allFinite(); }))
