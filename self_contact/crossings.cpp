@@ -30,7 +30,7 @@ bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const V
   return true;
 }
 
-using Pairs = std::map<std::array<int, 2>, Vec3>;
+using Pairs = std::map<std::array<int, 2>, Crossing>;
 
 /// Triangles of each edge, by its nodes in ascending order.
 using EdgeOwners = std::map<std::array<int, 2>, std::vector<int>>;
@@ -45,9 +45,12 @@ EdgeOwners edge_owners(std::span<const Triangle> triangles) {
   return out;
 }
 
-void note(const std::vector<int>& some, const std::vector<int>& others, const Vec3& at, Pairs& found) {
+void note(const std::vector<int>& some, const std::vector<int>& others, const Vec3& at, bool touches, Pairs& found) {
   for (int a : some)
-    for (int b : others) found.try_emplace({std::min(a, b), std::max(a, b)}, at);
+    for (int b : others) {
+      const std::array<int, 2> pair{std::min(a, b), std::max(a, b)};
+      found.try_emplace(pair, Crossing{pair, at, touches});
+    }
 }
 
 /// Edges through triangles with which they share no node.
@@ -63,14 +66,14 @@ void find_pierced(std::span<const Triangle> triangles, const VectorX& x, const E
       const Triangle& v = triangles[t];
       if (std::ranges::find(v, i) != v.end() || std::ranges::find(v, k) != v.end()) continue;
       Vec3 at;
-      if (pierces(p, q, node(x, v[0]), node(x, v[1]), node(x, v[2]), at)) note(its, {t}, at, found);
+      if (pierces(p, q, node(x, v[0]), node(x, v[1]), node(x, v[2]), at)) note(its, {t}, at, false, found);
     }
   }
 }
 
 std::vector<Crossing> listed(const Pairs& found) {
   std::vector<Crossing> out;
-  for (const auto& [pair, at] : found) out.push_back({pair, at});
+  for (const auto& [pair, crossing] : found) out.push_back(crossing);
   return out;
 }
 
@@ -101,10 +104,10 @@ std::vector<Crossing> find_crossings(SelfContact& contact, std::span<const Trian
     if (pair_distance(pair, x).distance > touch) continue;
     const auto& n = pair.nodes;
     if (pair.kind == SurfacePair::Kind::edge_edge)
-      note(of_edge.at(sorted(std::array{n[0], n[1]})), of_edge.at(sorted(std::array{n[2], n[3]})), node(x, n[0]),
+      note(of_edge.at(sorted(std::array{n[0], n[1]})), of_edge.at(sorted(std::array{n[2], n[3]})), node(x, n[0]), true,
            found);
     else
-      note(of_node.at(n[0]), of_face.at(sorted(std::array{n[1], n[2], n[3]})), node(x, n[0]), found);
+      note(of_node.at(n[0]), of_face.at(sorted(std::array{n[1], n[2], n[3]})), node(x, n[0]), true, found);
   }
   return listed(found);
 }

@@ -8,6 +8,7 @@ namespace kt {
 struct Crossing {
   std::array<int, 2> triangles{};  ///< ascending
   Vec3 at = Vec3::Zero();          ///< [m]
+  bool only_touches = false;       ///< no edge of one goes through the other
 };
 
 /// All of them at the positions x, (3n), by triangle numbers. Nearer than a millionth of the contact's reach is a

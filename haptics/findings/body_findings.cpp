@@ -45,6 +45,14 @@ void find_self_crossing(const SessionResult& result, std::vector<Finding>& out) 
   if (result.self_contact && result.self_contact->crossings > 0)
     out.push_back({text("the surface crossed itself, in up to ", result.self_contact->crossings,
                         " pairs of triangles after a global step: a fault of this program, please report it")});
+  if (result.self_contact && result.self_contact->pressed > 0) {
+    const std::string stiffer = short_number(100 * result.self_contact->stiffness);
+    out.push_back({text("the surface is pressed onto itself until nothing is left between, in up to ",
+                        result.self_contact->pressed, " pairs of triangles: the barrier of ",
+                        short_number(result.self_contact->stiffness), " N/m is too soft for the force on it"),
+                   {set_to("global.self_contact.stiffness", stiffer), advise("press less deep"),
+                    advise("raise object.model.young")}});
+  }
   const SelfCrossing& own = result.self_crossing;
   if (own.pairs > 0)
     out.push_back(

@@ -41,7 +41,10 @@ void find_flags(const Scene& scene, const SessionResult& result, const RealTime&
       const auto& frames = result.tools[k].frames;
       const auto ticks = std::ranges::count_if(frames, [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
       if (ticks == 0) continue;
-      Finding found{text(which(k), kind.text, ": ", ticks, " of ", frames.size(), " ticks"), kind.cures};
+      const auto first = std::ranges::find_if(frames, [&](const LocalFrame& f) { return (f.flags & kind.flag) != 0; });
+      Finding found{text(which(k), kind.text, ": ", ticks, " of ", frames.size(),
+                         " ticks, first at t = ", short_number(first->t), " s"),
+                    kind.cures};
       const bool is_unsolved = kind.flag == kContactsExhausted && std::ranges::any_of(frames, [](const LocalFrame& f) {
                                  return (f.flags & kContactsExhausted) != 0 && f.residual > kNoticeableResidual;
                                });

@@ -39,8 +39,7 @@ std::optional<Prediction> predict_start_inside(double depth, const std::optional
   Finding out{text(key, ": the tool starts ", short_number(1e3 * depth), " mm inside the body"),
               {advise("start it outside"), advise("move the path's first point out by that much")}};
   if (way_out)
-    out.what += text(": from the start on the body is pushed off it, out by (", way_out->x(), ", ", way_out->y(), ", ",
-                     way_out->z(),
+    out.what += text(": the body is pushed off it, out by (", way_out->x(), ", ", way_out->y(), ", ", way_out->z(),
                      ") m, the nearest surface that is not clamped, in 60 ms or at 0.1 m/s; the force is not to be "
                      "trusted before, and grows slowly");
   else

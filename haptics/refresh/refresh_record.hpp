@@ -24,6 +24,7 @@ struct RefreshRecord {
   int inverted = 0;                                 ///< tetrahedra that are inside out
   std::optional<SelfContactReport> self_contact{};  ///< after the global step
   int crossings = -1;                               ///< pairs of triangles that cross after it; -1: not looked
+  int pressed = 0;                                  ///< that are as near as makes no difference, and do not cross
   std::vector<SettingChange> settings{};            ///< changed at this refresh
   std::vector<ReducerChange> reducers{};            ///< changed up to its end
 };

@@ -134,7 +134,9 @@ void Refresher::report_self_contact() {
   const double dt = now.t - known_.before.t;
   record_.self_contact = TouchingModel(global_.model(), *self_contact_, now, dt).report(now.x);
   if (!look_for_crossings) return;
-  record_.crossings = static_cast<int>(find_crossings(*self_contact_, surface_.triangles, now.x).size());
+  const std::vector<Crossing> found = find_crossings(*self_contact_, surface_.triangles, now.x);
+  record_.pressed = static_cast<int>(std::ranges::count_if(found, &Crossing::only_touches));
+  record_.crossings = static_cast<int>(found.size()) - record_.pressed;
 }
 
 /// A body in contact with itself: with its contacts there, and the friction of the step that led there.

@@ -30,6 +30,7 @@ void RefreshRun::add(const RefreshRecord& r) {
   sums_.mean_normal += r.self_contact->normal;
   sums_.touching_share += r.self_contact->contacts > 0;
   sums_.crossings = std::max(sums_.crossings, r.crossings);
+  sums_.pressed = std::max(sums_.pressed, r.pressed);
 }
 
 SelfContactRun RefreshRun::self_contact() const {

@@ -18,6 +18,7 @@ struct SelfContactRun {
   double reach = 0;            ///< in use [m]
   double stiffness = 0;        ///< of the barrier, in use [N/m]
   int crossings = -1;  ///< most pairs of triangles that crossed after a global step: 0, or a bug; -1: not looked
+  int pressed = 0;     ///< most pairs that no step could bring nearer: the barrier is too soft for what presses
 };
 
 struct RefreshRun {

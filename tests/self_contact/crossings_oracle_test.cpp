@@ -45,7 +45,14 @@ TEST(FindCrossings, AFlatFaceAfterAStepAtRestHasNone) {
   EXPECT_TRUE(find_crossings(contact, mesh.triangles, state.x).empty());
 }
 
-TEST(FindCrossings, NodesOnNodesTouch) { EXPECT_FALSE(crossings(two_blocks({0, 0, 0.02})).empty()); }
+TEST(FindCrossings, NodesOnNodesTouchAndDoNotCross) {
+  const Mesh blocks = two_blocks({0, 0, 0.02});
+  const auto model = make_model("fem", blocks, {.young = 1e4});
+  SelfContact contact(*model, {});
+  const auto found = find_crossings(contact, blocks.triangles, blocks.x);
+  EXPECT_FALSE(found.empty());
+  for (const Crossing& c : found) EXPECT_TRUE(c.only_touches) << c.triangles[0] << ' ' << c.triangles[1];
+}
 
 TEST(FindCrossings, AThinBodyThroughTheMiddleOfALargeFaceIsFound) {
   const Mesh large = kuhn_block(1, 1, 1, 0.1), thin = placed(kuhn_block(1, 1, 4, 0.005), {0.07, 0.03, 0.09});
