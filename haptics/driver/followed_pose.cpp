@@ -5,6 +5,8 @@
 namespace kt {
 namespace {
 
+constexpr double kNothing = 1e-9;  // [m], [rad] there and back again, but for rounding
+
 double angle_between(const Quaternion& a, const Quaternion& b) noexcept {
   return a.coeffs() == b.coeffs() ? 0 : a.angularDistance(b);
 }
@@ -38,7 +40,8 @@ Pose FollowedPose::follow(const Pose& device, double dt) noexcept {
     gap_ = tool_.x - device.x;
     const Eigen::AngleAxisd turn(has_last_ ? Quaternion(tool_.r * device.r.conjugate()) : Quaternion::Identity());
     turn_axis_ = turn.axis();
-    turn_gap_ = turn.angle();
+    turn_gap_ = turn.angle() > kNothing ? turn.angle() : 0;
+    if (gap_.norm() <= kNothing) gap_.setZero();
   }
   if (leaps) {
     ++jumps_;

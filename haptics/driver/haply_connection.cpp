@@ -314,6 +314,7 @@ HaplyState HaplyConnection::inventory(int patience) {
     if (state) {
       is_heard = true;
       out = *state;
+      if (state->status) parts_->status = *state->status;
       if (!out.devices.empty()) return out;
     } else if (!is_heard) {
       throw boost::system::system_error(asio::error::timed_out);

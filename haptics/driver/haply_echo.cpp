@@ -32,14 +32,15 @@ void HaplyEcho::heard(const std::optional<Vec3>& force, std::int64_t now) noexce
   if (force) match(*force, now);
 }
 
+void HaplyEcho::begin(std::int64_t now) noexcept {
+  proofs_ = answers_ = 0;
+  began_ns_ = now;
+}
+
 /// What comes back points as the proof does; as large it need not be: what the service makes of it is told by `most`.
 void HaplyEcho::prove(const std::optional<Vec3>& force, std::int64_t now) noexcept {
   constexpr double kSmallest = 0.05, kLargest = 20;  // shares of the proof
-  if (proofs_ == 0) {
-    began_ns_ = now;
-    answers_ = 0;
-    return;
-  }
+  if (proofs_ == 0) return begin(now);
   if (force) {
     const double size = force->norm();
     if (size > kSmallest * kProof && size < kLargest * kProof && force->dot(proof()) > 0.9 * size * kProof) {
@@ -52,7 +53,7 @@ void HaplyEcho::prove(const std::optional<Vec3>& force, std::int64_t now) noexce
   }
   if (now - began_ns_ < kPatience_ns || answers_ < kAnswers) return;
   key_ = key_ == HaplyKey::vector ? HaplyKey::values : HaplyKey::vector;
-  proofs_ = 0;
+  begin(now);
 }
 
 void HaplyEcho::watch(const std::optional<Vec3>& force, std::int64_t now) noexcept {
@@ -63,6 +64,7 @@ void HaplyEcho::watch(const std::optional<Vec3>& force, std::int64_t now) noexce
   }
   if (now - std::max(loud_ns_, repeated_ns_) < kPatience_ns || answers_ < kAnswers) return;
   is_proven_ = false;
+  begin(now);
 }
 
 /// The force that is repeated was sent some time ago: it is told apart by its value.

@@ -38,6 +38,7 @@ class HaplyEcho {
     Vec3 force = Vec3::Zero();
     std::int64_t order_ns = 0;
   };
+  void begin(std::int64_t now) noexcept;
   void prove(const std::optional<Vec3>& force, std::int64_t now) noexcept;
   void watch(const std::optional<Vec3>& force, std::int64_t now) noexcept;
   void match(const Vec3& force, std::int64_t now) noexcept;

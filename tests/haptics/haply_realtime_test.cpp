@@ -68,7 +68,7 @@ TEST(Haply, PosesComeAndForcesArrive) {
   FakeHaply service({.target = [](double) { return Vec3(0, -0.12, 0.15); }});
   {
     GuardedDevice device(make_device("haply", options_for(service)), usual());
-    EXPECT_EQ(device.device().info().name, "Inverse3 (fake)");
+    EXPECT_EQ(device.device().info().name, "Inverse3");
     EXPECT_EQ(device.device().info().serial, "049D");
     EXPECT_TRUE(device.device().info().is_live);
     const bool is_open = opens(device);
@@ -79,7 +79,7 @@ TEST(Haply, PosesComeAndForcesArrive) {
     EXPECT_NEAR(device.pose(0, 1e-3).x.z(), 2.0 / 300, 5e-4) << "2 N against a grip of 300 N/m";
     EXPECT_EQ(device.state().buttons, 1u);
     EXPECT_GT(device.state().delays, 0u);
-    EXPECT_GT(device.state().delay, 0.4e-3) << "the fake's motors are half a millisecond late";
+    EXPECT_GT(device.state().delay, 0) << "of a message: the motors' half a millisecond is not told";
   }
   const auto heard = service.heard();
   EXPECT_GT(heard.size(), 200u);

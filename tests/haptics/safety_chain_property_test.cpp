@@ -41,7 +41,7 @@ class Wild {
   }
   Vec3 vector(double usual) { return {number(usual), number(usual), number(usual)}; }
   Vec3 place() {
-    return (uniform(2000) == 0 ? 1e-2 : 5e-5) * Vec3(normal_(random_), normal_(random_), normal_(random_));
+    return (uniform(20000) == 0 ? 1e-2 : 5e-5) * Vec3(normal_(random_), normal_(random_), normal_(random_));
   }
   int uniform(int n) { return std::uniform_int_distribution<int>(0, n - 1)(random_); }
   double share() { return std::uniform_real_distribution<double>(0, 1)(random_); }
