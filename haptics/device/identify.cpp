@@ -120,11 +120,15 @@ void add_rounding(std::span<const ReleaseSample> samples, double encoder_step, D
 std::string refusal_of(const DeviceFit& fit, double encoder_step, double most_delay) {
   constexpr double kMostResidual = 0.02;  // of the swing: five times that of the worst encoder that is let in here
   constexpr double kMostError = 0.5;
+  constexpr double kMostMass = 5;  // [kg] of a device that a hand moves
   const double noise = std::max(kMostResidual * fit.swing, 2 * encoder_step);
   if (!(fit.residual <= noise))
     return text("a free mass with a damper leaves ", 1e3 * fit.residual, " mm of a swing of ", 1e3 * fit.swing,
                 " mm: was it held, or does it stick?");
-  if (!(fit.mass > 0)) return text("a mass of ", fit.mass, " kg fits best");
+  if (!(fit.mass > 0 && fit.mass <= kMostMass))
+    return text("a mass of ", fit.mass, " kg fits best: do the forces reach its motors?");
+  if (!(fit.mass_error <= kMostError * fit.mass))
+    return text("the mass is known to ", fit.mass_error, " of ", fit.mass, " kg only");
   if (fit.delay > 0.99 * most_delay) return text("a delay of more than ", 1e3 * most_delay, " ms fits best");
   if (!(fit.damping > 0)) return text("a damping of ", fit.damping, " N.s/m fits best");
   if (!(fit.damping_error <= kMostError * fit.damping))
@@ -136,8 +140,9 @@ std::string refusal_of(const DeviceFit& fit, double encoder_step, double most_de
 
 DeviceFit fit_release(std::span<const ReleaseSample> samples, double encoder_step, double most_delay) {
   constexpr std::size_t kLeastSamples = 100;
-  constexpr double kLeastTime = 0.1;   // [s]
-  constexpr double kLeastSteps = 100;  // of the encoder, of swing
+  constexpr double kLeastTime = 0.1;    // [s]
+  constexpr double kLeastSteps = 100;   // of the encoder, of swing
+  constexpr double kLeastSwing = 1e-3;  // [m]: a hand at rest trembles, and a device without force drifts
   DeviceFit out;
   if (samples.size() < kLeastSamples || !(samples.back().t - samples.front().t >= kLeastTime)) {
     out.refusal = text(samples.size(), " samples are too few: at least ", kLeastSamples, " over ", kLeastTime, " s");
@@ -154,7 +159,7 @@ DeviceFit fit_release(std::span<const ReleaseSample> samples, double encoder_ste
     high = std::max(high, s.x);
   }
   const double swing = high - low;
-  if (!(swing > kLeastSteps * encoder_step)) {
+  if (!(swing > std::max(kLeastSteps * encoder_step, kLeastSwing))) {
     out.refusal = text("it moved by ", 1e3 * swing, " mm only");
     return out;
   }

@@ -79,6 +79,15 @@ TEST(Identify, RefusesWhatIsNoFreeMass) {
   bad = release({});
   bad[60].t = bad[59].t;
   EXPECT_NE(fit_release(bad, 1e-5).refusal.find("sample 60"), std::string::npos);
+  // A device that its forces do not reach trembles, and drifts.
+  for (const double drift : {0.0, 5e-3, -5e-3, 0.03}) {
+    std::vector<ReleaseSample> deaf;
+    for (int k = 0; k < 1500; ++k) {
+      const double t = 1e-3 * k, x = drift * t + 2e-5 * std::sin(60 * t);
+      deaf.push_back({t, x, -kReleaseStiffness * (x - 0.015)});
+    }
+    EXPECT_NE(fit_release(deaf).refusal, "") << drift;
+  }
   EXPECT_NE(fit_release({}, 1e-5).refusal, "");
 }
 
