@@ -81,12 +81,11 @@ TEST_F(PageScene, TellsNotWhatIsThere) {
 }
 
 TEST_F(PageScene, LeavesDevicesAlone) {
-  const std::string device = R"({"name":"openhaptics"})";
-  for (const std::string& setting :
-       {"tool.path.device=" + device, "tool.path.device.name=haply", std::string("tool.path.device.library=/tmp/e.so"),
-        R"(tool.path={"device":{"name":"haply","address":"ws://evil.example:1"}})",
-        R"(second_tool={"path":{"device":{"name":"forcedimension","library":"/tmp/e.so"}}})"})
-    EXPECT_NE(refusal(setting), "no InputError") << setting;
+  const std::vector<std::string> settings = {
+      R"(tool.path.device={"name":"openhaptics"})", "tool.path.device.name=haply", "tool.path.device.library=/tmp/e.so",
+      R"(tool.path={"device":{"name":"haply","address":"ws://evil.example:1"}})",
+      R"(second_tool={"path":{"device":{"name":"forcedimension","library":"/tmp/e.so"}}})"};
+  for (const std::string& setting : settings) EXPECT_NE(refusal(setting), "no InputError") << setting;
   Scene held = scene_;
   held.tool.path = {.press_drag = {}, .waypoints = {}, .recording = {}, .hand = {}, .device = DeviceSettings{}};
   held.tool.path.device->name = "forcedimension";
