@@ -22,7 +22,8 @@ Finding body_finding(const Scene& scene, const SceneSizes& s) {
   file.min /= s.mesh_unit;
   file.max /= s.mesh_unit;
   if (const double scale = likely_scale(file); !scene.object.size && scale != s.mesh_unit)
-    out.cures.push_back(set_to("object.scale", text(scale), text("its unit is likely ", likely_unit(file))));
+    out.cures.push_back(
+        {"object.scale", text(scale), text("set object.scale to ", scale, ": its unit is likely ", likely_unit(file))});
   out.cures.push_back(advise("set object.size to the body's longest side in metres"));
   return out;
 }
