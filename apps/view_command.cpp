@@ -105,7 +105,9 @@ std::string examine(const std::string& file) {
 /// What `kilotouch mesh repair` makes of it: as little as leaves no hole.
 std::string repair_mesh(const std::string& file) {
   const PrivateFolder folder;
-  const std::string out = (fs::path(file).parent_path() / "repaired.off").string(), json = folder / "repair.json";
+  const fs::path given(file);
+  const std::string out = (given.parent_path() / ("repaired " + given.stem().string() + ".off")).string();
+  const std::string json = folder / "repair.json";
   const ChildLimits limits{.seconds = 120, .memory_bytes = std::size_t{8} << 30, .stop = &stop_requested()};
   const std::string self = fs::read_symlink("/proc/self/exe").string();
   ChildResult run;

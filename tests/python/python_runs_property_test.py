@@ -129,6 +129,8 @@ class Runs(unittest.TestCase):
         trace = kt.Session(kt.Scene(settings=QUICK)).run()
         lines = kt.plot(trace, trace).axes[0].get_lines()
         np.testing.assert_array_equal(lines[0].get_ydata(), trace.f_n)
+        # The colours of the reports and of the live page: Okabe and Ito's blue and vermilion.
+        self.assertEqual([line.get_color() for line in lines], ["#0072B2", "#D55E00"] * 2)
 
 
 class Memory(unittest.TestCase):
