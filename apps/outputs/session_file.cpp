@@ -7,6 +7,7 @@
 
 #include "apps/outputs/run_summary.hpp"
 #include "core/base/error.hpp"
+#include "core/base/visible_text.hpp"
 #include "core/body/state.hpp"
 #include "haptics/device/recording.hpp"
 #include "haptics/touch/live_settings.hpp"
@@ -85,7 +86,7 @@ class SessionFile {
       if (!named) fail(at, text("is of ", shown_json(Json(key)), ", which the scene does not have"));
       fs::path path = *named;
       if (path.extension() != fs::path(name).extension()) path.replace_extension(fs::path(name).extension());
-      const std::string content = held_content(name, path, word(list[i], "hash", at + "."), at);
+      const std::string content = held_content(list[i], at);
       out[path.string()] = content;
       path.replace_extension(mesh_extension(name));  // of a pair in capitals the small letters are asked for
       out[path.string()] = content;
@@ -155,15 +156,13 @@ class SessionFile {
     return inside(fs::path(file_).parent_path(), word(group, "recording", prefix), prefix + "recording");
   }
 
-  /// @param path  where the scene names it
-  std::string held_content(const std::string& name, const fs::path& path, const std::string& hash,
-                           const std::string& key) const {
+  std::string held_content(const Json& file, const std::string& key) const {
+    const std::string hash = word(file, "hash", key + "."), from = unescape_bytes(word(file, "from", key + "."));
     const fs::path folder = fs::path(file_).parent_path() / kHeldFiles;
     std::error_code none;
     if (fs::is_symlink(folder, none)) fail(key, text("lies in ", folder.string(), ", which is a link"));
-    const std::string held = inside(folder, name, key + ".file");
-    const bool is_held = fs::exists(held, none);
-    const std::string read = is_held ? held : path.string();
+    const std::string held = inside(folder, word(file, "file", key + "."), key + ".file");
+    const std::string read = fs::exists(held, none) ? held : from;
     if (!fs::exists(read, none))
       throw InputError(text(file_, ": the run's mesh is gone: neither ", held, " nor ", read, " is there"));
     std::string out = read_whole_file(read);
@@ -269,7 +268,7 @@ std::vector<HeldFile> held_files(const BuiltScene& built) {
     const bool is_pair = extension == ".node" || extension == ".ele";
     for (const auto& [path, content] : built.files())
       if (path == *named || (is_pair && fs::path(path).replace_extension() == fs::path(*named).replace_extension()))
-        out.push_back({key, name + fs::path(path).extension().string(), content});
+        out.push_back({key, name + fs::path(path).extension().string(), fs::absolute(path).string(), content});
   }
   return out;
 }
@@ -281,12 +280,13 @@ nlohmann::ordered_json session_json(const Session& session, const SessionResult&
     if (r.delay_ticks >= 0 || !r.lost.empty()) refreshes.back().push_back(r.delay_ticks);
     if (!r.lost.empty()) refreshes.back().push_back(r.lost);
   }
-  Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(scene_text(session.scene()))},
+  Json out{{"kilotouch", KT_VERSION},      {"scene", Json::parse(to_json(session.scene()))},
            {"recording", "recording.csv"}, {"max_speed", result.tools[0].max_speed},
            {"refreshes", refreshes},       {"hash", hash_text(result.hash)}};
   out["files"] = Json::array();
   for (const HeldFile& f : held_files(session))
-    out["files"].push_back({{"key", f.key}, {"file", f.name}, {"hash", hash_text(hash_of(f.content))}});
+    out["files"].push_back(
+        {{"key", f.key}, {"file", f.name}, {"hash", hash_text(hash_of(f.content))}, {"from", escape_bytes(f.from)}});
   out["reducer_changes"] = Json::array();
   for (const ReducerChange& c : result.reducer_changes) out["reducer_changes"].push_back({c.tick, c.to, c.why});
   if (!result.setting_changes.empty()) out["setting_changes"] = Json::array();

@@ -19,7 +19,8 @@ struct SavedSession {
 struct HeldFile {
   std::string key;      ///< of the scene: "object.mesh"
   std::string name;     ///< in kHeldFiles: "body.off"
-  std::string content;  ///< as it was when the run read it
+  std::string from;     ///< where the run read it
+  std::string content;  ///< as it was then
 };
 
 constexpr const char* kHeldFiles = "session";  ///< folder beside session.json
