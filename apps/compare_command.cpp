@@ -100,7 +100,7 @@ void print_settings(const std::vector<ChangedSetting>& settings) {
 }
 
 void compare_all(const CompareArguments& a) {
-  const OutputFolder folder(a.out, "--out " + a.out, {"compare.json", "compare.html"});
+  const OutputFolder place(a.out, "--out " + a.out, {"compare.json", "compare.html"});
   std::vector<ComparedRun> runs;
   for (const std::string& folder : a.runs) runs.push_back(read_run(folder));
   for (std::size_t k = 1; k < runs.size(); ++k)  // equal names: by their folders
