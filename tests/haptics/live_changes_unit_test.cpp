@@ -77,7 +77,7 @@ TEST_F(LiveChanges, FrictionComesToWhatItWasSetTo) {
         [&](Touch& touch) {
           for (int i = 0; i < 60; ++i) {
             const double value = 1e-3 * static_cast<double>(random() % 1000);
-            const unsigned kind = random() % 3;
+            const auto kind = random() % 3;
             if (kind == 2)
               touch.set("contact.mu_kinetic", value * touch.number("contact.mu_static"));
             else
