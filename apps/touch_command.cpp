@@ -83,7 +83,8 @@ Scene received_scene(const Welcome& welcome, const TouchArguments& a) {
   forget_device_settings(sent);
   sent.title = one_line(sent.title);
   const std::string folder = a.settings.out + "/received";
-  make_folder(folder);
+  make_folder(a.settings.out);
+  make_inner_folder(folder);
   for (const Welcome::File& file : welcome.files)
     write_file_whole(folder + "/" + file.name, {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()});
   write_file_whole(folder + "/scene.json", to_json(sent));
@@ -136,6 +137,7 @@ void touch(TouchArguments& a, int& exit_code) {
   if (!(a.wait >= 0 && a.wait <= 1e6)) throw InputError(text("--wait is ", a.wait, ", must be 0 .. 1e6 s"));
   const bool by_pointer = a.device == "pointer";
   check_live_device(a.device, {"scene"});
+  require_writable_folder(a.settings.out, "--out " + a.settings.out);  // before a server is waited for
   HandConnectionOptions options{.host = host,
                                 .port = port,
                                 .data_host = {},

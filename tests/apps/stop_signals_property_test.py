@@ -124,7 +124,8 @@ class StopSignals(unittest.TestCase):
                         self.assertGreater(after, 0.5, "refused, or over at once")
                         continue  # it was done before
                     seconds, code, error = found
-                    self.assertLess(seconds, LIMIT + SLACK)
+                    if "what was recorded" not in error:  # for that a long refresh is waited for
+                        self.assertLess(seconds, LIMIT + SLACK)
                     self.assertEqual(code, 128 + number, error)
                     if os.environ.get("VERBOSE"):
                         print(f"{name}, {signal.Signals(number).name} after {after} s: {seconds:.2f} s, {error.strip().splitlines()[-1][:60]}", flush=True)
