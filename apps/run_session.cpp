@@ -158,7 +158,8 @@ static void save(const RunSettings& settings, const Session& session, const RunO
   if (settings.states) write_states(settings.out, session, run.result);
 }
 
-RunOutcome run_scene(const Scene& scene, RunSettings settings) {
+/// What a wrong word would spoil is told before anything is built.
+static void check_settings(const Scene& scene, const RunSettings& settings) {
   if (const double rate = settings.reference.rate_hz;
       settings.reference.compute && !(rate >= scene.local.rate_hz && rate <= kMostReferenceRate))
     throw InputError(text("--reference-rate: ", rate, " Hz, must be at least local.rate_hz, ", scene.local.rate_hz,
@@ -167,14 +168,24 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
     throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
-  const std::string title = scene.title.empty() ? "running" : scene.title;
   require_room(scene, needed_room(scene, !settings.out.empty()), free_room(settings.out));
   if (scene.is_endless && settings.reference.compute)
     throw InputError("--reference: is computed for a duration; this run has none (duration null)");
   if (scene.is_endless && (!settings.reference.file.empty() || !settings.reference.truth.empty()))
     throw InputError("duration: is null, until it is stopped; a reference has an end");
-  std::optional<OutputFolder> folder;
-  if (!settings.out.empty()) folder.emplace(settings.out, "--out " + settings.out, run_output_names());
+  if (!settings.out.empty()) require_writable_folder(settings.out, "--out " + settings.out);
+}
+
+static std::unique_ptr<OutputFolder> take_folder(const std::string& out) {
+  return out.empty() ? nullptr : std::make_unique<OutputFolder>(out, "--out " + out, run_output_names());
+}
+
+RunOutcome run_scene(const Scene& scene, RunSettings settings) {
+  check_settings(scene, settings);
+  const std::string title = scene.title.empty() ? "running" : scene.title;
+  // A folder that is there is taken now; a new one is made when there is a body, so that wrong scenes leave none.
+  std::unique_ptr<OutputFolder> folder;
+  if (std::filesystem::exists(settings.out)) folder = take_folder(settings.out);
   const FolderHolds before =
       settings.out.empty() ? FolderHolds::nothing : look_at_folder(settings.out, scene, settings.force);
   const std::optional<Reference> truth = read_truth(settings.reference.truth, scene);
@@ -182,6 +193,7 @@ RunOutcome run_scene(const Scene& scene, RunSettings settings) {
   if (stop_requested()) throw RunError("stopped before the run began; nothing is written");
   const bool is_replay = !settings.session.replay.refreshes.empty();
   if (!settings.session.link && !is_replay) put_body_beside(scene, settings);
+  if (!folder) folder = take_folder(settings.out);
   read_reference_before(session, settings.reference.file);
   for (const Finding& f : with_true_cures(scene, known_findings(session)))
     std::cerr << "kilotouch: warning: " << f.line() << '\n';

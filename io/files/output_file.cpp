@@ -200,8 +200,9 @@ void require_writable(const std::string& path) {
 
 void require_writable_folder(const std::string& path, const std::string& told) {
   std::error_code none;
-  fs::path folder = fs::absolute(path);
-  while (!fs::exists(fs::symlink_status(folder, none)) && folder.has_relative_path()) folder = folder.parent_path();
+  fs::path folder = path;
+  while (!folder.empty() && !fs::exists(fs::symlink_status(folder, none))) folder = folder.parent_path();
+  if (folder.empty()) folder = ".";
   if (!fs::is_directory(folder, none))
     throw InputError(text(told, ": cannot make the folder: ", folder.string(), " is not a folder"));
   try_beside(folder / "x", told);
