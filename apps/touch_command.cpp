@@ -29,7 +29,7 @@ namespace kt {
 namespace {
 
 struct TouchArguments {
-  std::string where, device = "scene", keys, server_key, data;
+  std::string where, device = "scene", id, keys, server_key, data;
   std::vector<std::string> set;
   double wait = 30;
   RunSettings settings;
@@ -48,6 +48,8 @@ bool is_live_device(const std::string& name) {
 std::vector<std::string> own_settings(const TouchArguments& a) {
   std::vector<std::string> out;
   if (is_live_device(a.device)) out.push_back("tool.path.device.name=" + a.device);
+  if (!a.id.empty() && !is_live_device(a.device)) throw InputError("--id: needs --device, the haptic device's name");
+  if (!a.id.empty()) out.push_back("tool.path.device.id=" + a.id);
   for (const std::string& one : a.set) {
     if (!one.starts_with("tool.path.") && !one.starts_with("second_tool.path.") && !one.starts_with("duration="))
       throw InputError(text("--set ", one,
@@ -161,6 +163,7 @@ void touch(TouchArguments& a, int& exit_code) {
   tell_of_link(a.settings, report);
   a.settings.input = a.where;
   std::vector<std::string> words{"kilotouch", "touch", a.where, "--device", a.device};
+  if (!a.id.empty()) words.insert(words.end(), {"--id", a.id});
   for (const std::string& set : a.set) words.insert(words.end(), {"--set", set});
   a.settings.reproduce = shell_words(words);
   const RunOutcome outcome = run_scene(scene, a.settings);
@@ -188,6 +191,7 @@ void add_touch_command(CLI::App& app, int& exit_code) {
           "--device", a->device,
           "what moves the tool: scene (the scene's path), pointer (in the page), or a haptic device: haply ...")
       ->capture_default_str();
+  command->add_option("--id", a->id, "of a haptic device, where there are several (kilotouch device list)");
   command->add_option("--set", a->set, "change tool.path or duration, KEY=VALUE; may be repeated")
       ->allow_extra_args(false);
   command->add_option("--keys", a->keys, "folder of this computer's keys (kilotouch key new)");
