@@ -112,6 +112,9 @@ class HandLink final : public BodyLink, private RemoteBody {
       if (connection_->options().stop && connection_->options().stop->load())
         throw RunError("stopped before the first datagram came");
     }
+    connection_->send(End{});  // the body is free for the next one; its word for it is waited for, or this is lost
+    for (const auto end = Clock::now() + 1s; Clock::now() < end;)
+      if (const auto message = connection_->poll(20); message && std::holds_alternative<Bye>(*message)) break;
     throw RunError(no_datagram() + "; let that UDP port through (firewall, router), or name a relay with --data");
   }
 
