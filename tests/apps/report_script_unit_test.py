@@ -324,6 +324,18 @@ class Report(unittest.TestCase):
         self.assertIn("both tools", self.page())
         self.assertNotEqual(os.path.getsize(os.path.join(self.folder, "mesh.png")), alone["mesh.png"])
 
+    def test_colours_of_the_palette_are_told_apart_on_white_and_on_black(self):
+        import re
+        with open(os.path.join(os.path.dirname(os.path.dirname(SCRIPT)), "view", "page", "palette.css"), encoding="utf-8") as file:
+            white, black = file.read().split("@media")
+        read = lambda text: dict(re.findall(r"--([\w-]+): (#[0-9A-F]{6});", text))
+        for found in (read(white), {**read(white), **read(black)}):
+            rgb = {name: [int(found[name][i:i + 2], 16) for i in (1, 3, 5)] for name in ("normal", "tangential", "force", "limit", "stick", "frictional_slide")}
+            for one in rgb:
+                for other in rgb:
+                    if one < other:
+                        self.assertGreater(sum((a - b) ** 2 for a, b in zip(rgb[one], rgb[other])) ** 0.5, 60, (one, other))
+
     @unittest.skipUnless(HAS_MATPLOTLIB, "needs matplotlib")
     def test_runs_are_compared(self):
         for name, rows in (("one", 1000), ("two", 500)):
