@@ -80,7 +80,7 @@ void require_own_devices(Scene& scene, const TouchArguments& a, const std::vecto
 Scene received_scene(const Welcome& welcome, const TouchArguments& a) {
   const std::vector<std::string> set = own_settings(a);
   Scene sent = parse_scene(welcome.scene, {}, "the body's scene");
-  const Scene own = default_scene();  // it names nothing
+  static const Scene own = default_scene();  // it names nothing
   require_beside(sent, own, "the body's scene");
   require_own_devices(sent, a, set);
   forget_device_settings(sent);
