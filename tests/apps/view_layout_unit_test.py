@@ -31,7 +31,7 @@ class Browser(unittest.TestCase):
     def run_script(self, script, *arguments):
         return self.browser.execute_script(script, *arguments)
 
-    def wait(self, script, seconds=60):
+    def wait(self, script, seconds=180):
         return WebDriverWait(self.browser, seconds, 0.2).until(lambda b: b.execute_script("return " + script), script)
 
     def open(self, width=1200, height=1000):

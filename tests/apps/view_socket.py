@@ -60,7 +60,7 @@ class PageSocket:
         elif message["type"] == "answer":
             self.answers.append(message)
 
-    def until(self, what, seconds=60):
+    def until(self, what, seconds=180):
         """Reads until what() is true, and returns that."""
         end = time.time() + seconds
         while time.time() < end:
