@@ -168,12 +168,12 @@ static void check_settings(const Scene& scene, const RunSettings& settings) {
     throw InputError("--reference: the full model in fine steps passes through itself; not with global.self_contact");
   if (!settings.reference.file.empty() && !std::filesystem::exists(settings.reference.file))
     throw InputError(text("--reference-file: ", settings.reference.file, " does not exist"));
+  if (!settings.out.empty()) require_writable_folder(settings.out, "--out " + settings.out);
   require_room(scene, needed_room(scene, !settings.out.empty()), free_room(settings.out));
   if (scene.is_endless && settings.reference.compute)
     throw InputError("--reference: is computed for a duration; this run has none (duration null)");
   if (scene.is_endless && (!settings.reference.file.empty() || !settings.reference.truth.empty()))
     throw InputError("duration: is null, until it is stopped; a reference has an end");
-  if (!settings.out.empty()) require_writable_folder(settings.out, "--out " + settings.out);
 }
 
 static std::unique_ptr<OutputFolder> take_folder(const std::string& out) {
