@@ -7,6 +7,7 @@
 #include <chrono>
 #include <deque>
 #include <future>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -226,7 +227,7 @@ class Server::Parts::Connection : public std::enable_shared_from_this<Connection
   void read() {
     parser_.emplace();
     parser_->header_limit(kLongestHead);
-    parser_->body_limit(boost::none);  // looked at below
+    parser_->body_limit(std::numeric_limits<std::uint64_t>::max());  // looked at below; "none" is 0 in Boost 1.74
     stream_.expires_after(kForHead);
     http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
       if (!error) self->take_head();
