@@ -58,16 +58,19 @@ void watch() {
   }
   received = signal;
   stop = true;
-  if (came_again(signals, kPatience)) end_now("ended at the second signal; what was not yet written is lost");
-  for (bool is_told = false; saving > 0; is_told = true) {
+  const char* const lost = "ended at the second signal; what was not yet written is lost";
+  for (bool is_told = false;; is_told = true) {
+    if (came_again(signals, kPatience)) end_now(lost);
+    if (saving == 0) break;
     if (!is_told)
       std::fprintf(
           stderr,
           "kilotouch: %s: what was recorded is written when the step under way has ended; a second signal ends "
           "at once, without it\n",
           stop_signal_name().c_str());
-    if (came_again(signals, 0.05)) end_now("ended at the second signal; what was not yet written is lost");
-  }
+    while (saving > 0)
+      if (came_again(signals, 0.05)) end_now(lost);
+  }  // and again: what has written its results needs time to end, too
   end_now("ended within a step; nothing of it is kept, files that were there before are as they were");
 }
 
