@@ -198,9 +198,13 @@ void identify(const DeviceArguments& a, int& exit_code) {
   options.stop = &stop_requested();
   const DeviceFit fit = identify_device(*device, options);
   const auto with_error = [](double value, double error) { return text(shown(value), " +- ", shown(error, "%.2g")); };
-  print_row("damping", with_error(fit.damping, fit.damping_error) + " N.s/m");
-  print_row("mass", with_error(fit.mass, fit.mass_error) + " kg");
-  print_row("delay", with_error(1e3 * fit.delay, 1e3 * fit.delay_error) + " ms");
+  const bool is_measured = fit.swing > 0;  // what was not is no zero
+  const auto measured = [&](double value) { return is_measured ? number(value) : Json(nullptr); };
+  if (is_measured) {
+    print_row("damping", with_error(fit.damping, fit.damping_error) + " N.s/m");
+    print_row("mass", with_error(fit.mass, fit.mass_error) + " kg");
+    print_row("delay", with_error(1e3 * fit.delay, 1e3 * fit.delay_error) + " ms");
+  }
   if (fit.is_good())
     print_row("to the scene", text("\"damping\": ", shown(fit.damping), ", \"delay_ms\": ", shown(1e3 * fit.delay),
                                    " in tool.path.device"));
@@ -209,13 +213,13 @@ void identify(const DeviceArguments& a, int& exit_code) {
   exit_code = fit.is_good() ? 0 : 1;
   const Json json{{"device", a.device.name},
                   {"info", info_json(info)},
-                  {"damping_ns_per_m", number(fit.damping)},
-                  {"damping_error", number(fit.damping_error)},
-                  {"mass_kg", number(fit.mass)},
-                  {"mass_error", number(fit.mass_error)},
-                  {"delay_ms", number(1e3 * fit.delay)},
-                  {"delay_error", number(1e3 * fit.delay_error)},
-                  {"residual_m", number(fit.residual)},
+                  {"damping_ns_per_m", measured(fit.damping)},
+                  {"damping_error", measured(fit.damping_error)},
+                  {"mass_kg", measured(fit.mass)},
+                  {"mass_error", measured(fit.mass_error)},
+                  {"delay_ms", measured(1e3 * fit.delay)},
+                  {"delay_error", measured(1e3 * fit.delay_error)},
+                  {"residual_m", measured(fit.residual)},
                   {"refusal", fit.is_good() ? Json(nullptr) : Json(fit.refusal)}};
   write_json(a.json, json_text(json, 2) + "\n");
 }

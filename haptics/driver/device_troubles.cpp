@@ -65,7 +65,7 @@ std::vector<std::string> find_troubles(const std::string& backend, const DeviceI
   if (t.safety.jumps > 0)
     out.push_back(text("the pose leapt ", t.safety.jumps, " times as no hand moves (faster than ",
                        FollowedPose::kMostSpeed, " m/s): see to the device's sensors and cable"));
-  if (t.safety.most_echoed && *t.safety.most_echoed < 0.9 * t.safety.most_force)
+  if (!has_shut && t.safety.most_echoed && *t.safety.most_echoed < 0.9 * t.safety.most_force)
     out.push_back(text("of a force of ", shown(t.safety.most_force), " N the service repeats ",
                        shown(*t.safety.most_echoed), " N: something on the way makes it smaller"));
   if (t.readings_per_s < 0.9 * rate_hz && t.there > 0.5)

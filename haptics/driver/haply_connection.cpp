@@ -29,7 +29,9 @@ Vec3 vector(const double (&v)[3]) noexcept { return {v[0], v[1], v[2]}; }
 }  // namespace
 
 struct HaplyConnection::Parts {
-  explicit Parts(HaplySession& s) : session(s), socket(context), timer(context), echo(HaplyKey::vector) {}
+  explicit Parts(HaplySession& s) : session(s), socket(context), timer(context), echo(HaplyKey::vector) {
+    session.slots.reading.read(reading);  // of the connection before: its counts go on
+  }
 
   /// Runs until `failed` is set; throws what it is.
   void settle(const error_code& failed) {
@@ -136,7 +138,7 @@ struct HaplyConnection::Parts {
       ++out.delays;
     }
     out.echoed = state.force ? state.force->norm() : 0;
-    out.most_echoed = echo.most();
+    out.most_echoed = std::max(reading.most_echoed, echo.most());
     reading = out;
     session.slots.reading.put(out);
   }
