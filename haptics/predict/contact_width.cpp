@@ -74,7 +74,7 @@ struct Tip {
 
 /// The core's part that is up to `depth` above its lowest point, against the direction `up`, in the tool's frame.
 Tip find_tip(const ToolShape& tool, const Vec3& up, double depth) {
-  constexpr double kEdge = 3;      // times longer than wide
+  constexpr double kEdge = 2;      // times longer than wide
   constexpr int kDirections = 12;  // of half a turn
   Tip out;
   if (tool.corners.empty()) return out;
