@@ -153,6 +153,7 @@ void BodyServer::Parts::begin(const ControlServer::Request& request, const Begin
   if (hand->has_begun()) return hand->count_wrong();
   try {
     control.send(hand->peer(), encode(hand->begin(message)));
+    say(text(request.address, " has its first local model"));
   } catch (const std::exception& e) {
     control.send(hand->peer(), encode(Bye{e.what()}));
     end(e.what(), told);
