@@ -59,10 +59,16 @@ TEST(FindCrossings, AThinBodyThroughTheMiddleOfALargeFaceIsFound) {
   const auto found = crossings(joined({large, thin}));
   EXPECT_GE(found.size(), 8u);  // each of its four sides is two triangles
   for (const auto& [a, b] : found) EXPECT_TRUE(a < 12 && b >= 12) << a << " " << b;
+}
+
+/// No node of the thin body lies on the face that it goes through: none only touch.
+TEST(FindPiercings, AreAllCrossingsWhereNoNodeLiesOnAFace) {
+  const Mesh large = kuhn_block(1, 1, 1, 0.1), thin = placed(kuhn_block(1, 1, 4, 0.005), {0.0703, 0.0307, 0.0912});
   const Mesh both = joined({large, thin});
   std::vector<std::array<int, 2>> pierced;
   for (const Crossing& c : find_piercings(both.triangles, both.x)) pierced.push_back(c.triangles);
-  EXPECT_EQ(pierced, found);  // none only touch
+  EXPECT_GE(pierced.size(), 8u);
+  EXPECT_EQ(pierced, crossings(both));
 }
 
 TEST(FindPiercings, AreNoneOfBodiesThatTouchOrAreApart) {
