@@ -192,7 +192,7 @@ void BodyServer::run(const std::function<void(const ServedSession&)>& ended) {
   Parts& p = *parts_;
   int sessions = 0;
   p.told = [&](const ServedSession& s) {
-    ++sessions;
+    sessions += s.begun;  // a hand that never began may come back
     if (ended) ended(s);
   };
   auto next_look = Clock::now(), next_ping = next_look;

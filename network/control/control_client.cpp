@@ -11,7 +11,9 @@
 namespace kt {
 namespace {
 
-constexpr int kClientIn = 16, kClientOut = 256;  // messages
+// Messages. A hand that builds its half takes none meanwhile: were there no room for the server's pings of two minutes,
+// its heartbeats would not be read either, and the connection be cut.
+constexpr int kClientIn = 256, kClientOut = 256;
 constexpr int kClientHandshakeMs = 5000;
 constexpr int kAgainFirstMs = 100;
 constexpr int kWatched = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED |
