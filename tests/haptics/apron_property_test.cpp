@@ -16,13 +16,15 @@
 namespace kt {
 namespace {
 
-constexpr double kCell = 0.0025, kThick = 0.01;  // [m]
-constexpr int kLong = 50, kWide = 20;            // cells
+constexpr double kCell = 0.004, kThick = 0.008;  // [m]
+constexpr int kLong = 32, kWide = 14;            // cells
 
-/// 125 x 50 x 10 mm of springs, glued below: 5,120 triangles, three times what a window holds.
+/// 128 x 56 x 8 mm, glued below: 2,160 triangles, more than a window holds.
 Body plate() {
   BodyOptions options;
   options.object.fixed.below = FixedBelow{"z", 0.01};
+  options.object.model.type = "fem";
+  options.object.model.material = "linear";
   options.backend = "brute_force";
   return Body(kuhn_block(kLong, kWide, static_cast<int>(kThick / kCell), kCell), options);
 }
@@ -57,7 +59,7 @@ std::vector<LocalFrame> drag(Touch& touch, double from, double to) {
 
 TEST(Apron, ReachesTheWholeSurfaceOfALargeBodyAndTells) {
   const Body body = plate();
-  ASSERT_GT(body.surface().triangles.size(), 3u * ApronWindow::kTriangles);
+  ASSERT_GT(body.surface().triangles.size(), ApronWindow::kTriangles + 300u);
   Touch touch(body, slow_refreshes(1));
   const std::vector<LocalFrame> frames = drag(touch, 0.015, 0.11);
   int free = 0, flagged = 0;
@@ -66,16 +68,16 @@ TEST(Apron, ReachesTheWholeSurfaceOfALargeBodyAndTells) {
     flagged += (frames[i].flags & kOnApron) != 0;
   }
   EXPECT_EQ(free, 0) << "contact was lost";
-  EXPECT_GT(flagged, 250) << "it is most of the way";
+  EXPECT_GT(flagged, 150) << "nothing tempted it";
   const std::vector<std::string> warnings = touch.warnings();
   EXPECT_TRUE(
       std::ranges::any_of(warnings, [](const std::string& w) { return w.find("outside the local model") < w.size(); }));
 }
 
-/// Against a touch that has a new local model every 5 ms.
+/// Against a touch that has sixty local models a second.
 TEST(Apron, GivesAboutTheForceOfTheBody) {
   const Body body = plate();
-  Touch late(body, slow_refreshes(1)), fresh(body, slow_refreshes(200));
+  Touch late(body, slow_refreshes(1)), fresh(body, slow_refreshes(60));
   const std::vector<LocalFrame> apron = drag(late, 0.03, 0.1), truth = drag(fresh, 0.03, 0.1);
   double least = 1e9, most = 0;
   for (std::size_t i = 200; i < apron.size(); ++i) {
