@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 const std::vector<std::string> kLibraries{"core",    "collision", "self_contact", "models", "io",
                                           "haptics", "api",       "network",      "view",   "python"};
 
-std::string content(const fs::path& file) {
+std::string whole_text(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -47,7 +47,7 @@ TEST(Locale, IsReadByNoSourceOfALibrary) {
         EXPECT_FALSE(std::regex_search(code, by_locale) || std::regex_search(code, printed))
             << entry.path() << ':' << number << ": " << line << "\n  core/base/numbers.hpp has what does not";
       }
-      const std::string all = content(entry.path());
+      const std::string all = whole_text(entry.path());
       const bool writes =
           std::regex_search(all, std::regex(R"(\b(ostringstream|stringstream|ofstream)\s+\w+\s*[;({])"));
       EXPECT_TRUE(!writes || all.find("std::locale::classic()") != std::string::npos ||

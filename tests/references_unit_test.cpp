@@ -109,9 +109,10 @@ TEST(References, EveryLinkOfAPageLeadsSomewhere) {
         ++found;
         const fs::path to = target.empty() ? at->path() : at->path().parent_path() / target;
         EXPECT_TRUE(fs::exists(to)) << file << ":" << number << ": there is no " << target;
-        if ((*m)[3].matched && to.extension() == ".md" && fs::exists(to))
+        if ((*m)[3].matched && to.extension() == ".md" && fs::exists(to)) {
           EXPECT_TRUE(anchors_in(to).count((*m)[3]))
               << file << ":" << number << ": " << to.filename() << " has no heading #" << (*m)[3];
+        }
       }
     }
   }

@@ -16,20 +16,20 @@
 namespace kt {
 namespace {
 
-constexpr double kCell = 0.004, kThick = 0.008;  // [m]
-constexpr int kLong = 32, kWide = 14;            // cells
+constexpr double kPlateCell = 0.004, kPlateThick = 0.008;  // [m]
+constexpr int kPlateLong = 32, kPlateWide = 14;            // cells
 
 /// 128 x 56 x 8 mm, glued below: 2,160 triangles, more than a window holds.
-Body plate() {
+Body make_plate() {
   BodyOptions options;
   options.object.fixed.below = FixedBelow{"z", 0.01};
   options.object.model.type = "fem";
   options.object.model.material = "linear";
   options.backend = "brute_force";
-  return Body(kuhn_block(kLong, kWide, static_cast<int>(kThick / kCell), kCell), options);
+  return Body(kuhn_block(kPlateLong, kPlateWide, static_cast<int>(kPlateThick / kPlateCell), kPlateCell), options);
 }
 
-TouchOptions slow_refreshes(double rate_hz) {
+TouchOptions late_options(double rate_hz) {
   TouchOptions options;
   options.tools[0].shape = {ToolShape::Kind::sphere, 0.004};
   options.global.rate_hz = rate_hz;
@@ -41,27 +41,27 @@ TouchOptions slow_refreshes(double rate_hz) {
   return options;
 }
 
-constexpr double kDepth = 0.0015;
+constexpr double kPressedIn = 0.0015;
 /// The tool's centre when it is pressed in.
-Vec3 pressed(double x) { return {x, 0.025, kThick + 0.004 - kDepth}; }
+Vec3 pressed_at(double x) { return {x, 0.025, kPlateThick + 0.004 - kPressedIn}; }
 
 /// Pressed for 0.2 s, then along at 0.25 m/s; a frame a tick.
-std::vector<LocalFrame> drag(Touch& touch, double from, double to) {
+std::vector<LocalFrame> drag_over(Touch& touch, double from, double to) {
   std::vector<LocalFrame> out;
-  touch.place(Pose{pressed(from) + Vec3(0, 0, kDepth + 1e-3)});
+  touch.place(Pose{pressed_at(from) + Vec3(0, 0, kPressedIn + 1e-3)});
   for (int i = 0; i < 200; ++i)
-    out.push_back(touch.tick(Pose{pressed(from) + Vec3(0, 0, (kDepth + 1e-3) * std::max(0.0, 1 - i / 100.0))}));
+    out.push_back(touch.tick(Pose{pressed_at(from) + Vec3(0, 0, (kPressedIn + 1e-3) * std::max(0.0, 1 - i / 100.0))}));
   const double way = to - from;
   const int ticks = static_cast<int>(std::abs(way) / 2.5e-4);
-  for (int i = 1; i <= ticks; ++i) out.push_back(touch.tick(Pose{pressed(from + way * i / ticks)}));
+  for (int i = 1; i <= ticks; ++i) out.push_back(touch.tick(Pose{pressed_at(from + way * i / ticks)}));
   return out;
 }
 
 TEST(Apron, ReachesTheWholeSurfaceOfALargeBodyAndTells) {
-  const Body body = plate();
+  const Body body = make_plate();
   ASSERT_GT(body.surface().triangles.size(), ApronWindow::kTriangles + 300u);
-  Touch touch(body, slow_refreshes(1));
-  const std::vector<LocalFrame> frames = drag(touch, 0.015, 0.11);
+  Touch touch(body, late_options(1));
+  const std::vector<LocalFrame> frames = drag_over(touch, 0.015, 0.11);
   int free = 0, flagged = 0;
   for (std::size_t i = 200; i < frames.size(); ++i) {
     free += frames[i].mode == ContactMode::free;
@@ -76,9 +76,9 @@ TEST(Apron, ReachesTheWholeSurfaceOfALargeBodyAndTells) {
 
 /// Against a touch that has sixty local models a second.
 TEST(Apron, GivesAboutTheForceOfTheBody) {
-  const Body body = plate();
-  Touch late(body, slow_refreshes(1)), fresh(body, slow_refreshes(60));
-  const std::vector<LocalFrame> apron = drag(late, 0.03, 0.1), truth = drag(fresh, 0.03, 0.1);
+  const Body body = make_plate();
+  Touch late(body, late_options(1)), fresh(body, late_options(60));
+  const std::vector<LocalFrame> apron = drag_over(late, 0.03, 0.1), truth = drag_over(fresh, 0.03, 0.1);
   double least = 1e9, most = 0;
   for (std::size_t i = 200; i < apron.size(); ++i) {
     if ((apron[i].flags & kOnApron) == 0) continue;
@@ -92,11 +92,11 @@ TEST(Apron, GivesAboutTheForceOfTheBody) {
 }
 
 TEST(Apron, IsMovedWithinATickWithoutMemory) {
-  const Body body = plate();
-  Touch touch(body, slow_refreshes(1));
-  drag(touch, 0.015, 0.03);
+  const Body body = make_plate();
+  Touch touch(body, late_options(1));
+  drag_over(touch, 0.015, 0.03);
   EXPECT_EQ(allocations_during([&] {
-              for (int i = 1; i <= 300; ++i) touch.tick(Pose{pressed(0.03 + 2.5e-4 * i)});
+              for (int i = 1; i <= 300; ++i) touch.tick(Pose{pressed_at(0.03 + 2.5e-4 * i)});
             }),
             0);
   EXPECT_LT(touch.next_tick(), 1000) << "a refresh was among them";
@@ -104,40 +104,40 @@ TEST(Apron, IsMovedWithinATickWithoutMemory) {
 
 /// The gap is told in free air, too: as none.
 TEST(Frame, HasNoGapInFreeAir) {
-  const Body body = plate();
-  Touch touch(body, slow_refreshes(30));
+  const Body body = make_plate();
+  Touch touch(body, late_options(30));
   const LocalFrame frame = touch.tick(Pose{Vec3(0.05, 0.025, 0.05)});
   EXPECT_EQ(frame.mode, ContactMode::free);
   EXPECT_TRUE(std::isinf(frame.gap));
 }
 
 TEST(Touch, StartsAnewAfterReset) {
-  const Body body = plate();
-  Touch touch(body, slow_refreshes(30));
+  const Body body = make_plate();
+  Touch touch(body, late_options(30));
   touch.set("contact.mu", 0.3);
-  const std::vector<LocalFrame> first = drag(touch, 0.03, 0.05);
+  const std::vector<LocalFrame> first = drag_over(touch, 0.03, 0.05);
   touch.reset();
   EXPECT_EQ(touch.next_tick(), 0);
   EXPECT_EQ(touch.number("contact.mu"), 0.3);
-  const std::vector<LocalFrame> again = drag(touch, 0.03, 0.05);
+  const std::vector<LocalFrame> again = drag_over(touch, 0.03, 0.05);
   ASSERT_EQ(first.size(), again.size());
   for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].force, again[i].force) << i;
 }
 
 TEST(Touch, TakesAnEndlessStepAndGoesOn) {
-  const Body body = plate();
-  Touch touch(body, slow_refreshes(30));
-  touch.place(Pose{pressed(0.05)});
-  EXPECT_TRUE(touch.tick(Pose{pressed(0.05)}, 1e308).flags & kLateTick);
+  const Body body = make_plate();
+  Touch touch(body, late_options(30));
+  touch.place(Pose{pressed_at(0.05)});
+  EXPECT_TRUE(touch.tick(Pose{pressed_at(0.05)}, 1e308).flags & kLateTick);
   const int tick = touch.next_tick();
-  for (int i = 0; i < 10; ++i) touch.tick(Pose{pressed(0.05)}, 1e-3);
+  for (int i = 0; i < 10; ++i) touch.tick(Pose{pressed_at(0.05)}, 1e-3);
   EXPECT_NEAR(touch.next_tick() - tick, 10, 1);
 }
 
 TEST(Touch, RefusesNumbersThatCannotBe) {
-  const Body body = plate();
+  const Body body = make_plate();
   const auto refused = [&](auto change) {
-    TouchOptions options = slow_refreshes(30);
+    TouchOptions options = late_options(30);
     change(options);
     EXPECT_THROW(Touch(body, options), InputError);
   };
@@ -153,7 +153,7 @@ TEST(Touch, RefusesNumbersThatCannotBe) {
   refused([&](TouchOptions& o) { o.tools[0].max_speed = nan; });
   BodyOptions wrong;
   wrong.object.model.young = -5;
-  EXPECT_THROW(Body(kuhn_block(2, 2, 2, kCell), wrong), InputError);
+  EXPECT_THROW(Body(kuhn_block(2, 2, 2, kPlateCell), wrong), InputError);
 }
 
 /// Springs and elements, whichever way round the tetrahedra are given.
@@ -162,14 +162,14 @@ TEST(Body, TurnsTetrahedraThatAreGivenTheOtherWay) {
     BodyOptions options;
     options.object.model.type = type;
     options.object.fixed.below = FixedBelow{"z", 0.01};
-    Mesh mesh = kuhn_block(8, 8, 4, kCell), turned = mesh;
+    Mesh mesh = kuhn_block(8, 8, 4, kPlateCell), turned = mesh;
     for (Tetrahedron& t : turned.tetrahedra) std::swap(t[1], t[2]);
     for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
     const Body right(mesh, options), other(turned, options);
-    Touch a(right, slow_refreshes(30)), b(other, slow_refreshes(30));
+    Touch a(right, late_options(30)), b(other, late_options(30));
     double sum = 0;
     for (int i = 0; i <= 120; ++i) {
-      const Pose at{Vec3(0.01, 0.01, kThick + 0.004 - 1e-5 * i)};
+      const Pose at{Vec3(0.01, 0.01, kPlateThick + 0.004 - 1e-5 * i)};
       const double f = a.tick(at).f_n;
       EXPECT_NEAR(b.tick(at).f_n, f, 1e-6 * (1 + f)) << type << " " << i;
       sum += f;
