@@ -30,7 +30,7 @@ Vec3 vector(const double (&v)[3]) noexcept { return {v[0], v[1], v[2]}; }
 
 struct HaplyConnection::Parts {
   explicit Parts(HaplySession& s) : session(s), socket(context), timer(context), echo(HaplyKey::vector) {
-    session.slots.reading.read(reading);  // of the connection before: its counts go on
+    if (DeviceReading before; session.slots.reading.read(before)) reading = before;  // its counts go on
   }
 
   /// Runs until `failed` is set; throws what it is.
