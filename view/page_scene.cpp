@@ -92,7 +92,7 @@ std::string dropped_name(const std::string& name) {
   constexpr std::size_t kLongest = 100;  // bytes
   const std::string shown = visible(name.substr(name.find_last_of("/\\") + 1));
   const bool is_usable = !shown.starts_with('.') && shown.size() <= kLongest && shown.find('\\') == std::string::npos;
-  return is_usable ? shown : "dropped." + mesh_extension(name);
+  return is_usable ? shown : "dropped" + mesh_extension(name);
 }
 
 }  // namespace kt
