@@ -35,7 +35,7 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
       {"study"},
       {"findings"},
       {"advise"}}},
-    {"network", {{"channel", "control", "message"}, {""}}}};
+    {"network", {{"channel"}, {"control", "message"}, {""}}}};
 
 bool is_in(const std::string& file, const std::string& folder) { return file.rfind(folder + "/", 0) == 0; }
 
@@ -112,7 +112,7 @@ const std::vector<Home> kHomes{
     {"benchmark/", "bench/.*"},
     {"gtest/", "tests/.*"},
     {"gmock/", "tests/.*"},
-    {"boost/", "view/server\\.cpp|haptics/driver/haply\\.cpp|tests/fakes/haply_service\\.cpp"},
+    {"boost/", "view/server\\.cpp|haptics/driver/haply[a-z_]*\\.cpp|tests/fakes/haply_service\\.cpp"},
     {"zmq", "network/control/[a-z_]+\\.[ch]pp|bench/channel_tcp_table\\.cpp"},
     {"sodium", "network/(channel|control)/[a-z_]+\\.cpp"},
     {"isa-l", "network/channel/[a-z_]+\\.cpp"},

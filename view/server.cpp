@@ -1,5 +1,6 @@
 #include "view/server.hpp"
 
+#include <charconv>
 #include <utility>  // before asio, whose awaitable.hpp forgets it
 
 #include <boost/asio.hpp>
@@ -56,7 +57,9 @@ std::string unescaped(const std::string& s) {
   std::string out;
   for (std::size_t i = 0; i < s.size(); ++i) {
     const bool is_escape = s[i] == '%' && i + 2 < s.size() && is_hex_digit(s[i + 1]) && is_hex_digit(s[i + 2]);
-    out += is_escape ? static_cast<char>(std::stoi(s.substr(i + 1, 2), nullptr, 16)) : s[i];
+    unsigned code = 0;
+    if (is_escape) std::from_chars(s.data() + i + 1, s.data() + i + 3, code, 16);
+    out += is_escape ? static_cast<char>(code) : s[i];
     if (is_escape) i += 2;
   }
   return out;

@@ -1,18 +1,13 @@
 #include "haptics/driver/device_troubles.hpp"
 
-#include <cstdio>
-
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/driver/find_devices.hpp"
 
 namespace kt {
 namespace {
 
-std::string shown(double value) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.3g", value);
-  return out;
-}
+std::string shown(double value) { return with_digits(value, 3); }
 
 /// The gate is meant to be shut at the test's beginning, and by the person.
 bool is_told(GateReason reason) {

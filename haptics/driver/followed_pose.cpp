@@ -5,6 +5,8 @@
 namespace kt {
 namespace {
 
+constexpr double kOldest =
+    5e-3;  // [s] an older pose shuts the gate: one that stood still for longer has not moved unseen
 constexpr double kNothing = 1e-9;  // [m], [rad] there and back again, but for rounding
 
 double angle_between(const Quaternion& a, const Quaternion& b) noexcept {
@@ -19,8 +21,9 @@ void FollowedPose::begin_at(const Vec3& tool) noexcept {
 }
 
 bool FollowedPose::is_leap(const Pose& device) const noexcept {
-  return (device.x - last_.x).norm() > kMostSpeed * scale_ * since_ ||
-         angle_between(device.r, last_.r) > kMostTurn * since_;
+  const double since = std::min(since_, kOldest);
+  return (device.x - last_.x).norm() > kMostSpeed * scale_ * since ||
+         angle_between(device.r, last_.r) > kMostTurn * since;
 }
 
 void FollowedPose::close_gap(double dt) noexcept {

@@ -162,7 +162,7 @@ class CommandLine(unittest.TestCase):
         self.kilotouch("run", *scene, *known, "--set", "local.rings=3", "--out", "c")
         self.assertNotEqual(load(self.path("c", "summary.json"))["reference"]["force_error"], reference["force_error"])
         self.kilotouch("run", *scene, *known, "--set", "contact.mu=0.3", "--out", "d", status=2)
-        self.assertEqual(os.listdir(self.path("d")), [])
+        self.assertFalse(os.path.exists(self.path("d")))
         self.kilotouch("run", *scene, "--no-report", "--out", "b")  # the old reference goes with the old run
         self.assertNotIn("reference", load(self.path("b", "summary.json")))
         self.assertFalse(os.path.exists(self.path("b", "reference.csv")))
@@ -220,7 +220,7 @@ class CommandLine(unittest.TestCase):
         result = subprocess.run([PROGRAM, "run", "mm.json", "--set", "local.reducer=wall", "--no-report", "--out", "out"],
                                 cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("set object.scale to 0.001: its unit is likely mm", result.stderr)
+        self.assertIn("set object.scale to 0.001 (its unit is likely mm", result.stderr)
         self.assertIn("object.model.young: 10 Pa is outside 100 to 1e+09 Pa", result.stderr)
         self.assertIn("never touched the body", result.stdout)
 
@@ -290,8 +290,10 @@ class CommandLine(unittest.TestCase):
         run, replay = load(self.path(run, "summary.json")), load(self.path(replay, "summary.json"))
         timed = {"command", "step_us", "global_ms", "refresh_ms", "refresh_parts_ms", "cpu", "real_time", "deadline_misses",
                  "tick_period_share", "allocations_per_tick"}
+        def without_prices(value):  # what a cure costs is by the clock
+            return re.sub(r"refreshes of [0-9.e+]+ times", "", json.dumps(value))
         for key in run.keys() - timed:
-            self.assertEqual(run[key], replay[key], key)
+            self.assertEqual(without_prices(run[key]), without_prices(replay[key]), key)
 
     def test_ticks_of_a_quarter_and_of_ten_kilohertz(self):
         """From 250 Hz to 10 kHz: as many ticks as asked for, a force, and what share of its period one takes."""

@@ -5,6 +5,8 @@ import sys
 import tempfile
 import unittest
 
+from patience import PATIENCE
+
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from view_unit_test import HAS_VIEW, SCENE, SMALL, SOURCE, Service, View, WebDriverWait, webdriver  # noqa: E402
 
@@ -185,7 +187,7 @@ class Dropped(Browser):
         button = self.browser.find_element("css selector", "#findings button")
         self.assertEqual(button.text, "Repair and touch")
         button.click()
-        self.wait("kilotouch.state.hello.title === 'liver of Anna.off (dropped)' || document.getElementById('message').className === 'bad'", 180)
+        self.wait("kilotouch.state.hello.title === 'liver of Anna.off (dropped)' || document.getElementById('message').className === 'bad'", PATIENCE)
         message = self.browser.find_element("id", "message").text
         self.assertNotIn("/tmp", message)
         self.assertEqual(self.run_script("return kilotouch.state.hello.title"), "liver of Anna.off (dropped)", message)
