@@ -27,7 +27,8 @@ std::string value_text(const NamedScene& named, const std::string& key) {
   if (!key.empty() && !is_path && json.contains(pointer)) return json.at(pointer).dump();
   const std::vector<std::string> known = known_scene_keys();
   if (std::ranges::find(known, key) == known.end()) throw_unknown("key", key, known);
-  if (!key.ends_with(".mu")) return "null";
+  const bool is_short = key.ends_with(".mu") && std::ranges::find(known, key + "_static") != known.end();
+  if (!is_short || !json.contains(pointer_of(key + "_static"))) return "null";
   const auto both = {value_text(named, key + "_static"), value_text(named, key + "_kinetic")};
   return *both.begin() == *std::prev(both.end()) ? *both.begin() : "null";
 }

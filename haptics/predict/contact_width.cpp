@@ -238,7 +238,10 @@ Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, 
                    short_number(2e3 * width.contact_radius), " mm across: expect about ", short_number(width.factor),
                    " times the force of the continuum (", element, ")")};
   if (width.factor < 1) {
-    out.cures.push_back(advise("set object.model.type to fem and object.model.element to tet10"));
+    const std::string to_tet10 = "object.model.element to tet10";
+    if (element != "tet10")
+      out.cures.push_back(
+          advise((built.model().info().type == "fem" ? "set " : "set object.model.type to fem and ") + to_tet10));
     return out;
   }
   constexpr double kTet10 = 1.93;  // as much finer are tet4 of as many nodes: a node on each edge

@@ -116,7 +116,7 @@ std::vector<Cure> settings_in(const Cure& cure) {
     std::string value = (*i)[2];
     if (value != "about" && value.find_first_of("0123456789") == 0)
       value = value.substr(0, value.find_last_not_of('.') + 1);
-    if (value != "about") out.push_back({(*i)[1], value, cure.told});
+    if (value != "about" && value != "the") out.push_back({(*i)[1], value, cure.told});
   }
   return out;
 }
@@ -160,6 +160,7 @@ TEST(Cures, AreNeverWhatTheSceneHas) {
     for (const Finding& found : all_kinds(scene, built))
       for (const Cure& cure : found.cures)
         for (const Cure& setting : settings_in(cure)) {
+          if (setting.key.starts_with("tool.path.hand.")) continue;  // of a hand that these scenes have not
           ++looked_at;
           EXPECT_TRUE(changes(scene, setting)) << ::testing::PrintToString(settings) << '\n'
                                                << found.line() << '\n'
