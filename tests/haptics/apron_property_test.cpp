@@ -163,7 +163,7 @@ TEST(Body, TurnsTetrahedraThatAreGivenTheOtherWay) {
     options.object.model.type = type;
     options.object.fixed.below = FixedBelow{"z", 0.01};
     Mesh mesh = kuhn_block(8, 8, 4, kPlateCell), turned = mesh;
-    for (Tetrahedron& t : turned.tetrahedra) std::swap(t[1], t[2]);
+    for (Tetrahedron& t : turned.tetrahedra) std::swap(t[2], t[3]);
     for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
     const Body right(mesh, options), other(turned, options);
     Touch a(right, late_options(30)), b(other, late_options(30));
