@@ -5,8 +5,7 @@
 namespace kt {
 namespace {
 
-constexpr double kOldest =
-    5e-3;  // [s] an older pose shuts the gate: one that stood still for longer has not moved unseen
+constexpr double kOldest = 5e-3;   // [s] an older pose shuts the gate: poses come more often, or stand still
 constexpr double kNothing = 1e-9;  // [m], [rad] there and back again, but for rounding
 
 double angle_between(const Quaternion& a, const Quaternion& b) noexcept {
@@ -20,8 +19,9 @@ void FollowedPose::begin_at(const Vec3& tool) noexcept {
   has_tool_ = was_away_ = true;
 }
 
-bool FollowedPose::is_leap(const Pose& device) const noexcept {
-  const double since = std::min(since_, kOldest);
+/// One that stood still for longer has not moved unseen: it may go as far as between two poses before.
+bool FollowedPose::is_leap(const Pose& device, double dt) const noexcept {
+  const double since = since_ <= kOldest ? since_ : std::max(interval_, dt);
   return (device.x - last_.x).norm() > kMostSpeed * scale_ * since ||
          angle_between(device.r, last_.r) > kMostTurn * since;
 }
@@ -37,7 +37,7 @@ void FollowedPose::close_gap(double dt) noexcept {
 Pose FollowedPose::follow(const Pose& device, double dt) noexcept {
   since_ += dt;
   const bool is_gap = has_tool_ && (was_away_ || dt >= kLongest);
-  const bool leaps = has_last_ && !is_gap && is_leap(device);
+  const bool leaps = has_last_ && !is_gap && is_leap(device, dt);
   if (is_gap) rests_ = 0;
   if (is_gap || leaps) {
     gap_ = tool_.x - device.x;
@@ -55,7 +55,10 @@ Pose FollowedPose::follow(const Pose& device, double dt) noexcept {
   was_away_ = false;
   close_gap(std::min(dt, kLongest));
   if (!is_on_the_way()) has_jumped_ = false;
-  if (!has_last_ || device.x != last_.x || device.r.coeffs() != last_.r.coeffs()) since_ = 0;
+  if (!has_last_ || device.x != last_.x || device.r.coeffs() != last_.r.coeffs()) {
+    if (has_last_ && since_ <= kOldest) interval_ = since_;
+    since_ = 0;
+  }
   last_ = device;
   tool_.x = device.x + gap_;
   tool_.r = turn_gap_ > 0 ? Quaternion(Eigen::AngleAxisd(turn_gap_, turn_axis_)) * device.r : device.r;

@@ -31,7 +31,7 @@ class FollowedPose {
   const Vec3& jumped() const noexcept { return jumped_; }
 
  private:
-  bool is_leap(const Pose& device) const noexcept;
+  bool is_leap(const Pose& device, double dt) const noexcept;
   void close_gap(double dt) noexcept;
 
   double scale_;
@@ -41,6 +41,7 @@ class FollowedPose {
   double turn_gap_ = 0;             // [rad]
   double rests_ = 0;                // for so long yet [s]
   double since_ = 0;                // the device's pose changed last [s]
+  double interval_ = 0;             // between its last two changes that were near [s]
   Vec3 jumped_ = Vec3::Zero();
   int jumps_ = 0;
   bool has_tool_ = false, has_last_ = false, was_away_ = false, has_jumped_ = false;

@@ -142,7 +142,7 @@ const std::vector<std::vector<std::string>> kScenes{
     {"local.reducer=wall", "local.rings=3"},
     {"local.passivity_damping=10"},
     {"global.early_refresh=true"},
-    {"global.self_contact={}"},
+    {"global.self_contact={}", "global.integrator=newton_euler"},
     {"global.rate_hz=120"},
     {"link.type=thread"},
     {"link.type=lockstep", "link.loss=0.5"},
