@@ -167,7 +167,7 @@ class StopSignals(unittest.TestCase):
         self.assertAlmostEqual(session["scene"]["duration"] * 1000, ticks, places=6)
         self.assertGreater(ticks, 100)
         replay = subprocess.run([PROGRAM, "replay", "o"], cwd=self.work, capture_output=True, text=True)
-        self.assertEqual(replay.returncode, 0, replay.stdout + replay.stderr)
+        self.assertIn("bit for bit", replay.stdout, replay.stderr)  # its code is the run's: 1 where models came late
         self.nothing_is_left()
 
     def test_no_stop_is_lost_while_a_matrix_is_ordered(self):
