@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include "api/held_touch.hpp"
@@ -284,6 +285,16 @@ kt_status kt_set_word(kt_touch* touch, const char* key, const char* word) {
 kt_status kt_get_number(const kt_touch* touch, const char* key, double* value) {
   if (!touch || !key || !value) return misuse("kt_get_number: a null pointer");
   return guarded([&] { *value = touch->touch.number(key); });
+}
+
+kt_status kt_warnings(const kt_touch* touch, char* out, size_t room, size_t* needed) {
+  if (!touch || !needed || (!out && room > 0)) return misuse("kt_warnings: a null pointer");
+  return guarded([&] {
+    std::string lines;
+    for (const std::string& line : touch->warnings()) lines += line + '\n';
+    *needed = lines.size() + 1;
+    if (room > 0) out[lines.copy(out, room - 1)] = 0;
+  });
 }
 
 kt_status kt_stats_of(const kt_touch* touch, kt_stats* out) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/error.hpp"
 #include "haptics/setup/scene_safety.hpp"
 
 namespace kt {
@@ -47,6 +48,31 @@ std::span<const LocalFrame> HeldTouch::tick_devices(std::span<const Pose> device
     given_[k].torque = out.torque;
   }
   return {given_.data(), devices.size()};
+}
+
+std::vector<std::string> HeldTouch::warnings() const {
+  std::vector<std::string> out = touch.warnings();
+  for (std::size_t k = 0; k < chains_.size(); ++k) {
+    const SafetyCounts& s = chains_[k].counts();
+    const std::string which = chains_.size() > 1 ? text("tool ", k + 1, ": ") : "";
+    const GateReason why = main_reason(s);
+    const bool never_opened = s.ticks > 0 && s.gated == s.ticks;
+    if (never_opened || s.shut > 0)
+      out.push_back(text(which, "the device's gate ",
+                         never_opened ? "never opened fully"
+                                      : text("was shut or not fully open in ", s.gated, " of ", s.ticks, " ticks"),
+                         why == GateReason::open ? "" : text(": mostly because ", name_of(why))));
+    if (s.stale > 0)
+      out.push_back(text(which, "the device's pose was too old, or the device not there, in ", s.stale, " of ", s.ticks,
+                         " ticks"));
+    if (s.jumps > 0)
+      out.push_back(text(which, "the device's pose leapt ", s.jumps, s.jumps == 1 ? " time" : " times",
+                         " as no hand moves: it was not followed"));
+    if (s.not_finite > 0)
+      out.push_back(
+          text(which, "the force was no number in ", s.not_finite, " of ", s.ticks, " ticks: none was given"));
+  }
+  return out;
 }
 
 Body body_of_mesh(Mesh mesh, const Scene& scene) {

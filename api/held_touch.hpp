@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "haptics/driver/safety_chain.hpp"
@@ -23,6 +24,9 @@ class HeldTouch {
   /// @param dt       since the last call [s], > 0
   std::span<const LocalFrame> tick_devices(std::span<const Pose> devices, std::span<const DeviceState> states,
                                            double dt) noexcept;
+
+  /// Touch::warnings(), and what the devices were not given: a gate that was shut, poses that leapt or were old.
+  std::vector<std::string> warnings() const;
 
   /// Touch::reset(), and the chains anew. While nobody ticks.
   void reset();

@@ -261,7 +261,7 @@ void bind_touch(py::module_& m) {
       .def_property_readonly(
           "status", [](PythonTouch& t) { return t.touch().status(); }, "Of the refresh that was made last.")
       .def_property_readonly(
-          "warnings", [](PythonTouch& t) { return t.touch().warnings(); },
+          "warnings", [](PythonTouch& t) { return t.held().warnings(); },
           "What speaks against the forces so far, a line each: of the body, and of the ticks.")
       .def_property_readonly(
           "h", [](PythonTouch& t) { return t.touch().h(); }, "of a tick [s]")

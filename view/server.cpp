@@ -52,14 +52,14 @@ std::string query_value(const std::string& target, const std::string& name) {
   return {};
 }
 
-/// "%20" as a space; a wrong escape stays as it is.
+/// A value of a query as browsers' URLSearchParams write it: "%20" and "+" as a space; a wrong escape stays as it is.
 std::string unescaped(const std::string& s) {
   std::string out;
   for (std::size_t i = 0; i < s.size(); ++i) {
     const bool is_escape = s[i] == '%' && i + 2 < s.size() && is_hex_digit(s[i + 1]) && is_hex_digit(s[i + 2]);
     unsigned code = 0;
     if (is_escape) std::from_chars(s.data() + i + 1, s.data() + i + 3, code, 16);
-    out += is_escape ? static_cast<char>(code) : s[i];
+    out += is_escape ? static_cast<char>(code) : s[i] == '+' ? ' ' : s[i];
     if (is_escape) i += 2;
   }
   return out;

@@ -33,11 +33,10 @@ double distance_from(const ContactSite& site, const Vec3& place) {
   return (away - share * site.way).norm();
 }
 
-/// Index in `vertices` of the nearest, and its distance [m].
-std::pair<int, double> nearest_of(const Eigen::Matrix3Xd& places, const Vec3& place) {
+int nearest_of(const Eigen::Matrix3Xd& places, const Vec3& place) {
   Eigen::Index nearest = 0;
-  const double distance_sq = (places.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
-  return {static_cast<int>(nearest), std::sqrt(distance_sq)};
+  (places.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
+  return static_cast<int>(nearest);
 }
 
 /// The place where the tool was, as wide as what it touched: a ball of radius R that is d deep presses as a uniform
@@ -64,17 +63,12 @@ NodeWeights make_mean(const Surface& surface, const ContactSite& site, const Sur
       const double d = (places.col(v - leading.begin()) - site.centre).norm();
       out.add(*v, 1 / (d + 1e-9));
     }
-    if (out.count == 0) out.add(leading[static_cast<std::size_t>(nearest_of(places, site.centre).first)], 1);
+    if (out.count == 0) out.add(leading[static_cast<std::size_t>(nearest_of(places, site.centre))], 1);
   }
   double sum = 0;
   for (int k = 0; k < out.count; ++k) sum += out.weight[k];
   for (int k = 0; k < out.count; ++k) out.weight[k] /= sum;
   return out;
-}
-
-double smooth_share(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * (3 - 2 * s);
 }
 
 }  // namespace
@@ -83,24 +77,21 @@ void ApronMotion::means(const VectorX& patch_x, std::span<Vec3> out) const noexc
   for (std::size_t s = 0; s < mean.size(); ++s) out[s] = mean[s].of(patch_x) - mean[s].of(patch_at);
 }
 
-Vec3 ApronMotion::place(int i, const VectorX& patch_x, std::span<const Vec3> means) const noexcept {
-  if (near[i] < 0) return node(at, i);
-  const Vec3 u = node(patch_x, near[i]) - node(patch_at, near[i]);
-  return node(at, i) + (1 - share[i]) * u + share[i] * means[static_cast<std::size_t>(site[i])];
+Vec3 ApronMotion::place(int i, std::span<const Vec3> means) const noexcept {
+  if (site[i] < 0) return node(at, i);
+  return node(at, i) + means[static_cast<std::size_t>(site[i])];
 }
 
 ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const ContactSite& site,
                               const SurfacePatch& patch, const ApronOptions& options) {
-  constexpr double kFades = 0.5;  // of the site's reach: the way over which the nearest vertex gives way to the mean
   const auto n = static_cast<std::size_t>(x.size() / 3);
   ApronMotion out;
   out.patch_vertex.assign(n, -1);
   out.at = x;
-  out.near.assign(n, -1);
-  out.share.assign(n, 0);
-  out.site.assign(n, 0);
+  out.site.assign(n, -1);
   out.patch_at = options.patch_x;
-  for (int v = 0; v < patch.num_vertices(); ++v) out.patch_vertex[patch.global_node[v]] = v;
+  for (int v = 0; v < patch.num_vertices(); ++v)
+    if (patch.in_reach[v]) out.patch_vertex[patch.global_node[v]] = v;
   const std::vector<int> leading = leading_vertices(patch, options.moves);
   if (leading.empty()) return out;
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(leading.size()));
@@ -112,7 +103,7 @@ ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const Co
   const std::vector<const ContactSite*> sites = all_sites(site);
   std::vector<Vec3> mean_unloaded;
   for (const ContactSite* s : sites) {
-    const int under = leading[static_cast<std::size_t>(nearest_of(places, s->centre).first)];
+    const int under = leading[static_cast<std::size_t>(nearest_of(places, s->centre))];
     out.mean.push_back(make_mean(surface, *s, patch, leading, places, unloaded(under).norm(), options));
     Vec3 sum = Vec3::Zero();
     for (int k = 0; k < out.mean.back().count; ++k)
@@ -122,19 +113,16 @@ ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const Co
   for (int i = 0; i < static_cast<int>(n); ++i) {
     if (out.patch_vertex[i] >= 0 || options.is_fixed[i] || surface.topology.triangles_of(i).empty()) continue;
     const Vec3 place = node(x, i);
-    const auto [index, away] = nearest_of(places, place);
     std::size_t own = 0;
     for (std::size_t s = 1; s < sites.size(); ++s)
       if (distance_from(*sites[s], place) < distance_from(*sites[own], place)) own = s;
-    out.near[i] = leading[static_cast<std::size_t>(index)];
-    out.site[i] = static_cast<char>(own);
-    out.share[i] = sites[own]->reach > 0 ? smooth_share(away / (kFades * sites[own]->reach)) : 1;
+    out.site[i] = static_cast<signed char>(own);
     if (!is_loaded) continue;
     // What the load moved here fades with the distance from it, as on an elastic half space.
-    const double there = distance_from(*sites[own], places.col(index)), here = distance_from(*sites[own], place);
-    const Vec3 at_near = unloaded(out.near[i]);
-    const Vec3 own_unloaded = here > there ? Vec3(there / here * at_near) : at_near;
-    const Vec3 moved = own_unloaded - (1 - out.share[i]) * at_near - out.share[i] * mean_unloaded[own];
+    const int near = nearest_of(places, place);
+    const double there = distance_from(*sites[own], places.col(near)), here = distance_from(*sites[own], place);
+    const Vec3 at_near = unloaded(leading[static_cast<std::size_t>(near)]);
+    const Vec3 moved = (here > there ? Vec3(there / here * at_near) : at_near) - mean_unloaded[own];
     node(out.at, i) += moved;
     out.lowered = std::max(out.lowered, moved.norm());
   }
@@ -151,7 +139,7 @@ ApronRoom::ApronRoom(int nodes, int triangles_at_most, int vertices_at_most, Con
       vertex_of_node(static_cast<std::size_t>(nodes), -1) {
   const std::size_t t = triangles + static_cast<std::size_t>(most_triangles);
   const std::size_t v = vertices + static_cast<std::size_t>(most_vertices);
-  const std::size_t weights = (kMostInMean + 1) * static_cast<std::size_t>(most_vertices);
+  const std::size_t weights = kMostInMean * static_cast<std::size_t>(most_vertices);
   SurfacePatch& f = out.facets;
   f.triangles.reserve(t);
   f.global_triangle.reserve(t);
@@ -172,9 +160,9 @@ ApronRoom::ApronRoom(int nodes, int triangles_at_most, int vertices_at_most, Con
   out.moved_node.reserve(moved + NodeWeights::kMost * static_cast<std::size_t>(most_triangles));
   out.moved_weight.reserve(out.moved_node.capacity());
   out.apron_facets = static_cast<int>(triangles);
-  out.apron_vertices = static_cast<int>(vertices);
-  out.apron.reserve(static_cast<std::size_t>(most_vertices));
-  out.apron_offset.setZero(3 * static_cast<Eigen::Index>(most_vertices));
+  if (out.apron_vertices < 0) out.apron_vertices = static_cast<int>(vertices);
+  out.apron.reserve(v - static_cast<std::size_t>(out.apron_vertices));
+  out.apron_offset.conservativeResize(3 * static_cast<Eigen::Index>(out.apron.capacity()));
 }
 
 namespace {
@@ -194,13 +182,12 @@ void remove_apron(const ApronRoom& room, ContactSurface& out) noexcept {
   out.first_moved.resize(room.triangles + 1);
   out.moved_node.resize(room.moved);
   out.moved_weight.resize(room.moved);
-  out.apron.clear();
+  out.apron.resize(room.vertices - static_cast<std::size_t>(out.apron_vertices));
 }
 
 /// A vertex of the apron for a node of the body: one of the patch's, as a smooth patch has others, or one of its own.
 int add_vertex(const ApronMotion& motion, int global, ContactSurface& out) noexcept {
   const auto follow = [&](int vertex, double weight) {
-    if (weight == 0) return;
     out.from.push_back(vertex);
     out.weight.push_back(weight);
   };
@@ -208,12 +195,11 @@ int add_vertex(const ApronMotion& motion, int global, ContactSurface& out) noexc
   ApronVertex& vertex = out.apron.emplace_back();
   if (const int v = motion.patch_vertex[global]; v >= 0) {
     follow(v, 1);
-    vertex.near = v;
-  } else if (const int near = motion.near[global]; near >= 0) {
-    vertex = {near, motion.share[global], motion.site[global]};
-    follow(near, 1 - motion.share[global]);
-    const NodeWeights& mean = motion.mean[static_cast<std::size_t>(motion.site[global])];
-    for (int k = 0; k < mean.count; ++k) follow(mean.node[k], motion.share[global] * mean.weight[k]);
+    vertex.patch_vertex = v;
+  } else if (motion.site[global] >= 0) {
+    vertex.site = motion.site[global];
+    const NodeWeights& mean = motion.mean[static_cast<std::size_t>(vertex.site)];
+    for (int k = 0; k < mean.count; ++k) follow(mean.node[k], mean.weight[k]);
   }
   out.first.push_back(static_cast<int>(out.from.size()));
   Vec3 offset = node(motion.at, global);
@@ -249,14 +235,33 @@ void add_moved(const Triangle& facet, ContactSurface& out) noexcept {
 
 }  // namespace
 
+void give_rim_to_apron(const ApronMotion& motion, const SurfacePatch& patch, ContactSurface& out) {
+  out.apron_vertices = out.facets.num_vertices();
+  if (out.levels > 0) return;
+  std::vector<int> vertex(static_cast<std::size_t>(patch.num_vertices()));
+  out.apron_offset.resize(3 * patch.num_vertices());
+  for (int v = 0; v < patch.num_vertices(); ++v)
+    vertex[v] = motion.patch_vertex[patch.global_node[v]] == v ? v : add_vertex(motion, patch.global_node[v], out);
+  out.rim_of_apron.assign(patch.triangles.size(), 0);
+  out.first_moved = {0};
+  out.moved_node.clear();
+  out.moved_weight.clear();
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
+    for (int& v : out.facets.triangles[t]) v = vertex[v];
+    out.rim_of_apron[t] = std::ranges::any_of(out.facets.triangles[t], [&](int v) { return v >= out.apron_vertices; });
+    add_moved(out.facets.triangles[t], out);
+  }
+  out.facets.topology = make_topology(out.facets.triangles, out.facets.num_vertices());
+}
+
 void append_apron(const Surface& surface, const ApronMotion& motion, const SurfacePatch& patch,
                   std::span<const int> triangles, ApronRoom& room, ContactSurface& out) noexcept {
   remove_apron(room, out);
   SurfacePatch& facets = out.facets;
   if (out.apron_means.empty()) out.apron_means = motion.mean;  // the first time: no allocation later
   const bool shares = out.levels == 0;                         // a smooth patch has other vertices than its nodes
-  if (shares)
-    for (int v = 0; v < patch.num_vertices(); ++v) room.vertex_of_node[patch.global_node[v]] = v;
+  if (shares)  // the rim's last: what of it is the apron's is used as that
+    for (int v = 0; v < static_cast<int>(room.vertices); ++v) room.vertex_of_node[facets.global_node[v]] = v;
   const auto vertex = [&](int global) {
     int& known = room.vertex_of_node[global];
     if (known < 0) known = add_vertex(motion, global, out);

@@ -9,22 +9,20 @@
 
 namespace kt {
 
-/// How each node of the body's surface outside a patch goes with it: x = at + (1 - share) u[near] + share mean(u),
-/// where u are the displacements of the patch's vertices since the linearization, and mean(u) is that of the place
-/// where the tool was. The weights are positive and sum to 1.
+/// How each node of the body's surface outside a patch goes with it: x = at + mean(u), where u are the displacements of
+/// the patch's vertices since the linearization, and mean(u) is that of the place where the tool was. A node that went
+/// partly with the patch's nearest vertex would be stiffer than both: 1 / (a² + b²) times for shares a, b.
 struct ApronMotion {
-  std::vector<int> patch_vertex;  ///< of each node of the body: the patch's vertex, -1: it is none
+  std::vector<int> patch_vertex;  ///< of each node of the body: the patch's vertex that tools in reach touch, or -1
   VectorX at;                     ///< of each node, while the patch is where it was linearized [m], (3n)
-  std::vector<int> near;          ///< of each node: the nearest vertex that tools touch; -1: it cannot move
-  std::vector<double> share;      ///< of each node: 0 beside that vertex, 1 far away
-  std::vector<char> site;         ///< of each node: whose mean it goes with
+  std::vector<signed char> site;  ///< of each node: whose mean it goes with; -1: it cannot move
   std::vector<NodeWeights> mean;  ///< of each site
   VectorX patch_at;               ///< the patch where it was linearized [m], (3p)
   double lowered = 0;             ///< most that a node's `at` is from where it was linearized [m]
 
   /// mean(u) of each site, for place().
   void means(const VectorX& patch_x, std::span<Vec3> out) const noexcept;
-  Vec3 place(int node, const VectorX& patch_x, std::span<const Vec3> means) const noexcept;
+  Vec3 place(int node, std::span<const Vec3> means) const noexcept;
 };
 
 struct ApronOptions {
@@ -38,6 +36,11 @@ struct ApronOptions {
 /// @param x  of the whole body where it was linearized [m], (3n)
 ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const ContactSite& site,
                               const SurfacePatch& patch, const ApronOptions& options);
+
+/// Corners of the patch's facets that no tool in reach touches become the apron's: the basis holds what a load on them
+/// together does, and to a load on one of them alone they are several times too stiff. Not of a smooth patch, which
+/// has a response to each of its nodes. Once, before the room is made.
+void give_rim_to_apron(const ApronMotion& motion, const SurfacePatch& patch, ContactSurface& out);
 
 /// Room for append_apron(), and where a contact surface ends without an apron.
 struct ApronRoom {

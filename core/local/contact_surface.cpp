@@ -123,10 +123,12 @@ void ContactSurface::follow_apron(const VectorX& patch, VectorX& out) const noex
   for (std::size_t i = 0; i < apron.size(); ++i) {
     const ApronVertex& a = apron[i];
     const int v = apron_vertices + static_cast<int>(i);
-    if (a.near < 0)
-      node(out, v).setZero();
+    if (a.site >= 0)
+      node(out, v) = means[static_cast<std::size_t>(a.site)];
+    else if (a.patch_vertex >= 0)
+      node(out, v) = node(patch, a.patch_vertex);
     else
-      node(out, v) = (1 - a.share) * node(patch, a.near) + a.share * means[static_cast<std::size_t>(a.site)];
+      node(out, v).setZero();
   }
 }
 
@@ -181,7 +183,7 @@ NodeWeights ContactSurface::moved_by(int facet, const Vec3& bary) const noexcept
 }
 
 NodeWeights ContactSurface::moved_by(const SurfacePatch& patch, int facet, const Vec3& bary) const noexcept {
-  if (is_apron(facet)) {
+  if (goes_with_apron(facet)) {
     const Triangle& v = facets.triangles[facet];
     return {{facets.global_node[v[0]], facets.global_node[v[1]], facets.global_node[v[2]]}, bary};
   }

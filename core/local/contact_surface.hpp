@@ -21,11 +21,9 @@ std::vector<BackendInfo> contact_surface_backends();
 
 constexpr std::size_t kMostApronSites = 4;  ///< of one patch
 
-/// How a vertex of the apron goes (apron.hpp): (1 - share) u[near] + share mean(u), where the mean is of its site.
+/// What a vertex of the apron goes with (apron.hpp): a vertex of the patch, or the mean of a site; neither: it stays.
 struct ApronVertex {
-  int near = -1;  ///< of the patch; -1: it stays
-  double share = 0;
-  int site = 0;
+  int patch_vertex = -1, site = -1;
 };
 
 struct ContactSurface {
@@ -44,6 +42,7 @@ struct ContactSurface {
   std::vector<ApronVertex> apron;        ///< the same as `weight` says, in what a tick is quick with
   std::vector<NodeWeights> apron_means;  ///< of each site
   VectorX apron_offset;                  ///< of their positions from what `weight` gives [m]; may have room for more
+  std::vector<char> rim_of_apron;        ///< of each facet of the patch: corners of it are the apron's; empty: of none
 
   /// Positions or velocities of its vertices but the apron's from those of the patch's. No allocation.
   void follow(const VectorX& patch, VectorX& out) const noexcept;
@@ -65,6 +64,10 @@ struct ContactSurface {
     return facets.global_triangle[facet] * facets_per_triangle() + piece(facet);
   }
   bool is_apron(int facet) const noexcept { return apron_facets >= 0 && facet >= apron_facets; }
+  /// Whether it moves as the apron does, not with the nodes of its triangle.
+  bool goes_with_apron(int facet) const noexcept {
+    return is_apron(facet) || (!rim_of_apron.empty() && rim_of_apron[facet]);
+  }
   int piece(int facet) const noexcept { return is_apron(facet) ? 0 : facet % facets_per_triangle(); }
   /// Of the body's triangle, from those of a facet.
   Vec3 weights_in_triangle(int facet, const Vec3& bary) const noexcept;

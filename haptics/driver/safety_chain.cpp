@@ -106,6 +106,18 @@ const char* name_of(GateReason reason) noexcept {
   return "";
 }
 
+GateReason main_reason(const SafetyCounts& counts) noexcept {
+  GateReason out = GateReason::open;
+  int most = 0;
+  for (std::size_t i = 1; i < counts.by_reason.size(); ++i) {
+    const auto reason = static_cast<GateReason>(i);
+    if (reason == GateReason::put_down || reason == GateReason::on_the_way || counts.by_reason[i] <= most) continue;
+    most = counts.by_reason[i];
+    out = reason;
+  }
+  return out;
+}
+
 SafetyChain::SafetyChain(const SafetyOptions& options)
     : o_(options),
       limits_(limits_of(options)),

@@ -37,19 +37,6 @@ ContactTicks count(const ToolRun& tool) {
   return out;
 }
 
-/// Why a gate was shut in most of its ticks.
-GateReason main_reason(const SafetyCounts& s) {
-  GateReason out = GateReason::open;
-  int most = 0;
-  for (std::size_t i = 1; i < s.by_reason.size(); ++i) {
-    const auto reason = static_cast<GateReason>(i);
-    if (reason == GateReason::put_down || reason == GateReason::on_the_way || s.by_reason[i] <= most) continue;
-    most = s.by_reason[i];
-    out = reason;
-  }
-  return out;
-}
-
 Cure look_at(const DeviceRun& device) {
   return advise(text("kilotouch device test ", device.name, " says what stands in the way"));
 }

@@ -235,10 +235,10 @@ SessionResult Session::run(const SessionOptions& options) {
     threaded ? run_threads(parts) : run_lockstep(parts);
     touch.stop();
   }
-  if (is_endless) {
+  if (is_endless || result.stopped) {  // a replay ends there
     ticks = result.records_full.empty() ? touch.next_tick() : static_cast<int>(result.step_us.size());
-    last(ticks * h);
-    result.stopped = !result.records_full.empty();  // else that is how it ends
+    if (ticks > 0) last(ticks * h);
+    if (is_endless) result.stopped = !result.records_full.empty();  // else that is how it ends
   }
 
   if (watch) watch->finish(touch.fast().model());

@@ -23,7 +23,8 @@ void BodyCheck::take(const PreparedLocalModel& model) {
   const ContactSurface& s = model.surface;
   const int vertices = s.apron_vertices < 0 ? s.facets.num_vertices() : s.apron_vertices;
   const auto facets = s.apron_facets < 0 ? s.facets.triangles.size() : static_cast<std::size_t>(s.apron_facets);
-  local_.assign(s.facets.triangles.data(), s.facets.triangles.data() + facets);
+  const std::vector<Triangle>& triangles = s.levels == 0 ? model.model.patch.triangles : s.facets.triangles;
+  local_.assign(triangles.data(), triangles.data() + facets);
   std::vector<int> vertex_of_node(static_cast<std::size_t>(model.body_x.size() / 3), -1);
   if (s.levels == 0)
     for (int v = 0; v < vertices; ++v) vertex_of_node[model.model.patch.global_node[v]] = v;
@@ -55,11 +56,15 @@ void BodyCheck::place(const VectorX& q) {
   const auto vertices = static_cast<int>(local_x_.size() / 3);
   std::array<Vec3, kMostApronSites> means;
   if (model_->apron) model_->apron->motion().means(patch_x_, means);
+  if (model_->apron && model_->surface.levels == 0)
+    for (int v = 0; v < vertices; ++v)
+      if (const int global = model_->model.patch.global_node[v]; model_->apron->motion().patch_vertex[global] < 0)
+        node(x_, v) = model_->apron->motion().place(global, means);
   for (int i = 0; i < static_cast<int>(rest_node_.size()); ++i) {
     const int global = rest_node_[static_cast<std::size_t>(i)];
     const int patch = model_->apron ? model_->apron->motion().patch_vertex[static_cast<std::size_t>(global)] : -1;
     node(x_, vertices + i) = patch >= 0      ? Vec3(node(patch_x_, patch))
-                             : model_->apron ? model_->apron->motion().place(global, patch_x_, means)
+                             : model_->apron ? model_->apron->motion().place(global, means)
                                              : Vec3(node(model_->body_x, global));
   }
 }

@@ -387,7 +387,7 @@ void LocalSimulation::report_contacts(int tool, LocalFrame& frame) noexcept {
     TickContact& sample = samples_[num_samples_++];
     sample.triangle = facets.global_triangle[contact.triangle];
     sample.t = t_ - h_;
-    sample.facet = surface.is_apron(contact.triangle) ? -1 : contact.triangle;
+    sample.facet = surface.goes_with_apron(contact.triangle) ? -1 : contact.triangle;
     sample.bary = contact.bary;
     sample.impulse = impulse;
     sample.normal = contact.normal;

@@ -160,6 +160,7 @@ void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<cons
       surface, model.body_x, model.local_triangle,
       make_apron_motion(surface, model.body_x, model.site, patch, {patch_x, moves, is_fixed, radius, model.unloaded}),
       collision_backend);
+  give_rim_to_apron(model.apron->motion(), patch, model.surface);
   model.apron_room = ApronRoom(static_cast<int>(is_fixed.size()), model.apron->num_triangles(),
                                model.apron->num_vertices(), model.surface);
   model.apron_surface = &surface;

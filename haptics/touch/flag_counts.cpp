@@ -12,6 +12,9 @@ constexpr std::pair<unsigned, const char*> kWords[] = {
     {kOnApron,
      "touched outside the local model, on the body around it: the force is a coarse one; move the tool more slowly, or "
      "raise global.rate_hz"},
+    {kLeftPatch,
+     "touched at the edge of the local model, or left it: the force is a coarse one; move the tool more slowly, or "
+     "raise global.rate_hz"},
     {kLostAnchor, "lost the contact at a refresh"},
     {kRigidContact, "touched a part that cannot move: there the force is that of a stiff wall; clamp less"},
     {kNotFinite, "left the finite numbers, the force was 0; lower object.model.young or raise local.rate_hz"},

@@ -145,6 +145,8 @@ class StopSignals(unittest.TestCase):
         self.assertTrue(any("stopped early" in warning for warning in summary["warnings"]))
         with open(os.path.join(out, "trace.csv"), encoding="utf-8") as file:
             self.assertEqual(len(file.readlines()) - 1, summary["ticks"]["total"])
+        replay = subprocess.run([PROGRAM, "replay", "o"], cwd=self.work, capture_output=True, text=True)
+        self.assertIn("bit for bit", replay.stdout, replay.stderr)  # as long as it was, not as the scene would be
         self.nothing_is_left()
 
     def test_a_run_without_an_end_lasts_until_it_is_stopped(self):

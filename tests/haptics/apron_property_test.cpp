@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 
 #include "collision/shape/closest_point.hpp"
 #include "haptics/setup/session_parts.hpp"
@@ -74,21 +73,21 @@ TEST(Apron, ReachesTheWholeSurfaceOfALargeBodyAndTells) {
       std::ranges::any_of(warnings, [](const std::string& w) { return w.find("outside the local model") < w.size(); }));
 }
 
-/// Against a touch that has sixty local models a second.
-/// Does not hold yet: up to 5.6 times the body's force within some 10 mm of the patch, right beyond (docs/method.md).
-TEST(Apron, DISABLED_GivesAboutTheForceOfTheBody) {
+/// Against a touch that has sixty local models a second: on the patch, across its rim and beyond.
+TEST(Apron, GivesAboutTheForceOfTheBody) {
   const Body body = make_plate();
   Touch late(body, late_options(1)), fresh(body, late_options(60));
   const std::vector<LocalFrame> apron = drag_over(late, 0.03, 0.1), truth = drag_over(fresh, 0.03, 0.1);
   double least = 1e9, most = 0;
+  int on_apron = 0;
   for (std::size_t i = 200; i < apron.size(); ++i) {
-    if ((apron[i].flags & kOnApron) == 0) continue;
+    on_apron += (apron[i].flags & kOnApron) != 0;
     const double ratio = apron[i].f_n / truth[i].f_n;
     least = std::min(least, ratio);
     most = std::max(most, ratio);
   }
-  std::printf("force on the apron / of the body: %.2f to %.2f\n", least, most);
-  EXPECT_GT(least, 0.3);
+  EXPECT_GT(on_apron, 80) << "nothing tempted it";
+  EXPECT_GT(least, 0.9);
   EXPECT_LT(most, 1.5);
 }
 
