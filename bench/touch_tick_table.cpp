@@ -37,7 +37,7 @@ class BareTick {
     auto model = refresher_.refresh(tick * method_->h(), {&at, 1}, reports_, goes_on ? &motion_ : nullptr);
     for (int i = goes_on ? motion_.tick : tick; i < tick; ++i) {
       const ToolSweep sweep(pose(i), pose(i + 1));
-      catch_up_.step(model, {&sweep, 1});
+      catch_up_.step(*model, {&sweep, 1});
     }
     model->caught_up = true;
     method_->adopt(std::move(model));

@@ -54,7 +54,8 @@ kt_library(io DIRS io/files io/mesh io/surface io/solid io/scene DEPENDS kt_core
 kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/link haptics/tick haptics/methods haptics/refresh haptics/remote haptics/touch
                             haptics/setup haptics/predict haptics/session haptics/study haptics/findings haptics/advise
            WITHOUT ${kt_off}
-           ALONE haptics/tick/local_simulation haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
+           ALONE "haptics/tick/(tick_|free_motion|first_impact|coulomb_|paper_tick|model_change|local_simulation)"
+                 haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
                  haptics/advise/advise_bodies haptics/study/press.cpp haptics/findings/ haptics/session/real_time
                  haptics/predict/mesh_cures haptics/predict/predict_tool_mesh
                  haptics/driver/haply

@@ -146,7 +146,7 @@ void ModelWorker::unpack(const Bytes& bytes, int tick0, int came_at) {
     const std::vector<ToolSweep> sweeps = history_.from(parcel->at_tick);
     if (sweeps.empty()) break;
     for (std::size_t i = 0; i + tools_ <= sweeps.size(); i += tools_, ++parcel->at_tick)
-      catch_up_.step(parcel->model, std::span(sweeps).subspan(i, tools_));
+      catch_up_.step(*parcel->model, std::span(sweeps).subspan(i, tools_));
   }
   show(*message);
   {

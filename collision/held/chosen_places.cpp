@@ -21,7 +21,7 @@ std::uint32_t rank_of(const SurfacePatch& patch, int triangle) noexcept {
 
 void choose_apart(const SurfacePatch& patch, const VectorX& x, double radius, std::span<const int> candidates,
                   const std::function<std::optional<Contact>(int)>& contact_at, ContactSet& out) noexcept {
-  constexpr int kRoom = kMaxContacts - 8;   // others come by: LocalSimulation::keep_pushing()
+  constexpr int kRoom = kMaxContacts - 8;   // others come by: keep_pushing()
   constexpr double kWider = 1.18920711500;  // from try to try: a quarter of an octave
   std::array<Contact, kMostPlaces> found;
   int count = 0;

@@ -1,17 +1,18 @@
 #include "haptics/tick/catch_up.hpp"
 
+#include "haptics/tick/local_simulation.hpp"
+
 namespace kt {
 
 CatchUp::CatchUp(std::span<const ToolShape> tools, double h, std::unique_ptr<ContactSolver> solver)
-    : local_(tools, h, std::move(solver)) {}
+    : tick_(tools, h, std::move(solver), 0) {}
 
-void CatchUp::step(std::unique_ptr<PreparedLocalModel>& model, std::span<const ToolSweep> sweeps) noexcept {
+void CatchUp::step(PreparedLocalModel& model, std::span<const ToolSweep> sweeps) noexcept {
   std::array<LocalFrame, kMaxTools> frames;
-  local_.swap_model(model);
-  local_.step_tools(sweeps, frames);
-  local_.swap_model(model);
+  use_model(tick_, model);
+  step_tick(tick_, sweeps, frames);
   for (std::size_t k = 0; k < sweeps.size(); ++k) {
-    std::optional<Vec3>& force = model->replayed_force[k];
+    std::optional<Vec3>& force = model.replayed_force[k];
     force.reset();
     if (frames[k].mode != ContactMode::free) force = frames[k].force;
   }

@@ -2,7 +2,7 @@
 // Bringing a new local model to the present: it is linearized at an earlier tick, and the tool has moved since.
 // Replaying the tool's path through it gives the state that it would have had; starting it from the tool's pose at
 // arrival leaves out what the body did meanwhile.
-#include "haptics/tick/local_simulation.hpp"
+#include "haptics/tick/tick_state.hpp"
 
 namespace kt {
 
@@ -11,10 +11,10 @@ class CatchUp {
  public:
   CatchUp(std::span<const ToolShape> tools, double h, std::unique_ptr<ContactSolver> solver);
   /// One tick of `model` with each tool moving along its sweep. No allocation.
-  void step(std::unique_ptr<PreparedLocalModel>& model, std::span<const ToolSweep> sweeps) noexcept;
+  void step(PreparedLocalModel& model, std::span<const ToolSweep> sweeps) noexcept;
 
  private:
-  LocalSimulation local_;
+  TickState tick_;
 };
 
 }  // namespace kt

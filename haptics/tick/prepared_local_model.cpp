@@ -15,6 +15,12 @@ void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) con
     out.noalias() = patch_basis * reduced;
 }
 
+double Overlap::allowed() const noexcept {
+  if (!(left > 0)) return 0;
+  const double share = left / time;
+  return start * share * share * (3 - 2 * share);
+}
+
 double softest_contact(const PreparedLocalModel& model) noexcept {
   constexpr double kHeaviest = 1;      // [kg]
   constexpr double kGivesLess = 1e-3;  // of the patch's: nothing but a clamped node's neighbourhood is so much stiffer
@@ -73,7 +79,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   out->state.q = out->adopted_q = VectorX::Zero(r);
   out->state.q_rate = m.q_rate0;
   LocalWorkspace& w = out->work;
-  w.v_free = w.v_free_end = w.q_trial = w.force = w.fitted = VectorX::Zero(r);
+  w.v_free = w.v_free_end = w.q_pushed = w.force = w.fitted = VectorX::Zero(r);
   w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
   w.motion = w.patch_motion = VectorX::Zero(p3);
   w.motion_of = VectorX::Constant(r, std::numeric_limits<double>::quiet_NaN());

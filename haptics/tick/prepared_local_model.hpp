@@ -35,27 +35,38 @@ struct LocalState {
   std::array<Overlap, kMaxTools> overlap{};  ///< of each tool
 };
 
-/// Room for one tick's intermediate values; (p) patch vertices, (f) those of the contact surface, (r) reduced
-/// coordinates.
+/// Room for one tick's intermediate values, under the stage that writes them; (p) patch vertices, (f) those of the
+/// contact surface, (r) reduced coordinates.
 struct LocalWorkspace {
-  VectorX v_free, v_free_end;           ///< without contact: mean velocity over the tick, and at its end [m/s], (r)
-  VectorX q_trial, force;               ///< (r)
-  VectorX x, x_event, x_end, x_guess;   ///< surface: start of tick, last event, end of tick, guess [m], (3f)
-  VectorX u;                            ///< velocity of the surface [m/s], (3f)
-  VectorX motion;                       ///< (3p)
-  VectorX patch_motion, motion_of;      ///< the patch's displacement [m], (3p), and of which coordinates it is, (r)
-  VectorX u_free, du;                   ///< patch velocity without contact, and its change by contact [m/s], (3p)
+  // find_free_motion()
+  VectorX patch_motion, motion_of;  ///< the patch's displacement [m], (3p), and of which coordinates it is, (r)
+  VectorX x;                        ///< surface at the start of the tick [m], (3f)
+  VectorX v_free, v_free_end;       ///< without contact: mean velocity over the tick, and at its end [m/s], (r)
+  VectorX u_free;                   ///< the same of the patch [m/s], (3p)
+
+  // Events within the tick: rewind_to(), find_impact().
+  VectorX x_event, x_end;                                     ///< surface at the last event, and at the end [m], (3f)
+  std::array<std::vector<unsigned char>, kMaxTools> ignored;  ///< of each tool: facets that it is held at, (facets)
+  std::vector<int> candidates;                                ///< (facets)
+
+  // resolve_contacts()
+  VectorX x_guess;                      ///< surface at the end of the tick, guessed [m], (3f)
+  VectorX motion, u;                    ///< velocity of the patch, (3p), and of the surface, (3f) [m/s]
+  VectorX du;                           ///< change of the patch's velocity by contact [m/s], (3p)
   VectorX du_guess, step, step_before;  ///< iterates of du
   VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
-  VectorX x_recovered, v_recovered;   ///< (3 recovered)
-  VectorX fitted, followed;           ///< a carried motion: in coordinates, (r), and of the nodes, (3 recovered)
-  std::vector<int> candidates;        ///< (facets)
+  CouplingRoom coupling;
   /// Of each tool, while it is held: facets that it may touch, ascending, how many (-1: not looked for), and features.
   std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)
   std::array<int, kMaxTools> num_near{};
   std::array<NearFeatures, kMaxTools> near;
-  CouplingRoom coupling;
-  std::array<std::vector<unsigned char>, kMaxTools> ignored;  ///< of each tool: facets that it is held at, (facets)
+
+  // step_paper()
+  VectorX q_pushed, force;  ///< coordinates with the triangle on the tool [m], and the body's force there [N], (r)
+
+  // carry_motion()
+  VectorX x_recovered, v_recovered;  ///< (3 recovered)
+  VectorX fitted, followed;          ///< a carried motion: in coordinates, (r), and of the nodes, (3 recovered)
 };
 
 /// What one haptic method adds to a local model; it alone knows the type.
@@ -93,7 +104,7 @@ struct PreparedLocalModel {
   std::shared_ptr<const SurfaceFriction> friction;             ///< in use with this model; none: that of the method
   std::array<double, kMaxTools> tool_radius{-1, -1};           ///< [m] in use with this model; below 0: as it was
   double mobility = 0;  ///< of the patch vertex that gives way most: velocity per impulse in the metric [1/kg]
-  std::unique_ptr<MethodData> data;  ///< by HapticMethod::complete
+  std::unique_ptr<MethodData> data;  ///< by HapticMethod::prepare_method_data
   LocalState state;
   int linearized_tick = 0;  ///< at whose start the body was linearized
   VectorX adopted_q;        ///< of the state when it was taken into use [m], (r): for the energy of a swap

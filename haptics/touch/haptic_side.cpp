@@ -98,7 +98,7 @@ bool HapticSide::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, i
   if (tick_ - at > history_.reach()) return true;  // too old: taken as it is
   for (int i = 0; i < most && at < tick_; ++i, ++at) {
     for (std::size_t k = 0; k < poses_.size(); ++k) sweeps[k] = history_.sweep(at, k);
-    catch_up_.step(model, std::span(sweeps).first(poses_.size()));
+    catch_up_.step(*model, std::span(sweeps).first(poses_.size()));
   }
   model->caught_up = at == tick_;
   return model->caught_up;

@@ -173,7 +173,7 @@ class ThreadLink final : public BodyLink {
         const LocalReport& report = waiting[next];
         if (report.tick != parcel.at_tick) return;  // one was lost: the haptic side has its own record
         for (std::size_t k = 0; k < at.size(); ++k) sweeps[k] = {at[k], report.tools[k].pose};
-        catch_up_.step(parcel.model, sweeps);
+        catch_up_.step(*parcel.model, sweeps);
         at = poses_in(report);
         parcel.at_tick = report.tick + 1;
       }

@@ -47,7 +47,7 @@ TEST_P(CatchUpWith, AModelThatCameLateGivesTheForcesOfTheOneThatWasThere) {
     if (tick == 131) {  // and adopted 30 ticks later
       for (int i = 101; i < tick; ++i) {
         const ToolSweep sweep{place(tool, i - 1), place(tool, i)};
-        catch_up.step(coming, {&sweep, 1});
+        catch_up.step(*coming, {&sweep, 1});
       }
       coming->caught_up = true;
       late.local().adopt(std::move(coming));

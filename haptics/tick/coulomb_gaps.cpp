@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "collision/shape/apart_on_tool.hpp"
-#include "haptics/tick/local_simulation.hpp"
+#include "haptics/tick/coulomb_stages.hpp"
 
 namespace kt {
 namespace {
@@ -136,82 +136,121 @@ Vec3 gap_slope(const SurfacePatch& patch, const VectorX& x, const Contact& conta
   return distance > 0 ? Vec3(offset / std::copysign(distance, contact.gap)) : contact.normal;
 }
 
-}  // namespace
+/// One equation for each contact that has an impulse or needs one.
+struct GapEquations {
+  int n = 0;
+  std::array<int, kMaxContacts> contact;     ///< of the tick
+  std::array<Vec3, kMaxContacts> slope;      ///< of the gap as the surface yields
+  std::array<Vec3, kMaxContacts> direction;  ///< of the impulse
+  std::array<double, kMaxContacts> gap;      ///< [m]
 
-/// False when the tool touches elsewhere than where the impulses act: they have to be found anew.
-/// Impulses keep their directions, hence their place in the cone of friction; what changes is within the accuracy to
-/// which they are known.
-bool LocalSimulation::close_gaps(double h_left) noexcept {
-  PreparedLocalModel& m = *model_;
-  const ContactSet held = contacts_;
-  const auto gap_of = [&](const Contact& c) { return c.gap + m.state.overlap[c.tool].allowed(); };
+  double widest() const noexcept {
+    double out = 0;
+    for (int i = 0; i < n; ++i) out = std::max(out, std::abs(gap[i]));
+    return out;
+  }
+};
+
+/// Places of the surface as it is now, and how they belong to the contacts that are held.
+struct PlacesNow {
+  ContactSet places;
+  std::array<double, kMaxContacts> gap;  ///< [m]
+  std::array<int, kMaxContacts> of;      ///< contact that came to be this place, -1
+};
+
+void find_places_now(TickState& tick, PlacesNow& out) noexcept {
+  const PreparedLocalModel& m = *tick.model;
   const auto long_radius = [&](const Contact& c) {
-    const MovingTool& tool = tool_of(c).moving;
+    const MovingTool& tool = tick.tool_of(c).whole;
     return tool.is_round() ? 0.0 : tool.shape().radius;
   };
+  find_contacts(tick, m.work.x_end, out.places);
+  for (int k = 0; k < out.places.count; ++k) {
+    const Contact& c = out.places.contacts[k];
+    out.gap[k] = c.gap + m.state.overlap[c.tool].allowed();
+  }
+  out.of = pair_up(m.surface.facets, tick.contacts, out.places, out.gap, long_radius);
+}
+
+/// No place is overlapped, and none is clear that a contact pushes at.
+bool is_closed(const PlacesNow& now, const ContactSolution& solution) noexcept {
+  for (int k = 0; k < now.places.count; ++k) {
+    const bool is_open = now.gap[k] > kOpen && now.of[k] >= 0 && solution.mode[now.of[k]] != ContactMode::free;
+    if (!(now.gap[k] >= -kClosed) || is_open) return false;
+  }
+  return true;
+}
+
+/// False: a place that no contact holds is overlapped.
+bool make_equations(const TickState& tick, const PlacesNow& now, GapEquations& out) noexcept {
+  const PreparedLocalModel& m = *tick.model;
+  std::array<int, kMaxContacts> row;
+  row.fill(-1);
+  for (int k = 0; k < now.places.count; ++k) {
+    const Contact& c = now.places.contacts[k];
+    const int i = now.of[k];
+    if (i < 0) {
+      if (!(now.gap[k] >= -kClosed)) return false;  // so does what is no number
+      continue;
+    }
+    const bool pushes = tick.solution.mode[i] != ContactMode::free;
+    if (!pushes && now.gap[k] >= -kClosed) continue;
+    if (row[i] >= 0 && out.gap[row[i]] <= now.gap[k]) continue;
+    if (row[i] < 0) out.contact[row[i] = out.n++] = i;
+    const Vec3 impulse = tick.solution.impulse.segment<3>(3 * i), into = -tick.contacts.contacts[i].normal;
+    out.direction[row[i]] = pushes ? Vec3(impulse / impulse.dot(into)) : into;
+    out.slope[row[i]] = gap_slope(m.surface.facets, m.work.x_end, c, tick.tool_of(c).shape().radius);
+    out.gap[row[i]] = now.gap[k];
+  }
+  return true;
+}
+
+/// Scales the impulses to where the gaps are closed, to first order. False: there is no such answer.
+bool correct_impulses(TickState& tick, const GapEquations& equations) noexcept {
+  const int n = equations.n;
+  const std::array<int, kMaxContacts>& contact = equations.contact;
+  const std::array<Vec3, kMaxContacts>&direction = equations.direction, &slope = equations.slope;
+  ContactSolution& solution = tick.solution;
+  Matrix A(n, n);
+  Vector along(n);
+  for (int i = 0; i < n; ++i) {
+    along[i] = -solution.impulse.segment<3>(3 * contact[i]).dot(tick.contacts.contacts[contact[i]].normal);
+    for (int k = 0; k < n; ++k)
+      A(i, k) =
+          -tick.h_left() * slope[i].dot(tick.problem.W.block<3, 3>(3 * contact[i], 3 * contact[k]) * direction[k]);
+  }
+  if (!push_apart(A, Eigen::Map<const Vector>(equations.gap.data(), n), along)) return false;
+  for (int i = 0; i < n; ++i) {
+    solution.impulse.segment<3>(3 * contact[i]) = tick.model->state.impulse[contact[i]] = along[i] * direction[i];
+    ContactMode& mode = solution.mode[contact[i]];
+    if (along[i] == 0)
+      mode = ContactMode::free;
+    else if (mode == ContactMode::free)
+      mode = ContactMode::slide;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool close_gaps(TickState& tick) noexcept {
   double off_before = std::numeric_limits<double>::infinity();
   for (int correction = 0; correction <= kCorrections; ++correction) {
-    find_contacts(m.work.x_end);
-    const ContactSet now = contacts_;
-    contacts_ = held;
-    std::array<double, kMaxContacts> gap_now;
-    for (int k = 0; k < now.count; ++k) gap_now[k] = gap_of(now.contacts[k]);
-    const std::array<int, kMaxContacts> of = pair_up(m.surface.facets, held, now, gap_now, long_radius);
-    bool is_closed = true;
-    for (int k = 0; k < now.count && is_closed; ++k) {
-      const bool is_open = gap_now[k] > kOpen && of[k] >= 0 && solution_.mode[of[k]] != ContactMode::free;
-      is_closed = gap_now[k] >= -kClosed && !is_open;
-    }
-    if (is_closed) {
-      for (int k = 0; k < now.count; ++k)
-        if (of[k] >= 0) contacts_.contacts[of[k]].gap = now.contacts[k].gap;
+    PlacesNow now;
+    find_places_now(tick, now);
+    if (is_closed(now, tick.solution)) {
+      for (int k = 0; k < now.places.count; ++k)
+        if (now.of[k] >= 0) tick.contacts.contacts[now.of[k]].gap = now.places.contacts[k].gap;
       return true;
     }
-
-    // Of each contact that has an impulse or needs one: gap, and where the surface has to go.
-    std::array<int, kMaxContacts> row, place;
-    row.fill(-1);
-    std::array<Vec3, kMaxContacts> slope, direction;
-    Vector gap(kMaxContacts);
-    int n = 0;
-    for (int k = 0; k < now.count; ++k) {
-      const Contact& c = now.contacts[k];
-      const int i = of[k];
-      if (i < 0) {
-        if (!(gap_now[k] >= -kClosed)) return false;  // so does what is no number
-        continue;
-      }
-      const bool pushes = solution_.mode[i] != ContactMode::free;
-      if (!pushes && gap_now[k] >= -kClosed) continue;
-      if (row[i] >= 0 && gap[row[i]] <= gap_now[k]) continue;
-      if (row[i] < 0) place[row[i] = n++] = i;
-      const Vec3 impulse = solution_.impulse.segment<3>(3 * i), into = -held.contacts[i].normal;
-      direction[row[i]] = pushes ? Vec3(impulse / impulse.dot(into)) : into;
-      slope[row[i]] = gap_slope(m.surface.facets, m.work.x_end, c, tool_of(c).moving.shape().radius);
-      gap[row[i]] = gap_now[k];
-    }
-    double off = 0;
-    for (int i = 0; i < n; ++i) off = std::max(off, std::abs(gap[i]));
+    GapEquations equations;
+    if (!make_equations(tick, now, equations)) return false;
+    const double off = equations.widest();
     if (correction == kCorrections || !(off < kGetsOn * off_before)) return false;
     off_before = off;
-    Matrix A(n, n);
-    Vector along(n);
-    for (int i = 0; i < n; ++i) {
-      along[i] = -solution_.impulse.segment<3>(3 * place[i]).dot(held.contacts[place[i]].normal);
-      for (int k = 0; k < n; ++k)
-        A(i, k) = -h_left * slope[i].dot(problem_.W.block<3, 3>(3 * place[i], 3 * place[k]) * direction[k]);
-    }
-    if (!push_apart(A, gap.head(n), along)) return false;
-    for (int i = 0; i < n; ++i) {
-      solution_.impulse.segment<3>(3 * place[i]) = m.state.impulse[place[i]] = along[i] * direction[i];
-      ContactMode& mode = solution_.mode[place[i]];
-      if (along[i] == 0)
-        mode = ContactMode::free;
-      else if (mode == ContactMode::free)
-        mode = ContactMode::slide;
-    }
-    spread_impulses();
-    place_surface(h_left, m.work.x_end);
+    if (!correct_impulses(tick, equations)) return false;
+    spread_impulses(tick);
+    place_surface(tick, tick.model->work.x_end);
   }
   return true;
 }

@@ -1,0 +1,155 @@
+// Contacts are found where the surface will be, solved, and move the surface accordingly, until both agree.
+// A light triangle tilts under the tool and moves the contact point across it, so the plain iteration can swing
+// between two answers for ever: Aitken's relaxation (Irons and Tuck 1969) takes the part of the way that the last two
+// steps suggest. Where that is not enough, as for a ball in a crevice, both places hold the tool (keep_pushing). What
+// is left of the gaps then is closed by close_gaps.
+#include <algorithm>
+
+#include "haptics/tick/coulomb_stages.hpp"
+#include "haptics/tick/tick_stages.hpp"
+
+namespace kt {
+namespace {
+
+constexpr int kGeometryIterations = 20;
+constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
+constexpr int kExchanged = 5;           // iterations after which places that pushed are kept
+constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
+constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
+
+bool is_point(const TouchingTool& tool) noexcept { return tool.shape().kind == ToolShape::Kind::point; }
+
+/// A contact is softened, and flagged, where nothing can move.
+void fill_problem(TickState& tick) noexcept {
+  PreparedLocalModel& m = *tick.model;
+  const LocalWorkspace& w = m.work;
+  ContactProblem& problem = tick.problem;
+  const int c = tick.contacts.count;
+  const double h_left = tick.h_left(), softest = softest_contact(m) * tick.h / h_left;
+  problem.count = c;
+  problem.h = tick.h;
+  problem.velocity.resize(3 * c);
+  couple_contacts(m, tick.contacts, m.dynamics->metric().C, problem.W);
+  for (int i = 0; i < c; ++i) {
+    const Contact& contact = tick.contacts.contacts[i];
+    TouchingTool& tool = tick.tools[contact.tool];
+    const auto motion = [&](const VectorX& patch) { return m.surface.at(patch, contact.triangle, contact.bary); };
+    const Vec3& n = contact.normal;
+    problem.normal[i] = n;
+    problem.sliding[i] = m.state.sliding[contact.tool];
+    problem.triangle[i] = m.surface.facets.global_triangle[contact.triangle];
+    // The gap there would be without contact impulses, to first order.
+    const double gap_free = contact.gap + m.state.overlap[contact.tool].allowed() + h_left * n.dot(motion(w.du));
+    const Vec3 place = place_of(tick, contact, w.x_guess);
+    const Vec3 relative = motion(w.u_free) - tool.whole.way(place) / tick.h;
+    problem.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
+    auto own = problem.W.block<3, 3>(3 * i, 3 * i);
+    if (own.trace() < 3 * softest) {
+      own += softest * Mat3::Identity();
+      tool.flags |= kRigidContact;
+    }
+  }
+}
+
+/// Contacts of the surface at x_guess, and the impulses that the law gives them.
+/// @param pushing  that the last solution, or the last tick, pushed at; then those of this one
+/// @param before   contacts of the last iteration, or of the last tick; then those of this one
+/// @param keeps    places that pushed before
+void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, bool keeps) noexcept {
+  LocalState& s = tick.model->state;
+  ContactSet& contacts = tick.contacts;
+  find_contacts(tick, tick.model->work.x_guess, contacts);
+  if (contacts.count == kMaxContacts) tick.add_flag(kContactsExhausted);
+  drop_clear_places(tick, pushing, contacts);
+  if (keeps) keep_pushing(tick, before, contacts);
+  fill_problem(tick);
+  warm_start(tick, before, tick.solution.impulse);
+  tick.solver->solve(tick.problem, tick.solution);
+  tick.residual = std::max(tick.residual, tick.solution.residual);
+  before = contacts;
+  pushing.count = 0;
+  for (int i = 0; i < contacts.count; ++i) {
+    s.impulse[i] = tick.solution.impulse.segment<3>(3 * i);
+    if (tick.solution.mode[i] != ContactMode::free) pushing.add(contacts.contacts[i]);
+  }
+  for (int i = contacts.count - 1; i >= 0; --i)  // the first of each point tool
+    if (TouchingTool& tool = tick.tools[contacts.contacts[i].tool]; is_point(tool))
+      tool.start = contacts.contacts[i].triangle;
+}
+
+/// Aitken's share of the way from the guess to the result.
+/// @param last  share that led to this guess
+double relax(const VectorX& step_before, const VectorX& step, double last) noexcept {
+  const double turn = (step - step_before).squaredNorm();
+  const double suggested = turn > 0 ? -last * step_before.dot(step - step_before) / turn : 1.0;
+  return std::clamp(suggested, kLeastRelaxed, kMostRelaxed);
+}
+
+}  // namespace
+
+void resolve_contacts(TickState& tick) noexcept {
+  LocalWorkspace& w = tick.model->work;
+  ContactSet before = tick.model->state.anchors, pushing = before;
+  for (int k = 0; k < tick.num_tools(); ++k) {
+    w.num_near[k] = -1;
+    w.near[k].is_known = false;
+  }
+  place_surface(tick, w.x_guess);
+  if (std::ranges::any_of(tick.tools, [](const TouchingTool& tool) { return tool.start >= 0 && !is_point(tool); }))
+    tick.index().refit(w.x_event, w.x_guess);
+  double relaxed = 1;
+  for (int iteration = 0;; ++iteration) {
+    solve_at_guess(tick, pushing, before, iteration >= kExchanged);
+    w.du_guess = w.du;
+    spread_impulses(tick);
+    place_surface(tick, w.x_end);
+    w.step_before.swap(w.step);
+    w.step = w.du - w.du_guess;
+    const bool is_settled = tick.h_left() * w.step.lpNorm<Eigen::Infinity>() < kSettled;
+    if (is_settled && close_gaps(tick)) return;
+    if (is_settled)
+      relaxed = 1;
+    else if (iteration > 0)
+      relaxed = relax(w.step_before, w.step, relaxed);
+    if (iteration + 1 == kGeometryIterations) break;
+    w.du = w.du_guess + relaxed * w.step;
+    if (is_settled)
+      place_surface(tick, w.x_guess);  // close_gaps has moved the surface's end
+    else
+      w.x_guess += relaxed * (w.x_end - w.x_guess);  // it is linear in du
+  }
+  close_gaps(tick);
+}
+
+void place_surface(const TickState& tick, VectorX& out) noexcept {
+  LocalWorkspace& w = tick.model->work;
+  w.motion = w.u_free + w.du;
+  follow(tick, w.motion, w.u);
+  out = w.x_event + tick.h_left() * w.u;
+}
+
+void couple_contacts(PreparedLocalModel& model, const ContactSet& contacts, const MatrixX& C,
+                     ContactMatrix& out) noexcept {
+  const int c = contacts.count;
+  std::array<NodeWeights, kMaxContacts> moves;
+  for (int i = 0; i < c; ++i)
+    moves[i] = model.surface.moved_by(contacts.contacts[i].triangle, contacts.contacts[i].bary);
+  out.resize(3 * c, 3 * c);
+  couple_points(C, {moves.data(), static_cast<std::size_t>(c)}, model.work.coupling, out);
+}
+
+void spread_impulses(TickState& tick) noexcept {
+  PreparedLocalModel& m = *tick.model;
+  LocalWorkspace& w = m.work;
+  w.impulse.setZero();
+  for (int i = 0; i < tick.contacts.count; ++i) {
+    const Contact& contact = tick.contacts.contacts[i];
+    m.surface.add_at(w.impulse, contact.triangle, contact.bary, tick.solution.impulse.segment<3>(3 * i));
+  }
+  w.du.setZero();
+  const MatrixX& C = m.dynamics->metric().C;
+  for (int i = 0; i < m.model.patch.num_vertices(); ++i)
+    if (!node(w.impulse, i).isZero(0)) w.du.noalias() += C.middleCols<3>(3 * i) * node(w.impulse, i);
+}
+
+}  // namespace kt
