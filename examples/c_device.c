@@ -13,6 +13,8 @@ int main(void) {
   kt_device device = {sizeof(kt_device), 1, KT_DEVICE_OK, 0, 0, 0};
   kt_frame frame = {sizeof(kt_frame), 0};
   double most = 0, zero_after = -1;
+  char told[2000];
+  size_t needed;
   int i;
   if (!touch) {
     fprintf(stderr, "%s\n", kt_last_error());
@@ -30,6 +32,8 @@ int main(void) {
   }
   printf("at most %.4f N; zero %.0f ms after the last pose; gate %s\n", most, 1e3 * zero_after,
          frame.flags & KT_GATED ? "shut" : "open");
+  if (kt_warnings(touch, told, sizeof told, &needed) != KT_OK || needed == 1) return 1; /* that it was unplugged */
+  printf("%s", told);
   kt_close(touch);
   return 0;
 }

@@ -104,6 +104,8 @@ public static class Kilotouch {
   [DllImport(Library)] public static extern Status kt_set_number(IntPtr touch, string key, double value);
   [DllImport(Library)] public static extern Status kt_set_word(IntPtr touch, string key, string word);
   [DllImport(Library)] public static extern Status kt_get_number(IntPtr touch, string key, out double value);
+  [DllImport(Library)]
+  public static extern Status kt_warnings(IntPtr touch, byte[] lines, UIntPtr room, out UIntPtr needed);
   [DllImport(Library)] public static extern Status kt_stats_of(IntPtr touch, ref Stats result);
 
   public static string LastError() { return Marshal.PtrToStringAnsi(kt_last_error()); }

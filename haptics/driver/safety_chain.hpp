@@ -68,14 +68,14 @@ struct SafetyCounts {
   int shut = 0;        ///< how often an open gate began to shut
   int jumps = 0;       ///< how often a pose leapt as no hand moves
   int unechoed = 0;    ///< with a force that the device, which repeats what it is sent, did not repeat
-  std::array<int, kGateReasons> by_reason{};
-  /// Why the gate was shut in most of its ticks; `open`: it was not.
-  GateReason main_reason(const SafetyCounts& counts) noexcept;
-  ///< with the gate shutting or shut, by its GateReason
-  double most_force = 0;                ///< written [N]
-  std::optional<double> most_echoed{};  ///< that the device has repeated [N]; none: it repeats nothing
-  double most_slew = 0;                 ///< from tick to tick [N/s]
+  std::array<int, kGateReasons> by_reason{};  ///< with the gate shutting or shut, by its GateReason
+  double most_force = 0;                      ///< written [N]
+  std::optional<double> most_echoed{};        ///< that the device has repeated [N]; none: it repeats nothing
+  double most_slew = 0;                       ///< from tick to tick [N/s]
 };
+
+/// Why the gate was shut in most of its ticks; `open`: it was not.
+GateReason main_reason(const SafetyCounts& counts) noexcept;
 
 class SafetyChain {
  public:

@@ -32,8 +32,20 @@ class Devices(unittest.TestCase):
             before = force
         self.assertAlmostEqual(most, 0.1, delta=1e-9)
         self.assertLessEqual(zero_after, 0.0201)
+        told = " ".join(touch.warnings)
+        self.assertIn("gate was shut or not fully open", told)
+        self.assertIn("pose was too old", told)
         with self.assertRaisesRegex(kt.InputError, 'did you mean "fault"'):
             kt.DeviceReading(x, health="fualt")
+
+    def test_a_gate_that_never_opens_is_told(self):
+        touch = kt.Touch(kt.Scene(settings={k: v for k, v in self.HELD.items() if "press_drag" not in k}))
+        x = TOP.copy()
+        touch.place(x)
+        for i in range(400):
+            x[2] = 0.03 - 0.004 * min(1, i / 300)
+            touch.tick_device(kt.DeviceReading(x, age=0.006, buttons=1))  # 5 ms are the most
+        self.assertTrue(any("gate never opened fully" in line and "older than 5 ms" in line for line in touch.warnings), touch.warnings)
 
     def test_pushed_device_gets_what_is_safe_and_nothing_when_it_is_silent(self):
         device = kt.PushedDevice()
