@@ -71,6 +71,23 @@ NodeWeights make_mean(const Surface& surface, const ContactSite& site, const Sur
   return out;
 }
 
+/// Of what the load moves the dent alone: less what it moves the patch by as a whole, as of a flap that is lifted, and
+/// no deeper than the patch is wide, as an indefinite tangent would have it.
+VectorX find_dents(const SurfacePatch& patch, const VectorX& unloaded, double deepest) {
+  if (unloaded.size() == 0 || !unloaded.allFinite()) return {};
+  Vec3 whole = Vec3::Zero();
+  int count = 0;
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
+    if (!patch.on_rim[t]) continue;
+    for (const int v : patch.triangles[t]) whole += node(unloaded, v);
+    count += 3;
+  }
+  VectorX out = unloaded;
+  if (count > 0) out -= (whole / count).replicate(patch.num_vertices(), 1);
+  const double depth = out.reshaped(3, patch.num_vertices()).colwise().norm().maxCoeff();
+  return depth > deepest && deepest > 0 ? VectorX(deepest / depth * out) : out;
+}
+
 }  // namespace
 
 void ApronMotion::means(const VectorX& patch_x, std::span<Vec3> out) const noexcept {
@@ -97,10 +114,11 @@ ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const Co
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(leading.size()));
   for (std::size_t i = 0; i < leading.size(); ++i)
     places.col(static_cast<Eigen::Index>(i)) = node(out.patch_at, leading[i]);
-  const bool is_loaded = options.unloaded.size() == out.patch_at.size();
-  const auto unloaded = [&](int v) { return is_loaded ? Vec3(node(options.unloaded, v)) : Vec3(Vec3::Zero()); };
-
   const std::vector<const ContactSite*> sites = all_sites(site);
+  const VectorX dents = find_dents(patch, options.unloaded, site.reach);
+  const bool is_loaded = dents.size() == out.patch_at.size();
+  const auto unloaded = [&](int v) { return is_loaded ? Vec3(node(dents, v)) : Vec3(Vec3::Zero()); };
+
   std::vector<Vec3> mean_unloaded;
   for (const ContactSite* s : sites) {
     const int under = leading[static_cast<std::size_t>(nearest_of(places, s->centre))];

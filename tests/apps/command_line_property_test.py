@@ -220,7 +220,7 @@ class CommandLine(unittest.TestCase):
         result = subprocess.run([PROGRAM, "run", "mm.json", "--set", "local.reducer=wall", "--no-report", "--out", "out"],
                                 cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("set object.scale to 0.001 (its unit is likely mm", result.stderr)
+        self.assertIn("set object.scale to 0.001: its unit is likely mm", result.stderr)
         self.assertIn("object.model.young: 10 Pa is outside 100 to 1e+09 Pa", result.stderr)
         self.assertIn("never touched the body", result.stdout)
 
@@ -292,7 +292,7 @@ class CommandLine(unittest.TestCase):
                  "tick_period_share", "allocations_per_tick"}
         def without_cures(value):  # which rate a cure names, and what it costs, is by the clock
             if isinstance(value, dict):
-                return {key: without_cures(inner) for key, inner in value.items() if key != "cure"}
+                return {key: without_cures(inner) for key, inner in value.items() if key not in ("cure", "cures")}
             if isinstance(value, list):
                 return [without_cures(inner) for inner in value]
             return value.split("; ")[0] if isinstance(value, str) else value  # "WARNING; CURE"

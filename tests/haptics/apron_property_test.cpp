@@ -91,6 +91,42 @@ TEST(Apron, GivesAboutTheForceOfTheBody) {
   EXPECT_LT(most, 1.5);
 }
 
+/// Pinched from both sides and lifted: without the load it would fall as a whole. The apron must not fall ahead of it,
+/// or a finger meets the underside there, and pushes harder, and it falls further (1e55 N within 50 ms).
+TEST(Apron, StaysWithAFlapThatIsLifted) {
+  BodyOptions options;
+  options.object.fixed.below = FixedBelow{"x", 0.02};
+  options.object.model.type = "fem";
+  options.object.model.material = "linear";
+  options.object.model.young = 2e4;
+  options.object.model.damping.mass = 5;
+  options.backend = "brute_force";
+  const Body body(kuhn_block(16, 10, 4, 0.005), options);
+  TouchOptions touched = late_options(30);
+  touched.tools[0].shape.radius = 0.006;
+  touched.tools.push_back(touched.tools[0]);
+  touched.contact.mu_static = touched.contact.mu_kinetic = 0.5;
+  Touch touch(body, touched);
+  const auto pinched = [](double pressed, double lifted) {
+    const double half = 0.016 - pressed;  // 10 mm of the flap and 6 mm of a finger
+    return std::array{Pose{Vec3(0.062, 0.026, 0.01 + lifted + half)}, Pose{Vec3(0.062, 0.026, 0.01 + lifted - half)}};
+  };
+  const auto first = pinched(-0.002, 0);
+  touch.place(first);
+  double most = 0;
+  int at_edge = 0;
+  for (int i = 0; i < 500; ++i) {
+    const auto at = pinched(-0.002 + 0.005 * std::min(1.0, i / 150.0), 0.012 * std::max(0.0, (i - 200) / 300.0));
+    for (const LocalFrame& frame : touch.tick(at)) {
+      most = std::max(most, frame.f_n);
+      at_edge += (frame.flags & (kLeftPatch | kOnApron)) != 0;
+    }
+  }
+  EXPECT_GT(most, 0.3);
+  EXPECT_LT(most, 5);
+  EXPECT_EQ(at_edge, 0);
+}
+
 TEST(Apron, IsMovedWithinATickWithoutMemory) {
   const Body body = make_plate();
   Touch touch(body, late_options(1));
