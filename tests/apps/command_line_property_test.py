@@ -207,6 +207,15 @@ class CommandLine(unittest.TestCase):
         self.assertIn("trustworthy   no", words)
         self.assertIn("in one tick at an edge of the mesh\n      cure: ", words)
 
+    def test_every_shipped_scene_runs_to_a_force_that_a_hand_would_give(self):
+        scenes = os.path.join(ROOT, "scenes")
+        for name in sorted(os.listdir(scenes)):
+            if name == "organ_device.json":  # needs a device
+                continue
+            with self.subTest(name):
+                self.kilotouch("run", os.path.join(scenes, name), "--set", "duration=0.45", "--no-report", "--out", name)
+                self.assertLess(load(self.path(name, "summary.json"))["force"]["max_n"], 5)
+
     def test_units_are_warned_of_with_the_likely_scale(self):
         with open(os.path.join(MESHES, "sphere.off"), encoding="utf-8") as file:
             lines = [line for line in file.read().split("\n") if not line.startswith("#")]
