@@ -108,7 +108,7 @@ ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const Co
   out.site.assign(n, -1);
   out.patch_at = options.patch_x;
   for (int v = 0; v < patch.num_vertices(); ++v)
-    if (patch.in_reach[v]) out.patch_vertex[patch.global_node[v]] = v;
+    if (options.answers[v]) out.patch_vertex[patch.global_node[v]] = v;
   const std::vector<int> leading = leading_vertices(patch, options.moves);
   if (leading.empty()) return out;
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(leading.size()));

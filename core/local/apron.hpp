@@ -13,7 +13,7 @@ namespace kt {
 /// the patch's vertices since the linearization, and mean(u) is that of the place where the tool was. A node that went
 /// partly with the patch's nearest vertex would be stiffer than both: 1 / (a² + b²) times for shares a, b.
 struct ApronMotion {
-  std::vector<int> patch_vertex;  ///< of each node of the body: the patch's vertex that tools in reach touch, or -1
+  std::vector<int> patch_vertex;  ///< of each node of the body: the patch's vertex that answers to loads, or -1
   VectorX at;                     ///< of each node, while the patch is where it was linearized [m], (3n)
   std::vector<signed char> site;  ///< of each node: whose mean it goes with; -1: it cannot move
   std::vector<NodeWeights> mean;  ///< of each site
@@ -28,6 +28,7 @@ struct ApronMotion {
 struct ApronOptions {
   VectorX patch_x;                 ///< the patch's vertices where it was linearized [m], (3p)
   std::span<const char> moves;     ///< of each patch vertex: it can
+  std::span<const char> answers;   ///< of each patch vertex: the local model has its own response to a load on it alone
   std::span<const char> is_fixed;  ///< of each node of the body
   double radius = 0;               ///< of the largest tool's rounding [m]
   VectorX unloaded;                ///< the patch's displacement when what touches it lets go [m], (3p); empty: 0
@@ -37,9 +38,9 @@ struct ApronOptions {
 ApronMotion make_apron_motion(const Surface& surface, const VectorX& x, const ContactSite& site,
                               const SurfacePatch& patch, const ApronOptions& options);
 
-/// Corners of the patch's facets that no tool in reach touches become the apron's: the basis holds what a load on them
-/// together does, and to a load on one of them alone they are several times too stiff. Not of a smooth patch, which
-/// has a response to each of its nodes. Once, before the room is made.
+/// Corners of the patch's facets that have no response of their own become the apron's: a basis of responses holds what
+/// a load on all of the rim does, and to a load on one corner of it alone that is several times too stiff. Not of a
+/// smooth patch, which has a response to each of its nodes. Once, before the room is made.
 void give_rim_to_apron(const ApronMotion& motion, const SurfacePatch& patch, ContactSurface& out);
 
 /// Room for append_apron(), and where a contact surface ends without an apron.

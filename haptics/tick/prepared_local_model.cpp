@@ -151,6 +151,21 @@ void measure_clearance(PreparedLocalModel& model, std::span<const Vec3> places) 
 
 }  // namespace
 
+namespace {
+
+/// Vertices in reach, and those that cannot move or are coordinates of the local model themselves, as behind a wall.
+std::vector<char> find_answering(const PreparedLocalModel& model) {
+  std::vector<int> entries(static_cast<std::size_t>(model.patch_basis.rows()), 0);
+  for (int c = 0; c < model.patch_basis.outerSize(); ++c)
+    for (SparseMatrix::InnerIterator it(model.patch_basis, c); it; ++it) entries[it.row()] += it.value() != 0;
+  std::vector<char> out = model.model.patch.in_reach;
+  for (std::size_t v = 0; v < out.size(); ++v)
+    out[v] = out[v] || (entries[3 * v] <= 1 && entries[3 * v + 1] <= 1 && entries[3 * v + 2] <= 1);
+  return out;
+}
+
+}  // namespace
+
 void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<const int> fixed_nodes,
                std::span<const double> tool_radii, const std::string& collision_backend) {
   const SurfacePatch& patch = model.model.patch;
@@ -160,12 +175,14 @@ void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<cons
     for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = model.moves[t][c];
   std::vector<char> is_fixed(static_cast<std::size_t>(model.body_x.size() / 3), 0);
   for (const int i : fixed_nodes) is_fixed[i] = 1;
+  const std::vector<char> answers = find_answering(model);
   const double radius = *std::ranges::max_element(tool_radii);
   const VectorX patch_x = model.model.x0.head(model.patch_basis.rows());
-  model.apron = std::make_unique<ApronWindow>(
-      surface, model.body_x, model.local_triangle,
-      make_apron_motion(surface, model.body_x, model.site, patch, {patch_x, moves, is_fixed, radius, model.unloaded}),
-      collision_backend);
+  model.apron =
+      std::make_unique<ApronWindow>(surface, model.body_x, model.local_triangle,
+                                    make_apron_motion(surface, model.body_x, model.site, patch,
+                                                      {patch_x, moves, answers, is_fixed, radius, model.unloaded}),
+                                    collision_backend);
   give_rim_to_apron(model.apron->motion(), patch, model.surface);
   model.apron_room = ApronRoom(static_cast<int>(is_fixed.size()), model.apron->num_triangles(),
                                model.apron->num_vertices(), model.surface);

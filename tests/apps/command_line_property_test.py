@@ -213,7 +213,9 @@ class CommandLine(unittest.TestCase):
             if name == "organ_device.json":  # needs a device
                 continue
             with self.subTest(name):
-                self.kilotouch("run", os.path.join(scenes, name), "--set", "duration=0.45", "--no-report", "--out", name)
+                result = subprocess.run([PROGRAM, "run", os.path.join(scenes, name), "--set", "duration=0.45", "--no-report", "--out", name],
+                                        cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
+                self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
                 self.assertLess(load(self.path(name, "summary.json"))["force"]["max_n"], 5)
 
     def test_units_are_warned_of_with_the_likely_scale(self):
