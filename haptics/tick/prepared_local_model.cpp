@@ -153,8 +153,13 @@ void measure_clearance(PreparedLocalModel& model, std::span<const Vec3> places) 
 
 namespace {
 
-/// Vertices in reach, and those that cannot move or are coordinates of the local model themselves, as behind a wall.
-std::vector<char> find_answering(const PreparedLocalModel& model) {
+/// Of each vertex of the patch, whether the local model answers to a load on it alone: those in reach, and what cannot
+/// move or is a coordinate itself, as behind a wall. All for a tool with corners, which may rest on the rim: there the
+/// place of the rim counts for more than how it yields; a ball's patch ends beyond what it touches at rest.
+/// @param radius  of the largest rounding [m]
+std::vector<char> find_answering(const PreparedLocalModel& model, double radius) {
+  constexpr double kRound = 0.1;  // of the reach
+  if (radius <= kRound * model.site.reach) return std::vector<char>(model.model.patch.in_reach.size(), 1);
   std::vector<int> entries(static_cast<std::size_t>(model.patch_basis.rows()), 0);
   for (int c = 0; c < model.patch_basis.outerSize(); ++c)
     for (SparseMatrix::InnerIterator it(model.patch_basis, c); it; ++it) entries[it.row()] += it.value() != 0;
@@ -175,8 +180,8 @@ void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<cons
     for (int c = 0; c < 3; ++c) moves[patch.triangles[t][c]] = model.moves[t][c];
   std::vector<char> is_fixed(static_cast<std::size_t>(model.body_x.size() / 3), 0);
   for (const int i : fixed_nodes) is_fixed[i] = 1;
-  const std::vector<char> answers = find_answering(model);
   const double radius = *std::ranges::max_element(tool_radii);
+  const std::vector<char> answers = find_answering(model, radius);
   const VectorX patch_x = model.model.x0.head(model.patch_basis.rows());
   model.apron =
       std::make_unique<ApronWindow>(surface, model.body_x, model.local_triangle,
