@@ -134,7 +134,7 @@ KT_API kt_status kt_set_number(kt_touch* touch, const char* key, double value);
 KT_API kt_status kt_set_word(kt_touch* touch, const char* key, const char* word);
 KT_API kt_status kt_get_number(const kt_touch* touch, const char* key, double* value);
 /* What speaks against the forces so far, a line each, with a zero at the end: `room` characters are there; `needed` is
- * filled, 1 where nothing does. Any thread but for the counts of devices, which are the ticking thread's. */
+ * filled, 1 where nothing does. From any thread; with kt_tick_device from the ticking one. */
 KT_API kt_status kt_warnings(const kt_touch* touch, char* out, size_t room, size_t* needed);
 KT_API kt_status kt_stats_of(const kt_touch* touch, kt_stats* out);
 

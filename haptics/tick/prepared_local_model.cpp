@@ -149,9 +149,6 @@ void measure_clearance(PreparedLocalModel& model, std::span<const Vec3> places) 
   }
 }
 
-}  // namespace
-
-namespace {
 
 /// Of each vertex of the patch, whether the local model answers to a load on it alone: those in reach, and what cannot
 /// move or is a coordinate itself, as behind a wall. All for a tool with corners, which may rest on the rim: there the
