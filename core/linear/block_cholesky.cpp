@@ -2,13 +2,16 @@
 // takes from later ones is subtracted from them at once. All sums are product_tile's: the same bits on every processor.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/base/wide.hpp"
+#include "core/linear/dense_cholesky.hpp"
 #include "core/linear/dense_product.hpp"
 #include "core/linear/sparse_product.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/linear/sparsity_pattern.hpp"
 #include "core/linear/supernodes.hpp"
+#include "core/linear/trailing_inverse.hpp"
 
 namespace kt {
 namespace {
@@ -182,7 +185,44 @@ class BlockSolver final : public SparseSolver {
 
   void order_last(std::vector<int> nodes) override { last_ = std::move(nodes); }
 
+  /// Of A = L L^T, where L_22 is what L has on these rows and columns: (L_22 L_22^T)^-1. Nothing where others come
+  /// after some of them.
+  std::optional<MatrixX> trailing_inverse(Eigen::Index rows, Eigen::Index count) const {
+    const int first = static_cast<int>((rows - count) / 3);
+    if (others_ || count % 3 != 0 || !ends_with(first)) return {};
+    const std::vector<int>& order = analysis_->supernodes.order;
+    MatrixX L = MatrixX::Zero(count, count);
+    for (std::size_t s = 0; s < analysis_->places.size(); ++s) copy_lower(s, first, L);
+    const MatrixX ordered = inverse_from(invert_lower(L));
+    std::vector<int> place(static_cast<std::size_t>(count));
+    for (std::size_t k = first; k < order.size(); ++k)
+      for (int c = 0; c < 3; ++c) place[3 * (order[k] - first) + c] = 3 * (static_cast<int>(k) - first) + c;
+    return MatrixX(ordered(place, place));
+  }
+
  private:
+  /// Whether the nodes from this one on are the last in the order.
+  bool ends_with(int first) const {
+    const std::vector<int>& order = analysis_->supernodes.order;
+    return std::all_of(order.begin() + first, order.end(), [&](int i) { return i >= first; });
+  }
+  /// The columns of a supernode from place `first` on.
+  void copy_lower(std::size_t s, int first, MatrixX& out) const {
+    const Place& at = analysis_->places[s];
+    const Supernode& node = node_of(s);
+    const double* L = values_.data() + at.begin;
+    for (int column = std::max(0, first - node.first); column < node.count; ++column) {
+      const int to = 3 * (node.first + column - first);
+      const auto copy = [&](int row, int at_row) {
+        for (int r = 0; r < 3; ++r)
+          for (int c = 0; c < 3; ++c) out(at_row + r, to + c) = L[at.stride * (3 * row + r) + 3 * column + c];
+      };
+      for (int row = column; row < node.count; ++row) copy(row, 3 * (node.first + row - first));
+      for (std::size_t k = 0; k < node.below.size(); ++k)
+        copy(node.count + static_cast<int>(k), 3 * (node.below[k] - first));
+    }
+  }
+
   const Supernode& node_of(std::size_t s) const { return analysis_->supernodes.nodes[s]; }
 
   void gather(const SparseMatrix& matrix) {
@@ -325,6 +365,14 @@ class BlockSolver final : public SparseSolver {
 };
 
 }  // namespace
+
+MatrixX trailing_inverse(const SparseSolver& solver, Eigen::Index rows, Eigen::Index count) {
+  if (const auto* own = dynamic_cast<const BlockSolver*>(&solver))
+    if (auto out = own->trailing_inverse(rows, count)) return *std::move(out);
+  MatrixX loads = MatrixX::Zero(rows, count);
+  loads.bottomRows(count).setIdentity();
+  return solver.solve(loads).bottomRows(count);
+}
 
 std::unique_ptr<SparseSolver> make_block_solver() { return std::make_unique<BlockSolver>(); }
 

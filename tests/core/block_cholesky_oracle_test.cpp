@@ -6,6 +6,7 @@
 
 #include "core/linear/sparse_solver.hpp"
 #include "core/linear/supernodes.hpp"
+#include "core/linear/trailing_inverse.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {
@@ -74,6 +75,29 @@ TEST(BlockCholesky, SolvesAsDenseAlgebraDoes) {
       MatrixX unit = MatrixX::Zero(n, 3);
       unit.middleRows<3>(3 * (n / 6)).setIdentity();
       EXPECT_LE(relative_error(solver->solve(unit), dense.solve(unit)), kRoundoff) << n;
+    }
+  }
+}
+
+/// Ordered last, some of them or none of them, and of matrices without blocks.
+TEST(BlockCholesky, HasTheTrailingBlockOfTheInverse) {
+  for (const Grid& g : kGrids) {
+    const SparseMatrix m = grid_matrix(g.x, g.y, g.z, 9);
+    const int n = static_cast<int>(m.rows()), nodes = n / 3;
+    const MatrixX inverse = Eigen::LLT<MatrixX>{MatrixX(m)}.solve(MatrixX::Identity(n, n));
+    for (const int count : {1, std::max(1, nodes / 3), nodes}) {
+      const auto expected = inverse.bottomRightCorner(3 * count, 3 * count);
+      std::vector<int> last;
+      for (int i = nodes - count; i < nodes; ++i) last.push_back(i);
+      const auto solver = make_block_solver(), other = make_block_solver();
+      solver->order_last(last);
+      ASSERT_TRUE(solver->factor(m));
+      EXPECT_LE(relative_error(trailing_inverse(*solver, n, 3 * count), expected), kRoundoff) << n << ' ' << count;
+      other->order_last({0});
+      ASSERT_TRUE(other->factor(m));
+      EXPECT_LE(relative_error(trailing_inverse(*other, n, 3 * count), expected), kRoundoff) << n << ' ' << count;
+      ASSERT_TRUE(other->factor(SparseMatrix(m.triangularView<Eigen::Lower>())));
+      EXPECT_LE(relative_error(trailing_inverse(*other, n, 3 * count), expected), kRoundoff) << n << ' ' << count;
     }
   }
 }
