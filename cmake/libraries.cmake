@@ -39,7 +39,7 @@ endif()
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
 kt_library(core DIRS core/base core/linear core/linear/step_solvers core/body core/global core/global/integrators core/local
-                         core/local/reducers
+                         core/local/reducers core/fine
            DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
            ALONE core/linear/[a-z]*_product core/linear/dense_cholesky core/linear/symmetric_eigen core/linear/block_cholesky
                  core/linear/complex_symmetric core/linear/supernodes core/global/newton core/local/block_confinement

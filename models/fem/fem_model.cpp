@@ -1,6 +1,7 @@
 // Tetrahedral finite elements of a hyperelastic material:  f = -sum over points V P(F) grad N - damping + M g.
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
 #include "core/base/error.hpp"
+#include "core/body/refinable.hpp"
 #include "models/fem/batches.hpp"
 #include "models/fem/material.hpp"
 #include "models/fem/viscosity.hpp"
@@ -10,12 +11,13 @@ namespace kt {
 namespace {
 
 template <int N>
-class FemModel final : public DeformableModel {
+class FemModel final : public DeformableModel, public Refinable {
  public:
   /// @param factors  of the elements' stiffness and damping; empty: 1. Every material is proportional to young.
   FemModel(const ElementTable<N>& elements, const std::vector<double>& factors, std::vector<int> fixed,
            const ModelOptions& options)
       : mesh_(elements.mesh),
+        nodes_(elements.nodes),
         options_(options),
         material_(make_material(options.material, lame(options.young, options.poisson))),
         viscosity_(lame(options.young, options.poisson), options.damping_stiffness,
@@ -62,6 +64,14 @@ class FemModel final : public DeformableModel {
         values[mass_slots_[i]] -= options_.damping_mass * mass_.valuePtr()[i];
     }
   }
+
+  std::span<const int> cell_nodes(int cell) const override { return nodes_[cell]; }
+  Moduli moduli(TangentKind kind, const Mat3& F, const Mat3& rate) const override {
+    if (kind == TangentKind::definite) return material_->definite_tangent(F);
+    return material_->tangent(F) + viscosity_.shape_tangent(F, rate);
+  }
+  double stiffness_factor(const Vec3& place) const override { return stiffness_in(options_.inclusions, place); }
+  double retardation() const override { return options_.damping_stiffness; }
 
   ModelInfo info() const override {
     return {"fem",
@@ -204,6 +214,7 @@ class FemModel final : public DeformableModel {
   }
 
   Mesh mesh_;
+  std::vector<std::array<int, N>> nodes_;  // of the elements
   ModelOptions options_;
   std::unique_ptr<Material> material_;
   Viscosity viscosity_;

@@ -23,6 +23,19 @@ class Viscosity {
     return F * second(F, rate);
   }
 
+  /// Symmetric part of dP_v/dF [Pa], (9 x 9).
+  Mat9 shape_tangent(const Mat3& F, const Mat3& rate) const {
+    Mat9 out = Mat9::Zero();
+    if (is_symmetric()) return out;
+    const Mat3 S = second<double>(F, rate);
+    for (int c = 0; c < 9; ++c) {
+      Mat3 dF = Mat3::Zero();
+      dF(c % 3, c / 3) = 1;
+      out.col(c) = flat(Mat3(dF * S + F * second<double>(dF, rate)));
+    }
+    return 0.5 * (out + out.transpose());
+  }
+
   /// blocks(a, b) += volume dP_v/dF' contracted with g_a and g_b, for pairs a < b as in Material::add_lane_stiffness:
   /// eta ((g_a.g_b) F F^T + (F g_b)(F g_a)^T) + zeta (F g_a)(F g_b)^T. Symmetric, positive semidefinite.
   void add_rate_blocks(const LaneMat3& F, std::span<const LaneVec3> g, const Lanes& volume,

@@ -86,6 +86,13 @@ Mat6 isotropic_elasticity(double young, double poisson) {
   return c;
 }
 
+IsotropicSolid nearest_isotropic(const Mat6& c) {
+  const double normal = c.topLeftCorner<3, 3>().sum();  // C_iijj, and C_ijij
+  const double all = c.diagonal().head<3>().sum() + 2 * c.diagonal().tail<3>().sum();
+  const double bulk = normal / 9, shear = (3 * all - normal) / 30;
+  return {9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))};
+}
+
 Mat6 network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs) {
   const int n = mesh.num_nodes();
   const SparseMatrix stiffness = rest_stiffness(n, mesh, springs);

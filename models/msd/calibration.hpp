@@ -25,4 +25,10 @@ Eigen::Matrix<double, 6, 6> network_elasticity(const Mesh& mesh, const std::vect
 /// Elasticity tensor of the isotropic solid, the same notation.
 Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson);
 
+struct IsotropicSolid {
+  double young = 0, poisson = 0;  ///< [Pa], [-]
+};
+/// The one with the same mean stiffness against compression and against shear, over all directions (Voigt's mean).
+IsotropicSolid nearest_isotropic(const Eigen::Matrix<double, 6, 6>& elasticity);
+
 }  // namespace kt

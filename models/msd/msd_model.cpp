@@ -1,5 +1,8 @@
 // Mass-spring-damper network: f_ab = (k (|d| - L) + c (d'.u)) u with d = x_b - x_a, u = d / |d|.   Paper section III.
+#include <mutex>
+
 #include "core/base/error.hpp"
+#include "core/fine/isotropic_cells.hpp"
 #include "models/model.hpp"
 #include "models/msd/calibration.hpp"
 #include "models/msd/spring_tangent.hpp"
@@ -8,7 +11,7 @@
 namespace kt {
 namespace {
 
-class MsdModel final : public DeformableModel {
+class MsdModel final : public DeformableModel, public Refinable {
  public:
   MsdModel(Mesh mesh, const ModelOptions& options) : mesh_(std::move(mesh)), options_(options) {
     springs_ = make_springs(mesh_);
@@ -58,6 +61,20 @@ class MsdModel final : public DeformableModel {
       dfdv[diagonal_[d]] -= options_.damping_mass * mass_diagonal_[d];
   }
 
+  std::span<const int> cell_nodes(int cell) const override { return mesh_.tetrahedra[cell]; }
+  /// Of the solid that the springs stand for.
+  Moduli moduli(TangentKind, const Mat3& F, const Mat3&) const override {
+    const IsotropicSolid& s = solid();
+    return isotropic_moduli(s.young, s.poisson, nearest_rotation(F));
+  }
+  double stiffness_factor(const Vec3& place) const override { return stiffness_in(options_.inclusions, place); }
+  double retardation() const override {
+    if (!options_.damper) return options_.damping_stiffness;
+    double sum = 0;
+    for (const Spring& s : springs_) sum += s.stiffness;
+    return sum > 0 ? *options_.damper * static_cast<double>(springs_.size()) / sum : 0;
+  }
+
   ModelInfo info() const override {
     ModelInfo out{"msd", "", {}};
     out.parameters = {{"springs", static_cast<double>(springs_.size())},
@@ -91,6 +108,18 @@ class MsdModel final : public DeformableModel {
     mass_ = SparseMatrix(mass_diagonal_.asDiagonal());
   }
 
+  /// What calibrated springs were made for; of others the solid nearest to what the network does.
+  const IsotropicSolid& solid() const {
+    std::call_once(solid_is_known_, [this] {
+      solid_ = {options_.young, options_.poisson};
+      if (!options_.stiffness || mesh_.tetrahedra.empty()) return;
+      std::vector<Spring> even = springs_;  // without inclusions
+      for (Spring& s : even) s.stiffness = *options_.stiffness;
+      solid_ = nearest_isotropic(network_elasticity(mesh_, even));
+    });
+    return solid_;
+  }
+
   /// Where an entry of the pattern lies.
   int slot(int row, int column) const {
     const SparseMatrix& pattern = tangent_.pattern();
@@ -117,6 +146,8 @@ class MsdModel final : public DeformableModel {
   SparseMatrix mass_;
   SpringTangent tangent_;
   std::vector<int> diagonal_;
+  mutable std::once_flag solid_is_known_;
+  mutable IsotropicSolid solid_;
 };
 
 }  // namespace

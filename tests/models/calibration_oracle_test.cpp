@@ -84,6 +84,17 @@ TEST(IsotropicElasticity, HasTheTextbookComplianceAndShear) {
   EXPECT_NEAR(C(5, 5), kYoung / 2.6, 1e-9);
 }
 
+TEST(IsotropicElasticity, OfTheNearestSolidIsTheSolidItself) {
+  for (const double poisson : {-0.2, 0.0, 0.25, 0.49}) {
+    const IsotropicSolid solid = nearest_isotropic(isotropic_elasticity(kYoung, poisson));
+    EXPECT_NEAR(solid.young / kYoung, 1, 1e-12);
+    EXPECT_NEAR(solid.poisson, poisson, 1e-12);
+  }
+  // Central forces that strain alike everywhere: Cauchy's relations, nu = 1/4.
+  const Mesh mesh = kuhn_block(3, 3, 3, 0.01);
+  EXPECT_NEAR(nearest_isotropic(network_elasticity(mesh, calibrated(mesh, kYoung, kPoisson))).poisson, 0.25, 0.02);
+}
+
 /// Young's modulus from a pull between two faces whose nodes keep their height and slide freely.
 double pulled_young(const Mesh& mesh, double area, double length) {
   const MatrixX K = stiffness_by_differences(*network(mesh));

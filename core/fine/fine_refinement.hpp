@@ -1,0 +1,22 @@
+#pragma once
+// Leaves of refined cells, by their corners.
+#include "core/fine/fine_zone.hpp"
+
+namespace kt {
+
+struct CornerLeaf {
+  std::array<int, 4> corner;
+  int cell, level;
+};
+
+/// The leaves of the cells, graded two to one across faces and edges; `nodes`: their corners, and nothing else.
+std::vector<CornerLeaf> refine_cells(const VectorX& x, std::span<const Tetrahedron> cells, std::span<const int> chosen,
+                                     const Vec3& centre, const FineSize& size, FineNodes& nodes);
+
+/// Edge of the cube that six leaves of this size fill [m]; of a flat one what its longest edge comes to.
+double leaf_size(const std::array<Vec3, 4>& corners);
+
+/// At least how far a place is from a leaf [m]: 0 inside.
+double least_distance(const std::array<Vec3, 4>& corners, const Vec3& place);
+
+}  // namespace kt

@@ -1,0 +1,38 @@
+#include "core/fine/fine_size.hpp"
+
+#include <limits>
+
+#include "core/fine/fine_refinement.hpp"
+
+namespace kt {
+
+double cell_size_at(const FineBody& body, const Vec3& place) {
+  const Mesh& mesh = *body.mesh;
+  double nearest = std::numeric_limits<double>::infinity(), sum = 0;
+  int count = 0;
+  for (const Tetrahedron& t : mesh.tetrahedra) {
+    std::array<Vec3, 4> p;
+    for (int c = 0; c < 4; ++c) p[c] = node(mesh.x, t[c]);
+    const double size = leaf_size(p), distance = least_distance(p, place), slack = 1e-9 * size;
+    if (distance > nearest + slack) continue;
+    if (distance < nearest - slack) sum = count = 0;
+    nearest = std::min(nearest, distance);
+    sum += size;
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness) {
+  const double a = contact.contact_radius, way = a + contact.travel, cell = cell_size_at(body, contact.centre);
+  FineZoneOptions out;
+  out.centre = contact.centre;
+  out.radius = std::max(1.6 * cell, way + 0.5 * cell);
+  out.reach = 1.15 * a + contact.travel;
+  out.size = {.edge = fineness * a, .flat = way, .slope = 1};
+  return out;
+}
+
+double expected_fine_factor(double fineness) { return 1.05 + 0.01 * fineness; }
+
+}  // namespace kt

@@ -1,0 +1,29 @@
+#pragma once
+// How fine a patch has to be for a contact, and what its force is then worth.
+#include "core/fine/fine_zone.hpp"
+
+namespace kt {
+
+/// Mean size of the cells that hold a place of the body at rest, or are nearest to it [m]: edge of the cube that six of
+/// them fill.
+double cell_size_at(const FineBody& body, const Vec3& place);
+
+/// Where a tool touches: one of a radius R pressed in by d has a contact radius of sqrt(R d).
+struct FineContact {
+  Vec3 centre = Vec3::Zero();  ///< of the body at rest [m]
+  double contact_radius = 0;   ///< [m]
+  double travel = 0;           ///< how far the tool may go before the zone is made anew [m]
+};
+
+constexpr double kFineness = 0.7;  ///< size of the leaves under the tool over the contact radius
+
+/// Leaves of `fineness` contact radii in all of the contact's way, and growing outwards by their distance from it;
+/// cells within 1.6 cell sizes of the centre, and half a cell beyond the way, so that what is held is far enough.
+FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness = kFineness);
+
+/// Force over the continuum's to expect at leaves of that size over the contact radius, 0.5 to 1.4, and a Poisson's
+/// ratio of 0.3 or less: a fit to presses (bench/fine_press_table.cpp), which lie within 0.03 of it where the size is 1
+/// or less.
+double expected_fine_factor(double fineness);
+
+}  // namespace kt

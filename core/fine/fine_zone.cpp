@@ -1,0 +1,208 @@
+#include "core/fine/fine_zone.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "core/base/stages.hpp"
+#include "core/fine/fine_facets.hpp"
+#include "core/fine/fine_refinement.hpp"
+
+namespace kt {
+namespace {
+
+/// Cells with a corner within the radius of the centre, or that the ball of wanted finest size meets.
+std::vector<int> choose_cells(const Mesh& mesh, const FineZoneOptions& o) {
+  const std::vector<Tetrahedron>& cells = mesh.tetrahedra;
+  std::vector<int> out;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    std::array<Vec3, 4> p;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int c = 0; c < 4; ++c) {
+      p[c] = node(mesh.x, cells[i][c]);
+      nearest = std::min(nearest, (p[c] - o.centre).norm());
+    }
+    if (nearest <= (1 + 1e-9) * o.radius || least_distance(p, o.centre) < o.size.flat)
+      out.push_back(static_cast<int>(i));
+  }
+  return out;
+}
+
+/// What is made step by step of the leaves.
+class ZoneMaker {
+ public:
+  ZoneMaker(const FineBody& body, const FineZoneOptions& options)
+      : body_(body), x_(body.mesh->x), cells_(body.mesh->tetrahedra), options_(options) {
+    zone_.cells = choose_cells(*body.mesh, options);
+    is_chosen_.assign(cells_.size(), 0);
+    for (const int c : zone_.cells) is_chosen_[c] = 1;
+    find_walls();
+  }
+
+  /// False: it has too many unknown nodes.
+  bool make(double edge) {
+    FineSize size = options_.size;
+    size.edge = zone_.edge = edge;
+    nodes_ = {};
+    zone_.leaves.clear();
+    for (const CornerLeaf& leaf : refine_cells(x_, cells_, zone_.cells, options_.centre, size, nodes_)) {
+      FineLeaf& added = zone_.leaves.emplace_back(FineLeaf{{}, leaf.cell, leaf.level});
+      std::ranges::copy(leaf.corner, added.node.begin());
+    }
+    for (FineLeaf& leaf : zone_.leaves)
+      for (int e = 0; e < 6; ++e)
+        leaf.node[4 + e] = nodes_.between(leaf.node[kCellEdges[e][0]], leaf.node[kCellEdges[e][1]]);
+    find_hanging();
+    find_held();
+    int unknown = 0;
+    for (int i = 0; i < nodes_.size(); ++i) unknown += !is_held_[i] && hangs_on_[i].empty();
+    return unknown <= options_.most_nodes;
+  }
+
+  bool refines() const { return zone_.leaves.size() > zone_.cells.size(); }
+
+  FineZone take() {
+    for (int i = 0; i < nodes_.size(); ++i) zone_.nodes.push_back(nodes_[i]);
+    find_inner();
+    add_facets(body_, nodes_, options_, zone_);
+    number_unknown();
+    return std::move(zone_);
+  }
+
+ private:
+  /// Faces, edges and corners that the zone shares with the rest: they are held.
+  void find_walls() {
+    std::vector<char> is_zone(static_cast<std::size_t>(x_.size() / 3), 0);
+    is_shared_.assign(is_zone.size(), 0);
+    for (const int c : zone_.cells)
+      for (int f = 0; f < 4; ++f) {
+        is_zone[cells_[c][f]] = 1;
+        if (const int other = body_.across[c][f]; other >= 0 && !is_chosen_[other])
+          walls_.insert(ascending(face_of(cells_[c], f)));
+      }
+    for (std::size_t c = 0; c < cells_.size(); ++c) {
+      if (is_chosen_[c]) continue;
+      for (const int i : cells_[c]) is_shared_[i] = is_zone[i];
+      for (const auto& [i, j] : kCellEdges)
+        if (const int a = cells_[c][i], b = cells_[c][j]; is_zone[a] && is_zone[b])
+          wall_edges_.insert({std::min(a, b), std::max(a, b)});
+    }
+  }
+
+  bool lies_on_wall(const CellPoint& p) const {
+    if (p.count == 1) return is_shared_[p.corner[0]];
+    if (p.count == 2) return wall_edges_.contains({p.corner[0], p.corner[1]});
+    return p.count == 3 && walls_.contains({p.corner[0], p.corner[1], p.corner[2]});
+  }
+
+  bool is_held(const CellPoint& p) const {
+    bool is_fixed = true;
+    for (int k = 0; k < p.count; ++k) is_fixed = is_fixed && body_.is_fixed[p.corner[k]];
+    return is_fixed || lies_on_wall(p);
+  }
+
+  void find_held() {
+    is_held_.clear();
+    for (int i = 0; i < nodes_.size(); ++i) is_held_.push_back(is_held(nodes_[i]));
+  }
+
+  /// Nodes of smaller leaves on the edges and faces of larger ones go as the larger one's quadratic field does.
+  void find_hanging() {
+    hangs_on_.assign(static_cast<std::size_t>(nodes_.size()), {});
+    const auto hang = [&](const CellPoint& p, std::initializer_list<std::pair<int, double>> masters) {
+      if (const int i = nodes_.find(p); i >= 0) hangs_on_[i].assign(masters);
+    };
+    // Of corners i and j the middle of their edge among a leaf's nodes.
+    constexpr int kMiddle[4][4] = {{-1, 4, 6, 7}, {4, -1, 5, 8}, {6, 5, -1, 9}, {7, 8, 9, -1}};
+    for (const FineLeaf& leaf : zone_.leaves)
+      for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+          if (i == j) continue;
+          const int a = leaf.node[i], b = leaf.node[j], ab = leaf.node[kMiddle[i][j]];
+          hang(middle(nodes_[a], nodes_[ab]), {{a, 3.0 / 8}, {ab, 3.0 / 4}, {b, -1.0 / 8}});
+          for (int k = j + 1; k < 4; ++k) {
+            if (k == i) continue;
+            const int c = leaf.node[k], ac = leaf.node[kMiddle[i][k]], bc = leaf.node[kMiddle[j][k]];
+            hang(middle(nodes_[ab], nodes_[ac]), {{b, -1.0 / 8}, {c, -1.0 / 8}, {ab, 0.5}, {ac, 0.5}, {bc, 0.25}});
+          }
+        }
+  }
+
+  void find_inner() {
+    std::set<int> inner;
+    for (const int c : zone_.cells) {
+      for (const int i : cells_[c])
+        if (!is_held(corner_point(i))) inner.insert(i);
+      if (!body_.is_quadratic()) continue;
+      for (const auto& [i, j] : kCellEdges) {
+        const CellPoint p = middle(corner_point(cells_[c][i]), corner_point(cells_[c][j]));
+        if (!is_held(p)) inner.insert(body_.edge_node.at({p.corner[0], p.corner[1]}));
+      }
+    }
+    zone_.inner.assign(inner.begin(), inner.end());
+  }
+
+  /// The unknown nodes that a node follows, with weights, added up.
+  void add_masters(int i, double weight, std::map<int, double>& sum) const {
+    if (is_held_[i]) return;
+    if (hangs_on_[i].empty()) {
+      sum[i] += weight;
+      return;
+    }
+    for (const auto& [master, share] : hangs_on_[i]) add_masters(master, weight * share, sum);
+  }
+
+  void number_unknown() {
+    std::vector<std::map<int, double>> follows(zone_.nodes.size());
+    std::vector<char> is_in_reach(zone_.nodes.size(), 0), is_last(zone_.nodes.size(), 0);
+    for (const Triangle& t : zone_.facets)
+      for (const int i : t) is_in_reach[i] = 1;
+    for (int i = 0; i < nodes_.size(); ++i) {
+      add_masters(i, 1, follows[i]);
+      if (is_in_reach[i])
+        for (const auto& [master, weight] : follows[i]) is_last[master] = 1;
+    }
+    std::vector<int> number(zone_.nodes.size(), -1);
+    for (const bool last : {false, true})
+      for (int i = 0; i < nodes_.size(); ++i)
+        if (!is_held_[i] && hangs_on_[i].empty() && (is_last[i] != 0) == last) {
+          number[i] = static_cast<int>(zone_.unknown.size());
+          zone_.unknown.push_back(i);
+        }
+    zone_.num_yielding = static_cast<int>(std::ranges::count(is_last, 1));
+    zone_.first.push_back(0);
+    for (const auto& masters : follows) {
+      for (const auto& [master, weight] : masters)
+        if (weight != 0) {
+          zone_.from.push_back(number[master]);
+          zone_.weight.push_back(weight);
+        }
+      zone_.first.push_back(static_cast<int>(zone_.from.size()));
+    }
+  }
+
+  const FineBody& body_;
+  const VectorX& x_;
+  const std::vector<Tetrahedron>& cells_;
+  const FineZoneOptions& options_;
+  FineZone zone_;
+  FineNodes nodes_;
+  std::vector<char> is_chosen_, is_shared_;  // cells; nodes of the body that cells outside have
+  std::set<Triangle> walls_;                 // ascending corners
+  std::set<std::array<int, 2>> wall_edges_;
+  std::vector<char> is_held_;
+  std::vector<std::vector<std::pair<int, double>>> hangs_on_;
+};
+
+}  // namespace
+
+FineZone make_fine_zone(const FineBody& body, const FineZoneOptions& options) {
+  const Stage stage("fine.zone");
+  ZoneMaker maker(body, options);
+  for (double edge = options.size.edge;; edge *= 1.25) {
+    if (maker.make(edge)) return maker.take();
+    if (!maker.refines()) return {};
+  }
+}
+
+}  // namespace kt

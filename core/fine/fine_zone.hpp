@@ -1,0 +1,56 @@
+#pragma once
+// The cells of a body around a tool, refined: where the coarse cells are too stiff for a contact, how much softer the
+// material is than they are can be found here alone, with everything outside held.
+// Red refinement with its octahedron cut alike in every level (Bey 1995: at most three shapes of a cell), graded two to
+// one; leaves are quadratic, and where a leaf meets smaller ones the nodes between its own hang on these.
+#include "core/fine/fine_body.hpp"
+#include "core/fine/fine_nodes.hpp"
+
+namespace kt {
+
+/// How small leaves are wanted: `edge` within `flat` of the centre, from there on larger by `slope` times the distance
+/// [m]. A leaf's size is that of the cube which six such cells fill.
+struct FineSize {
+  double edge = 0, flat = 0, slope = 1;
+  double at(double distance) const { return edge + slope * std::max(0.0, distance - flat); }
+};
+
+struct FineZoneOptions {
+  Vec3 centre = Vec3::Zero();  ///< where the tool touches, of the body at rest
+  double radius = 0;           ///< cells with a corner this near are refined, and those within size.flat [m]
+  double reach = 0;            ///< of the surface that may be touched [m]
+  FineSize size;
+  int most_nodes = 900;  ///< unknown ones; beyond it `size.edge` grows by a quarter, again and again
+};
+
+/// A leaf: corners, then the middles of its edges in the order 01 12 20 03 13 23.
+struct FineLeaf {
+  std::array<int, 10> node;
+  int cell;   ///< index in FineZone::cells
+  int level;  ///< how often the cell was split
+};
+
+/// Topology of a zone; geometry comes with positions.
+struct FineZone {
+  std::vector<int> cells;        ///< of the body, ascending
+  std::vector<int> inner;        ///< nodes of the body that only these cells hold and that may move, ascending
+  std::vector<CellPoint> nodes;  ///< where they are in the coarse cells
+  std::vector<FineLeaf> leaves;
+  /// Node i follows unknown nodes from[k] with weight[k], first[i] <= k < first[i+1]: itself, or those that it hangs
+  /// on; nothing: it is held.
+  std::vector<int> first, from;
+  std::vector<double> weight;
+  std::vector<int> unknown;         ///< nodes; those of the surface in reach last
+  int num_yielding = 0;             ///< how many are in reach
+  std::vector<Triangle> facets;     ///< of the surface in reach, flat, counter-clockwise seen from outside: nodes
+  std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of
+  double edge = 0;                  ///< that was taken [m]
+  int num_unknown() const { return static_cast<int>(unknown.size()); }
+  std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
+};
+
+/// `edge` of the outcome is larger than that of the options where that would take too many nodes. Empty where not even
+/// the cells as they are keep to that number, and where none is near.
+FineZone make_fine_zone(const FineBody& body, const FineZoneOptions& options);
+
+}  // namespace kt

@@ -1,0 +1,25 @@
+#pragma once
+// Stiffness of a quadratic tetrahedron with straight edges.
+#include "core/body/refinable.hpp"
+
+namespace kt {
+
+/// Where a leaf is integrated, as shares of its corners: exact for polynomials of degree two.
+constexpr int kLeafPoints = 4;
+constexpr double kNearShare = 0.58541019662496845, kFarShare = 0.13819660112501051;
+
+using LeafMatrix = Eigen::Matrix<double, 30, 30>;
+/// Of the four corners and the middles of the edges 01 12 20 03 13 23, (30 x 30) [N/m]; of either orientation.
+/// @param corners  at rest [m]
+/// @param moduli   of each point
+LeafMatrix leaf_stiffness(const std::array<Vec3, 4>& corners, const std::array<const Moduli*, kLeafPoints>& moduli);
+
+/// Gradients of the ten shape functions at a place, given as shares of the corners, (3 x 10) [1/m].
+/// @param gradients  of the shares, (3 x 4) [1/m]
+Eigen::Matrix<double, 3, 10> quadratic_gradients(const Eigen::Matrix<double, 3, 4>& gradients,
+                                                 const Eigen::Vector4d& shares);
+
+/// Gradients of the shares of four corners, (3 x 4) [1/m].
+Eigen::Matrix<double, 3, 4> share_gradients(const std::array<Vec3, 4>& corners);
+
+}  // namespace kt
