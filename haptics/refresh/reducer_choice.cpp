@@ -83,8 +83,10 @@ std::optional<ReducerChoice::Body> ReducerChoice::certify_body(const TangentMode
 }
 
 void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
-  if (is_set_up_) return;
+  const CertifiedAt now = where(tangent, patch);
+  if (is_set_up_ && at_.is_near(now)) return;
   is_set_up_ = true;
+  at_ = now;
   const int num_nodes = static_cast<int>(tangent.f0.size()) / 3;
   if (is_auto_) candidates_ = auto_candidates(num_nodes);
   // What is chosen by name is certified by the samples of its refreshes, if there are such: a quarter of the set-up
@@ -124,6 +126,39 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
   chosen_ = choose_reducer(candidates_, needs_);
   latest_ = chosen().errors;
   if (std::isfinite(chosen().error)) certified_ = chosen().error;
+}
+
+ReducerChoice::CertifiedAt ReducerChoice::where(const TangentModel& tangent, const SurfacePatch& patch) {
+  return {-tangent.dfdx.diagonal().sum(), -tangent.dfdv.diagonal().sum(), patch.num_vertices()};
+}
+
+/// Four times as stiff a body answers as the other does at half the frequency: the next samples are enough to tell.
+bool ReducerChoice::CertifiedAt::is_near(const CertifiedAt& other) const {
+  constexpr double kFactor = 4, kVertices = 1.5;
+  const auto within = [](double a, double b, double factor) { return a <= factor * b && b <= factor * a; };
+  return within(stiffness, other.stiffness, kFactor) && within(damping, other.damping, kFactor) &&
+         within(vertices, other.vertices, kVertices);
+}
+
+void ReducerChoice::go_on_from(ReducerChoice& before) {
+  changes_ = std::move(before.changes_);
+  last_change_ = std::move(before.last_change_);
+  num_changes_ = before.num_changes_;
+  const bool same_candidates = is_auto_ ? before.is_auto_ : candidates_.front().name == before.chosen().name;
+  const bool same_needs = needs_.tolerance == before.needs_.tolerance && needs_.budget_us == before.needs_.budget_us &&
+                          needs_.refresh_per_tick == before.needs_.refresh_per_tick &&
+                          needs_.whole == before.needs_.whole &&
+                          needs_.refresh_budget_ms == before.needs_.refresh_budget_ms;
+  if (!before.is_set_up_ || is_auto_ != before.is_auto_ || !same_candidates || !same_needs) return;
+  is_set_up_ = true;
+  at_ = before.at_;
+  graded_ = std::move(before.graded_);
+  candidates_ = std::move(before.candidates_);
+  chosen_ = before.chosen_;
+  excitation_ = before.excitation_;
+  latest_ = std::move(before.latest_);
+  certified_ = before.certified_;
+  measured_ = std::move(before.measured_);
 }
 
 LocalModel ReducerChoice::reduce(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {

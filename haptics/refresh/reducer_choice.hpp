@@ -17,7 +17,8 @@ class ReducerChoice {
   ReducerChoice(const std::string& reducer, int rings, const ReducerNeeds& needs);
 
   /// Takes one of the candidates of "auto", which it certifies, or the named reducer, which it certifies only where no
-  /// samples will be taken of it. Once, at set-up.
+  /// samples will be taken of it. Once, at set-up; again where go_on_from() took over the certificate of a body that is
+  /// far from this one.
   void set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
 
   /// A local model by the present reducer.
@@ -39,12 +40,9 @@ class ReducerChoice {
   /// A replay: these changes and no others.
   void follow(std::vector<ReducerChange> changes) { followed_ = std::move(changes); }
 
-  /// Of the same body with other settings: what was changed until now is known.
-  void go_on_from(ReducerChoice& before) {
-    changes_ = std::move(before.changes_);
-    last_change_ = std::move(before.last_change_);
-    num_changes_ = before.num_changes_;
-  }
+  /// Of the same body with other settings: takes over what is certified (seconds of CPU time), the reducer chosen and
+  /// the changes until now. Samples correct the certificate from the next refresh on.
+  void go_on_from(ReducerChoice& before);
   /// Changes since they were taken.
   std::vector<ReducerChange> take_changes() { return std::exchange(changes_, {}); }
 
@@ -68,7 +66,14 @@ class ReducerChoice {
   std::optional<std::size_t> cheaper_than_present() const;
   std::optional<std::size_t> better_that_costs_no_more(const std::vector<ReducerCandidate>& now) const;
   void follow_changes(int tick);
+  struct CertifiedAt {  ///< what the errors and costs of reducers depend on
+    double stiffness = 0, damping = 0;
+    int vertices = 0;
+    bool is_near(const CertifiedAt& other) const;
+  };
+  static CertifiedAt where(const TangentModel& tangent, const SurfacePatch& patch);
   bool is_auto_, is_set_up_ = false;
+  CertifiedAt at_;
   ReducerNeeds needs_;
   GradedBody graded_;
   RunningCertificate running_;

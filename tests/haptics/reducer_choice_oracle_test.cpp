@@ -157,6 +157,32 @@ TEST(Samples, AreWhatANamedReducerIsCertifiedByWhereThereAreAny) {
   EXPECT_GT(modal.certified_error(), 0) << "no samples: certified at once";
 }
 
+// A setting that is changed while it runs: what took seconds to find out stays known, of a body that is much as before.
+TEST(AutoReducer, GoesOnFromTheSameBodyWithOtherSettings) {
+  const auto errors = [](const ReducerChoice& choice) {
+    std::vector<double> out;
+    for (const ReducerCandidate& c : choice.candidates()) out.push_back(c.error);
+    return out;
+  };
+  const auto after = [](const ReducerChoice& first, const TouchedBlock& body, const ReducerNeeds& needs) {
+    ReducerChoice before("auto", 1, {kTolerance, 200}), out("auto", 1, needs);
+    const TouchedBlock soft({.young = 1e4});
+    before.set_up(soft.tangent, soft.patch, soft.site);
+    EXPECT_EQ(before.chosen().name, first.chosen().name);
+    out.go_on_from(before);
+    out.set_up(body.tangent, body.patch, body.site);
+    return out;
+  };
+  const TouchedBlock soft({.young = 1e4}), firmer({.young = 2e4}), stiff({.young = 1e6});
+  const ReducerChoice first = soft.choice(kTolerance);
+  const ReducerChoice near = after(first, firmer, {kTolerance, 200});
+  EXPECT_EQ(errors(near), errors(first));
+  EXPECT_EQ(near.chosen().name, first.chosen().name);
+  EXPECT_EQ(errors(after(first, stiff, {kTolerance, 200})), errors(stiff.choice(kTolerance)));
+  EXPECT_EQ(errors(after(first, firmer, {0.5 * kTolerance, 200})), errors(firmer.choice(0.5 * kTolerance)));
+  EXPECT_NE(errors(first), errors(stiff.choice(kTolerance)));
+}
+
 TEST(AutoReducer, ServesABodyThatIsFreeToMove) {
   const TouchedBlock b({.clamped = false});
   ReducerChoice choice = b.choice(kTolerance);
