@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "core/base/error.hpp"
+#include "haptics/driver/device_words.hpp"
 #include "haptics/setup/scene_safety.hpp"
+#include "haptics/touch/tick_words.hpp"
 
 namespace kt {
 namespace {
@@ -51,26 +53,18 @@ std::span<const LocalFrame> HeldTouch::tick_devices(std::span<const Pose> device
 }
 
 std::vector<std::string> HeldTouch::warnings() const {
+  constexpr double kNoticeableShare = 0.01;  // of the ticks, as of a run's
   std::vector<std::string> out = touch.warnings();
   for (std::size_t k = 0; k < chains_.size(); ++k) {
     const SafetyCounts& s = chains_[k].counts();
-    const std::string which = chains_.size() > 1 ? text("tool ", k + 1, ": ") : "";
-    const GateReason why = main_reason(s);
-    const bool never_opened = s.ticks > 0 && s.gated == s.ticks;
-    if (never_opened || s.shut > 0)
-      out.push_back(text(which, "the device's gate ",
-                         never_opened ? "never opened fully"
-                                      : text("was shut or not fully open in ", s.gated, " of ", s.ticks, " ticks"),
-                         why == GateReason::open ? "" : text(": mostly because ", name_of(why))));
-    if (s.stale > 0)
-      out.push_back(text(which, "the device's pose was too old, or the device not there, in ", s.stale, " of ", s.ticks,
-                         " ticks"));
-    if (s.jumps > 0)
-      out.push_back(text(which, "the device's pose leapt ", s.jumps, s.jumps == 1 ? " time" : " times",
-                         " as no hand moves: it was not followed"));
+    const auto of_all = [&](int count) { return text(count, " of ", s.ticks, " ticks"); };
+    if (never_opened(s) || s.shut > 0) out.push_back(which(k) + gate_words(s));
+    if (s.limited > 0) out.push_back(which(k) + limited_words(s.limited));
+    if (s.slewed > kNoticeableShare * s.ticks) out.push_back(which(k) + slewed_words(of_all(s.slewed)));
+    if (s.stale > 0) out.push_back(which(k) + stale_pose_words(of_all(s.stale)));
+    if (s.jumps > 0) out.push_back(which(k) + leap_words(s.jumps));
     if (s.not_finite > 0)
-      out.push_back(
-          text(which, "the force was no number in ", s.not_finite, " of ", s.ticks, " ticks: none was given"));
+      out.push_back(text(which(k), "the force was no number in ", of_all(s.not_finite), ": none was given"));
   }
   return out;
 }

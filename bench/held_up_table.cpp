@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <thread>
 
-#include "haptics/session/contact_watch.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/study/metrics.hpp"
 #include "haptics/touch/body_side.hpp"
+#include "haptics/touch/contact_watch.hpp"
 #include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/process_time.hpp"
 #include "haptics/touch/touch.hpp"

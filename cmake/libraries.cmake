@@ -58,7 +58,8 @@ kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/li
                  haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
                  haptics/advise/advise_bodies haptics/study/press.cpp haptics/findings/ haptics/session/real_time
                  haptics/predict/mesh_cures haptics/predict/predict_tool_mesh
-                 haptics/driver/haply
+                 haptics/driver/haply haptics/driver/device_words haptics/touch/tick_words haptics/touch/touch_watch haptics/touch/contact_watch
+                 haptics/refresh/kept_set_up
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
 kt_library(api DIRS api DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics)

@@ -2,6 +2,7 @@
 #include "core/base/error.hpp"
 #include "haptics/findings/kinds.hpp"
 #include "haptics/predict/mesh_cures.hpp"
+#include "haptics/touch/tick_words.hpp"
 
 namespace kt {
 namespace {
@@ -24,35 +25,23 @@ void find_in_steps(const Scene& scene, const SessionResult& result, std::vector<
               " systems were not positive definite and were solved with the element stiffness projected, and ",
               steps.not_converged, " of ", result.refresh.global_ms.size(), " steps did not converge")});
   if (result.refresh.definite_tangents == 0) return;
-  Finding found{text("the exact tangent was indefinite at ", result.refresh.definite_tangents, " of ",
-                     result.refreshes.size(), " refreshes: clamped there, the local model is stiffer than the body"),
-                {better_material(scene)}};
+  Finding found =
+      indefinite_finding(result.refresh.definite_tangents, result.refreshes.size(), {better_material(scene)});
   if (found.cures[0].told != "press less deep") found.cures.push_back(advise("press less deep"));
   out.push_back(std::move(found));
 }
 
 void find_in_elements(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
-  const InvertedTetrahedra& inverted = result.refresh.inverted;
-  if (inverted.most == 0) return;
-  out.push_back({text(inverted.most, " of ", session.model().mesh().tetrahedra.size(),
-                      " tetrahedra turned inside out, first at t = ", short_number(inverted.from), " s, ",
-                      inverted.last > 0 ? text("and ", inverted.last, " are at the end") : std::string("and came back"),
-                      ": forces from then on are not to be trusted"),
-                 {advise("press less deep"), finer_cells(session.scene())}});
+  if (auto found = inverted_finding(result.refresh.inverted, session.model().mesh().tetrahedra.size(),
+                                    {advise("press less deep"), finer_cells(session.scene())}))
+    out.push_back(*std::move(found));
 }
 
 void find_self_crossing(const SessionResult& result, std::vector<Finding>& out) {
   if (result.self_contact && result.self_contact->crossings > 0)
-    out.push_back({text("the surface crossed itself, in up to ", result.self_contact->crossings,
-                        " pairs of triangles after a global step: a fault of this program, please report it")});
-  if (result.self_contact && result.self_contact->pressed > 0) {
-    const std::string stiffer = short_number(100 * result.self_contact->stiffness);
-    out.push_back({text("the surface is pressed onto itself until nothing is left between, in up to ",
-                        result.self_contact->pressed, " pairs of triangles: the barrier of ",
-                        short_number(result.self_contact->stiffness), " N/m is too soft for the force on it"),
-                   {set_to("global.self_contact.stiffness", stiffer), advise("press less deep"),
-                    advise("raise object.model.young")}});
-  }
+    out.push_back(crossed_finding(result.self_contact->crossings));
+  if (result.self_contact && result.self_contact->pressed > 0)
+    out.push_back(pressed_finding(result.self_contact->pressed, result.self_contact->stiffness));
   const SelfCrossing& own = result.self_crossing;
   if (own.pairs > 0)
     out.push_back(

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "haptics/driver/device_words.hpp"
 #include "haptics/findings/kinds.hpp"
 
 namespace kt {
@@ -45,17 +46,12 @@ void find_shut_gate(const ToolRun& tool, const ContactTicks& c, std::size_t k, s
   if (!tool.device) return;
   const DeviceRun& device = *tool.device;
   const SafetyCounts& s = device.safety;
-  const bool never_opened = s.ticks > 0 && s.gated == s.ticks;
   const bool in_contact = c.gated > kNoticeableShare * c.all;
-  if (!never_opened && !in_contact && s.shut <= 1 && device.gate == GateReason::put_down) return;  // once, at the end
-  const GateReason why = main_reason(s);
-  Finding found{text(which(k), "the device's gate ",
-                     never_opened ? "never opened fully"
-                                  : text("was shut or not fully open in ", s.gated, " of ", s.ticks, " ticks"),
-                     in_contact ? text(", ", c.gated, " of ", c.all, " in contact") : "",
-                     why == GateReason::open ? std::string() : text(": mostly because ", name_of(why)),
-                     s.shut > 0 ? text("; it shut ", s.shut, s.shut == 1 ? " time" : " times") : ""),
-                {look_at(device)}};
+  if (!never_opened(s) && !in_contact && s.shut <= 1 && device.gate == GateReason::put_down)
+    return;  // once, at the end
+  Finding found{
+      which(k) + gate_words(s, in_contact ? text(", ", c.gated, " of ", c.all, " in contact") : std::string()),
+      {look_at(device)}};
   if (c.all > 0 && c.gated >= kNearlyAll * c.all) found.weight = Weight::failure;
   out.push_back(std::move(found));
 }
@@ -63,16 +59,14 @@ void find_shut_gate(const ToolRun& tool, const ContactTicks& c, std::size_t k, s
 /// Cut, held back or not there in some ticks: with how many.
 void find_held_back(const ToolRun& tool, const ContactTicks& c, std::size_t k, std::vector<Finding>& out) {
   if (tool.limited_forces > 0)
-    out.push_back({text(which(k), "the force was cut to the device's limit in ", tool.limited_forces, " ticks"),
-                   {advise("press less deep"), advise("take a softer body")}});
+    out.push_back(
+        {which(k) + limited_words(tool.limited_forces), {advise("press less deep"), advise("take a softer body")}});
   if (c.slewed > kNoticeableShare * c.all)
-    out.push_back({text(which(k), "the force was held back from changing faster than the device is allowed in ",
-                        c.slewed, " of ", c.all, " ticks in contact"),
+    out.push_back({which(k) + slewed_words(text(c.slewed, " of ", c.all, " ticks in contact")),
                    {advise("raise path.device.max_slew, if the device bears it"), advise("move more slowly")},
                    c.slewed > kNoticeableForce * c.all ? Weight::doubt : Weight::note});
   if (c.stale_pose > kNoticeableShare * c.all)
-    out.push_back({text(which(k), "the device's pose was too old, or the device not there, in ", c.stale_pose, " of ",
-                        c.all, " ticks in contact"),
+    out.push_back({which(k) + stale_pose_words(text(c.stale_pose, " of ", c.all, " ticks in contact")),
                    tool.device ? std::vector{look_at(*tool.device)} : std::vector<Cure>{}});
 }
 
@@ -80,10 +74,7 @@ void find_held_back(const ToolRun& tool, const ContactTicks& c, std::size_t k, s
 void find_in_driver(const ToolRun& tool, std::size_t k, std::vector<Finding>& out) {
   if (!tool.device) return;
   const SafetyCounts& s = tool.device->safety;
-  if (s.jumps > 0)
-    out.push_back({text(which(k), "the device's pose leapt ", s.jumps, s.jumps == 1 ? " time" : " times",
-                        " as no hand moves: it was not followed, and the gate shut"),
-                   {look_at(*tool.device)}});
+  if (s.jumps > 0) out.push_back({which(k) + leap_words(s.jumps), {look_at(*tool.device)}});
   if (s.unechoed > 0) {
     Finding found{
         text(which(k), "the device did not repeat its force in ", s.unechoed, " of ", s.ticks, " ticks: it gave up to ",

@@ -1,6 +1,7 @@
 #pragma once
 // The kinds of findings, one function each: they append what a run shows.
 #include "haptics/findings/run_findings.hpp"
+#include "haptics/touch/tick_words.hpp"
 
 namespace kt {
 
@@ -23,8 +24,6 @@ std::vector<Finding> find_in_force(const ForceMetrics& force, const Scene& scene
 /// Newer local models under a moving tool: faster refreshes, where there is time for them, or a slower tool.
 std::vector<Cure> sooner(const Scene& scene, const RealTime& pace);
 
-/// "" or "second tool: ".
-inline const char* which(std::size_t tool) { return tool == 0 ? "" : "second tool: "; }
 inline bool touches(const LocalFrame& frame) { return frame.mode != ContactMode::free; }
 
 }  // namespace kt

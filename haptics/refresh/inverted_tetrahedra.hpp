@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 
 namespace kt {
 
@@ -8,6 +9,13 @@ struct InvertedTetrahedra {
   int most = 0;     ///< at any refresh
   int last = 0;     ///< at the last one
   double from = 0;  ///< when the first were seen [s]
+
+  /// @param t  of the refresh [s]
+  void add(int count, double t) {
+    if (count > 0 && most == 0) from = t;
+    most = std::max(most, count);
+    last = count;
+  }
 };
 
 }  // namespace kt

@@ -17,9 +17,7 @@ void RefreshRun::add(const RefreshRecord& r) {
   looked_ahead += r.looked_ahead;
   if (!r.global_ms) return;
   global_ms.push_back(*r.global_ms);
-  if (r.inverted > 0 && inverted.most == 0) inverted.from = r.t;
-  inverted.most = std::max(inverted.most, r.inverted);
-  inverted.last = r.inverted;
+  inverted.add(r.inverted, r.t);
   if (!r.self_contact) return;
   SelfContactReport& e = sums_.extremes;
   if (self_contacts_++ == 0) e.nearest = std::numeric_limits<double>::infinity();

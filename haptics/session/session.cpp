@@ -220,6 +220,7 @@ SessionResult Session::run(const SessionOptions& options) {
   RunRecorder recorder(watch ? &*watch : nullptr, options, result);
   Touch touch(body(), touched);
   touch.observe(&recorder);
+  touch.check_contacts(false);  // it has its own watch
   touch.slow().refresher().look_for_crossings = options.check_contacts && !threaded;
   touch.place(start);
   std::vector<GuardedDevice> guarded;

@@ -10,10 +10,10 @@
 #include "haptics/predict/predict.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"
-#include "haptics/session/lost_contact.hpp"
 #include "haptics/session/refresh_run.hpp"
 #include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/local_simulation.hpp"
+#include "haptics/touch/lost_contact.hpp"
 #include "haptics/touch/touch.hpp"
 #include "self_contact/touching_model.hpp"
 

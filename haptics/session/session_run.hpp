@@ -1,9 +1,9 @@
 #pragma once
 // What drives a touch in a session: devices in, devices out, records; in lockstep or against the wall clock.
 #include "haptics/driver/guarded_device.hpp"
-#include "haptics/session/contact_watch.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/touch/body_side.hpp"
+#include "haptics/touch/contact_watch.hpp"
 #include "haptics/touch/touch.hpp"
 
 namespace kt {

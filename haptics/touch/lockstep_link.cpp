@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <random>
 
 #include "core/base/ticks.hpp"
@@ -151,6 +152,7 @@ class LockstepLink final : public BodyLink {
       if (catches_up_) side.catch_up(parcel.model, parcel.at_tick, tick);
       const std::unique_ptr<PreparedLocalModel> old = side.adopt(std::move(parcel.model));
       body_.adopted(parcel.linearized_tick, parcel.due_tick, old.get());
+      if (observer_ && old) observer_->look_back(*old, std::numeric_limits<int>::max());
       if (observer_) observer_->adopted(side.model());
       on_the_way_.pop_front();
     }

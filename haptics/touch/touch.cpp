@@ -13,6 +13,8 @@
 #include "haptics/touch/flag_counts.hpp"
 #include "haptics/touch/keep_memory.hpp"
 #include "haptics/touch/patch_lead.hpp"
+#include "haptics/touch/touch_watch.hpp"
+#include "self_contact/touching_model.hpp"
 
 namespace kt {
 namespace {
@@ -50,6 +52,8 @@ struct Touch::Parts {
   void refresh_if_due() noexcept;
   bool is_stale() const noexcept;
   RemoteBody* remote() const noexcept { return link ? link->remote() : nullptr; }
+  std::unique_ptr<TouchWatch> make_watch() const;
+  ModelObserver* observed_by(const std::unique_ptr<TouchWatch>& one) const { return one ? one.get() : observer; }
   void show_shape() noexcept;
 
   void keep(SettingChange change);
@@ -62,11 +66,13 @@ struct Touch::Parts {
   std::unique_ptr<BodySide> side;
   mutable std::mutex beginning;  // of whoever asks while start() makes the side and the link anew
   ModelObserver* observer = nullptr;
-  std::unique_ptr<BodyLink> link;  // from the first tick, or start(), on
+  bool checks = true;                 // see check_contacts()
+  std::unique_ptr<TouchWatch> watch;  // as the link; with `beginning`
+  std::unique_ptr<BodyLink> link;     // from the first tick, or start(), on
   std::array<LocalFrame, kMaxTools> frames;
-  FlagCounts flagged;                  // in how many ticks
-  std::vector<SettingChange> changed;  // since the start, the last value of each key last; with `beginning`
-  bool is_placed = false;
+  std::array<FlagCounts, kMaxTools> flagged;  // in how many ticks of each tool
+  std::vector<SettingChange> changed;         // since the start, the last value of each key last; with `beginning`
+  bool is_placed = false, is_stopped = false;
   double owed = 0;  // [s] that have passed and were not stepped
   int stale_ticks = 0, shape_every = 1;
   // The shape of the contact's surroundings, for copy_positions().
@@ -120,17 +126,30 @@ void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
     for (const SettingChange& c : early) c.word.empty() ? next->set(c.key, c.value) : next->set(c.key, c.word);
     side.swap(next);
   }
-  auto made = make(*side, haptic, friction, observer);
+  auto looks = make_watch();
+  auto made = make(*side, haptic, friction, observed_by(looks));
   if (made->remote())
     for (const SettingChange& c : early) made->remote()->set(c);
   const std::scoped_lock lock(beginning);
+  watch = std::move(looks);
   link = std::move(made);
+}
+
+/// None: a session looks itself. Methods that let tools in are not blamed for it.
+std::unique_ptr<TouchWatch> Touch::Parts::make_watch() const {
+  if (!checks) return nullptr;
+  std::vector<ToolShape> tools;
+  if (haptic_method_name(options.local.method, options.contact.law) == "multirate") tools = shapes_of(options);
+  return std::make_unique<TouchWatch>(body.surface(), tools, haptic.h(), observer);
 }
 
 void Touch::stop() {
   BodyLink* const link = parts_->link.get();
   if (!link) return;
   link->stop();
+  if (TouchWatch* const watch = parts_->watch.get(); watch && parts_->haptic.has_model())
+    watch->finish(parts_->haptic.model());
+  parts_->is_stopped = true;
   if (link->error()) std::rethrow_exception(link->error());
 }
 
@@ -139,18 +158,31 @@ void Touch::reset() {
   if (before->link) before->link->stop();
   parts_ = std::make_unique<Parts>(before->body, before->given);
   parts_->observer = before->observer;
+  parts_->checks = before->checks;
   for (const SettingChange& c : before->changed) c.word.empty() ? set(c.key, c.value) : set(c.key, c.word);
 }
 
 std::vector<std::string> Touch::warnings() const {
-  std::vector<std::string> out;
-  for (const Finding& finding : parts_->body.findings())
-    if (finding.weight != Finding::Weight::note) out.push_back(finding.line());
-  for (std::string& warning : parts_->flagged.warnings()) out.push_back(std::move(warning));
+  const Parts& p = *parts_;
+  std::vector<Finding> found;
+  for (const Finding& finding : p.body.findings())
+    if (finding.weight != Finding::Weight::note) found.push_back(finding);
+  {
+    const std::scoped_lock lock(p.beginning);
+    const bool is_remote = p.options.link.type == "network";
+    for (std::size_t k = 0; k < p.haptic.num_tools(); ++k) p.flagged[k].tell(k, is_remote, found);
+    const SelfContact* const touching = p.body.self_contact();
+    if (p.watch)
+      p.watch->tell(p.flagged[0].all(), p.body.model().mesh().tetrahedra.size(),
+                    touching ? touching->options.stiffness : 0, found);
+  }
+  std::vector<std::string> out = lines(found);
   if (const std::string error = status().error; !error.empty())
     out.push_back(text("the body's simulation ended: ", error));
   return out;
 }
+
+void Touch::check_contacts(bool on) { parts_->checks = on; }
 
 void Touch::Parts::keep(SettingChange change) {
   std::erase_if(changed, [&](const SettingChange& c) { return c.key == change.key; });
@@ -162,8 +194,11 @@ void Touch::refresh_if_due() noexcept { parts_->refresh_if_due(); }
 void Touch::Parts::refresh_if_due() noexcept {
   if (!is_placed) return;
   if (!link) {
-    auto made = make_lockstep_link(*side, observer);
+    auto looks = make_watch();
+    if (looks && body.self_contact()) side->refresher().look_for_crossings = true;
+    auto made = make_lockstep_link(*side, observed_by(looks));
     const std::scoped_lock lock(beginning);
+    watch = std::move(looks);
     link = std::move(made);
   }
   link->before_tick(haptic);
@@ -175,11 +210,11 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   const std::span<LocalFrame> out = all_frames();
   if (tools.size() < out.size()) return out;                                     // wrong use: nothing happens
   if (!is_placed && !std::ranges::all_of(tools.first(out.size()), is_usable)) {  // nobody has said where it begins
-    for (LocalFrame& frame : out) {
-      frame = {};
-      frame.flags = kNoModel | kBadPose;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      out[k] = {};
+      out[k].flags = kNoModel | kBadPose;
+      flagged[k].add(out[k].flags, 0, 0);
     }
-    flagged.add(kNoModel | kBadPose);
     return out;
   }
   if (!is_placed) haptic.place(tools);
@@ -190,8 +225,8 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   if (is_stale()) flags |= kStaleModel;
   if (flags != 0)
     for (LocalFrame& frame : out) frame.flags |= flags;
-  for (const LocalFrame& frame : out) flags |= frame.flags;
-  flagged.add(flags);
+  for (std::size_t k = 0; k < out.size(); ++k) flagged[k].add(out[k].flags, out[k].residual, out[k].t);
+  if (watch && !is_stopped) watch->ticked(haptic, out);
   if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % shape_every == 0) show_shape();
   return out;
 }
@@ -228,7 +263,7 @@ std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) 
   }
   if (steps > count)
     for (LocalFrame& frame : out) frame.flags |= kLateTick;
-  if (steps > count) p.flagged.add(kLateTick);
+  if (steps > count) p.flagged[0].add_call(kLateTick, p.haptic.next_tick() * h());
   return out;
 }
 

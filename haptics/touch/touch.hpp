@@ -82,8 +82,16 @@ class Touch {
   void copy_positions(VectorX& x);
   void copy_positions_now(VectorX& x);  ///< as they are now: while nobody ticks, without a thread of the body's own
 
-  /// What speaks against the forces so far, a line each: of the body, and of the ticks by their flags. From any thread.
+  /// What speaks against the forces so far, a line each, in the words of the command: of the body as it was loaded; of
+  /// the ticks, by their flags and by the residual of their contact forces; of tools that were inside the whole body,
+  /// went into it or through it, or lost contact, in ticks until some refreshes ago, after stop() in all;
+  /// of refreshes whose tangent was indefinite or whose tetrahedra were inside out; without start(), of a surface with
+  /// self-contact that crossed itself or is pressed onto itself. Not of a body without self-contact that passes through
+  /// itself: to look for that takes too long; `Session` and the command do, after a run. Of a body on another computer,
+  /// not of its refreshes. From any thread.
   std::vector<std::string> warnings() const;
+  /// False: ticks and refreshes are not looked at for warnings(), beyond the ticks' own flags. Before the first tick.
+  void check_contacts(bool on);
 
   TouchStatus status() const;                        ///< from any thread
   void copy_refresh(RefreshPicture& picture) const;  ///< the patch and the error of the last refresh; from any thread

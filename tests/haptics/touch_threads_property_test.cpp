@@ -6,9 +6,9 @@
 #include <chrono>
 #include <thread>
 
-#include "haptics/session/contact_watch.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/touch/body_side.hpp"
+#include "haptics/touch/contact_watch.hpp"
 #include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"

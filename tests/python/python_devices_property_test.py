@@ -35,6 +35,7 @@ class Devices(unittest.TestCase):
         told = " ".join(touch.warnings)
         self.assertIn("gate was shut or not fully open", told)
         self.assertIn("pose was too old", told)
+        self.assertIn("the force was cut to the device's limit in", told)
         with self.assertRaisesRegex(kt.InputError, 'did you mean "fault"'):
             kt.DeviceReading(x, health="fualt")
 

@@ -16,6 +16,7 @@ from kilotouch import _kilotouch
 from support import BLOCK, LIBRARY, QUICK, TOP, press
 
 INPUT, RUN, MISUSE = 1, 2, 3
+THROUGH = "the tool went into the body or through it unstopped in 1 tick, first in tick 50 (t = 0.051 s), 0.4 m in that one"
 
 
 class Pose(ctypes.Structure):
@@ -108,6 +109,20 @@ class Objects(unittest.TestCase):
         touch["contact.mu"] = 0.5
         self.assertEqual([touch.tick(x).f_n for x in press(0.008, 100)], first)
 
+    def test_a_loop_is_told_what_the_command_tells(self):
+        leap = {k: v for k, v in QUICK.items() if "press_drag" not in k}
+        high, low = [0.03, 0.026, 0.2], [0.03, 0.026, -0.2]
+        path = [[t, *x] for t, x in ((0, high), (0.05, high), (0.0505, low), (0.2, low))]
+        trace = kt.Session(kt.Scene(settings={**leap, "duration": 0.2, "tool.path.waypoints": path})).run()
+        touch = kt.Touch(kt.Scene(settings=leap))
+        touch.place(trace.x[0])
+        for x in trace.x:
+            touch.tick(x)
+        touch.stop()
+        said = [[w.split(";")[0] for w in told if THROUGH in w] for told in (trace.warnings, touch.warnings)]
+        self.assertEqual(len(said[0]), 1, trace.warnings)
+        self.assertEqual(said[1], said[0], touch.warnings)
+
     def test_wrong_arguments_are_one_line(self):
         for call in (lambda: kt.Touch(3), lambda: kt.Session("a"), lambda: kt.load_mesh(), lambda: kt.DeviceReading(TOP, age="x")):
             with self.assertRaises((TypeError, ValueError)) as caught:
@@ -175,6 +190,19 @@ class CInterface(unittest.TestCase):
         self.assertAlmostEqual(frame.t, before + 0.005, delta=0.0011)
         self.assertEqual(self.kt.kt_place(touch, ctypes.byref(pose), one), MISUSE)
         self.assertEqual(self.kt.kt_start(touch), MISUSE)
+        self.kt.kt_close(touch)
+
+    def test_a_tool_that_went_through_is_told(self):
+        touch, one, needed = self.opened("local.reducer=wall"), ctypes.c_size_t(1), ctypes.c_size_t()
+        pose, frame = Pose(size=ctypes.sizeof(Pose), turn=(1, 0, 0, 0)), Frame(size=ctypes.sizeof(Frame))
+        told = ctypes.create_string_buffer(4000)
+        pose.x[:] = [0.03, 0.026, 0.2]
+        self.assertEqual(self.kt.kt_place(touch, ctypes.byref(pose), one), 0)
+        for i in range(150):
+            pose.x[2] = 0.2 if i < 50 else -0.2
+            self.assertEqual(self.kt.kt_tick(touch, ctypes.byref(pose), one, ctypes.byref(frame)), 0)
+        self.assertEqual(self.kt.kt_warnings(touch, told, ctypes.c_size_t(len(told)), ctypes.byref(needed)), 0)
+        self.assertIn(THROUGH, told.value.decode())
         self.kt.kt_close(touch)
 
 

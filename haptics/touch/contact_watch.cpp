@@ -1,4 +1,4 @@
-#include "haptics/session/contact_watch.hpp"
+#include "haptics/touch/contact_watch.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -10,8 +10,9 @@ namespace kt {
 constexpr std::size_t kRecorded = std::size_t{1} << 21;  // numbers at 1 kHz: thousands of ticks of a usual local model
 constexpr double kMostTimes = 4;                         // at faster rates
 
-ContactWatch::ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later, double h)
+ContactWatch::ContactWatch(const Surface& surface, std::span<const ToolShape> tools, bool later, double h, bool keeps)
     : tools_(tools.size()),
+      keeps_(keeps),
       check_(surface, tools),
       record_(later ? std::make_unique<MotionRecord>(static_cast<std::size_t>(std::clamp(1e-3 / h, 1.0, kMostTimes)) *
                                                      kRecorded)
@@ -32,7 +33,26 @@ void ContactWatch::ticked(const HapticSide& side, std::span<const LocalFrame> fr
   if (!record_)
     look(tick, side.model().state.q);
   else if (!record_->push(tick, side.model().state.q))
-    ++lost_[0].unchecked_ticks;
+    unnoted_.fetch_add(1, std::memory_order_relaxed);
+}
+
+LostContact ContactWatch::lost(std::size_t tool) const {
+  LostContact out = lost_[tool];
+  if (tool == 0) out.unchecked_ticks += unnoted_.load(std::memory_order_relaxed);
+  return out;
+}
+
+/// False: there is no room for it, which who records the ticks tells.
+bool ContactWatch::note_depth(std::size_t tool, int tick, double depth) try {
+  LostContact& lost = lost_[tool];
+  lost.deepest = std::max(lost.deepest, depth);
+  lost.deep_ticks += depth > LostContact::kNoticeableDepth;
+  if (!keeps_) return true;
+  penetration_[tool].resize(static_cast<std::size_t>(tick) + 1, 0.0);
+  penetration_[tool].back() = depth;
+  return true;
+} catch (const RunError&) {
+  return false;
 }
 
 /// With the model that was in use.
@@ -44,10 +64,7 @@ void ContactWatch::look(const MotionRecord::Tick& tick, const VectorX& q) {
     LostContact& lost = lost_[k];
     const int tool = static_cast<int>(k);
     const double depth = check_.depth(tool, way.sweep());
-    try {
-      penetration_[k].resize(static_cast<std::size_t>(tick.tick) + 1, 0.0);
-      penetration_[k].back() = depth;
-    } catch (const RunError&) {  // no room for it: who records the ticks tells
+    if (!note_depth(k, tick.tick, depth)) {
       ++lost.unchecked_ticks;
       continue;
     }

@@ -15,7 +15,11 @@ struct LostContact {
   int pass_throughs = 0;                    ///< ticks in which it went through
   std::vector<PassThrough> went_through{};  ///< the first of these, at most kMostNamed
   int unchecked_ticks = 0;                  ///< looked at later: that the record had no room for
+  int deep_ticks = 0;                       ///< that end with the tool deeper in the body than kNoticeableDepth
+  double deepest = 0;                       ///< at the end of a tick [m]
   static constexpr std::size_t kMostNamed = 100;
+  /// [m] Contact ends at micrometres: more is a fault, or a tool that a new patch has found inside.
+  static constexpr double kNoticeableDepth = 1e-4;
 };
 
 }  // namespace kt
