@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "core/base/wide.hpp"
+#include "core/linear/copied_solver.hpp"
 #include "core/linear/dense_cholesky.hpp"
 #include "core/linear/dense_product.hpp"
 #include "core/linear/sparse_product.hpp"
-#include "core/linear/sparse_solver.hpp"
 #include "core/linear/sparsity_pattern.hpp"
 #include "core/linear/supernodes.hpp"
 #include "core/linear/trailing_inverse.hpp"
@@ -116,7 +116,7 @@ bool factor_diagonal(double* a, std::ptrdiff_t stride, int n, double* inverse) {
   return true;
 }
 
-class BlockSolver final : public SparseSolver {
+class BlockSolver final : public SparseSolver, public CopiedSolver {
  public:
   bool factor(const SparseMatrix& matrix) override {
     const bool changes = pattern_.changes_to(matrix);
@@ -181,6 +181,17 @@ class BlockSolver final : public SparseSolver {
     if (!o.others_) return;
     others_ = make_sparse_solver();
     others_->take_analysis(*o.others_);
+  }
+
+  std::unique_ptr<SparseSolver> copy() const override {
+    auto out = std::make_unique<BlockSolver>();
+    out->pattern_ = pattern_;
+    out->last_ = last_;
+    out->analysis_ = analysis_;
+    out->values_ = values_;
+    out->inverses_ = inverses_;
+    if (others_) out->others_ = copy_of(*others_);
+    return out;
   }
 
   void order_last(std::vector<int> nodes) override { last_ = std::move(nodes); }

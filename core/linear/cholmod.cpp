@@ -7,8 +7,8 @@
 #include <memory>
 #include <mutex>
 
+#include "core/linear/copied_solver.hpp"
 #include "core/linear/sparse_product.hpp"
-#include "core/linear/sparse_solver.hpp"
 #include "core/linear/sparsity_pattern.hpp"
 
 namespace kt {
@@ -187,7 +187,7 @@ class Analysis {
   cholmod_factor* symbolic_ = nullptr;
 };
 
-class CholmodSolver final : public SparseSolver {
+class CholmodSolver final : public SparseSolver, public CopiedSolver {
  public:
   CholmodSolver() = default;
   ~CholmodSolver() override {
@@ -236,6 +236,15 @@ class CholmodSolver final : public SparseSolver {
     pattern_ = o.pattern_;
     analysis_ = o.analysis_;
     copy_analysis();
+  }
+
+  std::unique_ptr<SparseSolver> copy() const override {
+    auto out = std::make_unique<CholmodSolver>();
+    out->pattern_ = pattern_;
+    out->analysis_ = analysis_;
+    const OneThread one_thread;
+    if (factor_) out->factor_ = cholmod_copy_factor(factor_, &out->common_.cholmod);
+    return out;
   }
 
  private:

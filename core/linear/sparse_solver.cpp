@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCholesky>
 
+#include "core/linear/copied_solver.hpp"
 #include "core/linear/sparsity_pattern.hpp"
 
 namespace kt {
@@ -11,17 +12,21 @@ std::unique_ptr<SparseSolver> make_cholmod_solver();  // core/linear/cholmod.cpp
 
 namespace {
 
-class EigenSolver final : public SparseSolver {
+class EigenSolver final : public SparseSolver, public CopiedSolver {
  public:
   bool factor(const SparseMatrix& matrix) override {
-    if (pattern_.changes_to(matrix)) llt_.analyzePattern(matrix);
-    llt_.factorize(matrix);
-    return llt_.info() == Eigen::Success;
+    const bool is_shared = llt_.use_count() > 1;
+    if (is_shared) llt_ = std::make_shared<Factor>();
+    if (pattern_.changes_to(matrix) || is_shared) llt_->analyzePattern(matrix);
+    llt_->factorize(matrix);
+    return llt_->info() == Eigen::Success;
   }
-  MatrixX solve(const MatrixX& rhs) const override { return llt_.solve(rhs); }
+  MatrixX solve(const MatrixX& rhs) const override { return llt_->solve(rhs); }
+  std::unique_ptr<SparseSolver> copy() const override { return std::make_unique<EigenSolver>(*this); }
 
  private:
-  Eigen::SimplicialLLT<SparseMatrix> llt_;
+  using Factor = Eigen::SimplicialLLT<SparseMatrix>;
+  std::shared_ptr<Factor> llt_ = std::make_shared<Factor>();  // of copies: until one of them factors again
   SparsityPattern pattern_;
 };
 

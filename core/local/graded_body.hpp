@@ -5,6 +5,7 @@
 // resultant force on the patch and its first moments, and the slowest vibrations, which the spacing of far nodes would
 // make too fast. All of it is a confinement of the same body
 // (Galerkin): stiffness and damping stay positive, and what is left out only makes it a little stiffer.
+#include "core/linear/copied_solver.hpp"
 #include "core/local/block_confinement.hpp"
 #include "core/local/far_motions.hpp"
 #include "core/local/subspace.hpp"
@@ -109,7 +110,7 @@ class GradedBody {
   NodeRows<kFar> far_apart_;               // both less what the kept nodes do: zero at those
   FarBlock far_basis_ = FarBlock::Zero();  // of far_apart_, columns orthonormal in the mass; zero columns: dropped
   std::vector<Mat3> node_inverse_;         // of the diagonal blocks of nodes that follow
-  std::unique_ptr<SparseSolver> coarse_ = make_sparse_solver(), solver_ = make_sparse_solver();
+  SolverValue coarse_ = make_sparse_solver(), solver_ = make_sparse_solver();
   bool has_coarse_ = false;
   double added_mass_ = 0;     // [1/s^2], of a body that is free to move
   bool is_factored_ = false;  // solver_, since the last update

@@ -58,6 +58,7 @@ struct ReducerChoice::Body {
 
 ReducerChoice::ReducerChoice(const std::string& reducer, int rings, const ReducerNeeds& needs)
     : is_auto_(reducer == "auto"),
+      rings_(rings),
       needs_(needs),
       graded_(needs.whole ? GradingOptions{.margin = std::numeric_limits<double>::infinity()} : GradingOptions{}) {
   if (!is_auto_) candidates_ = {make_reducer_candidate(reducer, rings)};
@@ -85,8 +86,30 @@ std::optional<ReducerChoice::Body> ReducerChoice::certify_body(const TangentMode
 void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
   const CertifiedAt now = where(tangent, patch);
   if (is_set_up_ && at_.is_near(now)) return;
-  is_set_up_ = true;
+  const bool is_first = !std::exchange(is_set_up_, true);  // graded_ is as it was made
   at_ = now;
+  if (!kept_ || !is_first) return make_set_up(tangent, patch, site);
+  SetUpKey key =
+      set_up_key(is_auto_ ? "auto" : candidates_.front().name, rings_, needs_, excitation_, tangent, patch, site);
+  if (const std::shared_ptr<const ReducerSetUp> found = kept_->find(key)) {
+    candidates_ = found->candidates;
+    chosen_ = found->chosen;
+    excitation_ = found->excitation;
+    graded_ = found->graded;
+    note_chosen();
+  } else {
+    make_set_up(tangent, patch, site);
+    kept_->keep(std::move(key),
+                std::make_shared<const ReducerSetUp>(ReducerSetUp{candidates_, chosen_, excitation_, graded_}));
+  }
+}
+
+void ReducerChoice::note_chosen() {
+  latest_ = chosen().errors;
+  if (std::isfinite(chosen().error)) certified_ = chosen().error;
+}
+
+void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
   const int num_nodes = static_cast<int>(tangent.f0.size()) / 3;
   if (is_auto_) candidates_ = auto_candidates(num_nodes);
   // What is chosen by name is certified by the samples of its refreshes, if there are such: a quarter of the set-up
@@ -124,8 +147,7 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
   std::stable_sort(candidates_.begin(), candidates_.end(),
                    [](const auto& a, const auto& b) { return a.cost_us < b.cost_us; });
   chosen_ = choose_reducer(candidates_, needs_);
-  latest_ = chosen().errors;
-  if (std::isfinite(chosen().error)) certified_ = chosen().error;
+  note_chosen();
 }
 
 ReducerChoice::CertifiedAt ReducerChoice::where(const TangentModel& tangent, const SurfacePatch& patch) {

@@ -6,6 +6,7 @@
 
 #include "core/local/certificate.hpp"
 #include "haptics/options/reducer_change.hpp"
+#include "haptics/refresh/kept_set_up.hpp"
 #include "haptics/refresh/measured_refreshes.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 
@@ -20,6 +21,9 @@ class ReducerChoice {
   /// samples will be taken of it. Once, at set-up; again where go_on_from() took over the certificate of a body that is
   /// far from this one.
   void set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
+  /// Set-ups of this body are kept there, and taken from there where nothing of them can differ. Null: nowhere.
+  /// Borrowed.
+  void keep_set_ups(KeptSetUp* kept) { kept_ = kept; }
 
   /// A local model by the present reducer.
   LocalModel reduce(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
@@ -57,6 +61,8 @@ class ReducerChoice {
 
  private:
   struct Body;
+  void make_set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
+  void note_chosen();
   std::optional<Body> certify_body(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
   bool is_sample_due() const { return wait_ <= 0; }
   bool sample(const LocalModel& model, const ContactSite& site);
@@ -73,6 +79,8 @@ class ReducerChoice {
   };
   static CertifiedAt where(const TangentModel& tangent, const SurfacePatch& patch);
   bool is_auto_, is_set_up_ = false;
+  int rings_;
+  KeptSetUp* kept_ = nullptr;
   CertifiedAt at_;
   ReducerNeeds needs_;
   GradedBody graded_;

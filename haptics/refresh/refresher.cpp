@@ -46,7 +46,7 @@ std::unique_ptr<Integrator> global_integrator(const GlobalSettings& global, Self
 }  // namespace
 
 Refresher::Refresher(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
-                     const State& start, SelfContact* self_contact)
+                     const State& start, SelfContact* self_contact, KeptSetUp* kept)
     : surface_(surface),
       options_(options),
       tools_(options.tools),
@@ -71,7 +71,9 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                        haptic_method_name(options.local.method, options.contact.law) == "multirate"),
       has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
                  !is_geometric(options.contact.law)),
-      known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {}
+      known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {
+  choice_.keep_set_ups(kept);
+}
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
 /// longer than half as much again: a larger patch makes the next refresh slower still, and a tool that runs off is

@@ -25,8 +25,9 @@ namespace kt {
 class Refresher {
  public:
   /// @param self_contact  none: the body passes through itself
+  /// @param kept          set-ups of this body's reducers; null: none are kept. Borrowed
   Refresher(const DeformableModel& model, const Surface& surface, const TouchOptions& options, const State& start,
-            SelfContact* self_contact = nullptr);
+            SelfContact* self_contact = nullptr, KeptSetUp* kept = nullptr);
 
   /// The local model for the tick that starts at time t, after the reports of all ticks before it. It goes on from
   /// `motion`, that of the local model in use at that tick or some ticks earlier; without one, from the body's own.

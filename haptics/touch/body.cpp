@@ -4,6 +4,7 @@
 
 #include "core/body/check_mesh.hpp"
 #include "core/local/reducer.hpp"
+#include "haptics/refresh/kept_set_up.hpp"
 #include "haptics/touch/body_ranges.hpp"
 #include "haptics/touch/settle.hpp"
 #include "models/model.hpp"
@@ -81,6 +82,7 @@ std::unique_ptr<DeformableModel> Body::model_like(const SceneModel& material) co
 }
 
 void Body::make_surface_and_contact() {
+  kept_set_up_ = std::make_unique<KeptSetUp>();
   surface_ = std::make_unique<Surface>(make_surface(model_->mesh(), options_.ridge_deg * std::numbers::pi / 180));
   if (!options_.global.self_contact) return;
   const SelfContactSettings& s = *options_.global.self_contact;

@@ -11,6 +11,7 @@
 
 namespace kt {
 
+class KeptSetUp;  // haptics/refresh/kept_set_up.hpp
 class SelfContact;
 struct Surface;  // core/body/surface.hpp
 
@@ -44,6 +45,9 @@ class Body {
   const std::vector<Finding>& findings() const { return findings_; }  ///< while it was loaded and settled
   const BodyOptions& options() const { return options_; }
 
+  /// What refreshers of this body find out at set-up: for the next one that begins in the same way.
+  KeptSetUp* kept_set_up() const { return kept_set_up_.get(); }
+
   bool is_own() const { return is_own_; }  ///< the model is the caller's
 
   /// The same mesh with another material. Throws InputError where the model is the caller's own.
@@ -57,6 +61,7 @@ class Body {
   bool is_own_ = false;  // the caller's
   std::unique_ptr<SelfContact> self_contact_;
   std::unique_ptr<Surface> surface_;
+  std::unique_ptr<KeptSetUp> kept_set_up_;
   State start_;
   std::vector<Finding> findings_;
   double mesh_unit_ = 1;

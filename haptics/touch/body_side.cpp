@@ -20,7 +20,8 @@ BodySide::BodySide(const Body& body, const TouchOptions& options)
       wanted_(options),
       wanted_material_(material_) {
   radius_.fill(-1);
-  refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact());
+  refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact(),
+                                           body.kept_set_up());
   if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
   x_ = body.start().x;
   status_.reducer = options.local.reducer;
@@ -103,7 +104,8 @@ std::string BodySide::word(const std::string& key) const {
 /// With the body as it is: where it moves to and how fast goes on.
 void BodySide::renew_refresher() {
   const DeformableModel& model = model_ ? *model_ : body_.model();
-  auto next = std::make_unique<Refresher>(model, body_.surface(), options_, refresher_->state(), body_.self_contact());
+  auto next = std::make_unique<Refresher>(model, body_.surface(), options_, refresher_->state(), body_.self_contact(),
+                                          body_.kept_set_up());
   if (options_.replay.reducer_changes) next->follow(*options_.replay.reducer_changes);
   next->go_on_from(*refresher_);
   refresher_ = std::move(next);

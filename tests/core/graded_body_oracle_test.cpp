@@ -208,6 +208,24 @@ TEST(GradedBody, GivesTheSameBitsTwice) {
   }
 }
 
+/// With the factor that leads its far motions.
+TEST(GradedBody, ACopyGoesOnToTheSameBitsByItself) {
+  const LinearizedBlock b(6, "fem");
+  const auto reduce = [&](GradedBody& graded) {
+    return MatrixX(find_reducer("krylov")(b.tangent, b.patch(), b.site, {.graded = &graded}).stiffness);
+  };
+  GradedBody one;
+  const MatrixX start = reduce(one);
+  const GradedBody kept = one;
+  std::vector<MatrixX> went_on;
+  for (int refresh = 0; refresh < 3; ++refresh) went_on.push_back(reduce(one));
+  EXPECT_NE(went_on[2], start) << "it would not tell";
+  for (int copy = 0; copy < 2; ++copy) {
+    GradedBody two = kept;
+    for (const MatrixX& expected : went_on) EXPECT_EQ(reduce(two), expected);
+  }
+}
+
 TEST(Krylov, OfAGradedBodyStartsThePatchWhereItIs) {
   const LinearizedBlock b(6);
   GradedBody graded;

@@ -1,5 +1,5 @@
 // The sparse solver of this build against dense Cholesky.
-#include "core/linear/sparse_solver.hpp"
+#include "core/linear/copied_solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -37,19 +37,24 @@ TEST(SparseSolver, SolvesOneAndManyRightHandSidesAsDenseAlgebraDoes) {
   }
 }
 
+/// Of nodes that are neighbours where the graph has entries.
+SparseMatrix in_node_blocks(const SparseMatrix& graph) {
+  Mat3 block;
+  block << 2, 0.3, -0.2, 0.3, 1.5, 0.1, -0.2, 0.1, 1;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int c = 0; c < 3 * graph.cols(); ++c)
+    for (SparseMatrix::InnerIterator it(graph, c / 3); it; ++it)
+      for (int r = 0; r < 3; ++r)
+        entries.emplace_back(3 * static_cast<int>(it.row()) + r, c, it.value() * block(r, c % 3));
+  SparseMatrix out(3 * graph.rows(), 3 * graph.cols());
+  out.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
 /// Node blocks are ordered by their graph; a matrix that only nearly has them is not.
 TEST(SparseSolver, SolvesMatricesOfNodeBlocksAndThoseThatNearlyAre) {
   for (int nodes : {1, 5, 60}) {
-    const SparseMatrix graph = random_sparse(nodes, static_cast<unsigned>(nodes));
-    Mat3 block;
-    block << 2, 0.3, -0.2, 0.3, 1.5, 0.1, -0.2, 0.1, 1;
-    std::vector<Eigen::Triplet<double>> entries;
-    for (int c = 0; c < 3 * nodes; ++c)
-      for (SparseMatrix::InnerIterator it(graph, c / 3); it; ++it)
-        for (int r = 0; r < 3; ++r)
-          entries.emplace_back(3 * static_cast<int>(it.row()) + r, c, it.value() * block(r, c % 3));
-    SparseMatrix blocks(3 * nodes, 3 * nodes);
-    blocks.setFromTriplets(entries.begin(), entries.end());
+    const SparseMatrix blocks = in_node_blocks(random_sparse(nodes, static_cast<unsigned>(nodes)));
     SparseMatrix nearly = blocks;
     nearly.coeffRef(0, 1) = nearly.coeffRef(1, 0) = 0;
     nearly.prune(0.0);
@@ -101,6 +106,27 @@ TEST(SparseSolver, TakesTheAnalysisOfAnotherAndSolvesAsIfItWereItsOwn) {
   second->take_analysis(*first);
   ASSERT_TRUE(second->factor(m));
   EXPECT_EQ(second->solve(b), first->solve(b));
+}
+
+TEST(SparseSolver, CopiesHaveTheFactorAndGoOnByThemselves) {
+  const VectorX b = random_vector(300, 2);
+  const SparseMatrix rough = random_sparse(300, 3), other = random_sparse(300, 4);
+  const SparseMatrix blocks = in_node_blocks(random_sparse(100, 5));
+  for (const auto& make : {make_sparse_solver, make_block_solver})
+    for (const SparseMatrix& m : {rough, blocks}) {
+      const auto first = make();
+      EXPECT_TRUE(copy_of(*first)->factor(m)) << "of one that has none";
+      ASSERT_TRUE(first->factor(m));
+      const VectorX expected = first->solve(b);
+      const auto second = copy_of(*first), third = copy_of(*second);
+      EXPECT_EQ(second->solve(b), expected);
+      ASSERT_TRUE(first->factor(other));
+      EXPECT_EQ(second->solve(b), expected);
+      ASSERT_TRUE(second->factor(SparseMatrix(2 * m)));
+      EXPECT_EQ(third->solve(b), expected);
+      EXPECT_LE(relative_error(2 * m * second->solve(b), b), kRoundoff);
+      EXPECT_LE(relative_error(other * first->solve(b), b), kRoundoff);
+    }
 }
 
 TEST(SparseSolver, SaysWhenTheMatrixIsNotPositiveDefiniteAndRecovers) {
