@@ -69,10 +69,14 @@ struct LocalSettings {
   double budget_us = 200;                   ///< of CPU time for a haptic tick, predicted: reducer auto stays within it
   std::optional<double> refresh_budget_ms;  ///< of CPU time for a refresh: reducer auto stays within it; absent: 0.8 /
                                             ///< global.rate_hz where ticks do not wait for a refresh, else none
-  bool catch_up = true;          ///< a new local model is replayed from its linearization to the present; else the old
-                                 ///< one's state is taken over
-  double blend_ms = 12;          ///< the difference between two local models fades from the force over this time
-  double passivity_damping = 0;  ///< most that passivity control may add [N s/m]; 0: the energy is only watched
+  bool catch_up = true;  ///< a new local model is replayed from its linearization to the present; else the old
+                         ///< one's state is taken over
+  double blend_ms = 12;  ///< the difference between two local models fades from the force over this time
+  /// Cells around the contact finer than the body's, in series with the local model: "follow" the tool, or "off".
+  std::string refine = "off";
+  double fineness = 0.7;             ///< size of these cells under the tool over the contact radius [-]
+  int refine_nodes = 900;            ///< of these cells at most; where more are needed they are larger
+  double passivity_damping = 0;      ///< most that passivity control may add [N s/m]; 0: the energy is only watched
   std::string integrator = "auto";   ///< exact, implicit_euler, symplectic_euler, or whichever fits
   std::string method = "multirate";  ///< name in haptics/tick/haptic_method.def: this engine or a baseline
   bool operator==(const LocalSettings&) const = default;

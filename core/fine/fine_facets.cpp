@@ -1,5 +1,7 @@
 #include "core/fine/fine_facets.hpp"
 
+#include <set>
+
 namespace kt {
 namespace {
 
@@ -26,14 +28,12 @@ class FacetMaker {
 
  private:
   void add_flat(const Triangle& t, const Triangle& face) {
-    const auto is_near = [&](int i) {
-      return (nodes_[i].of(body_.mesh->x) - options_.centre).norm() <= options_.reach;
-    };
-    if (!std::ranges::any_of(t, is_near)) return;
+    const auto is_near = [&](int i) { return options_.distance(nodes_[i].of(body_.mesh->x)) <= options_.reach; };
     const auto found = body_.triangle.find(ascending(triangle_of(t, face)));
     if (found == body_.triangle.end()) return;  // no part of the surface that may be touched
     zone_.facets.push_back(t);
     zone_.facet_triangle.push_back(found->second);
+    zone_.facet_in_reach.push_back(std::ranges::any_of(t, is_near));
   }
 
   /// The body's triangle that a facet is a piece of: the face, or of a quadratic cell a quarter of it.
@@ -62,6 +62,27 @@ class FacetMaker {
 
 }  // namespace
 
+namespace {
+
+/// Triangles none of whose pieces is in reach stay as they are.
+void keep_reached(FineZone& zone) {
+  std::set<int> reached;
+  for (std::size_t f = 0; f < zone.facets.size(); ++f)
+    if (zone.facet_in_reach[f]) reached.insert(zone.facet_triangle[f]);
+  std::size_t kept = 0;
+  for (std::size_t f = 0; f < zone.facets.size(); ++f) {
+    if (!reached.contains(zone.facet_triangle[f])) continue;
+    zone.facets[kept] = zone.facets[f];
+    zone.facet_triangle[kept] = zone.facet_triangle[f];
+    zone.facet_in_reach[kept++] = zone.facet_in_reach[f];
+  }
+  zone.facets.resize(kept);
+  zone.facet_triangle.resize(kept);
+  zone.facet_in_reach.resize(kept);
+}
+
+}  // namespace
+
 void add_facets(const FineBody& body, const FineNodes& nodes, const FineZoneOptions& options, FineZone& zone) {
   FacetMaker maker(body, nodes, options, zone);
   for (const FineLeaf& leaf : zone.leaves) {
@@ -69,6 +90,7 @@ void add_facets(const FineBody& body, const FineNodes& nodes, const FineZoneOpti
     for (int f = 0; f < 4; ++f)
       if (body.across[cell][f] < 0) maker.add(leaf, face_of(body.mesh->tetrahedra[cell], f));
   }
+  keep_reached(zone);
 }
 
 }  // namespace kt

@@ -23,8 +23,8 @@ std::array<int, 4> ordered(const VectorX& x, const Tetrahedron& t) {
 
 class Refinement {
  public:
-  Refinement(const VectorX& x, const Vec3& centre, const FineSize& size, FineNodes& nodes)
-      : x_(x), centre_(centre), size_(size), nodes_(nodes) {}
+  Refinement(const VectorX& x, const FineZoneOptions& options, const FineSize& size, FineNodes& nodes)
+      : x_(x), options_(options), size_(size), nodes_(nodes) {}
 
   void add_cell(const std::array<int, 4>& corners, int cell) {
     CornerLeaf root{{}, cell, 0};
@@ -55,7 +55,7 @@ class Refinement {
   void refine(const CornerLeaf& leaf) {
     std::array<Vec3, 4> p;
     for (int c = 0; c < 4; ++c) p[c] = nodes_[leaf.corner[c]].of(x_);
-    const double size = leaf_size(p), away = (0.25 * (p[0] + p[1] + p[2] + p[3]) - centre_).norm() - 0.5 * size;
+    const double size = leaf_size(p), away = options_.distance(0.25 * (p[0] + p[1] + p[2] + p[3])) - 0.5 * size;
     if (leaf.level == kMostLevels || size <= (1 + 1e-9) * size_.at(away)) {
       leaves_.push_back(leaf);
       return;
@@ -94,7 +94,7 @@ class Refinement {
   }
 
   const VectorX& x_;
-  const Vec3 centre_;
+  const FineZoneOptions& options_;
   const FineSize size_;
   FineNodes& nodes_;
   std::vector<CornerLeaf> leaves_;
@@ -120,8 +120,8 @@ double least_distance(const std::array<Vec3, 4>& p, const Vec3& place) {
 }
 
 std::vector<CornerLeaf> refine_cells(const VectorX& x, std::span<const Tetrahedron> cells, std::span<const int> chosen,
-                                     const Vec3& centre, const FineSize& size, FineNodes& nodes) {
-  Refinement refinement(x, centre, size, nodes);
+                                     const FineZoneOptions& options, const FineSize& size, FineNodes& nodes) {
+  Refinement refinement(x, options, size, nodes);
   for (std::size_t i = 0; i < chosen.size(); ++i)
     refinement.add_cell(ordered(x, cells[chosen[i]]), static_cast<int>(i));
   refinement.grade();

@@ -10,8 +10,9 @@ struct CornerLeaf {
 };
 
 /// The leaves of the cells, graded two to one across faces and edges; `nodes`: their corners, and nothing else.
+/// @param size  in the place of that of the options
 std::vector<CornerLeaf> refine_cells(const VectorX& x, std::span<const Tetrahedron> cells, std::span<const int> chosen,
-                                     const Vec3& centre, const FineSize& size, FineNodes& nodes);
+                                     const FineZoneOptions& options, const FineSize& size, FineNodes& nodes);
 
 /// Edge of the cube that six leaves of this size fill [m]; of a flat one what its longest edge comes to.
 double leaf_size(const std::array<Vec3, 4>& corners);

@@ -27,6 +27,7 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
   const double a = contact.contact_radius, way = a + contact.travel, cell = cell_size_at(body, contact.centre);
   FineZoneOptions out;
   out.centre = contact.centre;
+  out.others = contact.others;
   out.radius = std::max(1.6 * cell, way + 0.5 * cell);
   out.reach = 1.15 * a + contact.travel;
   out.size = {.edge = fineness * a, .flat = way, .slope = 1};

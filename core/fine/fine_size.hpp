@@ -13,6 +13,7 @@ struct FineContact {
   Vec3 centre = Vec3::Zero();  ///< of the body at rest [m]
   double contact_radius = 0;   ///< [m]
   double travel = 0;           ///< how far the tool may go before the zone is made anew [m]
+  std::vector<Vec3> others{};  ///< where it or another one touches, too
 };
 
 constexpr double kFineness = 0.7;  ///< size of the leaves under the tool over the contact radius

@@ -1,5 +1,8 @@
 #include "core/fine/fine_stiffness.hpp"
 
+#include <cmath>
+#include <map>
+
 #include "core/fine/leaf_stiffness.hpp"
 
 namespace kt {
@@ -10,6 +13,12 @@ class LeafModuli {
  public:
   LeafModuli(const FineBody& body, const FineZone& zone, const FineState& state)
       : body_(body), zone_(zone), state_(state), of_cell_(zone.cells.size()) {}
+
+  /// Whether a leaf's cell is strained alike everywhere.
+  bool is_even(const FineLeaf& leaf) {
+    of(leaf);
+    return of_cell_[leaf.cell].is_even;
+  }
 
   const std::array<const Moduli*, kLeafPoints>& of(const FineLeaf& leaf) {
     CellModuli& cell = of_cell_[leaf.cell];
@@ -72,6 +81,28 @@ class LeafModuli {
   std::vector<CellModuli> of_cell_;
   std::array<Moduli, kLeafPoints> moduli_;
   std::array<const Moduli*, kLeafPoints> points_{};
+};
+
+/// Leaves of a cell that is strained alike everywhere have few shapes (Bey 1995: three, in some positions each); the
+/// stiffness of one that is half as large is half.
+class LeafShapes {
+ public:
+  /// @param edges  from its first corner, of the size of the cell itself     @param make  its stiffness at that size
+  template <class Make>
+  const LeafMatrix& of(int cell, const Mat3& edges, const Make& make) {
+    std::vector<Shape>& shapes = of_cell_[cell];
+    const double tolerance = 1e-18 * edges.squaredNorm();
+    for (const Shape& s : shapes)  // one that is mirrored at a point is as stiff
+      if ((s.edges - edges).squaredNorm() < tolerance || (s.edges + edges).squaredNorm() < tolerance) return s.K;
+    return shapes.emplace_back(Shape{edges, make()}).K;
+  }
+
+ private:
+  struct Shape {
+    Mat3 edges;
+    LeafMatrix K;
+  };
+  std::map<int, std::vector<Shape>> of_cell_;
 };
 
 /// Unknown nodes that a leaf's ten nodes follow, and blocks of three columns for every node.
@@ -140,6 +171,7 @@ class Pattern {
 
 SparseMatrix fine_stiffness(const FineBody& body, const FineZone& zone, const FineState& state) {
   LeafModuli moduli(body, zone, state);
+  LeafShapes shapes;
   Pattern sum(zone);
   for (const FineLeaf& leaf : zone.leaves) {
     std::array<Vec3, 4> corners;
@@ -148,7 +180,19 @@ SparseMatrix fine_stiffness(const FineBody& body, const FineZone& zone, const Fi
       corners[c] = zone.nodes[leaf.node[c]].of(body.mesh->x);
       middle += 0.25 * corners[c];
     }
-    const LeafMatrix K = body.material->stiffness_factor(middle) * leaf_stiffness(corners, moduli.of(leaf));
+    LeafMatrix K;
+    if (moduli.is_even(leaf)) {
+      const double size = std::ldexp(1.0, leaf.level);
+      Mat3 edges;
+      for (int c = 0; c < 3; ++c) edges.col(c) = size * (corners[c + 1] - corners[0]);
+      K = shapes.of(leaf.cell, edges, [&] {
+        const std::array<Vec3, 4> scaled{Vec3::Zero(), edges.col(0), edges.col(1), edges.col(2)};
+        return leaf_stiffness(scaled, moduli.of(leaf));
+      });
+      K *= body.material->stiffness_factor(middle) / size;
+    } else {
+      K = body.material->stiffness_factor(middle) * leaf_stiffness(corners, moduli.of(leaf));
+    }
     for (int a = 0; a < 10; ++a)
       for (int i = zone.first[leaf.node[a]]; i < zone.first[leaf.node[a] + 1]; ++i)
         for (int b = 0; b < 10; ++b)

@@ -20,9 +20,9 @@ std::vector<int> choose_cells(const Mesh& mesh, const FineZoneOptions& o) {
     double nearest = std::numeric_limits<double>::infinity();
     for (int c = 0; c < 4; ++c) {
       p[c] = node(mesh.x, cells[i][c]);
-      nearest = std::min(nearest, (p[c] - o.centre).norm());
+      nearest = std::min(nearest, o.distance(p[c]));
     }
-    if (nearest <= (1 + 1e-9) * o.radius || least_distance(p, o.centre) < o.size.flat)
+    if (nearest <= (1 + 1e-9) * o.radius || o.least([&](const Vec3& c) { return least_distance(p, c); }) < o.size.flat)
       out.push_back(static_cast<int>(i));
   }
   return out;
@@ -45,7 +45,7 @@ class ZoneMaker {
     size.edge = zone_.edge = edge;
     nodes_ = {};
     zone_.leaves.clear();
-    for (const CornerLeaf& leaf : refine_cells(x_, cells_, zone_.cells, options_.centre, size, nodes_)) {
+    for (const CornerLeaf& leaf : refine_cells(x_, cells_, zone_.cells, options_, size, nodes_)) {
       FineLeaf& added = zone_.leaves.emplace_back(FineLeaf{{}, leaf.cell, leaf.level});
       std::ranges::copy(leaf.corner, added.node.begin());
     }
@@ -155,8 +155,8 @@ class ZoneMaker {
   void number_unknown() {
     std::vector<std::map<int, double>> follows(zone_.nodes.size());
     std::vector<char> is_in_reach(zone_.nodes.size(), 0), is_last(zone_.nodes.size(), 0);
-    for (const Triangle& t : zone_.facets)
-      for (const int i : t) is_in_reach[i] = 1;
+    for (std::size_t f = 0; f < zone_.facets.size(); ++f)
+      for (const int i : zone_.facets[f]) is_in_reach[i] |= zone_.facet_in_reach[f];
     for (int i = 0; i < nodes_.size(); ++i) {
       add_masters(i, 1, follows[i]);
       if (is_in_reach[i])

@@ -17,10 +17,22 @@ struct FineSize {
 
 struct FineZoneOptions {
   Vec3 centre = Vec3::Zero();  ///< where the tool touches, of the body at rest
+  std::vector<Vec3> others{};  ///< where it or another one does, too
   double radius = 0;           ///< cells with a corner this near are refined, and those within size.flat [m]
   double reach = 0;            ///< of the surface that may be touched [m]
   FineSize size;
   int most_nodes = 900;  ///< unknown ones; beyond it `size.edge` grows by a quarter, again and again
+
+  /// Of all places where it touches the least of what `of(place)` gives.
+  template <class Of>
+  double least(const Of& of) const {
+    double out = of(centre);
+    for (const Vec3& other : others) out = std::min(out, of(other));
+    return out;
+  }
+  double distance(const Vec3& place) const {
+    return least([&](const Vec3& c) { return (place - c).norm(); });
+  }
 };
 
 /// A leaf: corners, then the middles of its edges in the order 01 12 20 03 13 23.
@@ -40,11 +52,13 @@ struct FineZone {
   /// on; nothing: it is held.
   std::vector<int> first, from;
   std::vector<double> weight;
-  std::vector<int> unknown;         ///< nodes; those of the surface in reach last
-  int num_yielding = 0;             ///< how many are in reach
-  std::vector<Triangle> facets;     ///< of the surface in reach, flat, counter-clockwise seen from outside: nodes
-  std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of
-  double edge = 0;                  ///< that was taken [m]
+  std::vector<int> unknown;  ///< nodes; those of the surface in reach last
+  int num_yielding = 0;      ///< how many are in reach
+  std::vector<Triangle>
+      facets;  ///< of the surface's triangles in reach, flat, counter-clockwise seen from outside: nodes
+  std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of; all pieces of it are there
+  std::vector<char> facet_in_reach;
+  double edge = 0;  ///< that was taken [m]
   int num_unknown() const { return static_cast<int>(unknown.size()); }
   std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
 };

@@ -31,7 +31,8 @@ class MovingHolds final : public DeformableModel {
   MovingHolds(const DeformableModel& model, std::span<const ContactHold> holds, double stiffness, const State& start,
               double dt)
       : model_(model), holds_(holds), stiffness_(stiffness), t_(start.t), dt_(dt) {
-    for (const ContactHold& hold : holds) from_.push_back(hold.moves.of(start.x));
+    for (const ContactHold& hold : holds)  // with the force that it had, what gives way is that far away
+      from_.push_back(hold.moves.of(start.x) + hold.yields * (hold.friction - hold.force * hold.normal));
   }
   const Mesh& mesh() const override { return model_.mesh(); }
   const SparseMatrix& mass() const override { return model_.mass(); }

@@ -1,5 +1,6 @@
 #include "core/global/held_model.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <vector>
 
@@ -14,7 +15,10 @@ HeldModel::HeldModel(const DeformableModel& model, std::span<const ContactHold> 
     : model_(model), holds_(holds), stiffness_(stiffness) {}
 
 Mat3 HeldModel::spring(const ContactHold& hold) const {
-  return stiffness_ * (hold.sticks ? Mat3(Mat3::Identity()) : Mat3(hold.normal * hold.normal.transpose()));
+  const Mat3 along_normal = hold.normal * hold.normal.transpose();
+  if (hold.yields.isZero(0)) return stiffness_ * (hold.sticks ? Mat3(Mat3::Identity()) : along_normal);
+  const Mat3 gives = hold.yields + Mat3(Mat3::Identity() / stiffness_);
+  return hold.sticks ? Mat3(gives.inverse()) : Mat3(along_normal / hold.normal.dot(gives * hold.normal));
 }
 
 void HeldModel::force(const State& state, VectorX& out) const {
@@ -56,7 +60,10 @@ void HeldModel::update_tangent(const State& state, TangentKind kind, Tangent& ou
 
 double HeldModel::push(const VectorX& x) const {
   double sum = 0;
-  for (const ContactHold& hold : holds_) sum -= stiffness_ * hold.normal.dot(offset(hold, x));
+  for (const ContactHold& hold : holds_) {
+    const Vec3 apart = offset(hold, x);
+    sum -= hold.yields.isZero(0) ? stiffness_ * hold.normal.dot(apart) : hold.normal.dot(spring(hold) * apart);
+  }
   return sum;
 }
 

@@ -20,6 +20,7 @@ struct ContactHold {
   bool sticks = false;           ///< held in all directions; else along the normal only
   double force = 0;              ///< normal force that the local model had there [N]
   Vec3 friction = Vec3::Zero();  ///< its tangential force on the body [N]; of what does not stick
+  Mat3 yields = Mat3::Zero();    ///< how far the point gives way in series with these nodes [m/N]
 };
 
 /// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent where the nodes of each

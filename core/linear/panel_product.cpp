@@ -50,7 +50,7 @@ PanelMatrix::PanelMatrix(const Eigen::Ref<const MatrixX>& matrix) : rows_(matrix
 }
 
 void PanelMatrix::multiply(const VectorX& x, VectorX& out) const noexcept {
-  if (out.size() != rows_) out.resize(rows_);
+  if (out.size() < rows_) out.resize(rows_);
   double last[kRows];
   for (Eigen::Index i = 0; i < rows_; i += kRows) {
     const bool is_whole = i + kRows <= rows_;

@@ -19,7 +19,7 @@ class PanelMatrix {
   bool empty() const noexcept { return rows_ == 0; }
 
   /// out = A x, (rows); every entry is the sum over the even columns and that over the odd ones, each in their order,
-  /// whatever the processor. No allocation when `out` has its size. `out` must not be `x`.
+  /// whatever the processor. No allocation when `out` has its size; what it has beyond stays. `out` must not be `x`.
   void multiply(const VectorX& x, VectorX& out) const noexcept;
 
  private:

@@ -260,12 +260,13 @@ void give_rim_to_apron(const ApronMotion& motion, const SurfacePatch& patch, Con
   out.apron_offset.resize(3 * patch.num_vertices());
   for (int v = 0; v < patch.num_vertices(); ++v)
     vertex[v] = motion.patch_vertex[patch.global_node[v]] == v ? v : add_vertex(motion, patch.global_node[v], out);
-  out.rim_of_apron.assign(patch.triangles.size(), 0);
+  out.rim_of_apron.assign(out.facets.triangles.size(), 0);
   out.first_moved = {0};
   out.moved_node.clear();
   out.moved_weight.clear();
-  for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
-    for (int& v : out.facets.triangles[t]) v = vertex[v];
+  for (std::size_t t = 0; t < out.facets.triangles.size(); ++t) {
+    for (int& v : out.facets.triangles[t])
+      if (v < patch.num_vertices()) v = vertex[v];
     out.rim_of_apron[t] = std::ranges::any_of(out.facets.triangles[t], [&](int v) { return v >= out.apron_vertices; });
     add_moved(out.facets.triangles[t], out);
   }
@@ -279,7 +280,8 @@ void append_apron(const Surface& surface, const ApronMotion& motion, const Surfa
   if (out.apron_means.empty()) out.apron_means = motion.mean;  // the first time: no allocation later
   const bool shares = out.levels == 0;                         // a smooth patch has other vertices than its nodes
   if (shares)  // the rim's last: what of it is the apron's is used as that
-    for (int v = 0; v < static_cast<int>(room.vertices); ++v) room.vertex_of_node[facets.global_node[v]] = v;
+    for (int v = 0; v < static_cast<int>(room.vertices); ++v)
+      if (const int i = facets.global_node[v]; i >= 0) room.vertex_of_node[i] = v;
   const auto vertex = [&](int global) {
     int& known = room.vertex_of_node[global];
     if (known < 0) known = add_vertex(motion, global, out);

@@ -48,7 +48,119 @@ void add_walls(const SurfacePatch& patch, int levels, SurfacePatch& fine) {
 
 }  // namespace
 
-ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& smoothing) {
+namespace {
+
+/// The patch's triangles that are refined, in pieces. A triangle is refined where all that its pieces move with is in
+/// the patch, away from its rim.
+class Refined {
+ public:
+  Refined(const SurfacePatch& patch, ContactSurface& out) : patch_(patch), fine_(*out.fine), out_(out) {
+    for (int v = 0; v < patch.num_vertices(); ++v) vertex_of_node_[patch.global_node[v]] = v;
+  }
+
+  void refine() {
+    out_.fine_facet.assign(patch_.triangles.size(), -1);
+    out_.facet_of_fine.assign(fine_.facets.size(), -1);
+    for (std::size_t t = 0; t < patch_.triangles.size(); ++t) {
+      const auto [begin, end] = std::ranges::equal_range(fine_.triangle, patch_.global_triangle[t]);
+      const auto first = static_cast<int>(begin - fine_.triangle.begin()),
+                 last = static_cast<int>(end - fine_.triangle.begin());
+      if (first == last || patch_.on_rim[t] || !has_all_nodes(first, last)) continue;
+      for (int f = first; f < last; ++f) place(f, static_cast<int>(t), f == first);
+    }
+    inherit_edges();
+  }
+
+ private:
+  bool has_all_nodes(int first, int last) const {
+    for (int f = first; f < last; ++f)
+      for (const int v : fine_.facets[f])
+        for (int k = fine_.first[v]; k < fine_.first[v + 1]; ++k)
+          if (!vertex_of_node_.contains(fine_.node[k])) return false;
+    return true;
+  }
+
+  int vertex(int fine) {
+    const auto [found, is_new] = vertex_.try_emplace(fine, out_.facets.num_vertices());
+    if (!is_new) return found->second;
+    out_.facets.global_node.push_back(-1);
+    out_.facets.in_reach.push_back(1);
+    const auto follow = [&](int moving, double weight) {
+      out_.from.push_back(moving);
+      out_.weight.push_back(weight);
+    };
+    for (int k = fine_.first[fine]; k < fine_.first[fine + 1]; ++k)
+      follow(vertex_of_node_.at(fine_.node[k]), fine_.weight[k]);
+    for (int k = fine_.first_from[fine]; k < fine_.first_from[fine + 1]; ++k)
+      follow(out_.num_nodes + fine_.from[k], fine_.share[k]);
+    out_.first.push_back(static_cast<int>(out_.from.size()));
+    return found->second;
+  }
+
+  void place(int fine, int triangle, bool in_its_place) {
+    SurfacePatch& f = out_.facets;
+    const Triangle& v = fine_.facets[fine];
+    const Triangle facet{vertex(v[0]), vertex(v[1]), vertex(v[2])};
+    int at = triangle;
+    if (in_its_place) {
+      f.triangles[at] = facet;
+    } else {
+      at = static_cast<int>(f.triangles.size());
+      f.triangles.push_back(facet);
+      f.global_triangle.push_back(patch_.global_triangle[triangle]);
+      f.on_rim.push_back(patch_.on_rim[triangle]);
+      out_.fine_facet.push_back(-1);
+    }
+    out_.fine_facet[at] = fine;
+    out_.facet_of_fine[fine] = at;
+    triangle_of_.resize(f.triangles.size(), -1);
+    triangle_of_[at] = triangle;
+  }
+
+  /// Creases and walls of the triangles along whose edges pieces lie.
+  void inherit_edges() {
+    SurfacePatch& f = out_.facets;
+    f.topology = make_topology(f.triangles, f.num_vertices());
+    triangle_of_.resize(f.triangles.size(), -1);
+    if (patch_.crease.empty()) return;
+    std::vector<std::array<Crease, 3>> crease(f.triangles.size(), {Crease::none, Crease::none, Crease::none});
+    std::vector<std::array<bool, 3>> groove(f.triangles.size(), {false, false, false});
+    for (std::size_t i = 0; i < f.triangles.size(); ++i) {
+      const int fine = i < out_.fine_facet.size() ? out_.fine_facet[i] : -1;
+      for (int e = 0; e < 3; ++e) {
+        if (fine < 0)
+          crease[i][e] = patch_.crease[i][e];
+        else if (const int edge = edge_of(fine, e); edge >= 0)
+          crease[i][e] = patch_.crease[triangle_of_[i]][edge];
+        groove[i][e] = crease[i][e] == Crease::groove;
+      }
+    }
+    f.crease = std::move(crease);
+    if (!patch_.wall.empty()) f.wall = number_walls(f.triangles, groove, f.topology);
+  }
+
+  /// The edge of its triangle that an edge of a piece lies on; -1: none.
+  int edge_of(int fine, int e) const {
+    constexpr double kOn = 1e-9;
+    const Mat3& corners = fine_.corners[fine];
+    for (int edge = 0; edge < 3; ++edge) {
+      const int opposite = (edge + 2) % 3;
+      if (corners(opposite, e) < kOn && corners(opposite, (e + 1) % 3) < kOn) return edge;
+    }
+    return -1;
+  }
+
+  const SurfacePatch& patch_;
+  const FinePatch& fine_;
+  ContactSurface& out_;
+  std::map<int, int> vertex_of_node_, vertex_;  // of nodes of the body in the patch; of the fine patch's in the surface
+  std::vector<int> triangle_of_;                // of each facet: of the patch, -1: it is one itself
+};
+
+}  // namespace
+
+ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& smoothing,
+                                    std::shared_ptr<const FinePatch> fine_patch) {
   require_backend("contact.surface", smoothing.scheme, contact_surface_backends());
   ContactSurface out;
   out.levels = smoothing.scheme == "flat" ? 0 : smoothing.levels;
@@ -76,12 +188,16 @@ ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& 
   out.first = fine.first;
   out.from = fine.from;
   out.weight = fine.weight;
+  if (fine_patch && out.levels == 0) {
+    out.fine = std::move(fine_patch);
+    Refined(patch, out).refine();
+  }
   out.first_moved.push_back(0);
-  for (const Triangle& t : fine.triangles) {
+  for (const Triangle& t : out.facets.triangles) {
     std::map<int, Vec3> moved;
     for (int c = 0; c < 3; ++c)
-      for (int k = fine.first[t[c]]; k < fine.first[t[c] + 1]; ++k)
-        moved.try_emplace(fine.from[k], Vec3::Zero()).first->second[c] += fine.weight[k];
+      for (int k = out.first[t[c]]; k < out.first[t[c] + 1]; ++k)
+        moved.try_emplace(out.from[k], Vec3::Zero()).first->second[c] += out.weight[k];
     if (moved.size() > NodeWeights::kMost)
       throw InputError(text("contact.surface ", smoothing.scheme, ": a point near node ",
                             patch.global_node[moved.begin()->first], " moves with ", moved.size(), " nodes, at most ",
@@ -107,12 +223,14 @@ Vec3 weighted_sum(const ContactSurface& surface, const VectorX& patch, int verte
 }  // namespace
 
 void ContactSurface::follow(const VectorX& patch, VectorX& out) const noexcept {
+  const int end = apron_vertices >= 0 ? apron_vertices : static_cast<int>(first.size()) - 1;
   if (levels == 0) {
-    if (out.size() < patch.size()) out.resize(patch.size());
-    out.head(patch.size()) = patch;
+    const Eigen::Index own = 3 * static_cast<Eigen::Index>(num_nodes);
+    if (out.size() < 3 * static_cast<Eigen::Index>(end)) out.resize(3 * static_cast<Eigen::Index>(end));
+    out.head(own) = patch.head(own);
+    for (int v = num_nodes; v < end; ++v) node(out, v) = weighted_sum(*this, patch, v);
     return;
   }
-  const int end = apron_vertices >= 0 ? apron_vertices : static_cast<int>(first.size()) - 1;
   for (int v = 0; v < end; ++v) node(out, v) = weighted_sum(*this, patch, v);
 }
 
@@ -140,7 +258,15 @@ void ContactSurface::place_apron(const VectorX& patch, VectorX& out) const noexc
 }
 
 Vec3 ContactSurface::weights_in_triangle(int facet, const Vec3& bary) const noexcept {
-  return is_apron(facet) ? bary : kt::weights_in_triangle(piece(facet), levels, bary);
+  if (is_apron(facet)) return bary;
+  if (fine) return fine_facet[facet] < 0 ? bary : Vec3(fine->corners[fine_facet[facet]] * bary);
+  return kt::weights_in_triangle(piece(facet), levels, bary);
+}
+
+std::pair<int, Vec3> ContactSurface::facet_at(int triangle, const SurfacePlace& place) const noexcept {
+  if (!fine || fine_facet[triangle] < 0) return {triangle, place.weights};
+  const auto [facet, bary] = fine->find(place);
+  return {facet_of_fine[facet], bary};
 }
 
 Vec3 ContactSurface::at(const VectorX& patch, int facet, const Vec3& bary) const noexcept {
@@ -187,8 +313,10 @@ NodeWeights ContactSurface::moved_by(const SurfacePatch& patch, int facet, const
     const Triangle& v = facets.triangles[facet];
     return {{facets.global_node[v[0]], facets.global_node[v[1]], facets.global_node[v[2]]}, bary};
   }
-  NodeWeights out = moved_by(facet, bary);
-  for (int k = 0; k < out.count; ++k) out.node[k] = patch.global_node[out.node[k]];
+  const NodeWeights moving = moved_by(facet, bary);
+  NodeWeights out;
+  for (int k = 0; k < moving.count; ++k)
+    if (moving.node[k] < num_nodes) out.add(patch.global_node[moving.node[k]], moving.weight[k]);
   return out;
 }
 

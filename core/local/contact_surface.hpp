@@ -6,6 +6,7 @@
 
 #include "core/base/backend.hpp"
 #include "core/body/node_weights.hpp"
+#include "core/local/fine_patch.hpp"
 #include "core/local/local_model.hpp"
 #include "core/local/reducer.hpp"
 
@@ -31,6 +32,11 @@ struct ContactSurface {
   SurfacePatch facets;
   int levels = 0;
   int num_nodes = 0;  ///< of the patch
+  /// Refined triangles: each patch triangle's own facet is the first of its pieces, the others come after all patch
+  /// triangles. What moves the surface then goes on, after the patch's vertices, with how far its points have yielded.
+  std::shared_ptr<const FinePatch> fine;
+  std::vector<int> fine_facet;     ///< of each facet but the apron's: of the fine patch, -1: a triangle as it is
+  std::vector<int> facet_of_fine;  ///< of each facet of the fine patch; -1: its triangle is not refined
   /// Who moves with facet t: patch vertices moved_node[k] with moved_weight[k] of its three corners, first_moved[t] <=
   /// k < first_moved[t+1].
   std::vector<int> first_moved, moved_node;
@@ -58,6 +64,9 @@ struct ContactSurface {
   /// The same as nodes of the body.
   NodeWeights moved_by(const SurfacePatch& patch, int facet, const Vec3& bary) const noexcept;
 
+  int num_yielding() const noexcept { return fine ? fine->num_yielding() : 0; }
+  /// Of vectors that move it: patch vertices, then yielding points.
+  int num_moving() const noexcept { return num_nodes + num_yielding(); }
   int facets_per_triangle() const { return 1 << (2 * levels); }
   /// Numbers that stay from patch to patch: piece of the body's triangle.
   int global_facet(int facet) const noexcept {
@@ -71,6 +80,13 @@ struct ContactSurface {
   int piece(int facet) const noexcept { return is_apron(facet) ? 0 : facet % facets_per_triangle(); }
   /// Of the body's triangle, from those of a facet.
   Vec3 weights_in_triangle(int facet, const Vec3& bary) const noexcept;
+  bool is_refined(int facet) const noexcept { return fine && !is_apron(facet) && fine_facet[facet] >= 0; }
+  SurfacePlace place_of(int facet, const Vec3& bary) const noexcept {
+    return {facets.global_triangle[facet], weights_in_triangle(facet, bary)};
+  }
+  /// The facet of a flat or refined patch that holds a place, and the weights in it.
+  /// @param triangle  of the patch: that of the place
+  std::pair<int, Vec3> facet_at(int triangle, const SurfacePlace& place) const noexcept;
 };
 
 struct CouplingRoom {
@@ -86,7 +102,9 @@ void couple_points(const MatrixX& C, std::span<const NodeWeights> points, Coupli
                    Eigen::Ref<MatrixX> out) noexcept;
 
 /// Throws InputError for an unknown scheme.
-ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& smoothing);
+/// @param fine  over a flat surface only; null: none
+ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& smoothing,
+                                    std::shared_ptr<const FinePatch> fine = nullptr);
 
 /// The nodes of the body that move a point of its smooth surface.   bary: weights in the triangle
 NodeWeights moved_by(const Surface& surface, const Smoothing& smoothing, int triangle, const Vec3& bary);

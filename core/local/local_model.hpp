@@ -1,6 +1,7 @@
 #pragma once
 // What the haptic side gets at each refresh: a small linear body around the contact, and the surface it carries.
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "core/base/types.hpp"
@@ -22,6 +23,8 @@ struct SurfacePatch {
   bool is_curved = false;  ///< triangles are pieces of a smooth surface: forces act along its normals
   int num_vertices() const { return static_cast<int>(global_node.size()); }
 };
+
+struct FinePatch;
 
 /// mass q'' = f0 - stiffness q - damping q' + forces;  recovered node displacement u = basis q.
 struct LocalModel {
@@ -45,6 +48,7 @@ struct LocalModel {
   bool definite_tangent = false;          ///< the exact tangent was indefinite here and has been clamped
   std::string reducer;
   double certified_error = std::numeric_limits<double>::quiet_NaN();  ///< relative, 0-500 Hz; NaN: not certified
+  std::shared_ptr<const FinePatch> fine;  ///< refined cells around the contact (fine_patch.hpp); none: as they are
   int dof() const { return static_cast<int>(f0.size()); }
 };
 

@@ -4,6 +4,7 @@
 // some hundred numbers.
 #include <algorithm>
 #include <atomic>
+#include <span>
 #include <vector>
 
 #include "collision/shape/contact.hpp"
@@ -28,15 +29,16 @@ class MotionRecord {
   explicit MotionRecord(std::size_t capacity) : numbers_(capacity) {}
 
   /// False, and nothing happens, when there is no room.
-  bool push(const Tick& tick, const VectorX& q) noexcept {
-    const auto size = static_cast<std::size_t>(q.size()) + kHead, all = numbers_.size();
+  /// @param more  numbers after those of q
+  bool push(const Tick& tick, const VectorX& q, std::span<const double> more = {}) noexcept {
+    const auto size = static_cast<std::size_t>(q.size()) + more.size() + kHead, all = numbers_.size();
     std::size_t end = end_.load(std::memory_order_relaxed);
     const std::size_t to_wrap = all - end % all, skipped = to_wrap < size ? to_wrap : 0;  // an entry is in one piece
     if (end + skipped + size - begin_.load(std::memory_order_acquire) > all) return false;
     if (skipped > 0) numbers_[end % all] = kSkip;
     end += skipped;
     double* entry = numbers_.data() + end % all;
-    *entry++ = static_cast<double>(q.size());
+    *entry++ = static_cast<double>(size - kHead);
     *entry++ = tick.tick;
     *entry++ = tick.frame;
     for (const Way& way : tick.tools) {
@@ -47,7 +49,8 @@ class MotionRecord {
       *entry++ = way.is_free;
       *entry++ = way.gap;
     }
-    std::copy_n(q.data(), q.size(), entry);
+    entry = std::copy_n(q.data(), q.size(), entry);
+    std::ranges::copy(more, entry);
     end_.store(end + size, std::memory_order_release);
     return true;
   }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/fine/fine_size.hpp"
 #include "haptics/device/tool_turn.hpp"
 #include "haptics/predict/mesh_cures.hpp"
 #include "haptics/setup/built_scene.hpp"
@@ -199,7 +200,8 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
     out.mean += ratio;
     out.least = std::min(out.least, ratio);
     out.most = std::max(out.most, ratio);
-    out.factor += force_factor(built, ratio);
+    const LocalSettings& local = built.scene().local;
+    out.factor += local.refine == "off" ? force_factor(built, ratio) : expected_fine_factor(local.fineness);
   }
   if (count == 0) return {};
   for (double* sum : {&out.cell, &out.contact_radius, &out.mean, &out.factor}) *sum /= count;

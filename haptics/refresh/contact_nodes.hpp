@@ -24,6 +24,15 @@ class ContactNodes {
 
   /// @param frame  of the local model that reported: one that is kept, else the triangle alone moves
   NodeWeights moved_by(int frame, const TickContact& contact) const;
+  /// The fine patch that a contact was on, its facet there and the weights in it; null: none.
+  struct OnFine {
+    const FinePatch* patch = nullptr;
+    int facet = -1;
+    Vec3 bary = Vec3::Zero();
+  };
+  OnFine on_fine(int frame, const TickContact& contact) const;
+  /// Of that local model; null: none.
+  const FinePatch* fine_of(int frame) const;
   /// The same contact with its place on the triangle instead of a facet.
   TickContact on_triangle(TickContact contact) const;
 
@@ -32,6 +41,7 @@ class ContactNodes {
     int frame = 0;
     std::vector<int> first, node;  // of the body; see ContactSurface::first_moved
     std::vector<Vec3> weight;
+    std::shared_ptr<const FinePatch> fine;  // with one, contacts are told by their places on triangles
   };
   const Surface& surface_;
   int levels_;

@@ -3,17 +3,72 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <map>
 
 #include "collision/shape/closest_point.hpp"
 #include "core/base/ticks.hpp"
 
 namespace kt {
 
+namespace {
+
+/// One hold of all contacts of a tool on refined cells: of their mean by normal force, which yields as they do
+/// together.
+/// @param at  of each contact
+ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const ContactNodes::OnFine> at) {
+  ContactHold out;
+  double sticking = 0;
+  Vec3 normal = Vec3::Zero();
+  for (const ContactHold& hold : holds) {
+    const double force = std::max(hold.force, 0.0);
+    out.force += force;
+    normal += force * hold.normal;
+    out.friction += hold.friction;
+    if (hold.sticks) sticking += force;
+  }
+  out.normal = normal.normalized();
+  out.sticks = 2 * sticking > out.force;
+  std::vector<NodeWeights> yields;
+  std::vector<double> share;
+  std::map<int, double> moves;
+  for (std::size_t i = 0; i < holds.size(); ++i) {
+    share.push_back(std::max(holds[i].force, 0.0) / out.force);
+    out.point += share[i] * holds[i].point;
+    for (int k = 0; k < holds[i].moves.count; ++k)
+      moves[holds[i].moves.node[static_cast<std::size_t>(k)]] +=
+          share[i] * holds[i].moves.weight[static_cast<std::size_t>(k)];
+    yields.push_back(at[i].patch ? at[i].patch->yields_with(at[i].facet, at[i].bary) : NodeWeights());
+  }
+  std::vector<std::pair<int, double>> heaviest(moves.begin(), moves.end());
+  if (heaviest.size() > NodeWeights::kMost) {
+    std::ranges::stable_sort(heaviest, std::ranges::greater{}, &std::pair<int, double>::second);
+    heaviest.resize(NodeWeights::kMost);
+  }
+  double sum = 0;
+  for (const auto& [node, weight] : heaviest) sum += weight;
+  for (const auto& [node, weight] : heaviest) out.moves.add(node, weight / sum);
+  for (std::size_t i = 0; i < holds.size(); ++i)
+    for (std::size_t j = 0; j < holds.size(); ++j) {
+      if (!at[i].patch || at[i].patch != at[j].patch) continue;
+      const NodeWeights &a = yields[i], &b = yields[j];
+      for (int k = 0; k < a.count; ++k)
+        for (int l = 0; l < b.count; ++l)
+          out.yields += share[i] * share[j] * a.weight[static_cast<std::size_t>(k)] *
+                        b.weight[static_cast<std::size_t>(l)] *
+                        at[i].patch->R.block<3, 3>(3 * a.node[static_cast<std::size_t>(k)],
+                                                   3 * b.node[static_cast<std::size_t>(l)]);
+    }
+  return out;
+}
+
+}  // namespace
+
 std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
                                     int tool) {
   std::vector<ContactHold> out;
   if (reports.empty()) return out;
   const LocalReport& last = reports.back();
+  std::vector<ContactNodes::OnFine> fine;
   for (const TickContact& s : last.contacts()) {
     if (s.tool != tool) continue;
     const Vec3 force = rate_hz * s.impulse;
@@ -24,7 +79,11 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
                    .sticks = s.sticks,
                    .force = -along,
                    .friction = force - along * s.normal});
+    fine.push_back(nodes.on_fine(last.model_frame, s));
   }
+  const bool yields = std::ranges::any_of(fine, [](const auto& at) { return at.patch != nullptr; });
+  const bool pushes = std::ranges::any_of(out, [](const ContactHold& hold) { return hold.force > 0; });
+  if (yields && pushes) out = {mean_hold(out, fine)};
   return out;
 }
 

@@ -73,6 +73,9 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                  !is_geometric(options.contact.law)),
       known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {
   choice_.keep_set_ups(kept);
+  const auto is_point = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::point; };
+  if (refines(options.contact, options.local) && std::ranges::none_of(tools_, is_point))
+    fine_.emplace(model, surface, options.local);
 }
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
@@ -164,7 +167,31 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
     throw IndefiniteTangent("the body's definite tangent is not positive definite");
   record_.reduce_ms += milliseconds_since(start);
   local.definite_tangent |= kind == TangentKind::definite;
+  if (fine_) refine(local, kind, patch);
   return local;
+}
+
+/// Throws IndefiniteTangent, but for the definite one: then the cells stay as they are.
+void Refresher::refine(LocalModel& local, TangentKind kind, const SurfacePatch& patch) {
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    local.fine = fine_->find(tangent_, kind, patch, tools_, fine_tools_);
+  } catch (const IndefiniteTangent&) {
+    if (kind != TangentKind::definite) throw;
+  }
+  record_.fineness.reset();
+  if (local.fine) record_.fineness = local.fine->fineness;
+  record_.refine_ms += milliseconds_since(start);
+}
+
+void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
+  fine_tools_.clear();
+  for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
+    fine_tools_.push_back(
+        {.place = at[k].x,
+         .velocity = tool_velocity(reports, options_.local.rate_hz, k),
+         .time = interval(t) + known_.delay,
+         .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k)});
 }
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,
@@ -272,12 +299,17 @@ std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const 
 std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> reports, bool looks_ahead) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
+  std::vector<ContactHold> holds;
+  std::array<bool, kMaxTools> slides{};  // a hold of several contacts holds all of them alike
+  for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
+    std::vector<ContactHold> own = last_holds(reports, nodes_, options_.local.rate_hz, k);
+    slides[static_cast<std::size_t>(k)] = fine_ && !own.empty() && !own.front().sticks;
+    std::ranges::move(own, std::back_inserter(holds));
+  }
   for (const LocalReport& report : reports)
     for (const TickContact& c : report.contacts())
-      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, c.normal, c.sticks});
-  std::vector<ContactHold> holds;
-  for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
-    std::ranges::move(last_holds(reports, nodes_, options_.local.rate_hz, k), std::back_inserter(holds));
+      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, c.normal,
+                         c.sticks && !slides[static_cast<std::size_t>(c.tool)]});
   known_.before = global_.state();
   {
     const Stage stage("step");
@@ -359,7 +391,7 @@ VectorX Refresher::unloaded(const PreparedLocalModel& model, const LocalReport* 
 /// The new model goes on moving as the one in use did, with its contacts.
 void Refresher::carry_over(const LocalMotion& motion, std::span<const LocalReport> reports,
                            PreparedLocalModel& out) const {
-  carry_motion(motion, out);
+  carry_motion(motion, out, nodes_.fine_of(motion.frame));
   const LocalReport* last = last_before(reports, motion.tick);
   if (!last) return;
   std::array<bool, kMaxTools> sliding{};
@@ -381,6 +413,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   const auto start = std::chrono::steady_clock::now();
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
   const ContactSite site = find_contact_sites(surface_, global_.state().x, place_tools(t, at, reports, way_out));
+  if (fine_) see_tools(t, at, reports);
   known_.last = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);

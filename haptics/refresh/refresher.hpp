@@ -9,6 +9,7 @@
 
 #include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/refresh/excitation.hpp"
+#include "haptics/refresh/fine_refresh.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 #include "haptics/refresh/patch_site.hpp"
 #include "haptics/refresh/reducer_choice.hpp"
@@ -74,6 +75,8 @@ class Refresher {
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
   void linearize_at(const State& state, TangentKind kind);
+  void refine(LocalModel& local, TangentKind kind, const SurfacePatch& patch);
+  void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);
   int tick() const {
@@ -103,6 +106,8 @@ class Refresher {
   Metric metric_;
   bool refreshes_early_, has_apron_;  // the baselines do not
   bool is_new_ = true;                // no model was made yet
+  std::optional<FineRefresh> fine_;   // of a scene that is refined around the contact
+  std::vector<FineTool> fine_tools_;  // of this refresh
   /// What is known of the body whatever the settings.
   struct Known {
     State before;                       // where the last global step began

@@ -45,19 +45,22 @@ void check_contact(const ContactSettings& c) {
 void check_ranges(const TouchOptions& o) {
   for (std::size_t k = 0; k < o.tools.size(); ++k) check_tool(o.tools[k], k == 0 ? "tool" : "second_tool");
   check_contact(o.contact);
-  require_within({{.key = "local.rate_hz", .value = o.local.rate_hz, .least = 10, .most = 1e6},
-                  {.key = "local.rings", .value = double(o.local.rings), .least = 1, .most = 100},
-                  {.key = "local.tolerance", .value = o.local.tolerance, .most = 10, .above = true},
-                  {.key = "local.budget_us", .value = o.local.budget_us, .most = 1e6, .above = true},
-                  {.key = "local.blend_ms", .value = o.local.blend_ms, .most = 1000},
-                  {.key = "local.passivity_damping", .value = o.local.passivity_damping, .most = 1e5},
-                  {.key = "global.rate_hz", .value = o.global.rate_hz, .most = 1e5, .above = true},
-                  {.key = "global.tolerance", .value = o.global.tolerance, .most = 0.1, .above = true},
-                  {.key = "link.latency_ms", .value = o.link.latency_ms, .most = 60000},
-                  {.key = "link.loss", .value = o.link.loss, .most = 1},
-                  {.key = "link.stale_ms", .value = o.link.stale_ms, .least = 20, .most = 60000},
-                  {.key = "link.basis_bits", .value = double(o.link.basis_bits), .least = 8, .most = 16},
-                  {.key = "stale_s", .value = o.stale_s, .above = true}});
+  require_within(
+      {{.key = "local.rate_hz", .value = o.local.rate_hz, .least = 10, .most = 1e6},
+       {.key = "local.rings", .value = double(o.local.rings), .least = 1, .most = 100},
+       {.key = "local.tolerance", .value = o.local.tolerance, .most = 10, .above = true},
+       {.key = "local.budget_us", .value = o.local.budget_us, .most = 1e6, .above = true},
+       {.key = "local.blend_ms", .value = o.local.blend_ms, .most = 1000},
+       {.key = "local.fineness", .value = o.local.fineness, .least = 0.3, .most = 2},
+       {.key = "local.refine_nodes", .value = static_cast<double>(o.local.refine_nodes), .least = 100, .most = 5000},
+       {.key = "local.passivity_damping", .value = o.local.passivity_damping, .most = 1e5},
+       {.key = "global.rate_hz", .value = o.global.rate_hz, .most = 1e5, .above = true},
+       {.key = "global.tolerance", .value = o.global.tolerance, .most = 0.1, .above = true},
+       {.key = "link.latency_ms", .value = o.link.latency_ms, .most = 60000},
+       {.key = "link.loss", .value = o.link.loss, .most = 1},
+       {.key = "link.stale_ms", .value = o.link.stale_ms, .least = 20, .most = 60000},
+       {.key = "link.basis_bits", .value = double(o.link.basis_bits), .least = 8, .most = 16},
+       {.key = "stale_s", .value = o.stale_s, .above = true}});
   if (o.local.refresh_budget_ms)
     require_within(
         {{.key = "local.refresh_budget_ms", .value = *o.local.refresh_budget_ms, .most = 1e5, .above = true}});

@@ -149,6 +149,14 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
     out.unread("local.catch_up", l.catch_up, d.catch_up, reason);
     out.unread("local.blend_ms", l.blend_ms, d.blend_ms, reason);
   }
+  if (l.refine == "off") {
+    out.unread("local.fineness", l.fineness, d.fineness, "local.refine is off; follow reads it");
+    out.unread("local.refine_nodes", l.refine_nodes, d.refine_nodes, "local.refine is off; follow reads it");
+  } else {
+    const std::string reason = text("local.refine is ", l.refine, "; the refined cells' own surface is touched");
+    out.unread("contact.surface", scene.contact.surface, kDefault.contact.surface, reason);
+    out.unread("contact.surface_levels", scene.contact.surface_levels, kDefault.contact.surface_levels, reason);
+  }
   const auto yields = [](const SceneTool& tool) { return tool.path.hand || tool.path.device; };
   const bool is_held = yields(scene.tool) || (scene.second_tool && yields(*scene.second_tool));
   if (!is_held)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/held/first_contact.hpp"
+#include "collision/held/vertex_contacts.hpp"
 #include "collision/shape/closest_point.hpp"
 #include "haptics/tick/contact_check.hpp"
 
@@ -23,11 +24,13 @@ void BodyCheck::take(const PreparedLocalModel& model) {
   const ContactSurface& s = model.surface;
   const int vertices = s.apron_vertices < 0 ? s.facets.num_vertices() : s.apron_vertices;
   const auto facets = s.apron_facets < 0 ? s.facets.triangles.size() : static_cast<std::size_t>(s.apron_facets);
-  const std::vector<Triangle>& triangles = s.levels == 0 ? model.model.patch.triangles : s.facets.triangles;
-  local_.assign(triangles.data(), triangles.data() + facets);
+  local_.assign(s.facets.triangles.begin(), s.facets.triangles.begin() + static_cast<std::ptrdiff_t>(facets));
+  if (s.levels == 0)  // where the rim's corners are the apron's, with the patch's own
+    for (std::size_t t = 0; t < model.model.patch.triangles.size(); ++t)
+      if (!s.fine || s.fine_facet[t] < 0) local_[t] = model.model.patch.triangles[t];
   std::vector<int> vertex_of_node(static_cast<std::size_t>(model.body_x.size() / 3), -1);
   if (s.levels == 0)
-    for (int v = 0; v < vertices; ++v) vertex_of_node[model.model.patch.global_node[v]] = v;
+    for (int v = 0; v < s.num_nodes; ++v) vertex_of_node[model.model.patch.global_node[v]] = v;
   rest_.clear();
   rest_node_.clear();
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
@@ -42,22 +45,33 @@ void BodyCheck::take(const PreparedLocalModel& model) {
       local[c] = vertex;
     }
   }
-  patch_x_.resize(model.patch_basis.rows());
+  patch_x_.resize(3 * static_cast<Eigen::Index>(s.num_moving()));
   local_x_.resize(3 * vertices);
   x_.resize(local_x_.size() + 3 * static_cast<Eigen::Index>(rest_node_.size()));
   for (Near& n : near_) n.slack = -1;
+  longest_sq_ = 0;
+  if (!s.fine) return;
+  VectorX rest = VectorX::Zero(3 * static_cast<Eigen::Index>(s.num_moving()));
+  rest.head(model.patch_basis.rows()) = model.model.x0.head(model.patch_basis.rows());
+  s.follow(rest, local_x_);
+  for (std::size_t t = 0; t < local_.size(); ++t)
+    for (int e = 0; e < 3 && s.is_refined(static_cast<int>(t)); ++e)
+      longest_sq_ =
+          std::max(longest_sq_, (node(local_x_, local_[t][e]) - node(local_x_, local_[t][(e + 1) % 3])).squaredNorm());
 }
 
 void BodyCheck::place(const VectorX& q) {
-  model_->recover_patch(q, patch_x_);
-  patch_x_ += model_->model.x0.head(patch_x_.size());
+  const Eigen::Index dof = model_->model.dof(), rows = model_->patch_basis.rows();
+  model_->recover_patch(q.head(dof), patch_x_);
+  patch_x_.head(rows) += model_->model.x0.head(rows);
+  patch_x_.tail(patch_x_.size() - rows) = q.tail(q.size() - dof);
   model_->surface.follow(patch_x_, local_x_);
   x_.head(local_x_.size()) = local_x_;
   const auto vertices = static_cast<int>(local_x_.size() / 3);
   std::array<Vec3, kMostApronSites> means;
   if (model_->apron) model_->apron->motion().means(patch_x_, means);
   if (model_->apron && model_->surface.levels == 0)
-    for (int v = 0; v < vertices; ++v)
+    for (int v = 0; v < model_->surface.num_nodes; ++v)
       if (const int global = model_->model.patch.global_node[v]; model_->apron->motion().patch_vertex[global] < 0)
         node(x_, v) = model_->apron->motion().place(global, means);
   for (int i = 0; i < static_cast<int>(rest_node_.size()); ++i) {
@@ -71,8 +85,8 @@ void BodyCheck::place(const VectorX& q) {
 
 /// Most that a vertex may have moved since [m]: as far as one of the patch's, of which it is a mean.
 double BodyCheck::moved_since(const Near& near) const {
-  constexpr double kDiagonal = 1.8;  // of a coordinate
-  return model_->apron ? kDiagonal * (patch_x_ - near.patch_x).lpNorm<Eigen::Infinity>() : 0;
+  const double diagonal = model_->surface.fine ? 3.6 : 1.8;  // of a coordinate; it may yield by as much beside
+  return model_->apron ? diagonal * (patch_x_ - near.patch_x).lpNorm<Eigen::Infinity>() : 0;
 }
 
 /// All of the patch's contact surface, and of the rest what is no further away than the nearest triangle can be.
@@ -100,7 +114,11 @@ SurfacePatch& BodyCheck::near(int tool, const Vec3& place) {
 }
 
 double BodyCheck::depth(int tool, const ToolSweep& sweep) {
-  return penetration_depth(near(tool, sweep.x_t1), x_, tools_[tool].shape(), sweep.x_t1, sweep.r_t1);
+  const double depth = penetration_depth(near(tool, sweep.x_t1), x_, tools_[tool].shape(), sweep.x_t1, sweep.r_t1);
+  const ToolShape& shape = tools_[tool].shape();
+  if (longest_sq_ == 0 || !has_vertex_contacts(tools_[tool].core()) || !(shape.radius > 0)) return depth;
+  // Over a triangle of equal edges L a ball on its corners reaches L^2 / 6 R down; twice that of one that is not.
+  return std::max(0.0, depth - longest_sq_ / (3 * shape.radius));
 }
 
 bool BodyCheck::leapt_into(int tool, const ToolSweep& sweep, double depth) const {

@@ -22,10 +22,11 @@ class BodyCheck {
 
   /// The local model in use from now on. Borrowed until the next one.
   void take(const PreparedLocalModel& model);
-  /// Its coordinates after the tick that is looked at.
+  /// Its coordinates after the tick that is looked at, then what the points of a fine patch have yielded by.
   void place(const VectorX& q);
 
-  /// Depth of a tool's deepest point in the body [m]; 0: outside.
+  /// Depth of a tool's deepest point in the body [m]; 0: outside. A ball or a capsule touches refined cells at their
+  /// nodes: what flat facets between these rise into it is none.
   double depth(int tool, const ToolSweep& sweep);
   /// A tool that touches nothing and ends outside, and was in the body on its way or went through it: past triangles
   /// that the local model does not have, or so far in one tick that its centre crosses the surface.
@@ -48,6 +49,7 @@ class BodyCheck {
   std::vector<MovingTool> tools_;
   std::vector<double> reach_;
   const PreparedLocalModel* model_ = nullptr;
+  double longest_sq_ = 0;          // edge of a refined facet [m^2]
   VectorX patch_x_, local_x_, x_;  // of the patch's vertices, of its contact surface, of all vertices
   std::vector<Triangle> local_;    // of the patch's contact surface
   std::vector<Triangle> rest_;     // of the body, without the patch

@@ -17,6 +17,22 @@ constexpr int kExchanged = 5;           // iterations after which places that pu
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
 
+/// What a fine patch yields by beside: R in the place of the patch's response.
+void add_yield(PreparedLocalModel& m, const ContactSet& contacts, ContactMatrix& W) noexcept {
+  if (!m.surface.fine) return;
+  const int first = m.surface.num_nodes, c = contacts.count;
+  std::array<NodeWeights, kMaxContacts> yields;
+  for (int i = 0; i < c; ++i) {
+    const NodeWeights moves = m.surface.moved_by(contacts.contacts[i].triangle, contacts.contacts[i].bary);
+    for (int k = 0; k < moves.count; ++k)
+      if (moves.node[k] >= first) yields[i].add(moves.node[k] - first, moves.weight[k]);
+  }
+  ContactMatrix& added = m.work.yield_coupling;
+  added.resize(3 * c, 3 * c);
+  couple_points(m.surface.fine->R, {yields.data(), static_cast<std::size_t>(c)}, m.work.coupling, added);
+  W += m.yield_rate / m.dynamics->h() * added;
+}
+
 bool is_point(const TouchingTool& tool) noexcept { return tool.shape().kind == ToolShape::Kind::point; }
 
 /// A contact is softened, and flagged, where nothing can move.
@@ -30,6 +46,7 @@ void fill_problem(TickState& tick) noexcept {
   problem.h = tick.h;
   problem.velocity.resize(3 * c);
   couple_contacts(m, tick.contacts, m.dynamics->metric().C, problem.W);
+  add_yield(m, tick.contacts, problem.W);
   for (int i = 0; i < c; ++i) {
     const Contact& contact = tick.contacts.contacts[i];
     TouchingTool& tool = tick.tools[contact.tool];
@@ -132,8 +149,11 @@ void couple_contacts(PreparedLocalModel& model, const ContactSet& contacts, cons
                      ContactMatrix& out) noexcept {
   const int c = contacts.count;
   std::array<NodeWeights, kMaxContacts> moves;
-  for (int i = 0; i < c; ++i)
+  for (int i = 0; i < c; ++i) {
     moves[i] = model.surface.moved_by(contacts.contacts[i].triangle, contacts.contacts[i].bary);
+    while (moves[i].count > 0 && moves[i].node[moves[i].count - 1] >= model.surface.num_nodes)
+      --moves[i].count;  // ascending: yielding points come last
+  }
   out.resize(3 * c, 3 * c);
   couple_points(C, {moves.data(), static_cast<std::size_t>(c)}, model.work.coupling, out);
 }
@@ -149,7 +169,8 @@ void spread_impulses(TickState& tick) noexcept {
   w.du.setZero();
   const MatrixX& C = m.dynamics->metric().C;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i)
-    if (!node(w.impulse, i).isZero(0)) w.du.noalias() += C.middleCols<3>(3 * i) * node(w.impulse, i);
+    if (!node(w.impulse, i).isZero(0)) w.du.head(C.rows()).noalias() += C.middleCols<3>(3 * i) * node(w.impulse, i);
+  m.add_yield(w.impulse, w.du);
 }
 
 }  // namespace kt

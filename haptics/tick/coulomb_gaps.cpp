@@ -23,13 +23,14 @@ using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxContacts, 1>;
 /// -1.
 int before(const SurfacePatch& patch, const ContactSet& held, const Contact& now) noexcept {
   constexpr double kSameWay = 0.9;  // cosine
-  double best = kSameWay, nearest_sq = std::numeric_limits<double>::infinity();
+  double best = kSameWay;
+  std::pair nearest(std::numeric_limits<double>::infinity(), 0.0);
   int found = -1, next = -1;
   for (int i = 0; i < held.count; ++i) {  // of an extended tool, several may be on it
-    const double apart_sq = (held.contacts[i].core - now.core).squaredNorm();
-    if (held.contacts[i].tool != now.tool || held.contacts[i].triangle != now.triangle || apart_sq >= nearest_sq)
-      continue;
-    nearest_sq = apart_sq;
+    const Contact& c = held.contacts[i];
+    const std::pair apart((c.core - now.core).squaredNorm(), (c.bary - now.bary).squaredNorm());
+    if (c.tool != now.tool || c.triangle != now.triangle || apart >= nearest) continue;
+    nearest = apart;
     found = i;
   }
   for (int i = 0; i < held.count && found < 0; ++i) {

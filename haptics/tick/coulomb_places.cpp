@@ -6,6 +6,7 @@
 
 #include "collision/held/chosen_places.hpp"
 #include "collision/held/tool_contacts.hpp"
+#include "collision/held/vertex_contacts.hpp"
 #include "collision/shape/apart_on_tool.hpp"
 #include "haptics/tick/coulomb_stages.hpp"
 
@@ -48,12 +49,31 @@ void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& o
   // tool ends.
   const Vec3& from = t.rest.sweep().x_t0;
   const ToolSweep box = t.whole.is_round() ? ToolSweep{from, place} : ToolSweep{t.whole.box().low, t.whole.box().high};
-  if (count < 0) count = tick.index().candidates(box, shape.radius + margin, facets);
-  find_tool_contacts(patch, x, t.whole.core(), shape.radius, margin, {facets.data(), static_cast<std::size_t>(count)},
-                     t.start, w.near[tool], out, place - from, m.state.overlap[tool].allowed());
+  const auto is_plain = [&](int facet) { return !m.surface.is_refined(facet); };
+  if (count < 0) {
+    count = tick.index().candidates(box, shape.radius + margin, facets);
+    if (m.surface.fine) {  // those that are not refined first, each part ascending
+      const auto end = facets.begin() + count, middle = std::partition(facets.begin(), end, is_plain);
+      std::sort(facets.begin(), middle);
+      std::sort(middle, end);
+    }
+  }
+  const std::span<const int> all(facets.data(), static_cast<std::size_t>(count));
+  const bool touches_vertices =
+      m.surface.fine && has_vertex_contacts(t.whole.core()) && !(m.state.overlap[tool].left > 0);
+  const std::span<const int> plain =
+      touches_vertices ? all.first(static_cast<std::size_t>(std::ranges::partition_point(all, is_plain) - all.begin()))
+                       : all;
+  find_tool_contacts(patch, x, t.whole.core(), shape.radius, margin, plain, t.start, w.near[tool], out, place - from,
+                     m.state.overlap[tool].allowed());
+  if (touches_vertices) {
+    add_vertex_contacts(patch, x, t.whole.core(), shape.radius, margin, all.subspan(plain.size()), w.near[tool].is_seen,
+                        out);
+    for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between nodes may reach into the tool
+  }
   if (!are_chosen(out)) return;
   tick.add_flag(kContactsExhausted);
-  for (int i = 0; i < count; ++i) w.ignored[tool][facets[i]] = 1;  // what lies between may reach into the tool
+  for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between may reach into the tool
 }
 
 }  // namespace

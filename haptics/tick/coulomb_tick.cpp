@@ -99,7 +99,7 @@ void hold_contacts(TickState& tick, std::span<LocalFrame> frames) noexcept {
   }
 }
 
-/// q+ = q + h v_free + sum of what each impulse moved, and the velocity that goes with it.
+/// q+ = q + h v_free + sum of what each impulse moved, and the velocity that goes with it; a fine patch yields alike.
 void advance_body(TickState& tick) noexcept {
   PreparedLocalModel& m = *tick.model;
   LocalWorkspace& w = m.work;
@@ -108,7 +108,11 @@ void advance_body(TickState& tick) noexcept {
   w.impulse_weighted += (1 - tick.toi) * w.impulse;
   s.q.noalias() += tick.h * w.v_free;
   s.q_rate = w.v_free_end;
-  w.patch_motion += tick.h * w.u_free;
+  w.patch_motion += tick.h * w.u_free.head(w.patch_motion.size());
+  if (m.surface.fine) {
+    m.add_yield(w.impulse_weighted, w.u_free);
+    s.yielded += tick.h * w.u_free.tail(s.yielded.size());
+  }
   for (int i = 0; i < m.model.patch.num_vertices(); ++i) {
     if (const Vec3 moving = tick.h * node(w.impulse_weighted, i); !moving.isZero(0)) {
       s.q.noalias() += Y.middleCols<3>(3 * i) * moving;

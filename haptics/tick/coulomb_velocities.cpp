@@ -80,7 +80,7 @@ void settle_velocities(TickState& tick) noexcept {
   const int n = collect_conditions(tick, room);
   if (n == 0) return;
   const std::span<const SpeedCondition> condition(room.data(), static_cast<std::size_t>(n));
-  VectorX& rate = m.work.u_free;
+  VectorX& rate = m.work.u_free;  // what a fine patch yields by stays: it has no velocity of its own
   m.recover_patch(s.q_rate, rate);
   couple_contacts(m, tick.contacts, kick.C, tick.problem.W);  // the problem is solved: its room is free
   const ContactVector size = meet_conditions(tick, condition, rate, tick.problem.W);
@@ -93,7 +93,7 @@ void settle_velocities(TickState& tick) noexcept {
     const Vec3 added = impulse[i] - s.impulse[i];
     const Contact& c = tick.contacts.contacts[i];
     const NodeWeights moves = m.surface.moved_by(c.triangle, c.bary);
-    for (int k = 0; k < moves.count; ++k)
+    for (int k = 0; k < moves.count && moves.node[k] < m.surface.num_nodes; ++k)
       s.q_rate.noalias() += kick.Y.middleCols<3>(3 * moves.node[k]) * (moves.weight[k] * added);
     s.impulse[i] = impulse[i];
     tick.solution.impulse.segment<3>(3 * i) = impulse[i];

@@ -36,15 +36,18 @@ void find_free_motion(TickState& tick) noexcept {
   PreparedLocalModel& m = *tick.model;
   LocalWorkspace& w = m.work;
   recover_patch_motion(m);
-  w.motion = w.patch_motion;
+  const Eigen::Index patch = w.patch_motion.size();
+  w.motion.head(patch) = w.patch_motion;
+  w.motion.tail(m.state.yielded.size()) = m.state.yielded;
   const double moved = w.motion.lpNorm<Eigen::Infinity>();
   tick.near_apron = comes_near_apron(tick, moved);
   if (tick.near_apron) cover_tools(tick, false, moved);
-  w.motion += m.model.x0.head(w.motion.size());
+  w.motion.head(patch) += m.model.x0.head(patch);
   m.surface.follow(w.motion, w.x);
   if (tick.near_apron) m.surface.place_apron(w.motion, w.x);
   m.dynamics->free_motion(m.state.q, m.state.q_rate, w.v_free, w.v_free_end);
   m.recover_patch(w.v_free, w.u_free);
+  m.yield_freely(w.u_free);
 }
 
 void cover_tools(TickState& tick, bool at_end, double moved) noexcept {
@@ -73,8 +76,9 @@ void accept_free_motion(TickState& tick) noexcept {
   const bool is_known = w.motion_of == s.q;
   s.q.noalias() += tick.h * w.v_free;
   s.q_rate = w.v_free_end;
+  s.yielded += tick.h * w.u_free.tail(s.yielded.size());
   if (is_known) {
-    w.patch_motion += tick.h * w.u_free;
+    w.patch_motion += tick.h * w.u_free.head(w.patch_motion.size());
     w.motion_of = s.q;
   }
   s.anchors.count = 0;

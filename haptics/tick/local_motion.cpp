@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace kt {
 namespace {
@@ -23,6 +24,7 @@ void keep_from_growing(const SparseMatrix& fit, const PreparedLocalModel& model,
 LocalMotion make_local_motion(int num_nodes) {
   LocalMotion out;
   out.x = out.v = out.du = VectorX::Zero(3 * num_nodes);
+  out.yielded = VectorX::Zero(3 * kMostYielding);
   out.row.assign(static_cast<std::size_t>(num_nodes), -1);
   return out;
 }
@@ -31,18 +33,19 @@ void record_motion(const PreparedLocalModel& model, int tick, LocalMotion& out) 
   out.tick = tick;
   out.frame = model.model.frame;
   const LocalModel& m = model.model;
-  const Eigen::Index rows = m.basis.rows(), patch = model.work.du.size();
+  const Eigen::Index rows = m.basis.rows(), patch = 3 * static_cast<Eigen::Index>(m.patch.num_vertices());
   auto x = out.x.head(rows), v = out.v.head(rows);
   x = m.x0;
   x.noalias() += m.basis * model.state.q;
   v.noalias() = m.basis * model.state.q_rate;
-  out.du.head(patch) = model.work.du;
+  out.du.head(patch) = model.work.du.head(patch);
+  out.yielded.head(model.state.yielded.size()) = model.state.yielded;
   out.num_patch = static_cast<int>(patch / 3);
   out.row = model.recovered_row;
   out.overlap = model.state.overlap;
 }
 
-void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept {
+void carry_motion(const LocalMotion& motion, PreparedLocalModel& model, const FinePatch* fine) noexcept {
   const LocalModel& m = model.model;
   LocalWorkspace& w = model.work;
   const auto count = static_cast<int>(m.recovered_node.size());
@@ -61,6 +64,8 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept
   s.q_rate = m.q_rate0;
   s.q_rate.noalias() += m.fit_rate * w.v_recovered;
   s.overlap = motion.overlap;
+  if (model.surface.fine) carry_yield(fine, motion.yielded, *model.surface.fine, s.yielded);
+  w.du.tail(s.yielded.size()).setZero();
   // The motion that contact causes goes on: the first guess of the next tick.
   for (int i = 0; i < m.patch.num_vertices(); ++i) {
     const int row = motion.row[m.patch.global_node[i]];
@@ -74,9 +79,12 @@ void place_contacts(PreparedLocalModel& model, std::span<const TickContact> cont
   s.anchors.count = 0;
   for (const TickContact& sample : contacts) {
     auto [piece, bary] = piece_at(model.surface.levels, sample.bary);
-    const int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
+    int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
     if (facet < 0) continue;
-    if (model.surface.is_apron(facet)) bary = sample.bary;
+    if (model.surface.is_apron(facet))
+      bary = sample.bary;
+    else if (model.surface.fine)
+      std::tie(facet, bary) = model.surface.facet_at(facet, {sample.triangle, sample.bary});
     s.impulse[s.anchors.count] = sample.impulse;
     s.anchors.add({.triangle = facet, .bary = bary, .normal = sample.normal, .tool = sample.tool});
   }

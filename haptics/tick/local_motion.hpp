@@ -9,10 +9,11 @@
 namespace kt {
 
 struct LocalMotion {
-  int tick = 0;    ///< ticks done before
-  int frame = -1;  ///< of the model
-  VectorX x, v;    ///< of the recovered nodes [m], [m/s], (3 recovered); storage may be longer
-  VectorX du;      ///< of the patch vertices: motion that contact causes [m/s], (3p)
+  int tick = 0;     ///< ticks done before
+  int frame = -1;   ///< of the model
+  VectorX x, v;     ///< of the recovered nodes [m], [m/s], (3 recovered); storage may be longer
+  VectorX du;       ///< of the patch vertices: motion that contact causes [m/s], (3p)
+  VectorX yielded;  ///< of the points of a fine patch [m], (3y); storage may be longer
   std::array<Overlap, kMaxTools> overlap{};  ///< of each tool
   std::vector<int> row;                      ///< (n) global node -> its place in x and v, -1
   int num_patch = 0;                         ///< patch vertices come first
@@ -26,7 +27,8 @@ void record_motion(const PreparedLocalModel& model, int tick, LocalMotion& out) 
 
 /// Gives `model` that motion, by node: q = fit (x - x0). Nodes that the motion does not have stay where the
 /// linearization has them. No allocation.
-void carry_motion(const LocalMotion& motion, PreparedLocalModel& model) noexcept;
+/// @param fine  of the model that the motion is of; null: none
+void carry_motion(const LocalMotion& motion, PreparedLocalModel& model, const FinePatch* fine = nullptr) noexcept;
 
 /// Puts contacts of the body's surface into the state of a model that is not in use yet; those outside its patch are
 /// left out.

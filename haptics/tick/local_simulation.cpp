@@ -29,9 +29,10 @@ void keep_finite(TickState& tick, std::span<LocalFrame> frames) noexcept {
   LocalState& s = tick.model->state;
   const auto used = frames.first(tick.tools.size());
   const auto is_finite = [](const LocalFrame& frame) { return frame.force.allFinite(); };
-  if (s.q.allFinite() && s.q_rate.allFinite() && std::ranges::all_of(used, is_finite)) return;
+  if (s.q.allFinite() && s.q_rate.allFinite() && s.yielded.allFinite() && std::ranges::all_of(used, is_finite)) return;
   s.q.setZero();
   s.q_rate.setZero();
+  s.yielded.setZero();
   s.anchors.count = 0;
   tick.num_samples = 0;
   for (LocalFrame& frame : used) {

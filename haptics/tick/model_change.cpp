@@ -1,6 +1,7 @@
 #include "haptics/tick/model_change.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "haptics/tick/tick_stages.hpp"
 
@@ -29,7 +30,10 @@ void carry_contacts(TickState& tick, PreparedLocalModel& now, const PreparedLoca
   now.state.anchors.count = 0;
   for (int i = 0; i < old.state.anchors.count; ++i) {
     Contact anchor = old.state.anchors.contacts[i];
-    anchor.triangle = now.local_facet(old.surface.global_facet(anchor.triangle));
+    if (old.surface.fine || now.surface.fine)
+      std::tie(anchor.triangle, anchor.bary) = now.facet_at(old.surface.place_of(anchor.triangle, anchor.bary));
+    else
+      anchor.triangle = now.local_facet(old.surface.global_facet(anchor.triangle));
     if (anchor.triangle < 0) {
       tick.tools[anchor.tool].flags |= kLostAnchor;
       continue;
@@ -60,7 +64,9 @@ void place_both(TickState& tick, const PreparedLocalModel& old) noexcept {
   tick.near_apron = m.wide_index != nullptr;
   cover_tools(tick, true, 0);
   m.recover_patch(m.state.q, w.motion);
-  w.motion += m.model.x0.head(w.motion.size());
+  const Eigen::Index patch = 3 * static_cast<Eigen::Index>(m.model.patch.num_vertices());
+  w.motion.head(patch) += m.model.x0.head(patch);
+  w.motion.tail(m.state.yielded.size()) = m.state.yielded;
   m.surface.follow(w.motion, w.x);
   m.surface.place_apron(w.motion, w.x);
   w.x_end = w.x;
@@ -110,7 +116,7 @@ void change_model(TickState& tick, PreparedLocalModel& now, const PreparedLocalM
       if (!touches(now.state.anchors, k) && touches(old->state.anchors, k)) tick.tools[k].flags |= kLostAnchor;
   } else {
     record_motion(*old, 0, tick.motion);
-    carry_motion(tick.motion, now);
+    carry_motion(tick.motion, now, old->surface.fine.get());
     now.state.anchors.count = 0;  // the apron may move: nothing of it is held
     if (tick.t > 0) cover_tools(tick, true, 0);
     carry_contacts(tick, now, *old);

@@ -9,10 +9,35 @@
 namespace kt {
 
 void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) const noexcept {
-  if (!dense_patch_basis.empty())
+  const bool is_whole = surface.num_yielding() == 0;
+  if (!dense_patch_basis.empty()) {
+    if (is_whole && out.size() != dense_patch_basis.rows()) out.resize(dense_patch_basis.rows());
     dense_patch_basis.multiply(reduced, out);
-  else
+  } else if (is_whole) {
     out.noalias() = patch_basis * reduced;
+  } else {
+    out.head(patch_basis.rows()).noalias() = patch_basis * reduced;
+  }
+}
+
+void PreparedLocalModel::yield_freely(VectorX& out) const noexcept {
+  out.tail(state.yielded.size()) = -yield_rate * state.yielded;
+}
+
+/// Mean velocity over the tick: R p / (h (retardation + h)), h that of the dynamics.
+void PreparedLocalModel::add_yield(const VectorX& impulse, VectorX& out) const noexcept {
+  if (!surface.fine) return;
+  const double scale = yield_rate / dynamics->h();
+  auto yields = out.tail(state.yielded.size());
+  for (int i = surface.num_nodes, k = 0; i < surface.num_moving(); ++i, ++k)
+    if (const Vec3 own = scale * node(impulse, i); !own.isZero(0))
+      yields.noalias() += surface.fine->R.middleCols<3>(3 * k) * own;
+}
+
+std::pair<int, Vec3> PreparedLocalModel::facet_at(const SurfacePlace& place) const noexcept {
+  const int facet = local_facet(place.triangle);
+  if (facet < 0 || surface.is_apron(facet)) return {facet, place.weights};
+  return surface.facet_at(facet, place);
 }
 
 double Overlap::allowed() const noexcept {
@@ -49,7 +74,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   const LocalModel& m = out->model;
   const int p3 = 3 * m.patch.num_vertices(), r = m.dof();
   const int triangles = static_cast<int>(m.patch.triangles.size());
-  out->surface = make_contact_surface(m.patch, smoothing);
+  out->surface = make_contact_surface(m.patch, smoothing, m.fine);
   const ContactSurface& surface = out->surface;
   out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
   out->patch_basis = m.basis.topRows(p3);
@@ -58,7 +83,10 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
 
   out->index = make_triangle_index(collision_backend);
   VectorX x0 = VectorX::Zero(3 * surface.facets.num_vertices());
-  surface.follow(m.x0.head(p3), x0);
+  const Eigen::Index moving = 3 * static_cast<Eigen::Index>(surface.num_moving());
+  VectorX moved = VectorX::Zero(moving);
+  moved.head(p3) = m.x0.head(p3);
+  surface.follow(moved, x0);
   out->index->build(surface.facets.triangles, x0);
 
   const MatrixX& C = out->dynamics->metric().C;
@@ -78,15 +106,18 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
 
   out->state.q = out->adopted_q = VectorX::Zero(r);
   out->state.q_rate = m.q_rate0;
+  out->state.yielded = VectorX::Zero(moving - p3);
+  if (surface.fine) out->yield_rate = 1 / (surface.fine->retardation + h);
   LocalWorkspace& w = out->work;
   w.v_free = w.v_free_end = w.q_pushed = w.force = w.fitted = VectorX::Zero(r);
   w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
-  w.motion = w.patch_motion = VectorX::Zero(p3);
+  w.patch_motion = VectorX::Zero(p3);
   w.motion_of = VectorX::Constant(r, std::numeric_limits<double>::quiet_NaN());
-  w.u_free = w.du = w.du_guess = w.step = w.step_before = w.impulse = w.impulse_weighted = VectorX::Zero(p3);
+  w.motion = w.u_free = w.du = w.du_guess = w.step = w.step_before = VectorX::Zero(moving);
+  w.impulse = w.impulse_weighted = w.motion;
   w.x_recovered = w.followed = m.x0;
   w.v_recovered = m.v0;
-  w.coupling = CouplingRoom(m.patch.num_vertices());
+  w.coupling = CouplingRoom(surface.num_moving());
   make_room_for_contacts(surface.facets.triangles.size(), surface.facets.num_vertices(), w);
   return out;
 }
@@ -100,8 +131,10 @@ void widen(const VectorX& patch_x, PreparedLocalModel& model) {
   const ApronRoom& room = model.apron_room;
   const auto vertices = static_cast<Eigen::Index>(room.vertices) + room.most_vertices;
   VectorX x0 = VectorX::Zero(3 * vertices);
-  surface.follow(patch_x, x0);
-  surface.place_apron(patch_x, x0);
+  VectorX moving = VectorX::Zero(3 * static_cast<Eigen::Index>(surface.num_moving()));
+  moving.head(patch_x.size()) = patch_x;
+  surface.follow(moving, x0);
+  surface.place_apron(moving, x0);
   for (Eigen::Index v = surface.facets.num_vertices(); v < vertices; ++v) x0.segment<3>(3 * v) = x0.head<3>();
   w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
   w.u.setZero();
@@ -148,7 +181,6 @@ void measure_clearance(PreparedLocalModel& model, std::span<const Vec3> places) 
     model.clear_from[k] = places[k];
   }
 }
-
 
 /// Of each vertex of the patch, whether the local model answers to a load on it alone: those in reach, and what cannot
 /// move or is a coordinate itself, as behind a wall. All for a tool with corners, which may rest on the rim: there the
@@ -201,8 +233,11 @@ void lay_apron(PreparedLocalModel& model, const Surface& surface, std::span<cons
 void move_apron(PreparedLocalModel& model, std::span<const Vec3> places) noexcept {
   ContactSurface& surface = model.surface;
   ContactSet& anchors = model.state.anchors;
-  std::array<int, kMaxContacts> held;
-  for (int i = 0; i < anchors.count; ++i) held[i] = surface.global_facet(anchors.contacts[i].triangle);
+  std::array<int, kMaxContacts> held;  // triangles of the body, of those on the apron; -1: on the patch
+  for (int i = 0; i < anchors.count; ++i) {
+    const int facet = anchors.contacts[i].triangle;
+    held[i] = surface.is_apron(facet) ? surface.facets.global_triangle[facet] : -1;
+  }
   for (std::size_t f = static_cast<std::size_t>(surface.apron_facets); f < surface.facets.triangles.size(); ++f)
     model.apron_facet[static_cast<std::size_t>(surface.facets.global_triangle[f])] = -1;
   append_apron(*model.apron_surface, model.apron->motion(), model.model.patch, model.apron->choose(places),
@@ -212,7 +247,7 @@ void move_apron(PreparedLocalModel& model, std::span<const Vec3> places) noexcep
   int kept = 0;
   for (int i = 0; i < anchors.count; ++i) {
     Contact contact = anchors.contacts[i];
-    contact.triangle = model.local_facet(held[i]);
+    if (held[i] >= 0) contact.triangle = model.apron_facet[static_cast<std::size_t>(held[i])];
     if (contact.triangle < 0) continue;
     anchors.contacts[kept] = contact;
     model.state.impulse[kept++] = model.state.impulse[i];

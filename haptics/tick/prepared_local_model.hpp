@@ -8,6 +8,7 @@
 #include "core/local/contact_surface.hpp"
 #include "core/local/local_dynamics.hpp"
 #include "core/local/reducer.hpp"
+#include "haptics/contact/contact_solver.hpp"
 #include "haptics/contact/friction.hpp"
 #include "haptics/tick/apron_window.hpp"
 
@@ -29,20 +30,21 @@ constexpr int kNotLooked = -2, kOutside = -1;
 /// Everything that changes at 1 kHz. A copy is a rollback point.
 struct LocalState {
   VectorX q, q_rate;                         ///< reduced displacement [m] and velocity [m/s], (r)
+  VectorX yielded;                           ///< how far the points of a fine patch have yielded [m], (3y)
   ContactSet anchors;                        ///< contacts held at the end of the last tick
   std::array<Vec3, kMaxContacts> impulse{};  ///< that they gave to the body then [N s]
   std::array<bool, kMaxTools> sliding{};     ///< of each tool: its contact that carried most slid in the last tick
   std::array<Overlap, kMaxTools> overlap{};  ///< of each tool
 };
 
-/// Room for one tick's intermediate values, under the stage that writes them; (p) patch vertices, (f) those of the
-/// contact surface, (r) reduced coordinates.
+/// Room for one tick's intermediate values, under the stage that writes them; (p) patch vertices, (m) these and the
+/// yielding points of a fine patch, (f) vertices of the contact surface, (r) reduced coordinates.
 struct LocalWorkspace {
   // find_free_motion()
   VectorX patch_motion, motion_of;  ///< the patch's displacement [m], (3p), and of which coordinates it is, (r)
   VectorX x;                        ///< surface at the start of the tick [m], (3f)
   VectorX v_free, v_free_end;       ///< without contact: mean velocity over the tick, and at its end [m/s], (r)
-  VectorX u_free;                   ///< the same of the patch [m/s], (3p)
+  VectorX u_free;                   ///< the same of the patch [m/s], (3m)
 
   // Events within the tick: rewind_to(), find_impact().
   VectorX x_event, x_end;                                     ///< surface at the last event, and at the end [m], (3f)
@@ -51,11 +53,12 @@ struct LocalWorkspace {
 
   // resolve_contacts()
   VectorX x_guess;                      ///< surface at the end of the tick, guessed [m], (3f)
-  VectorX motion, u;                    ///< velocity of the patch, (3p), and of the surface, (3f) [m/s]
-  VectorX du;                           ///< change of the patch's velocity by contact [m/s], (3p)
+  VectorX motion, u;                    ///< velocity of the patch, (3m), and of the surface, (3f) [m/s]
+  VectorX du;                           ///< change of the patch's velocity by contact [m/s], (3m)
   VectorX du_guess, step, step_before;  ///< iterates of du
-  VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3p)
+  VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3m)
   CouplingRoom coupling;
+  ContactMatrix yield_coupling;
   /// Of each tool, while it is held: facets that it may touch, ascending, how many (-1: not looked for), and features.
   std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)
   std::array<int, kMaxTools> num_near{};
@@ -78,6 +81,7 @@ struct PreparedLocalModel {
   LocalModel model;
   ContactSurface surface;  ///< what tools touch; contacts name its facets
   std::unique_ptr<LocalDynamics> dynamics;
+  double yield_rate = 0;                   ///< of a fine patch: 1 / (retardation + tick) [1/s]
   std::unique_ptr<TriangleIndex> index;    ///< of the surface
   SparseMatrix patch_basis;                ///< first 3p rows of the basis
   PanelMatrix dense_patch_basis;           ///< the same when most entries are not zero: several times faster
@@ -113,7 +117,15 @@ struct PreparedLocalModel {
   LocalWorkspace work;
 
   /// Motion of the patch vertices, (3p), for reduced coordinates or velocities, (r). No allocation.
+  /// @param out  (3p); of a model with a fine patch (3m), of which the rest stays
   void recover_patch(const VectorX& reduced, VectorX& out) const noexcept;
+
+  /// How fast the points of a fine patch yield on average over the tick [m/s], (3y): `out` is what follows the patch's.
+  void yield_freely(VectorX& out) const noexcept;
+  /// Adds what an impulse on each moving vertex makes these yield by: `impulse` and `out` (3m).
+  void add_yield(const VectorX& impulse, VectorX& out) const noexcept;
+  /// A place of the surface in this model's patch; facet -1: neither patch nor apron reaches.
+  std::pair<int, Vec3> facet_at(const SurfacePlace& place) const noexcept;
 
   /// The facet with this number in the body, -1 where neither patch nor apron reaches.
   int local_facet(int global_facet) const noexcept {

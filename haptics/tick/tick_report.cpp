@@ -43,15 +43,17 @@ void report_contacts(TickState& tick, int tool, LocalFrame& frame) noexcept {
       if (facets.on_rim[contact.triangle]) tick.tools[tool].flags |= kLeftPatch;
       if (surface.is_apron(contact.triangle)) tick.tools[tool].flags |= kOnApron;
     }
-    tick.samples[tick.num_samples++] = {.t = tick.t - tick.h,
-                                        .triangle = facets.global_triangle[contact.triangle],
-                                        .facet = surface.goes_with_apron(contact.triangle) ? -1 : contact.triangle,
-                                        .bary = contact.bary,
-                                        .impulse = impulse,
-                                        .normal = contact.normal,
-                                        .point = point,
-                                        .sticks = tick.solution.mode[i] == ContactMode::stick,
-                                        .tool = tool};
+    const bool by_place = surface.fine || surface.goes_with_apron(contact.triangle);
+    tick.samples[tick.num_samples++] = {
+        .t = tick.t - tick.h,
+        .triangle = facets.global_triangle[contact.triangle],
+        .facet = by_place ? -1 : contact.triangle,
+        .bary = surface.fine ? surface.weights_in_triangle(contact.triangle, contact.bary) : contact.bary,
+        .impulse = impulse,
+        .normal = contact.normal,
+        .point = point,
+        .sticks = tick.solution.mode[i] == ContactMode::stick,
+        .tool = tool};
   }
   frame.f_n = normal_sum.norm();
   frame.f_t = tangential_sum.norm();

@@ -30,9 +30,10 @@ void ContactWatch::ticked(const HapticSide& side, std::span<const LocalFrame> fr
     tick.tools[k] = {
         {sweep.x_t0, sweep.r_t0}, {sweep.x_t1, sweep.r_t1}, frames[k].mode == ContactMode::free, frames[k].gap};
   }
+  const LocalState& s = side.model().state;
   if (!record_)
-    look(tick, side.model().state.q);
-  else if (!record_->push(tick, side.model().state.q))
+    look(tick, (VectorX(s.q.size() + s.yielded.size()) << s.q, s.yielded).finished());
+  else if (!record_->push(tick, s.q, {s.yielded.data(), static_cast<std::size_t>(s.yielded.size())}))
     unnoted_.fetch_add(1, std::memory_order_relaxed);
 }
 
@@ -56,7 +57,7 @@ bool ContactWatch::note_depth(std::size_t tool, int tick, double depth) try {
 }
 
 /// With the model that was in use.
-/// @param q  its coordinates at the end of the tick
+/// @param q  its coordinates at the end of the tick, and what the points of a fine patch had yielded by
 void ContactWatch::look(const MotionRecord::Tick& tick, const VectorX& q) {
   check_.place(q);
   for (std::size_t k = 0; k < tools_; ++k) {

@@ -183,6 +183,9 @@ void fields(A& a, LocalSettings& s) {
   a("refresh_budget_ms", s.refresh_budget_ms);
   a("catch_up", s.catch_up);
   a("blend_ms", s.blend_ms);
+  a("refine", s.refine);
+  a("fineness", s.fineness);
+  a("refine_nodes", s.refine_nodes);
   a("passivity_damping", s.passivity_damping);
   a("integrator", s.integrator);
 }

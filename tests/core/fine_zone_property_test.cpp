@@ -58,10 +58,12 @@ TEST(FineZone, FacetsArePiecesOfTheBodysTrianglesAndCoverAllInReach) {
           }
         }
       }
-      // Points of the surface in reach lie in a facet: triangles wholly in reach are covered, none is twice.
+      // Points of the surface in reach lie in a facet: triangles are covered once, wholly or not at all.
       const double reach = 1.15 * 0.004;
       for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        EXPECT_LE(covered[static_cast<int>(t)], 1 + 1e-12);
+        if (covered[static_cast<int>(t)] > 0) {
+          EXPECT_NEAR(covered[static_cast<int>(t)], 1, 1e-12);
+        }
         double farthest = 0;
         for (const int i : mesh.triangles[t]) farthest = std::max(farthest, (node(mesh.x, i) - centre).norm());
         if (farthest < reach) {

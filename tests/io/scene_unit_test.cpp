@@ -79,7 +79,7 @@ TEST(Scene, EveryKeyIsRead) {
       "stribeck": 0.02, "regions": [{"box": [[0, 0, 0], [1, 1, 1]], "mu": 0.8}, {"box": [[0, 0, 0], [2, 2, 2]], "mu_static": 0.3, "mu_kinetic": 0.2}],
       "surface": "h", "surface_levels": 3, "ridge_deg": 50},
     "global": {"rate_hz": 10, "integrator": "a", "solver": "f", "tolerance": 1e-4, "early_refresh": false, "look_ahead": false, "definite": false,
-               "self_contact": {"mu": 0.1, "reach": 1e-4, "stiffness": 50, "creep": 2e-3}}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "refresh_budget_ms": 25, "catch_up": false, "blend_ms": 3, "passivity_damping": 0.5,
+               "self_contact": {"mu": 0.1, "reach": 1e-4, "stiffness": 50, "creep": 2e-3}}, "local": {"rate_hz": 500, "method": "frozen", "reducer": "b", "rings": 2, "tolerance": 0.1, "budget_us": 90, "refresh_budget_ms": 25, "catch_up": false, "blend_ms": 3, "refine": "follow", "fineness": 0.5, "refine_nodes": 700, "passivity_damping": 0.5,
     "integrator": "c"}, "link": {"type": "d", "latency_ms": 5, "loss": 0.25, "charge_refreshes": "given", "refresh_ms": 40}, "collision": {"backend": "e"}})");
   EXPECT_EQ(s.title, "all");
   EXPECT_EQ(s.duration, 2.0);

@@ -1,0 +1,50 @@
+#pragma once
+// The surface of refined cells over a patch (core/fine/), and how far it yields beyond what the patch's vertices do: a
+// compliance R in series with the local model's, with the material's retardation.
+#include <utility>
+
+#include "core/body/node_weights.hpp"
+
+namespace kt {
+
+constexpr int kMostYielding = 10000;  ///< points of one patch: of two tools, refine_nodes at most each
+
+/// A point of the body's surface.
+struct SurfacePlace {
+  int triangle = -1;            ///< -1: none
+  Vec3 weights = Vec3::Zero();  ///< of its corners, sum 1
+};
+
+struct FinePatch {
+  std::vector<Triangle> facets;  ///< vertices, counter-clockwise seen from outside
+  std::vector<int> triangle;     ///< of the body's surface, that each is a piece of; ascending
+  std::vector<Mat3> corners;     ///< of each facet: its corners as weights in that triangle, by columns
+  std::vector<Mat3> to_facet;    ///< inverse of it: weights in the triangle to those in the facet
+  /// Vertex i goes with nodes of the body node[k], with weight[k], first[i] <= k < first[i+1], and yields as yielding
+  /// points from[k] with share[k], first_from[i] <= k < first_from[i+1], do; with none of them it does not yield.
+  std::vector<int> first, node;
+  std::vector<double> weight;
+  std::vector<int> first_from, from;
+  std::vector<double> share;
+  std::vector<SurfacePlace> yielding;  ///< where the points are that yield by themselves, (y)
+  MatrixX R;                           ///< of these points [m/N], (3y x 3y), symmetric, positive semidefinite
+  double retardation = 0;              ///< [s]
+  double fineness = 0;                 ///< size of the cells under the tool over the contact radius
+
+  int num_vertices() const noexcept { return static_cast<int>(first.size()) - 1; }
+  int num_yielding() const noexcept { return static_cast<int>(yielding.size()); }
+  /// The facet that holds a place, and the weights in it; -1: none of that triangle.
+  std::pair<int, Vec3> find(const SurfacePlace& place) const noexcept;
+  /// The nodes of the body that move a point of a facet.
+  NodeWeights moved_by(int facet, const Vec3& bary) const noexcept;
+  /// The yielding points that it yields with: indices of R's blocks.
+  NodeWeights yields_with(int facet, const Vec3& bary) const noexcept;
+};
+
+/// How far the points of `now` had yielded on another patch of the same body, by their places; zero where that one did
+/// not yield. No allocation.
+/// @param old    null: nothing had        @param z  of its points [m], (3y) or longer
+/// @param out    (3y) of `now`
+void carry_yield(const FinePatch* old, const VectorX& z, const FinePatch& now, VectorX& out) noexcept;
+
+}  // namespace kt

@@ -1,0 +1,145 @@
+#include "haptics/refresh/fine_refresh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "collision/shape/closest_point.hpp"
+#include "collision/shape/tool_shape.hpp"
+#include "core/base/stages.hpp"
+#include "core/fine/isotropic_cells.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kMostTravel = 0.003;  // [m] cells for a longer way would be too many
+
+/// Of a contact that is not known yet: a ball pressed in by a sixteenth of its radius.
+double expected_contact_radius(const ToolShape& shape) {
+  return 0.25 * std::max(shape.radius, 0.3 * tool_reach(shape));
+}
+
+/// The nearest place of the patch, of the body at rest.
+Vec3 rest_place(const Surface& surface, const VectorX& x, const VectorX& rest, const SurfacePatch& patch,
+                const Vec3& place) {
+  double nearest_sq = std::numeric_limits<double>::infinity();
+  Vec3 out = Vec3::Zero();
+  for (const int t : patch.global_triangle) {
+    const Triangle& v = surface.triangles[t];
+    const ClosestPoint at = closest_point_on_triangle(place, node(x, v[0]), node(x, v[1]), node(x, v[2]));
+    if (at.distance_sq >= nearest_sq) continue;
+    nearest_sq = at.distance_sq;
+    out = at.bary[0] * node(rest, v[0]) + at.bary[1] * node(rest, v[1]) + at.bary[2] * node(rest, v[2]);
+  }
+  return out;
+}
+
+}  // namespace
+
+double measured_contact_radius(std::span<const TickContact> contacts, int tool) {
+  double force = 0, spread = 0;
+  Vec3 middle = Vec3::Zero();
+  int count = 0;
+  const auto push = [](const TickContact& c) { return std::max(0.0, -c.impulse.dot(c.normal)); };
+  for (const TickContact& c : contacts) {
+    if (c.tool != tool) continue;
+    ++count;
+    force += push(c);
+    middle += push(c) * c.point;
+  }
+  if (count < 3 || !(force > 0)) return 0;
+  middle /= force;
+  for (const TickContact& c : contacts)
+    if (c.tool == tool) spread += push(c) * (c.point - middle).squaredNorm();
+  return std::sqrt(2.5 * spread / force);
+}
+
+FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local)
+    : surface_(surface), fineness_(local.fineness), most_nodes_(local.refine_nodes), solver_(make_block_solver()) {
+  const Refinable* material = told_by(model);
+  if (!material) {
+    isotropic_ = isotropic_cells(model);
+    material = isotropic_.get();
+  }
+  body_ = make_fine_body(model, *material);
+  body_.triangle.clear();
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    body_.triangle[ascending(surface.triangles[t])] = static_cast<int>(t);
+}
+
+FineContact FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std::span<const TouchTool> tools,
+                                std::span<const FineTool> places) const {
+  constexpr double kAhead = 0.5, kMargin = 1.5, kLeast = 0.4;  // of the way until then; of the contact radius
+  FineContact out;
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    const FineTool& tool = places[k];
+    const double own = std::max(tool.contact_radius, expected_contact_radius(tools[k].shape));
+    const Vec3 way = tool.time * tool.velocity;
+    const Vec3 at = rest_place(surface_, x, body_.mesh->x, patch, tool.place + kAhead * way);
+    out.travel = std::max({out.travel, kLeast * own, std::min(kMargin * way.norm(), kMostTravel)});
+    out.contact_radius = std::max(out.contact_radius, own);
+    if (k == 0)
+      out.centre = at;
+    else
+      out.others.push_back(at);
+  }
+  return out;
+}
+
+/// The zone that is there is large and fine enough for it.
+bool FineRefresh::serves(const FineContact& wanted) const {
+  constexpr double kOfTheWay = 0.8, kGrown = 1.25, kShrunk = 0.6;
+  if (!zone_) return false;
+  const FineContact& has = zone_->contact;
+  const double grown = wanted.contact_radius / has.contact_radius;
+  if (grown > kGrown || grown < kShrunk || has.others.size() != wanted.others.size()) return false;
+  const double way = kOfTheWay * has.travel;
+  bool is_near = (wanted.centre - has.centre).norm() <= way;
+  for (std::size_t i = 0; i < has.others.size(); ++i)
+    is_near = is_near && (wanted.others[i] - has.others[i]).norm() <= way;
+  return is_near;
+}
+
+void FineRefresh::make_zone(const FineContact& contact) {
+  FineZoneOptions options = fine_options(body_, contact, fineness_);
+  options.most_nodes = most_nodes_ * (1 + static_cast<int>(contact.others.size()));
+  zone_ = Zone{make_fine_zone(body_, options), contact, {}, cell_size_at(body_, contact.centre)};
+  for (const int c : zone_->zone.cells) {
+    const Tetrahedron& t = body_.mesh->tetrahedra[c];
+    zone_->nodes.insert(zone_->nodes.end(), t.begin(), t.end());
+  }
+  std::ranges::sort(zone_->nodes);
+  const auto [end, last] = std::ranges::unique(zone_->nodes);
+  zone_->nodes.erase(end, last);
+  patch_ = nullptr;
+}
+
+/// The zone's cells are strained otherwise than when they were looked at last, by so much that it counts: R follows the
+/// strain by as much.
+bool FineRefresh::is_bent(const VectorX& x) const {
+  constexpr double kStrain = 0.03;
+  Vec3 mean = Vec3::Zero();
+  for (const int i : zone_->nodes) mean += node(x, i) - node(x_, i);
+  mean /= static_cast<double>(zone_->nodes.size());
+  return std::ranges::any_of(zone_->nodes,
+                             [&](int i) { return (node(x, i) - node(x_, i) - mean).norm() > kStrain * zone_->cell; });
+}
+
+std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, TangentKind kind,
+                                                   const SurfacePatch& patch, std::span<const TouchTool> tools,
+                                                   std::span<const FineTool> places) {
+  const VectorX& x = tangent.state.x;
+  const FineContact contact = wanted(x, patch, tools, places);
+  if (!serves(contact)) make_zone(contact);
+  if (zone_->zone.num_yielding == 0) return nullptr;
+  if (patch_ && kind_ == kind && !is_bent(x)) return patch_;
+  const auto made = make_fine_patch(body_, zone_->zone, surface_.triangles,
+                                    find_yield(body_, zone_->zone, {tangent.state, kind}, tangent.dfdx, *solver_));
+  made->fineness = zone_->zone.edge / zone_->contact.contact_radius;
+  patch_ = made;
+  x_ = x;
+  kind_ = kind;
+  return patch_;
+}
+
+}  // namespace kt

@@ -1,0 +1,99 @@
+// What a tool feels of a body whose cells are refined under it, through the whole tick and refresh: the continuum's
+// force, at rest with the body; no energy over zones that move; the same bits again.
+#include <gtest/gtest.h>
+
+#include "core/body/mesh.hpp"
+#include "haptics/session/session.hpp"
+#include "tests/support/axisymmetric_press.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kRadius = 0.008, kWide = 0.06, kThick = 0.02;
+
+struct Press {
+  double cell = 0.005, depth = 0.0015;
+  double x = 0, y = 0;  // from the middle, in cells
+  double speed = 0, mu = 0;
+  double duration = 0.5;
+  std::string refine = "follow", type = "fem", element = "tet4", link = "lockstep";
+};
+
+/// A block of 10 kPa, bonded below, and a ball of 8 mm.
+Scene scene_of(const Press& p) {
+  Scene s = default_scene();
+  s.object.mesh = "block";
+  s.object.model.type = p.type;
+  s.object.model.element = p.element;
+  s.object.model.material = "linear";
+  s.object.fixed.below = FixedBelow{"z", 1e-6};
+  s.tool.radius = kRadius;
+  s.tool.path.press_drag = PressDrag{.at = std::array{0.5 * kWide + p.x * p.cell, 0.5 * kWide + p.y * p.cell},
+                                     .depth = p.depth,
+                                     .press_time = 0.3,
+                                     .direction = {1, 0.3, 0},
+                                     .speed = p.speed};
+  s.duration = p.duration;
+  s.contact.mu_static = s.contact.mu_kinetic = p.mu;
+  s.contact.surface = "flat";
+  s.local.refine = p.refine;
+  s.local.reducer = "condensed";
+  s.link.type = p.link;
+  s.collision.backend = "brute_force";
+  return s;
+}
+
+Mesh block_of(const Press& p) {
+  const int wide = static_cast<int>(std::lround(kWide / p.cell));
+  return kuhn_block(wide, wide, static_cast<int>(std::lround(kThick / p.cell)), p.cell);
+}
+
+SessionResult run(const Press& p) { return Session(scene_of(p), block_of(p)).run(); }
+
+double force_over_continuum(const Press& p) {
+  const double truth = press_axisymmetric({.young = 1e4,
+                                           .poisson = 0.3,
+                                           .thickness = kThick,
+                                           .width = kWide / std::sqrt(3.14159265358979323846),
+                                           .radius = kRadius,
+                                           .depth = p.depth,
+                                           .cells = 16})
+                           .force;
+  const SessionResult r = run(p);
+  const auto& frames = r.tools[0].frames;
+  const double last = frames.back().f_n, before = frames[frames.size() - 100].f_n;
+  EXPECT_NEAR(before / last, 1, 0.01) << "the force is not at rest";
+  return last / truth;
+}
+
+TEST(FineTouch, GivesTheContinuumsForceWhereverItPresses) {
+  for (const double depth : {0.0005, 0.0015})
+    for (const auto& [x, y] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.6, 0.3}}) {
+      const double factor = force_over_continuum({.depth = depth, .x = x, .y = y});
+      EXPECT_GE(factor, 0.95) << depth << ' ' << x << ' ' << y;
+      EXPECT_LE(factor, 1.13) << depth << ' ' << x << ' ' << y;
+    }
+  EXPECT_LE(force_over_continuum({.cell = 0.01, .x = 0.3}), 1.13);
+  EXPECT_GE(force_over_continuum({.refine = "off"}), 1.4) << "the mesh's force, which is not that of the body";
+}
+
+TEST(FineTouch, GivesNoEnergyOverZonesThatMove) {
+  const SessionResult r = run({.speed = 0.02, .duration = 1.5});
+  const auto& frames = r.tools[0].frames;
+  double given = 0, most = 0;  // by the hand to the body
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    given -= frames[i].force.dot(frames[i].pose.x - frames[i - 1].pose.x);
+    most = std::max(most, given);
+    EXPECT_TRUE(frames[i].force.allFinite());
+  }
+  EXPECT_GT(most, 0);
+  EXPECT_EQ(r.tools[0].lost.free_ticks_inside, 0);
+}
+
+TEST(FineTouch, IsRepeatedBitForBit) {
+  const Press p{.speed = 0.03, .mu = 0.4, .duration = 0.6};
+  EXPECT_EQ(run(p).hash, run(p).hash);
+}
+
+}  // namespace
+}  // namespace kt
