@@ -75,7 +75,8 @@ FineContact FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std
     const FineTool& tool = places[k];
     const double own = std::max(tool.contact_radius, expected_contact_radius(tools[k].shape));
     const Vec3 way = tool.time * tool.velocity;
-    const Vec3 at = rest_place(surface_, x, body_.mesh->x, patch, tool.place + kAhead * way);
+    const Vec3 at = tool.touched ? Vec3(*tool.touched + kAhead * way)
+                                 : rest_place(surface_, x, body_.mesh->x, patch, tool.place + kAhead * way);
     out.travel = std::max({out.travel, kLeast * own, std::min(kMargin * way.norm(), kMostTravel)});
     out.contact_radius = std::max(out.contact_radius, own);
     if (k == 0)

@@ -19,6 +19,8 @@ struct FineTool {
   Vec3 velocity = Vec3::Zero();  ///< [m/s]
   double time = 0;               ///< until the next local model is there [s]
   double contact_radius = 0;     ///< measured [m]; 0: not known
+  std::optional<Vec3>
+      touched{};  ///< middle of its contacts by force, on the body at rest [m]; none: it touches nothing
 };
 
 /// Radius of the contact of each tool from where its force was distributed over in the last tick [m]: of a ball

@@ -184,6 +184,23 @@ void Refresher::refine(LocalModel& local, TangentKind kind, const SurfacePatch& 
   record_.refine_ms += milliseconds_since(start);
 }
 
+/// Middle of a tool's contacts in the last tick by force, on the body at rest.
+std::optional<Vec3> Refresher::touched_at_rest(std::span<const LocalReport> reports, int tool) const {
+  if (reports.empty()) return {};
+  const VectorX& rest = global_.model().mesh().x;
+  double force = 0;
+  Vec3 middle = Vec3::Zero();
+  for (const TickContact& contact : reports.back().contacts()) {
+    if (contact.tool != tool) continue;
+    const double push = std::max(0.0, -contact.impulse.dot(contact.normal));
+    const Vec3 bary = nodes_.on_triangle(contact).bary;
+    const Triangle& t = surface_.triangles[contact.triangle];
+    force += push;
+    for (int i = 0; i < 3; ++i) middle += push * bary[i] * node(rest, t[i]);
+  }
+  return force > 0 ? std::optional<Vec3>(middle / force) : std::nullopt;
+}
+
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
   fine_tools_.clear();
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
@@ -191,7 +208,8 @@ void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const Lo
         {.place = at[k].x,
          .velocity = tool_velocity(reports, options_.local.rate_hz, k),
          .time = interval(t) + known_.delay,
-         .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k)});
+         .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k),
+         .touched = touched_at_rest(reports, k)});
 }
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,

@@ -76,6 +76,7 @@ class Refresher {
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
   void linearize_at(const State& state, TangentKind kind);
   void refine(LocalModel& local, TangentKind kind, const SurfacePatch& patch);
+  std::optional<Vec3> touched_at_rest(std::span<const LocalReport> reports, int tool) const;
   void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);

@@ -67,7 +67,10 @@ void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& o
   find_tool_contacts(patch, x, t.whole.core(), shape.radius, margin, plain, t.start, w.near[tool], out, place - from,
                      m.state.overlap[tool].allowed());
   if (touches_vertices) {
-    add_vertex_contacts(patch, x, t.whole.core(), shape.radius, margin, all.subspan(plain.size()), w.near[tool].is_seen,
+    // How fast what yields goes back without contact says nothing: in contact it does not.
+    const double near = std::min(
+        margin, kLookWithin * cell_of(patch, x, t.start) + (t.whole.sweep().x_t1 - t.whole.sweep().x_t0).norm());
+    add_vertex_contacts(patch, x, t.whole.core(), shape.radius, near, all.subspan(plain.size()), w.near[tool].is_seen,
                         out);
     for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between nodes may reach into the tool
   }

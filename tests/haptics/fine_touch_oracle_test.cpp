@@ -71,7 +71,7 @@ TEST(FineTouch, GivesTheContinuumsForceWhereverItPresses) {
     for (const auto& [x, y] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.6, 0.3}}) {
       const double factor = force_over_continuum({.depth = depth, .x = x, .y = y});
       EXPECT_GE(factor, 0.95) << depth << ' ' << x << ' ' << y;
-      EXPECT_LE(factor, 1.13) << depth << ' ' << x << ' ' << y;
+      EXPECT_LE(factor, depth < 1e-3 ? 1.16 : 1.12) << depth << ' ' << x << ' ' << y;
     }
   EXPECT_LE(force_over_continuum({.cell = 0.01, .x = 0.3}), 1.13);
   EXPECT_GE(force_over_continuum({.refine = "off"}), 1.4) << "the mesh's force, which is not that of the body";
