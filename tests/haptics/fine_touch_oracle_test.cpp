@@ -4,6 +4,8 @@
 
 #include "core/body/mesh.hpp"
 #include "haptics/session/session.hpp"
+#include "haptics/touch/touch.hpp"
+#include "tests/support/allocations.hpp"
 #include "tests/support/axisymmetric_press.hpp"
 
 namespace kt {
@@ -88,6 +90,25 @@ TEST(FineTouch, GivesNoEnergyOverZonesThatMove) {
   }
   EXPECT_GT(most, 0);
   EXPECT_EQ(r.tools[0].lost.free_ticks_inside, 0);
+}
+
+TEST(FineTouch, TicksTakeNoMemory) {
+  Scene scene = scene_of({.mu = 0.4});
+  scene.global.rate_hz = 1;  // no refresh among the ticks
+  Session session(scene, block_of({}));
+  Touch touch(session.body(), session.options());
+  const auto pose = [](int tick) {
+    return Pose{Vec3(0.5 * kWide + 2e-6 * tick, 0.5 * kWide, kThick + kRadius + 1e-4 - 5e-6 * std::min(tick, 300))};
+  };
+  touch.place(pose(0));
+  touch.tick(pose(0));
+  LocalFrame frame;
+  EXPECT_EQ(allocations_during([&] {
+              for (int i = 1; i <= 500; ++i) frame = touch.tick(pose(i));
+            }),
+            0);
+  EXPECT_GT(frame.contacts, 5);
+  EXPECT_GT(frame.f_n, 0.05);
 }
 
 TEST(FineTouch, IsRepeatedBitForBit) {

@@ -17,7 +17,7 @@ Mesh fine_block() { return kuhn_block(14, 14, 8, 2e-3); }
 
 Scene auto_scene() {
   Scene scene = small_scene();
-  scene.object.mesh = "-";
+  scene.object.mesh = std::string("-");
   scene.object.model.type = "fem";
   scene.local.reducer = "auto";
   scene.duration = 0.25;

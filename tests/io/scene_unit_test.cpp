@@ -125,7 +125,7 @@ TEST(Scene, EveryKeyIsRead) {
                              50}));
   EXPECT_EQ(s.global,
             (GlobalSettings{10, "a", "f", 1e-4, false, false, false, SelfContactSettings{0.1, 1e-4, 50, 2e-3}}));
-  EXPECT_EQ(s.local, (LocalSettings{500, "b", 2, 0.1, 90, 25.0, false, 3, 0.5, "c", "frozen"}));
+  EXPECT_EQ(s.local, (LocalSettings{500, "b", 2, 0.1, 90, 25.0, false, 3, "follow", 0.5, 700, 0.5, "c", "frozen"}));
   EXPECT_EQ(s.link, (LinkSettings{"d", 5, 0.25, "given", 40.0}));
   EXPECT_EQ(s.collision.backend, "e");
 }
