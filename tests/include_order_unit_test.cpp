@@ -20,7 +20,7 @@ const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "mo
 /// The rooms of a folder from the ground up, siblings on one line: a file includes from its own room and from lines
 /// below.
 const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
-    {"core", {{"base"}, {"linear"}, {"body"}, {"global", "local", "fine"}}},
+    {"core", {{"base"}, {"linear"}, {"body"}, {"global", "local"}, {"fine"}}},
     {"collision", {{"shape"}, {"broad", "impact"}, {"held"}}},
     {"io", {{"files"}, {"mesh", "scene"}, {"surface"}, {"solid"}}},
     {"haptics",

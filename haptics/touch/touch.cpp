@@ -139,7 +139,7 @@ void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
 std::unique_ptr<TouchWatch> Touch::Parts::make_watch() const {
   if (!checks) return nullptr;
   std::vector<ToolShape> tools;
-  if (haptic_method_name(options.local.method, options.contact.law) == "multirate") tools = shapes_of(options);
+  if (options.local.method == "multirate" && options.contact.law == "coulomb") tools = shapes_of(options);
   return std::make_unique<TouchWatch>(body.surface(), tools, haptic.h(), observer);
 }
 

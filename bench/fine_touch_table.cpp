@@ -1,0 +1,95 @@
+// Presses through the whole engine, in lockstep and without friction: the force at rest with the body over the
+// continuum's, with and without refined cells.
+//   fine_touch_table
+// A ball of 8 mm on a block of 60 x 60 x 20 mm bonded below, 10 kPa, nu = 0.3; at a node of the surface, in the middle
+// of an edge, and within a triangle. Truth: the ball meets the body where it has moved to
+// (tests/support/axisymmetric_press.hpp, `follows`).
+#include <algorithm>
+#include <cstdio>
+
+#include "core/body/mesh.hpp"
+#include "haptics/session/session.hpp"
+#include "tests/support/axisymmetric_press.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kRadius = 0.008, kWide = 0.06, kThick = 0.02;
+
+struct Block {
+  const char* name;
+  const char* type;
+  const char* element;
+  double cell;
+};
+
+struct Pressed {
+  double force = 0, tick_us = 0;
+  int contacts = 0;
+};
+
+Pressed press(const Block& body, double depth, double x, double y, const char* refine) {
+  Scene s = default_scene();
+  s.object.mesh = std::string("block");
+  s.object.model.type = body.type;
+  s.object.model.element = body.element;
+  s.object.model.material = std::string("linear");
+  s.object.fixed.below = FixedBelow{"z", 1e-6};
+  s.tool.radius = kRadius;
+  s.tool.path.press_drag = PressDrag{.at = std::array{0.5 * kWide + x * body.cell, 0.5 * kWide + y * body.cell},
+                                     .depth = depth,
+                                     .press_time = 0.3,
+                                     .speed = 0};
+  s.duration = 0.5;
+  s.contact.mu_static = s.contact.mu_kinetic = 0;
+  s.contact.surface = std::string("flat");
+  s.local.refine = refine;
+  s.local.reducer = std::string("condensed");
+  const int wide = static_cast<int>(std::lround(kWide / body.cell));
+  const SessionResult r =
+      Session(s, kuhn_block(wide, wide, static_cast<int>(std::lround(kThick / body.cell)), body.cell)).run();
+  std::vector<double> us(r.step_us.begin(), r.step_us.end());
+  std::ranges::nth_element(us, us.begin() + static_cast<std::ptrdiff_t>(us.size() / 2));
+  const LocalFrame& last = r.tools[0].frames.back();
+  return {last.f_n, us[us.size() / 2], last.contacts};
+}
+
+void print_row(const Block& body, double depth) {
+  const double truth = press_axisymmetric({.young = 1e4,
+                                           .poisson = 0.3,
+                                           .thickness = kThick,
+                                           .width = kWide / std::sqrt(3.14159265358979323846),
+                                           .radius = kRadius,
+                                           .depth = depth,
+                                           .cells = 16,
+                                           .follows = true})
+                           .force;
+  std::printf("| %s | %.1f |", body.name, 1e3 * depth);
+  for (const char* refine : {"off", "follow"}) {
+    double tick_us = 0;
+    int contacts = 0;
+    for (const auto& [x, y] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.6, 0.3}}) {
+      const Pressed p = press(body, depth, x, y, refine);
+      std::printf(" %.2f", p.force / truth);
+      tick_us = std::max(tick_us, p.tick_us);
+      contacts = std::max(contacts, p.contacts);
+    }
+    std::printf(" | %d | %.0f |", contacts, tick_us);
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace kt
+
+int main() {
+  std::puts(
+      "| cells | depth mm | as they are: node, edge, within | contacts | tick us | refined | contacts | tick us |");
+  std::puts("|---|---|---|---|---|---|---|---|");
+  for (const kt::Block& body : {kt::Block{"4 nodes, 5 mm", "fem", "tet4", 0.005},
+                                {"4 nodes, 10 mm", "fem", "tet4", 0.01},
+                                {"10 nodes, 10 mm", "fem", "tet10", 0.01},
+                                {"springs, 5 mm", "msd", "tet4", 0.005}})
+    for (const double depth : {0.0005, 0.0015, 0.003}) kt::print_row(body, depth);
+}
