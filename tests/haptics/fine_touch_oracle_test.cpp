@@ -79,16 +79,27 @@ TEST(FineTouch, GivesTheContinuumsForceWhereverItPresses) {
   EXPECT_GE(force_over_continuum({.refine = "off"}), 1.4) << "the mesh's force, which is not that of the body";
 }
 
+// Pressed in, moved to and fro over zones that move with it, and let go: the hand gets nothing out of it.
 TEST(FineTouch, GivesNoEnergyOverZonesThatMove) {
-  const SessionResult r = run({.speed = 0.02, .duration = 1.5});
+  Scene scene = scene_of({.duration = 1.4});
+  const Vec3 above(0.025, 0.028, kThick + kRadius + 5e-4), pressed(0.025, 0.028, kThick + kRadius - 1.5e-3);
+  const Vec3 aside = pressed + Vec3(0.012, 0.004, 0);
+  scene.tool.path.press_drag.reset();
+  scene.tool.path.waypoints = {{0, above}, {0.2, pressed}, {0.3, pressed}, {0.7, aside}, {1.1, pressed}, {1.3, above}};
+  const SessionResult r = Session(scene, block_of({})).run();
   const auto& frames = r.tools[0].frames;
-  double given = 0, most = 0;  // by the hand to the body
+  double given = 0, most = 0, dragged = 0;  // by the hand [J]
   for (std::size_t i = 1; i < frames.size(); ++i) {
-    given -= frames[i].force.dot(frames[i].pose.x - frames[i - 1].pose.x);
+    ASSERT_TRUE(frames[i].force.allFinite());
+    const double work = -frames[i].force.dot(frames[i].pose.x - frames[i - 1].pose.x);
+    given += work;
     most = std::max(most, given);
-    EXPECT_TRUE(frames[i].force.allFinite());
+    if (frames[i].t > 0.3 && frames[i].t < 1.1) dragged += work;
   }
-  EXPECT_GT(most, 0);
+  EXPECT_GT(most, 5e-5) << "it was pressed in";
+  EXPECT_GT(given, 0);
+  EXPECT_GT(dragged, 0);
+  EXPECT_EQ(frames.back().mode, ContactMode::free);
   EXPECT_EQ(r.tools[0].lost.free_ticks_inside, 0);
 }
 
