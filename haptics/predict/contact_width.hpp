@@ -20,7 +20,7 @@ class BuiltScene;
 struct ContactWidth {
   double cell = 0;            ///< side of the surface's cells under the tool, sqrt(2 area of a triangle), mean [m]
   double contact_radius = 0;  ///< mean [m]
-  double least = 0, mean = 0, most = 0;                         ///< cell / contact radius [-]
+  double least = 0, mean = 0, most = 0;  ///< cell / contact radius [-]
   /// Of the continuum's force to expect, mean; where local.refine is on, after refinement. NaN: not known of this tool
   /// or model.
   double factor = std::numeric_limits<double>::quiet_NaN();
