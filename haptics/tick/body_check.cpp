@@ -49,15 +49,9 @@ void BodyCheck::take(const PreparedLocalModel& model) {
   local_x_.resize(3 * vertices);
   x_.resize(local_x_.size() + 3 * static_cast<Eigen::Index>(rest_node_.size()));
   for (Near& n : near_) n.slack = -1;
-  longest_sq_ = 0;
-  if (!s.fine) return;
-  VectorX rest = VectorX::Zero(3 * static_cast<Eigen::Index>(s.num_moving()));
-  rest.head(model.patch_basis.rows()) = model.model.x0.head(model.patch_basis.rows());
-  s.follow(rest, local_x_);
+  refined_.clear();
   for (std::size_t t = 0; t < local_.size(); ++t)
-    for (int e = 0; e < 3 && s.is_refined(static_cast<int>(t)); ++e)
-      longest_sq_ =
-          std::max(longest_sq_, (node(local_x_, local_[t][e]) - node(local_x_, local_[t][(e + 1) % 3])).squaredNorm());
+    if (s.is_refined(static_cast<int>(t))) refined_.push_back(static_cast<int>(t));
 }
 
 void BodyCheck::place(const VectorX& q) {
@@ -113,12 +107,25 @@ SurfacePatch& BodyCheck::near(int tool, const Vec3& place) {
   return n.patch;
 }
 
+/// How far a ball that lies on the nodes of refined facets may reach below these [m]: over a triangle of equal edges L
+/// L^2 / 6 R, the most for a longest edge. Of the facets that it covers.
+double BodyCheck::between_nodes(const MovingTool& tool, const Vec3& place) const {
+  const ToolShape& shape = tool.shape();
+  if (!has_vertex_contacts(tool.core()) || !(shape.radius > 0)) return 0;
+  const double covers = 1.1 * tool_reach(shape);  // where it only just touches, the nodes are further than its surface
+  double longest_sq = 0;
+  for (const int t : refined_) {
+    const Vec3 a = node(x_, local_[t][0]), b = node(x_, local_[t][1]), c = node(x_, local_[t][2]);
+    if (std::min({(a - place).norm(), (b - place).norm(), (c - place).norm()}) > covers) continue;
+    longest_sq = std::max({longest_sq, (a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
+  }
+  return longest_sq / (6 * shape.radius);
+}
+
 double BodyCheck::depth(int tool, const ToolSweep& sweep) {
-  const double depth = penetration_depth(near(tool, sweep.x_t1), x_, tools_[tool].shape(), sweep.x_t1, sweep.r_t1);
-  const ToolShape& shape = tools_[tool].shape();
-  if (longest_sq_ == 0 || !has_vertex_contacts(tools_[tool].core()) || !(shape.radius > 0)) return depth;
-  // Over a triangle of equal edges L a ball on its corners reaches L^2 / 6 R down; twice that of one that is not.
-  return std::max(0.0, depth - longest_sq_ / (3 * shape.radius));
+  const MovingTool& own = tools_[tool];
+  const double depth = penetration_depth(near(tool, sweep.x_t1), x_, own.shape(), sweep.x_t1, sweep.r_t1);
+  return depth > 0 && !refined_.empty() ? std::max(0.0, depth - between_nodes(own, sweep.x_t1)) : depth;
 }
 
 bool BodyCheck::leapt_into(int tool, const ToolSweep& sweep, double depth) const {

@@ -45,11 +45,12 @@ class BodyCheck {
   };
   SurfacePatch& near(int tool, const Vec3& place);
   double moved_since(const Near& near) const;
+  double between_nodes(const MovingTool& tool, const Vec3& place) const;
   const Surface& surface_;
   std::vector<MovingTool> tools_;
   std::vector<double> reach_;
   const PreparedLocalModel* model_ = nullptr;
-  double longest_sq_ = 0;          // edge of a refined facet [m^2]
+  std::vector<int> refined_;       // facets of local_ that are
   VectorX patch_x_, local_x_, x_;  // of the patch's vertices, of its contact surface, of all vertices
   std::vector<Triangle> local_;    // of the patch's contact surface
   std::vector<Triangle> rest_;     // of the body, without the patch

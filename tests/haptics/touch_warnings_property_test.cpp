@@ -37,6 +37,13 @@ Scene leaping_scene(bool goes_through = true) {
   return scene;
 }
 
+/// The same by hand.
+void leap(Touch& touch) {
+  const Pose above{{0.03, 0.026, 0.2}}, below{{0.03, 0.026, -0.2}};
+  touch.place(above);
+  for (int i = 0; i < 150; ++i) touch.tick(i < 50 ? above : below);
+}
+
 /// The poses of a run again.
 Lines told_of(const Scene& scene, const SessionResult& run) {
   const Session session(scene);
@@ -111,9 +118,7 @@ TEST(TouchWarnings, AreNotOfASessionsOwnTouchNorOfWhoAsksForNone) {
   const Session session(leaping_scene());
   Touch touch(session.body(), session.options());
   touch.check_contacts(false);
-  const Pose above{{0.03, 0.026, 0.2}}, below{{0.03, 0.026, -0.2}};
-  touch.place(above);
-  for (int i = 0; i < 150; ++i) touch.tick(i < 50 ? above : below);
+  leap(touch);
   EXPECT_FALSE(says_it(touch.warnings()));
 }
 
@@ -123,9 +128,7 @@ TEST(TouchWarnings, AreNotOfMethodsThatLetToolsIn) {
   scene.contact.law = "paper_stick";
   const Session session(scene);
   Touch touch(session.body(), session.options());
-  const Pose above{{0.03, 0.026, 0.2}}, below{{0.03, 0.026, -0.2}};
-  touch.place(above);
-  for (int i = 0; i < 150; ++i) touch.tick(i < 50 ? above : below);
+  leap(touch);
   EXPECT_FALSE(says_it(touch.warnings()));
 }
 
