@@ -38,6 +38,7 @@ set(kt_long_scripts)
 # Scripts that run by default with fewer cases, and in full (KT_LONG=1) in the long run:
 set(kt_longer_scripts check_command_property_test  # each kind of broken file once, or twice; 20 kills, or 60
                       stop_signals_property_test  # each stage by one signal, or by all
+                      tutorials_property_test  # the chart and the advice are left out, or not
                       view_unit_test)  # on a block of a hundred nodes, or on the organ
 # network: ten thousand seeds of a link that loses and disorders reports; a thousand are in the short run
 list(APPEND kt_long_tests ReportBox.SoItIsForTenThousandSeeds)

@@ -131,7 +131,7 @@ TEST(References, FilesInPagesExist) {
       "`((core|collision|self_contact|models|io|haptics|apps|bench|scripts|scenes|meshes|tests|cmake)/"
       "[A-Za-z0-9_./-]+\\.[a-z]+)`");
   int found = 0;
-  for (const auto& entry : fs::directory_iterator(kRoot / "docs")) {
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs")) {
     if (entry.path().extension() != ".md" || entry.path().stem() == "how_to_add") continue;  // files yet to be made
     std::ifstream in(entry.path());
     for (std::string line; std::getline(in, line);)
