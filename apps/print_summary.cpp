@@ -54,6 +54,15 @@ void print_trust(const Json& trust) {
   }
 }
 
+/// The mesh's share of the force: what no --reference on the same cells tells.
+void print_cells(const Json& width) {
+  if (width.is_null() || width["force_factor"].is_null()) return;
+  const auto mm = [&](const char* key, double times) { return number(1e3 * times * width[key].get<double>(), "%.2g"); };
+  line("cells", text(mm("cell_m", 1), " mm under a contact of ", mm("contact_radius_m", 2), " mm",
+                     width["refined"] ? ", refined under the tool" : ", as they are", ": expect about ",
+                     number(width["force_factor"].get<double>(), "%.3g"), " times the force of the continuum"));
+}
+
 void print_reference(const Json& s) {
   const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
   if (s.contains("reference"))
@@ -79,6 +88,7 @@ void print_summary(const Json& s) {
     line("second device", device_line(s["second_tool"]["device"]));
   line("real time", s["real_time"]["told"].get<std::string>());
   print_trust(s["trust"]);
+  print_cells(s["mesh_at_contact"]);
   line("haptic tick", tick_line(s));
   if (s["real_time"].contains("thread")) line("its thread", s["real_time"]["thread"].get<std::string>());
   line("body", body_line(s["model"]));

@@ -2,6 +2,7 @@
 #include "apps/commands.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
+#include "haptics/study/reference.hpp"
 #include "io/files/shell_words.hpp"
 
 namespace kt {
@@ -61,7 +62,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
     std::vector<std::string> words{"kilotouch", "run", a->scene};
     for (const std::string& set : a->set) words.insert(words.end(), {"--set", set});
     a->settings.reproduce = shell_words(words);
-    const RunOutcome outcome = run_scene(load_scene(a->scene, a->set), a->settings);
+    const Scene scene = load_scene(a->scene, a->set);
+    const bool has_reference = a->settings.reference.compute || !a->settings.reference.file.empty();
+    const RunOutcome outcome = run_scene(has_reference ? with_own_cells(scene) : scene, a->settings);
     exit_code = run_exit_code(outcome);
   });
 }

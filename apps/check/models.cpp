@@ -67,6 +67,7 @@ Scene body_scene(const std::string& model, double young, const std::vector<int>&
   out.object.model.type = model;
   out.object.model.young = young;
   out.object.model.damping.mass = kDamping;
+  out.local.refine = std::string("off");  // it is the mesh's own surface that is checked
   out.tool.radius = 0.004;
   out.tool.path = {.press_drag = {}, .waypoints = std::vector<Waypoint>{{}}, .recording = {}, .hand = {}, .device = {}};
   return out;

@@ -158,6 +158,8 @@ Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
   return {{"cell_m", w->cell},
           {"contact_radius_m", w->contact_radius},
           {"cell_over_contact_radius", {{"min", w->least}, {"mean", w->mean}, {"max", w->most}}},
+          {"refined", w->is_refined},
+          {"why_not_refined", w->why_not.empty() ? Json(nullptr) : Json(w->why_not)},
           {"force_factor", number_or_null(w->factor)},
           {"fine_edge_m", number_or_null(w->fine_edge)}};
 }

@@ -89,6 +89,7 @@ Mesh with_zero_area(Mesh mesh) {
 
 Scene scene_of(const Case& c, double angle, double distance) {
   Scene scene = default_scene();
+  scene.local.refine = std::string("off");  // the triangles are the case
   scene.duration = 0.2;
   scene.object.mesh = "block";
   scene.object.model.damping = {5, 2e-3};

@@ -10,11 +10,21 @@ namespace kt {
 /// Whether a tool's core is a point or one edge.
 inline bool has_vertex_contacts(const ToolCore& core) noexcept { return core.corners.size() <= 2; }
 
+/// Which vertices a tool is held at where there are more than there is room for: the same ones for all of a tick.
+struct ChosenVertices {
+  bool is_made = false;
+  std::vector<char> is_left_out;  ///< of vertices; of no meaning before a choice
+};
+
 /// Adds the contacts with a gap below `margin` [m] of the vertices of these triangles, each once, seen from outside:
-/// the core is on the outer side.
+/// the core is on the outer side. Of more than there is room for, those that are nearest with the surface at
+/// `x_before`, and where more than that touch there, some that lie apart (chosen_places.hpp); only those from then on.
+/// @param x_before where the surface was, in contact
+/// @param room     how many are added at most
 /// @param is_seen  of vertices: false before and after
-void add_vertex_contacts(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius,
-                         double margin, std::span<const int> triangles, std::vector<char>& is_seen,
-                         ContactSet& out) noexcept;
+/// @param chosen   with room for all vertices
+void add_vertex_contacts(const SurfacePatch& patch, const VectorX& x, const VectorX& x_before, const ToolCore& core,
+                         double radius, double margin, std::span<const int> triangles, int room,
+                         std::vector<char>& is_seen, ChosenVertices& chosen, ContactSet& out) noexcept;
 
 }  // namespace kt

@@ -16,11 +16,9 @@ struct FineContact {
   std::vector<Vec3> others{};  ///< where it or another one touches, too
 };
 
-constexpr double kFineness = 0.7;  ///< size of the leaves under the tool over the contact radius
-
 /// Leaves of `fineness` contact radii in all of the contact's way, and growing outwards by their distance from it;
 /// cells within 1.6 cell sizes of the centre, and half a cell beyond the way, so that what is held is far enough.
-FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness = kFineness);
+FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness);
 
 /// Force over the continuum's to expect at leaves of that size over the contact radius, 0.5 to 1.4, and a Poisson's
 /// ratio of 0.3 or less: a fit to presses (bench/fine_press_table.cpp), which lie within 0.03 of it where the size is 1

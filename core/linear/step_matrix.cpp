@@ -95,6 +95,15 @@ bool StepMatrix::add(double factor, const std::vector<Eigen::Triplet<double>>& e
   return true;
 }
 
+std::vector<Eigen::Triplet<double>> StepMatrix::of_free_nodes(
+    double factor, const std::vector<Eigen::Triplet<double>>& entries) const {
+  std::vector<Eigen::Triplet<double>> out;
+  for (const auto& entry : entries)
+    if (const int i = dofs_.to_free[entry.row()], j = dofs_.to_free[entry.col()]; i >= 0 && j >= 0)
+      out.emplace_back(i, j, factor * entry.value());
+  return out;
+}
+
 VectorX StepMatrix::symmetric_times(std::size_t term, const SparseMatrix& matrix, const VectorX& x) const {
   if (matrix.rows() == 0) return VectorX::Zero(dofs_.size());
   return gather(dofs_, in_blocks_[term] ? symmetric_blocks_times(matrix, x) : VectorX(matrix * x));

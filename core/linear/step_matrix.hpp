@@ -24,6 +24,9 @@ class StepMatrix {
   /// Adds factor times `entries`, (3n x 3n), to the last sum, but for those of fixed nodes. False, and nothing has
   /// changed, where the pattern lacks one.
   bool add(double factor, const std::vector<Eigen::Triplet<double>>& entries);
+  /// factor times `entries`, (3n x 3n), of the free nodes alone.
+  std::vector<Eigen::Triplet<double>> of_free_nodes(double factor,
+                                                    const std::vector<Eigen::Triplet<double>>& entries) const;
   const FreeDofs& dofs() const { return dofs_; }
   /// The rows of the free nodes of  matrix x,  (3 free), for one of the terms of the last sum, which must be symmetric:
   /// quickly where it is made of whole node blocks.

@@ -9,6 +9,8 @@
 
 namespace kt {
 
+using MatrixEntries = std::vector<Eigen::Triplet<double>>;
+
 class StepSolver {
  public:
   virtual ~StepSolver() = default;
@@ -20,6 +22,9 @@ class StepSolver {
   virtual bool solve_roughly(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) {
     return solve(matrix, rhs, x);
   }
+  /// The next solve's matrix has these, too: symmetric, positive semidefinite, few, and between nodes that the matrix
+  /// does not couple, so that its pattern and what is kept for that stay. False: not this solver.
+  virtual bool put_beside(const MatrixEntries& /*entries*/) { return false; }
   /// That the last solve took; 0 of a direct solver.
   virtual int iterations() const { return 0; }
 };

@@ -1,4 +1,5 @@
 #include "haptics/advise/advise.hpp"
+#include "haptics/study/reference.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +42,8 @@ PressSite site_of(const Vec3& tool, const Mesh& mesh, double radius) {
 
 /// Runs the scene as it is and takes the tool's path from the first touch on: the same for all methods, also of a hand
 /// that answers to the force.
-AdviceScene prepare(const Scene& scene, const AdviceClock& clock) {
+AdviceScene prepare(const Scene& given, const AdviceClock& clock) {
+  const Scene scene = with_own_cells(given);  // against references
   if (scene.link.type == "network")
     throw InputError(
         "link.type network: advise runs the scene many times in this process; take lockstep, and set the link for the "

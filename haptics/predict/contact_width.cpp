@@ -9,6 +9,7 @@
 #include "core/fine/fine_size.hpp"
 #include "haptics/device/tool_turn.hpp"
 #include "haptics/predict/mesh_cures.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/setup/built_scene.hpp"
 
 namespace kt {
@@ -195,8 +196,11 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
   const double deepest = std::ranges::max(tips, {}, [](const PressedTip& t) { return t.pressed.depth; }).pressed.depth;
   if (!(deepest > 0)) return {};
   const VectorX area = area_at_nodes(x, triangles);
-  const bool refines = built.scene().local.refine != "off";
-  ContactWidth out{.least = std::numeric_limits<double>::infinity(), .factor = 0};
+  const RefineChoice choice = choose_refine(built.model(), built.surface(), built.options());
+  ContactWidth out{.least = std::numeric_limits<double>::infinity(),
+                   .is_refined = choice.refines,
+                   .why_not = choice.why_not,
+                   .factor = 0};
   int count = 0;
   for (const PressedTip& tip : tips) {
     if (tip.pressed.depth < 0.5 * deepest || !(tip.contact > 0)) continue;
@@ -208,7 +212,7 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
     out.mean += ratio;
     out.least = std::min(out.least, ratio);
     out.most = std::max(out.most, ratio);
-    out.factor += refines ? refined_force_factor(built) : force_factor(built, ratio);
+    out.factor += choice.refines ? refined_force_factor(built) : force_factor(built, ratio);
   }
   if (count == 0) return {};
   for (double* sum : {&out.cell, &out.contact_radius, &out.mean, &out.factor}) *sum /= count;
@@ -243,9 +247,18 @@ std::string price_of(double finer, double refresh_share) {
 
 Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, double refresh_share) {
   const std::string element = element_of(built);
-  Finding out{text("object.mesh: cells of ", short_number(1e3 * width.cell), " mm under a contact of ",
-                   short_number(2e3 * width.contact_radius), " mm across: expect about ", short_number(width.factor),
-                   " times the force of the continuum (", element, ")")};
+  Finding out{text("object.mesh: ", width.is_refined ? "refined cells of " : "cells of ",
+                   short_number(1e3 * width.cell), " mm under a contact of ", short_number(2e3 * width.contact_radius),
+                   " mm across: expect about ", short_number(width.factor), " times the force of the continuum (",
+                   element, ")")};
+  if (width.is_refined && element == "msd") {  // springs give way more than the material that they stand for
+    out.cures.push_back(
+        set_to("object.model.type", "fem",
+               text("about ", short_number(expected_fine_factor(built.scene().local.fineness)), " times")));
+    return out;
+  }
+  if (built.scene().local.refine == "off" && built.scene().link.type != "network")
+    out.cures.push_back(set_to("local.refine", "auto"));
   if (width.factor < 1) {
     const std::string to_tet10 = "object.model.element to tet10";
     if (element != "tet10")

@@ -21,8 +21,10 @@ struct ContactWidth {
   double cell = 0;            ///< side of the surface's cells under the tool, sqrt(2 area of a triangle), mean [m]
   double contact_radius = 0;  ///< mean [m]
   double least = 0, mean = 0, most = 0;  ///< cell / contact radius [-]
-  /// Of the continuum's force to expect, mean; where local.refine is on, after refinement. NaN: not known of this tool
-  /// or model.
+  bool is_refined = false;               ///< under the tool, by local.refine
+  std::string why_not{};                 ///< else the reason
+  /// Of the continuum's force to expect, mean; where cells are refined, after that. NaN: not known of this tool or
+  /// model.
   double factor = std::numeric_limits<double>::quiet_NaN();
   double fine_edge = std::numeric_limits<double>::quiet_NaN();  ///< of the surface, for a factor of kCoarseForce [m]
 };

@@ -8,16 +8,12 @@
 #include "collision/shape/tool_shape.hpp"
 #include "core/base/stages.hpp"
 #include "core/fine/isotropic_cells.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 
 namespace kt {
 namespace {
 
 constexpr double kMostTravel = 0.003;  // [m] cells for a longer way would be too many
-
-/// Of a contact that is not known yet: a ball pressed in by a sixteenth of its radius.
-double expected_contact_radius(const ToolShape& shape) {
-  return 0.25 * std::max(shape.radius, 0.3 * tool_reach(shape));
-}
 
 /// The nearest place of the patch, of the body at rest.
 Vec3 rest_place(const Surface& surface, const VectorX& x, const VectorX& rest, const SurfacePatch& patch,
@@ -89,7 +85,7 @@ FineContact FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std
 
 /// The zone that is there is large and fine enough for it.
 bool FineRefresh::serves(const FineContact& wanted) const {
-  constexpr double kOfTheWay = 0.8, kGrown = 1.25, kShrunk = 0.6;
+  constexpr double kOfTheWay = 0.8, kGrown = 1.15, kShrunk = 0.6;
   if (!zone_) return false;
   const FineContact& has = zone_->contact;
   const double grown = wanted.contact_radius / has.contact_radius;

@@ -13,26 +13,30 @@ namespace kt {
 namespace {
 
 /// One hold of all contacts of a tool on refined cells: of their mean by normal force, which yields as they do
-/// together.
+/// together. Its force is the resultant's along the mean normal: on a ball that is pressed in, the normals spread, and
+/// how far the mean sinks depends on all of the forces.
 /// @param at  of each contact
 ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const ContactNodes::OnFine> at) {
   ContactHold out;
-  double sticking = 0;
-  Vec3 normal = Vec3::Zero();
+  double sum_of_forces = 0, sticking = 0;
+  Vec3 normal = Vec3::Zero(), total = Vec3::Zero(), sunk = Vec3::Zero();
+  const auto force_on_body = [](const ContactHold& hold) { return Vec3(hold.friction - hold.force * hold.normal); };
   for (const ContactHold& hold : holds) {
     const double force = std::max(hold.force, 0.0);
-    out.force += force;
+    sum_of_forces += force;
     normal += force * hold.normal;
-    out.friction += hold.friction;
+    total += force_on_body(hold);
     if (hold.sticks) sticking += force;
   }
   out.normal = normal.normalized();
-  out.sticks = 2 * sticking > out.force;
+  out.force = -out.normal.dot(total);
+  out.friction = total + out.force * out.normal;
+  out.sticks = 2 * sticking > sum_of_forces;
   std::vector<NodeWeights> yields;
   std::vector<double> share;
   std::map<int, double> moves;
   for (std::size_t i = 0; i < holds.size(); ++i) {
-    share.push_back(std::max(holds[i].force, 0.0) / out.force);
+    share.push_back(std::max(holds[i].force, 0.0) / sum_of_forces);
     out.point += share[i] * holds[i].point;
     for (int k = 0; k < holds[i].moves.count; ++k)
       moves[holds[i].moves.node[static_cast<std::size_t>(k)]] +=
@@ -51,13 +55,18 @@ ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const Contac
     for (std::size_t j = 0; j < holds.size(); ++j) {
       if (!at[i].patch || at[i].patch != at[j].patch) continue;
       const NodeWeights &a = yields[i], &b = yields[j];
+      Mat3 response = Mat3::Zero();
       for (int k = 0; k < a.count; ++k)
         for (int l = 0; l < b.count; ++l)
-          out.yields += share[i] * share[j] * a.weight[static_cast<std::size_t>(k)] *
-                        b.weight[static_cast<std::size_t>(l)] *
-                        at[i].patch->R.block<3, 3>(3 * a.node[static_cast<std::size_t>(k)],
-                                                   3 * b.node[static_cast<std::size_t>(l)]);
+          response += a.weight[static_cast<std::size_t>(k)] * b.weight[static_cast<std::size_t>(l)] *
+                      at[i].patch->R.block<3, 3>(3 * a.node[static_cast<std::size_t>(k)],
+                                                 3 * b.node[static_cast<std::size_t>(l)]);
+      out.yields += share[i] * share[j] * response;
+      sunk += share[i] * (response * force_on_body(holds[j]));
     }
+  const Vec3& n = out.normal;
+  if (const double along = -n.dot(sunk) / out.force; out.force > 0 && along > 0)
+    out.yields += (along - n.dot(out.yields * n)) * n * n.transpose();
   return out;
 }
 
@@ -82,8 +91,14 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
     fine.push_back(nodes.on_fine(last.model_frame, s));
   }
   const bool yields = std::ranges::any_of(fine, [](const auto& at) { return at.patch != nullptr; });
-  const bool pushes = std::ranges::any_of(out, [](const ContactHold& hold) { return hold.force > 0; });
-  if (yields && pushes) out = {mean_hold(out, fine)};
+  constexpr double kOneSide = 0.1;  // of the sum of the forces: of less, the tool is pressed from both sides
+  double sum = 0;
+  Vec3 resultant = Vec3::Zero();
+  for (const ContactHold& hold : out) {
+    sum += std::max(hold.force, 0.0);
+    resultant += std::max(hold.force, 0.0) * hold.normal;
+  }
+  if (yields && resultant.norm() > kOneSide * sum) out = {mean_hold(out, fine)};
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
 #include "haptics/refresh/look_ahead.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "self_contact/crossings.hpp"
 
@@ -73,9 +74,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                  !is_geometric(options.contact.law)),
       known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {
   choice_.keep_set_ups(kept);
-  const auto is_point = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::point; };
-  if (refines(options.contact, options.local) && std::ranges::none_of(tools_, is_point))
-    fine_.emplace(model, surface, options.local);
+  if (choose_refine(model, surface, options).refines) fine_.emplace(model, surface, options.local);
 }
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No
@@ -318,16 +317,18 @@ std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> 
   const auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   std::vector<ContactHold> holds;
-  std::array<bool, kMaxTools> slides{};  // a hold of several contacts holds all of them alike
+  std::array<std::optional<ContactHold>, kMaxTools> mean{};  // of several contacts: it holds all of them alike
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     std::vector<ContactHold> own = last_holds(reports, nodes_, options_.local.rate_hz, k);
-    slides[static_cast<std::size_t>(k)] = fine_ && !own.empty() && !own.front().sticks;
+    if (fine_ && own.size() == 1) mean[static_cast<std::size_t>(k)] = own.front();
     std::ranges::move(own, std::back_inserter(holds));
   }
   for (const LocalReport& report : reports)
-    for (const TickContact& c : report.contacts())
-      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, c.normal,
-                         c.sticks && !slides[static_cast<std::size_t>(c.tool)]});
+    for (const TickContact& c : report.contacts()) {
+      const std::optional<ContactHold>& hold = mean[static_cast<std::size_t>(c.tool)];
+      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, hold ? hold->normal : c.normal,
+                         c.sticks && !(hold && !hold->sticks)});
+    }
   known_.before = global_.state();
   {
     const Stage stage("step");

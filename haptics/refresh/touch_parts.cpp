@@ -6,6 +6,7 @@
 #include "core/global/integrator.hpp"
 #include "core/linear/step_solver.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/refresh/touch_ranges.hpp"
 
 namespace kt {
@@ -27,20 +28,9 @@ Metric contact_metric(const std::string& name) {
 
 bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
 
-bool refines(const ContactSettings& contact, const LocalSettings& local) {
-  if (local.refine == "off") return false;
-  if (local.refine != "follow") throw_unknown("local.refine", local.refine, {"off", "follow"});
-  const std::string method = haptic_method_name(local.method, contact.law);
-  if (method != "multirate" || is_geometric(contact.law))
-    throw InputError(text("local.refine \"", local.refine, "\" needs local.method \"multirate\" and contact.law ",
-                          "\"coulomb\"; local.method is \"", method, "\", contact.law \"", contact.law,
-                          "\": set local.refine off"));
-  return true;
-}
-
 Smoothing contact_smoothing(const ContactSettings& contact, const LocalSettings& local) {
   require_backend("contact.surface", contact.surface, contact_surface_backends());
-  if (refines(contact, local)) return {};  // the refined cells' own surface
+  if (may_refine(contact, local).refines) return {};  // the refined cells' own surface
   if (contact.surface == "flat") return {};
   const std::string method = haptic_method_name(local.method, contact.law);
   if (method != "multirate" || is_geometric(contact.law))

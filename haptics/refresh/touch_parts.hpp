@@ -21,8 +21,6 @@ bool catches_up(const TouchOptions& options);
 std::unique_ptr<ContactSolver> catch_up_solver(const TouchOptions& options, const SurfaceFriction& friction);
 
 /// Of the surface that the tool touches. Throws InputError.
-/// Whether cells around the contact are refined. Throws InputError for what does not go together.
-bool refines(const ContactSettings& contact, const LocalSettings& local);
 Smoothing contact_smoothing(const ContactSettings& contact, const LocalSettings& local);
 
 /// None: "auto".

@@ -129,9 +129,8 @@ std::string trouble_of(const SentBasis& b, std::size_t rows, std::size_t r) {
 }  // namespace
 
 void require_sendable(const TouchOptions& options) {
-  if (refines(options.contact, options.local))
-    throw InputError(text("link.type network: local.refine is \"", options.local.refine,
-                          "\", must be off: refined cells do not travel"));
+  if (options.local.refine == "follow")
+    throw InputError("link.type network: local.refine is \"follow\", must be auto or off: refined cells do not travel");
   const std::string method = haptic_method_name(options.local.method, options.contact.law);
   if (method != "multirate" || is_geometric(options.contact.law) || !options.local.catch_up)
     throw InputError(

@@ -8,7 +8,7 @@ namespace kt {
 void RefreshRun::add(const RefreshRecord& r) {
   refresh_ms.push_back(r.refresh_ms);
   cpu_ms.push_back(r.cpu_ms);
-  const double parts[] = {r.linearize_ms, r.reduce_ms, r.certify_ms, r.prepare_ms};
+  const double parts[] = {r.linearize_ms, r.reduce_ms, r.refine_ms, r.certify_ms, r.prepare_ms};
   for (std::size_t i = 0; i < parts_ms.size(); ++i) parts_ms[i].second.push_back(parts[i]);
   if (r.linearization_error) linearization_error.push_back(*r.linearization_error);
   damping_coupling = r.coupling;

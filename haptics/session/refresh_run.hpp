@@ -25,7 +25,7 @@ struct RefreshRun {
   std::vector<double> global_ms;   ///< of each global step
   std::vector<double> refresh_ms;  ///< of all that follows it
   std::vector<std::pair<std::string, std::vector<double>>> parts_ms{
-      {"linearize", {}}, {"reduce", {}}, {"certify", {}}, {"prepare", {}}};
+      {"linearize", {}}, {"reduce", {}}, {"refine", {}}, {"certify", {}}, {"prepare", {}}};
   std::vector<double> cpu_ms;  ///< CPU time of all threads but the haptic one for each refresh, with global steps
   std::vector<double> linearization_error;  ///< of each interval
   double damping_coupling = 0;              ///< of the last local model

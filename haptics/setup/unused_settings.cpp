@@ -150,9 +150,9 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
     out.unread("local.blend_ms", l.blend_ms, d.blend_ms, reason);
   }
   if (l.refine == "off") {
-    out.unread("local.fineness", l.fineness, d.fineness, "local.refine is off; follow reads it");
-    out.unread("local.refine_nodes", l.refine_nodes, d.refine_nodes, "local.refine is off; follow reads it");
-  } else {
+    out.unread("local.fineness", l.fineness, d.fineness, "local.refine is off; auto and follow read it");
+    out.unread("local.refine_nodes", l.refine_nodes, d.refine_nodes, "local.refine is off; auto and follow read it");
+  } else if (l.refine == "follow") {
     const std::string reason = text("local.refine is ", l.refine, "; the refined cells' own surface is touched");
     out.unread("contact.surface", scene.contact.surface, kDefault.contact.surface, reason);
     out.unread("contact.surface_levels", scene.contact.surface_levels, kDefault.contact.surface_levels, reason);

@@ -43,6 +43,11 @@ FullOptions full_options(const Session& session, std::span<const PosePath> paths
 
 }  // namespace
 
+Scene with_own_cells(Scene scene) {
+  if (scene.local.refine == "auto") scene.local.refine = "off";
+  return scene;
+}
+
 Reference run_reference(const Session& session, std::span<const PosePath> paths, const ReferenceOptions& options) {
   const Scene& scene = session.scene();
   if (scene.global.self_contact)

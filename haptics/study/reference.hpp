@@ -11,6 +11,10 @@ namespace kt {
 /// The start of a tool, then its pose at the end of each tick.
 using PosePath = std::vector<Pose>;
 
+/// The scene whose runs a reference tells the error of: local.refine auto leaves the mesh's own cells, which the
+/// reference has, too.
+Scene with_own_cells(Scene scene);
+
 constexpr double kMostReferenceRate = 1e7;  ///< [Hz] of its steps
 
 struct ReferenceOptions {

@@ -35,8 +35,16 @@ void add_yield(PreparedLocalModel& m, const ContactSet& contacts, ContactMatrix&
 
 bool is_point(const TouchingTool& tool) noexcept { return tool.shape().kind == ToolShape::Kind::point; }
 
+/// The same places of the surface, whose responses are the same.
+bool are_same_places(const ContactSet& a, const ContactSet& b) noexcept {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Contact& one, const Contact& other) {
+    return one.triangle == other.triangle && one.bary == other.bary;
+  });
+}
+
 /// A contact is softened, and flagged, where nothing can move.
-void fill_problem(TickState& tick) noexcept {
+/// @param has_responses  those of these contacts are there
+void fill_problem(TickState& tick, bool has_responses) noexcept {
   PreparedLocalModel& m = *tick.model;
   const LocalWorkspace& w = m.work;
   ContactProblem& problem = tick.problem;
@@ -45,8 +53,10 @@ void fill_problem(TickState& tick) noexcept {
   problem.count = c;
   problem.h = tick.h;
   problem.velocity.resize(3 * c);
-  couple_contacts(m, tick.contacts, m.dynamics->metric().C, problem.W);
-  add_yield(m, tick.contacts, problem.W);
+  if (!has_responses) {
+    couple_contacts(m, tick.contacts, m.dynamics->metric().C, problem.W);
+    add_yield(m, tick.contacts, problem.W);
+  }
   for (int i = 0; i < c; ++i) {
     const Contact& contact = tick.contacts.contacts[i];
     TouchingTool& tool = tick.tools[contact.tool];
@@ -71,15 +81,15 @@ void fill_problem(TickState& tick) noexcept {
 /// Contacts of the surface at x_guess, and the impulses that the law gives them.
 /// @param pushing  that the last solution, or the last tick, pushed at; then those of this one
 /// @param before   contacts of the last iteration, or of the last tick; then those of this one
-/// @param keeps    places that pushed before
-void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, bool keeps) noexcept {
+/// @param iteration  0: nothing has been solved yet
+void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, int iteration) noexcept {
   LocalState& s = tick.model->state;
   ContactSet& contacts = tick.contacts;
   find_contacts(tick, tick.model->work.x_guess, contacts);
   if (contacts.count == kMaxContacts) tick.add_flag(kContactsExhausted);
   drop_clear_places(tick, pushing, contacts);
-  if (keeps) keep_pushing(tick, before, contacts);
-  fill_problem(tick);
+  if (iteration >= kExchanged) keep_pushing(tick, before, contacts);
+  fill_problem(tick, iteration > 0 && are_same_places(before, contacts));
   warm_start(tick, before, tick.solution.impulse);
   tick.solver->solve(tick.problem, tick.solution);
   tick.residual = std::max(tick.residual, tick.solution.residual);
@@ -110,13 +120,14 @@ void resolve_contacts(TickState& tick) noexcept {
   for (int k = 0; k < tick.num_tools(); ++k) {
     w.num_near[k] = -1;
     w.near[k].is_known = false;
+    w.chosen[k].is_made = false;
   }
   place_surface(tick, w.x_guess);
   if (std::ranges::any_of(tick.tools, [](const TouchingTool& tool) { return tool.start >= 0 && !is_point(tool); }))
     tick.index().refit(w.x_event, w.x_guess);
   double relaxed = 1;
   for (int iteration = 0;; ++iteration) {
-    solve_at_guess(tick, pushing, before, iteration >= kExchanged);
+    solve_at_guess(tick, pushing, before, iteration);
     w.du_guess = w.du;
     spread_impulses(tick);
     place_surface(tick, w.x_end);

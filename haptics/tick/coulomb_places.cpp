@@ -29,6 +29,12 @@ double moved_in_a_tick(const ToolSweep& sweep, double h, const VectorX& u_free) 
   return (sweep.x_t1 - sweep.x_t0).norm() + 2 * h * u_free.lpNorm<Eigen::Infinity>();
 }
 
+/// Of one tool's vertices: its share of the contacts, less those that keep_pushing() may add.
+int room_for_vertices(const TickState& tick, const ContactSet& found) noexcept {
+  constexpr int kLeast = 4, kAdded = 4;
+  return std::max(kLeast, kMaxContacts / tick.num_tools() - kAdded - found.count);
+}
+
 /// Those of one tool.
 void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& out) noexcept {
   PreparedLocalModel& m = *tick.model;
@@ -70,8 +76,8 @@ void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& o
     // How fast what yields goes back without contact says nothing: in contact it does not.
     const double near = std::min(
         margin, kLookWithin * cell_of(patch, x, t.start) + (t.whole.sweep().x_t1 - t.whole.sweep().x_t0).norm());
-    add_vertex_contacts(patch, x, t.whole.core(), shape.radius, near, all.subspan(plain.size()), w.near[tool].is_seen,
-                        out);
+    add_vertex_contacts(patch, x, m.work.x_event, t.whole.core(), shape.radius, near, all.subspan(plain.size()),
+                        room_for_vertices(tick, out), w.near[tool].is_seen, w.chosen[tool], out);
     for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between nodes may reach into the tool
   }
   if (!are_chosen(out)) return;

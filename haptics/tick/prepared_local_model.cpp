@@ -4,9 +4,20 @@
 #include <cmath>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/base/wide.hpp"
 #include "core/linear/sparse_solver.hpp"
 
 namespace kt {
+namespace {
+
+/// out += three columns; each entry is a sum of its own, so that every width gives the same bits.
+KT_WIDE void add_columns(const double* __restrict a, Eigen::Index stride, double s0, double s1, double s2,
+                         Eigen::Index n, double* __restrict out) noexcept {
+  const double* __restrict a1 = a + stride, * __restrict a2 = a1 + stride;
+  for (Eigen::Index i = 0; i < n; ++i) out[i] += a[i] * s0 + a1[i] * s1 + a2[i] * s2;
+}
+
+}  // namespace
 
 void PreparedLocalModel::recover_patch(const VectorX& reduced, VectorX& out) const noexcept {
   const bool is_whole = surface.num_yielding() == 0;
@@ -30,8 +41,10 @@ void PreparedLocalModel::add_yield(const VectorX& impulse, VectorX& out) const n
   const double scale = yield_rate / dynamics->h();
   auto yields = out.tail(state.yielded.size());
   for (int i = surface.num_nodes, k = 0; i < surface.num_moving(); ++i, ++k)
-    if (const Vec3 own = scale * node(impulse, i); !own.isZero(0))
-      yields.noalias() += surface.fine->R.middleCols<3>(3 * k) * own;
+    if (const Vec3 own = scale * node(impulse, i); !own.isZero(0)) {
+      const MatrixX& R = surface.fine->R;
+      add_columns(R.col(3 * k).data(), R.outerStride(), own[0], own[1], own[2], yields.size(), yields.data());
+    }
 }
 
 std::pair<int, Vec3> PreparedLocalModel::facet_at(const SurfacePlace& place) const noexcept {
@@ -61,6 +74,7 @@ void make_room_for_contacts(std::size_t count, int vertices, LocalWorkspace& w) 
     w.ignored[k].resize(count);
     w.near_facets[k].resize(count);
     w.near[k] = NearFeatures(static_cast<int>(count), vertices);
+    w.chosen[k].is_left_out.assign(static_cast<std::size_t>(vertices), 0);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "collision/broad/triangle_index.hpp"
 #include "collision/held/tool_contacts.hpp"
+#include "collision/held/vertex_contacts.hpp"
 #include "core/local/contact_surface.hpp"
 #include "core/local/local_dynamics.hpp"
 #include "core/local/reducer.hpp"
@@ -63,6 +64,8 @@ struct LocalWorkspace {
   std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)
   std::array<int, kMaxTools> num_near{};
   std::array<NearFeatures, kMaxTools> near;
+  /// Of refined cells: vertices that stand for others beside them, since there are more than there is room for.
+  std::array<ChosenVertices, kMaxTools> chosen;
 
   // step_paper()
   VectorX q_pushed, force;  ///< coordinates with the triangle on the tool [m], and the body's force there [N], (r)

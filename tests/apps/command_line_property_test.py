@@ -189,7 +189,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(names, ["force", "real", "trustworthy"], words)
         summary = load(self.path("out", "summary.json"))
         self.assertIn(summary["real_time"]["told"], words)
-        self.assertIn(summary["real_time"]["slow_part"], ["global step", "linearize", "reduce", "certify", "prepare", "haptic tick"])
+        self.assertIn(summary["real_time"]["slow_part"], ["global step", "linearize", "reduce", "refine", "certify", "prepare", "haptic tick"])
         self.assertEqual(summary["real_time"]["holds"], summary["real_time"]["keeps"] != "no")
         self.assertEqual(summary["trust"]["trustworthy"], not summary["trust"]["reasons"])
         for reason in summary["trust"]["reasons"]:

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "collision/held/chosen_places.hpp"
+#include "collision/held/vertex_contacts.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/collision_surfaces.hpp"
 #include "tests/support/random_sample.hpp"
@@ -106,6 +107,40 @@ TEST(SphereContacts, MorePlacesThanRoomAreChosenApartAndStayChosen) {
   ContactSet few;  // what there is room for stays as it is
   find_sphere_contacts(surface.patch, surface.x, {0, 0, kRadius}, kRadius, 3e-4, std::span(all).first(20), -1, few);
   EXPECT_FALSE(are_chosen(few));
+}
+
+TEST(VertexContacts, MoreThanRoomAreChosenApartAndStayTheSameAllTheTick) {
+  constexpr double kRadius = 0.1, kSize = 0.03;
+  constexpr int kRoom = 30;
+  const TestSurface surface = dish(12, kSize, kRadius);
+  const auto vertices = static_cast<std::size_t>(surface.patch.num_vertices());
+  std::vector<int> all(surface.patch.triangles.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<char> is_seen(vertices, 0);
+  ChosenVertices chosen{false, std::vector<char>(vertices, 0)};
+  const auto find = [&](const Vec3& centre, int room) {
+    ContactSet out;
+    const std::array corner{centre};
+    add_vertex_contacts(surface.patch, surface.x, surface.x, {corner, {}, {}}, kRadius, 3e-4, all, room, is_seen,
+                        chosen, out);
+    return out;
+  };
+  const auto place = [](const Contact& c) { return Vec3(c.core - (kRadius + c.gap) * c.normal); };
+  ContactSet set;
+  EXPECT_EQ(allocations_during([&] { set = find({0, 0, kRadius}, kRoom); }), 0);
+  EXPECT_TRUE(chosen.is_made);
+  EXPECT_LE(set.count, kRoom);
+  EXPECT_GE(set.count, kRoom / 3);
+  for (int i = 0; i < set.count; ++i)
+    for (int k = 0; k < i; ++k) EXPECT_GT((place(set.contacts[i]) - place(set.contacts[k])).norm(), 0.1 * kSize);
+  // Moved aside: none but those.
+  const ContactSet next = find({1e-4, 2e-4, kRadius - 1e-5}, kRoom);
+  EXPECT_GE(next.count, set.count - 2);
+  for (const Contact& c : next)
+    EXPECT_TRUE(std::any_of(set.begin(), set.end(),
+                            [&](const Contact& o) { return o.triangle == c.triangle && o.bary == c.bary; }));
+  chosen.is_made = false;
+  EXPECT_GT(find({0, 0, kRadius}, 1).count, 0);
 }
 
 }  // namespace

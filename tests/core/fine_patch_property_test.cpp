@@ -24,7 +24,7 @@ class FinePatches : public ::testing::TestWithParam<const char*> {
     body_ = make_fine_body(*model_, *told_by(*model_));
   }
   std::shared_ptr<FinePatch> patch_at(const Vec3& centre, double radius) const {
-    const FineZone zone = make_fine_zone(body_, fine_options(body_, {centre, radius}));
+    const FineZone zone = make_fine_zone(body_, fine_options(body_, {centre, radius}, 0.7));
     const State rest = rest_state(*model_);
     const auto solver = make_block_solver();
     return make_fine_patch(

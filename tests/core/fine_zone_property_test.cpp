@@ -41,7 +41,7 @@ TEST(FineZone, FacetsArePiecesOfTheBodysTrianglesAndCoverAllInReach) {
     const Mesh& mesh = *body.fine.mesh;
     for (int run = 0; run < 10; ++run) {
       const Vec3 centre = place_on_surface(mesh, s);
-      const FineZone zone = make_fine_zone(body.fine, fine_options(body.fine, {centre, 0.004}));
+      const FineZone zone = make_fine_zone(body.fine, fine_options(body.fine, {centre, 0.004}, 0.7));
       ASSERT_GT(zone.facets.size(), 4u);
       std::map<int, double> covered;
       for (std::size_t f = 0; f < zone.facets.size(); ++f) {
@@ -77,7 +77,7 @@ TEST(FineZone, FacetsArePiecesOfTheBodysTrianglesAndCoverAllInReach) {
 TEST(FineZone, HasNoMoreNodesThanAskedForAndSaysWhatItTook) {
   const ZoneBody body("tet4");
   for (const int most : {300, 500, 900}) {
-    FineZoneOptions options = fine_options(body.fine, {{0.031, 0.028, 0.03}, 0.002, 0.003});
+    FineZoneOptions options = fine_options(body.fine, {{0.031, 0.028, 0.03}, 0.002, 0.003}, 0.7);
     options.most_nodes = most;
     const FineZone zone = make_fine_zone(body.fine, options);
     EXPECT_LE(zone.num_unknown(), most);
@@ -94,7 +94,7 @@ TEST(FineZone, HasNoMoreNodesThanAskedForAndSaysWhatItTook) {
 
 TEST(FineZone, IsEmptyWhereTheCellsAloneAreTooMany) {
   const ZoneBody body("tet4");
-  FineZoneOptions options = fine_options(body.fine, {{0.03, 0.03, 0.03}, 0.02});
+  FineZoneOptions options = fine_options(body.fine, {{0.03, 0.03, 0.03}, 0.02}, 0.7);
   options.most_nodes = 50;
   EXPECT_EQ(make_fine_zone(body.fine, options).num_yielding, 0);
   EXPECT_EQ(make_fine_zone(body.fine, {.centre = {1, 1, 1}, .radius = 0.01, .size = {.edge = 0.001}}).num_yielding, 0);
@@ -137,7 +137,7 @@ TEST(FineZone, SizesFollowTheToolAndTheCells) {
   EXPECT_NEAR(o.size.flat, 0.005, 1e-12);
   EXPECT_NEAR(o.radius, 0.016, 1e-12);
   EXPECT_NEAR(o.reach, 1.15 * 0.003 + 0.002, 1e-12);
-  EXPECT_NEAR(fine_options(body.fine, {{0.03, 0.03, 0.03}, 0.012, 0.002}).radius, 0.019, 1e-12);
+  EXPECT_NEAR(fine_options(body.fine, {{0.03, 0.03, 0.03}, 0.012, 0.002}, 0.7).radius, 0.019, 1e-12);
 }
 
 }  // namespace

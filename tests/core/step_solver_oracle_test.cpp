@@ -67,6 +67,32 @@ std::vector<std::string> names() {
 }
 INSTANTIATE_TEST_SUITE_P(All, StepSolvers, testing::ValuesIn(names()), [](const auto& p) { return p.param; });
 
+// Springs between far nodes, put beside the matrix: the solution is that of the sum, and the next one is without them.
+TEST_P(StepSolvers, SolveWithEntriesBesideTheMatrix) {
+  const Cantilever c(3);
+  const auto solver = make_step_solver(GetParam(), {free_positions(*c.model, c.dofs()), 1e-10});
+  StepMatrix matrix(c.dofs());
+  const Tangent t = c.model->tangent(c.bent(), TangentKind::definite);
+  const SparseMatrix& A = matrix.sum({{{1, &c.model->mass()}, {-0.02, &t.dfdv}, {-4e-4, &t.dfdx}}});
+  const auto last = static_cast<int>(A.rows()) - 1;
+  const double stiff = 10 * A.coeff(0, 0);
+  const MatrixEntries spring{{0, 0, stiff}, {0, last, -stiff}, {last, 0, -stiff}, {last, last, stiff}};
+  const VectorX rhs = random_vector(A.rows(), 1);
+  VectorX x;
+  if (solver->put_beside(spring)) {
+    SparseMatrix more(A.rows(), A.cols());
+    more.setFromTriplets(spring.begin(), spring.end());
+    const MatrixX sum = MatrixX(A) + MatrixX(more);
+    ASSERT_TRUE(solver->solve(A, rhs, x));
+    EXPECT_LE((sum * x - rhs).norm(), 1e-9 * rhs.norm());
+    EXPECT_GT((A * x - rhs).norm(), 1e-3 * rhs.norm());
+  } else {
+    EXPECT_TRUE(GetParam() == "direct" || A.rows() < 600) << "conjugate gradients take them";
+  }
+  ASSERT_TRUE(solver->solve(A, rhs, x));
+  EXPECT_LE((A * x - rhs).norm(), 1e-9 * rhs.norm());
+}
+
 TEST_P(StepSolvers, SolveTheSystemsOfABendingBody) {
   const Cantilever c(3);
   const auto solver = make_step_solver(GetParam(), {free_positions(*c.model, c.dofs()), 1e-10});

@@ -37,7 +37,7 @@ class PressBlock {
 struct FinePress {
   double depth = 0.0015;  ///< of a sphere of 8 mm [m]
   double x = 0, y = 0;    ///< from the middle of the top, in cells
-  double fineness = kFineness;
+  double fineness = 0.7;
   double cells_around = 1.6;  ///< radius of the zone, in cells
   double travel = 0;          ///< [m]
   int most_nodes = 900;

@@ -55,7 +55,8 @@ class ImplicitEuler final : public Integrator {
     model.added_stiffness(added_);
     update_tangent(model, state, kind);
     const SparseMatrix* sum = &add_up(model, dt);
-    if (!matrix_->add(-dt * dt, added_)) {  // couples nodes that the body does not
+    const bool is_in_pattern = matrix_->add(-dt * dt, added_);  // else it couples nodes that the body does not
+    if (!is_in_pattern && !solver_->put_beside(matrix_->of_free_nodes(-dt * dt, added_))) {
       SparseMatrix more(tangent_.dfdx.rows(), tangent_.dfdx.cols());
       more.setFromTriplets(added_.begin(), added_.end());
       tangent_.dfdx += more;

@@ -1,6 +1,8 @@
 // By size. Conjugate gradients are the faster at any (docs/accuracy_and_speed.md); the factorization, which is exact
 // and cannot fail to converge, serves where it takes no longer, and once conjugate gradients have taken more
 // iterations than it costs, or have failed: on thin shells full of slivers.
+#include <utility>
+
 #include "core/linear/step_solver.hpp"
 
 namespace kt {
@@ -21,22 +23,33 @@ class Automatic final : public StepSolver {
   bool solve_roughly(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) override {
     return solve(matrix, rhs, x, &StepSolver::solve_roughly);
   }
+  bool put_beside(const MatrixEntries& entries) override {
+    if (!iterative_) return false;
+    beside_ = entries;
+    return true;
+  }
   int iterations() const override { return iterations_; }
 
  private:
   using Solve = bool (StepSolver::*)(const SparseMatrix&, const VectorX&, VectorX&);
   bool solve(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x, Solve iterate) {
     iterations_ = 0;
+    const MatrixEntries beside = std::exchange(beside_, {});
     if (iterative_) {
+      iterative_->put_beside(beside);
       const bool good = (iterative_.get()->*iterate)(matrix, rhs, x);
       iterations_ = iterative_->iterations();
       if (good) return true;
     }
-    if (!direct_->solve(matrix, rhs, x)) return false;  // not for lack of convergence: the next may be definite
+    SparseMatrix more(matrix.rows(), matrix.cols());
+    more.setFromTriplets(beside.begin(), beside.end());
+    if (!direct_->solve(beside.empty() ? matrix : SparseMatrix(matrix + more), rhs, x))
+      return false;  // not for lack of convergence: the next may be definite
     iterative_.reset();
     return true;
   }
   std::unique_ptr<StepSolver> direct_, iterative_;  // iterative: only while it serves
+  MatrixEntries beside_;                            // of the next solve
   int iterations_ = 0;
 };
 

@@ -29,6 +29,10 @@ class ConjugateGradients final : public StepSolver {
   bool solve_roughly(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) override {
     return prepare(matrix) && iterate(rhs, x, std::max(kRough, options_.tolerance));
   }
+  bool put_beside(const MatrixEntries& entries) override {
+    beside_ = entries;
+    return true;
+  }
   int iterations() const override { return iterations_; }
 
  private:
@@ -39,6 +43,7 @@ class ConjugateGradients final : public StepSolver {
     if (is_new) make_room(matrix);
     matrix_.update(matrix);
     if (!invert_blocks()) return false;
+    find_lanes_of_beside();
     if (is_new || aged_) {
       if (!coarse_->update(matrix)) return false;
       fresh_iterations_ = 0;
@@ -54,6 +59,9 @@ class ConjugateGradients final : public StepSolver {
     inverse_.assign(3 * kLanes * nodes, 0);
     arms_.assign(kLanes * nodes, 0);
     for (std::size_t i = 0; i < nodes; ++i) Vec3::Map(arms_.data() + kLanes * i) = coarse_->arm(coarse_->members()[i]);
+    lane_of_.resize(nodes);
+    for (std::size_t i = 0; i < nodes; ++i)
+      lane_of_[static_cast<std::size_t>(coarse_->members()[i])] = static_cast<int>(i);
     for (std::vector<double>* v : {&r_, &p_, &q_, &z_}) v->assign(kLanes * nodes, 0);
     loads_.setZero(6 * coarse_->num_groups());
     // Groups of kChunk nodes together, or a little more, are a task: sums are made chunk by chunk.
@@ -87,6 +95,14 @@ class ConjugateGradients final : public StepSolver {
     return out;
   }
 
+  /// Of this solve alone.
+  void find_lanes_of_beside() {
+    lanes_beside_.clear();
+    const auto lane = [&](int dof) { return kLanes * lane_of_[static_cast<std::size_t>(dof / 3)] + dof % 3; };
+    for (const auto& entry : beside_) lanes_beside_.emplace_back(lane(entry.row()), lane(entry.col()), entry.value());
+    beside_.clear();
+  }
+
   bool invert_blocks() {
     for_each_chunk([&](int, int, int first, int last, double* sums) {
       for (int i = first; i < last; ++i) {
@@ -106,7 +122,13 @@ class ConjugateGradients final : public StepSolver {
   double multiply(const std::vector<double>& p, std::vector<double>& q) {
     for_each_chunk(
         [&](int, int, int first, int last, double* sums) { matrix_.times(p.data(), q.data(), first, last, sums); });
-    return sum();
+    double out = sum();
+    for (const auto& entry : lanes_beside_) {
+      const double product = entry.value() * p[static_cast<std::size_t>(entry.col())];
+      q[static_cast<std::size_t>(entry.row())] += product;
+      out += product * p[static_cast<std::size_t>(entry.row())];
+    }
+    return out;
   }
   /// Goes by `step` along p and preconditions the residual; returns r . z. `rr`: r . r.
   double descend(const PcgVectors& v, double step, double& rr) {
@@ -154,8 +176,11 @@ class ConjugateGradients final : public StepSolver {
   LaneMatrix matrix_;
   std::vector<double> inverse_, arms_;  // of each node: three columns of its block's; from its group's centre
   std::vector<double> x_, r_, p_, q_, z_;
-  VectorX loads_, motions_;  // of the groups
-  std::vector<int> chunks_;  // first group of each
+  VectorX loads_, motions_;     // of the groups
+  MatrixEntries beside_;        // of the next solve
+  MatrixEntries lanes_beside_;  // of this one, by their places in the lanes
+  std::vector<int> lane_of_;    // of each node
+  std::vector<int> chunks_;     // first group of each
   std::vector<double> partial_;
   int iterations_ = 0;
   int fresh_iterations_ = 0;  // with the coarse matrix of the same step

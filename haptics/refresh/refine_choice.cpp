@@ -1,0 +1,72 @@
+#include "haptics/refresh/refine_choice.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "collision/shape/tool_shape.hpp"
+#include "core/fine/isotropic_cells.hpp"
+#include "haptics/refresh/touch_parts.hpp"
+
+namespace kt {
+namespace {
+
+constexpr double kWideCell = 0.5;  // of the contact radius: finer ones give the continuum's force as they are
+
+double mean_edge(const Surface& surface, const VectorX& x) {
+  double sum = 0;
+  for (const Triangle& t : surface.triangles)
+    for (std::size_t c = 0; c < 3; ++c) sum += (node(x, t[(c + 1) % 3]) - node(x, t[c])).norm();
+  return surface.triangles.empty() ? 0 : sum / static_cast<double>(3 * surface.triangles.size());
+}
+
+/// Empty: it can be refined.
+std::string why_no_material(const DeformableModel& model) {
+  if (told_by(model)) return {};
+  try {
+    isotropic_cells(model);
+    return {};
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+double expected_contact_radius(const ToolShape& shape) {
+  return 0.25 * std::max(shape.radius, 0.3 * tool_reach(shape));
+}
+
+RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local) {
+  if (local.refine == "off") return {false, "local.refine is off"};
+  if (local.refine != "auto" && local.refine != "follow")
+    throw_unknown("local.refine", local.refine, {"auto", "follow", "off"});
+  const std::string method = haptic_method_name(local.method, contact.law);
+  const bool goes_together = method == "multirate" && !is_geometric(contact.law);
+  if (local.refine == "follow") {
+    if (!goes_together)
+      throw InputError(text("local.refine \"follow\" needs local.method \"multirate\" and contact.law \"coulomb\"; ",
+                            "local.method is \"", method, "\", contact.law \"", contact.law,
+                            "\": set local.refine off"));
+    return {true, {}};
+  }
+  if (!goes_together) return {false, text("local.method is ", method, ", contact.law ", contact.law)};
+  if (contact.surface != "flat") return {false, text("contact.surface is ", contact.surface)};
+  return {true, {}};
+}
+
+RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options) {
+  RefineChoice out = may_refine(options.contact, options.local);
+  if (!out.refines) return out;
+  const auto is_point = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::point; };
+  if (std::ranges::any_of(options.tools, is_point)) return {false, "a tool is a point"};
+  if (options.local.refine == "follow") return out;
+  if (options.link.type == "network") return {false, "refined cells do not travel over a network"};
+  double least = std::numeric_limits<double>::infinity();
+  for (const TouchTool& tool : options.tools) least = std::min(least, expected_contact_radius(tool.shape));
+  if (mean_edge(surface, model.mesh().x) <= kWideCell * least)
+    return {false, "the cells are finer than half the contact"};
+  if (std::string why = why_no_material(model); !why.empty()) return {false, std::move(why)};
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,27 @@
+#pragma once
+// Whether the cells under the tools are refined: local.refine off, follow, or auto.
+#include <string>
+
+#include "core/body/deformable_model.hpp"
+#include "core/body/surface.hpp"
+#include "haptics/options/touch_options.hpp"
+
+namespace kt {
+
+struct RefineChoice {
+  bool refines = false;
+  std::string why_not;  ///< the reason, where auto leaves the cells as they are
+};
+
+/// Of a contact that is not measured yet [m]: that of a ball pressed in by a sixteenth of its radius.
+double expected_contact_radius(const ToolShape& shape);
+
+/// What settings alone decide. Throws InputError for an unknown name, and where follow asks for what does not go
+/// together.
+RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local);
+
+/// auto refines where the cells of the surface are wider than half the expected contact, the material has a name, no
+/// tool is a point, and the body is on this computer. Throws as may_refine().
+RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options);
+
+}  // namespace kt
