@@ -1,4 +1,5 @@
 """Prints the Python reference from docstrings, then a form feed, then the defaults of scene keys as JSON."""
+import enum
 import inspect
 import json
 
@@ -36,6 +37,9 @@ def flat(value, prefix=""):
 out = ["# Python", "", "Made from the docstrings. [python.md](/docs/python.md) shows the package in use.", ""]
 for name in sorted(kt.__all__, key=str.lower):
     thing = getattr(kt, name)
+    if isinstance(thing, enum.EnumMeta):
+        out += [f"## kt.{name}", "", doc(thing)[1], "", "| name | value |", "|---|---|", *(f"| `{m.name}` | {m.value} |" for m in thing), ""]
+        continue
     out += entry(f"kt.{name}", thing, 2)
     if inspect.isclass(thing):
         for member in sorted(n for n in dir(thing) if not n.startswith("_")):

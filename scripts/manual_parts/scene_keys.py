@@ -18,7 +18,7 @@ def ranges(schema, root):
     if kind in ("number", "integer"):
         low, high = schema.get("minimum"), schema.get("maximum")
         left = f"[{low:g}" if low is not None else f"({schema['exclusiveMinimum']:g}" if "exclusiveMinimum" in schema else "(−∞"
-        right = f"{high:g}]" if high is not None else f"{schema['exclusiveMaximum']:g})" if "exclusiveMaximum" in schema else "∞)"
+        right = f"{high:g}]" if high is not None and high < 1e15 else f"{schema['exclusiveMaximum']:g})" if "exclusiveMaximum" in schema else "∞)"
         return ("whole number in " if kind == "integer" else "number in ") + left + ", " + right
     if kind == "boolean":
         return "`true`, `false`"
@@ -61,14 +61,15 @@ def page(root, defaults_text):
     for key, s in leaves(schema, schema):
         if key.startswith("second_tool."):
             continue
-        if key.split(".")[0] != group:
-            group = key.split(".")[0]
+        if (key.split(".")[0] if "." in key else "scene") != group:
+            group = key.split(".")[0] if "." in key else "scene"
             out += [f"## {group}", ""]
-        default, _, meaning = words.get(key, ("", "", s.get("description", "")))
-        if key in defaults:
+        default, told, meaning = words.get(key, ("", "", s.get("description", "")))
+        unit = m[1] if (m := re.match(r"(m|s|ms|us|Hz|Pa|kg|N|rad|rad/s|m/s|m/s²|m³|1/s|kg/m³|N/m|N/s|N·s/m|degrees)(?:,|$)", told)) else ""
+        if key in defaults and default != "required":
             default = f"`{json.dumps(defaults[key], ensure_ascii=False)}`"
         meaning = re.sub(r"\]\(([a-z_]+\.md)", r"](../\1", meaning.replace("](../", "](../../"))
         meaning = re.sub(r"\]\(#", "](../scene" + ".md#", meaning)
         out += [f"### {key}", "", meaning or s.get("description", ""), "",
-                f"- allowed: {ranges(s, schema) or 'see scene.md'}", f"- default: {default or 'none'}", ""]
+                f"- allowed: {ranges(s, schema) or 'see scene.md'}{', in ' + unit if unit else ''}", f"- default: {default or 'none'}", ""]
     return "\n".join(out)
