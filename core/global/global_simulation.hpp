@@ -35,8 +35,8 @@ class GlobalSimulation {
   /// integrator without a stability limit, else the history acts alone, as in the paper.
   void advance(double t_end, std::span<const ContactSample> history, std::span<const ContactHold> holds = {});
 
-  /// The state `dt` [s] from now, were the contacts at these stops on the way, evenly in time, the last at its end: a step
-  /// to each. None when the holds would have to pull, there is none, or the integrator has a stability limit.
+  /// The state `dt` [s] from now, were the contacts at these stops on the way, evenly in time, the last at its end: a
+  /// step to each. None when the holds would have to pull, there is none, or the integrator has a stability limit.
   std::optional<State> foresee(double dt, std::span<const std::vector<ContactHold>> stops);
 
   const State& state() const { return state_; }

@@ -112,10 +112,11 @@ TEST(Findings, TellEachFlagOnceWithItsTool) {
   result.tools.resize(2);
   result.tools[1].frames.resize(50, LocalFrame());
   result.tools[1].frames[0].flags = kNotFinite;
-  expect_parts(in_ticks(result),
-               {"edge of the local patch: 2 of 100 ticks, first at t = 0.002 s; set global.rate_hz to 60", "left the finite numbers",
-                "second tool: the local model left", "pose was not usable, and it stayed where it was: 1 of 100",
-                "more time had passed than is caught up with"});
+  expect_parts(
+      in_ticks(result),
+      {"edge of the local patch: 2 of 100 ticks, first at t = 0.002 s; set global.rate_hz to 60",
+       "left the finite numbers", "second tool: the local model left",
+       "pose was not usable, and it stayed where it was: 1 of 100", "more time had passed than is caught up with"});
 }
 
 TEST(Findings, OfTooManyPlacesAreFailuresWhereTheForcesWereNotFound) {

@@ -63,7 +63,7 @@ TEST(Batch, ARowHoldsWhileItsInputsAreTheSame) {
   std::vector<BatchJob> jobs{of_file("a", folder / "a.off", log), of_file("b", folder / "b.off", log)};
   run_batch(jobs, options);
   run_batch(jobs, options);
-  EXPECT_EQ(lines_of(log), 2);  // none twice
+  EXPECT_EQ(lines_of(log), 2);           // none twice
   write(folder / "a.off", "123456789");  // mended
   const auto mended = run_batch(jobs, options);
   EXPECT_EQ(mended[0]["result"], 9);
