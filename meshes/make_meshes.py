@@ -182,6 +182,26 @@ def torus(n, m, big, small):
     return b.points, b.faces
 
 
+def tube(n, m, length, inner, outer):
+    """A hollow tube along x: n rings of m corners, inside and outside; both ends are flat rings."""
+    b = Builder()
+
+    def corner(side, i, j):
+        a, r = 2 * math.pi * (j % m) / m, (inner, outer)[side]
+        return b.vertex((side, i, j % m), (length * i / n, r * math.cos(a), r * math.sin(a)))
+
+    for i in range(n):
+        for j in range(m):
+            square = [corner(1, i, j), corner(1, i, j + 1), corner(1, i + 1, j + 1), corner(1, i + 1, j)]
+            b.quad(*square, flip_diagonal=(i + j) % 2 == 1)
+            square = [corner(0, i, j), corner(0, i, j + 1), corner(0, i + 1, j + 1), corner(0, i + 1, j)]
+            b.quad(*square[::-1], flip_diagonal=(i + j) % 2 == 1)
+    for j in range(m):
+        b.quad(corner(0, 0, j + 1), corner(1, 0, j + 1), corner(1, 0, j), corner(0, 0, j))
+        b.quad(corner(0, n, j), corner(1, n, j), corner(1, n, j + 1), corner(0, n, j + 1))
+    return b.points, b.faces
+
+
 def pierced_plate():
     """A plate with five square holes: genus 5."""
     holes = {(2, 2), (2, 6), (6, 2), (6, 6), (4, 4)}
@@ -212,6 +232,11 @@ def good_meshes():
     write_off("sheet.off", *box(20, 20, 1, (0.1, 0.1, 0.002)), "closed thin plate 0.1 x 0.1 x 0.002")
     write_off("torus.off", *torus(32, 16, 0.04, 0.015), "torus, radii 0.04 and 0.015")
     write_off("genus5.off", *pierced_plate(), "plate with five square holes")
+
+
+def gallery_meshes():
+    write_off("gallery/tube.off", *tube(12, 16, 0.06, 0.008, 0.012), "tube along x, 60 mm, radii 8 and 12 mm")
+    write_off("gallery/finger.off", *box(16, 3, 3, (0.08, 0.015, 0.015)), "bar 80 x 15 x 15 mm, 5 mm triangles")
 
 
 def broken_meshes():
@@ -283,5 +308,6 @@ def tetrahedra():
 
 if __name__ == "__main__":
     good_meshes()
+    gallery_meshes()
     tetrahedra()
     broken_meshes()
