@@ -467,7 +467,7 @@ TEST(SceneText, ControlCharactersDoNotBreakTheLineOfAMessage) {
 
 TEST(SceneFiles, OfTheProjectLoad) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(KT_SOURCE_DIR "/scenes"))
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(KT_SOURCE_DIR "/scenes"))
     if (entry.path().extension() == ".json") {
       EXPECT_NO_THROW(load_scene(entry.path().string())) << entry.path();
       ++count;
