@@ -1,4 +1,4 @@
-// A simulated hand that presses scenes/organ_drag.json's organ and holds still, over a link with delay and loss:
+// A simulated hand that presses scenes/organ_springs.json's organ and holds still, over a link with delay and loss:
 // whether it comes to rest. In lockstep, where link.latency_ms is all that lies between a refresh and its model: half
 // of it each way over a network.
 //   build/release/bench/held_hand_table [DAMPING[,...] [LATENCY_MS[,...] [LOSS[,...] [KEY=VALUE...]]]]
@@ -15,7 +15,7 @@ constexpr double kStill = 5e-5;             // [m] to and fro, below which nobod
 
 /// Up to kPressed as the drag of the scene does, and no further.
 Scene held(double damping, double latency_ms, double loss, const std::vector<std::string>& settings) {
-  Scene scene = load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json", settings);
+  Scene scene = load_scene(KT_SOURCE_DIR "/scenes/organ_springs.json", settings);
   const std::vector<TimedPoint> drag = Session(scene).path();
   SceneHand hand{.damping = damping, .target = {}};
   for (const TimedPoint& p : drag)

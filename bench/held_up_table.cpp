@@ -1,4 +1,4 @@
-// A loop of one's own at 1 kHz on scenes/organ_drag.json, the body in its thread, whose refresh at 0.5 s is held up:
+// A loop of one's own at 1 kHz on scenes/organ_springs.json, the body in its thread, whose refresh at 0.5 s is held up:
 // what the hand gets meanwhile. Against the wall clock: run it on a machine that has nothing else to do.
 //   build/release/bench/held_up_table [SCENE]
 #include <chrono>
@@ -65,7 +65,7 @@ void run(const Session& session, int held_ms) {
 }  // namespace kt
 
 int main(int argc, char** argv) {
-  const std::string file = argc > 1 ? argv[1] : KT_SOURCE_DIR "/scenes/organ_drag.json";
+  const std::string file = argc > 1 ? argv[1] : KT_SOURCE_DIR "/scenes/organ_springs.json";
   const kt::Session session(kt::load_scene(file));
   std::printf("held ms refreshes  inside  no force  mean N  step %%  at tick  stale  tick us  p99 us\n");
   for (const int ms : {0, 100, 500, 1000}) kt::run(session, ms);

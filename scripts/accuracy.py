@@ -121,7 +121,7 @@ def normal_force(run):
 
 def springs(folder):
     print("\n| scene | ν | springs, mean [N] | finite elements, mean [N] | force error |\n|---|---|---|---|---|")
-    for scene in ("slab_drag", "organ_drag"):
+    for scene in ("slab_drag", "organ_springs"):
         for poisson in ("0.3", "0.25"):
             spring, element = (normal_force(os.path.join(folder, f"{scene}-{poisson}-{model}")) for model in ("msd", "fem"))
             error = math.sqrt(sum((a - b) ** 2 for a, b in zip(spring, element)) / sum(b * b for b in element))
@@ -132,7 +132,7 @@ def springs(folder):
 def scenes(folder):
     print("\n| scene | material | F_N, mean [N] | largest F_T / (μ F_N) | missed | lost | deepest [µm] | inside out |\n"
           "|---|---|---|---|---|---|---|---|")
-    for scene in ("slab_drag", "organ_drag", "paper_slide", "paper_stick", "paper_stick_slip"):
+    for scene in ("slab_drag", "organ_springs", "paper_slide", "paper_stick", "paper_stick_slip"):
         for material in ("linear", "corotational", "stvk", "neo_hookean"):
             with open(os.path.join(folder, f"{scene}-{material}", "summary.json"), encoding="utf-8") as file:
                 run = json.load(file)

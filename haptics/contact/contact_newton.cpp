@@ -51,8 +51,8 @@ bool ContactNewton::solve(const ContactSystem& system, std::span<const ContactMo
   return out.allFinite();
 }
 
-bool ContactNewton::pivot(const ContactSystem& system, std::span<const double> mu, std::span<const ContactMode> start,
-                          Eigen::Ref<VectorX> impulse) noexcept {
+bool ContactNewton::pivot(const ContactSystem& system, int most_changes, std::span<const double> mu,
+                          std::span<const ContactMode> start, Eigen::Ref<VectorX> impulse) noexcept {
   const int c = system.count();
   std::array<ContactMode, kMost> mode;
   std::array<Vec3, kMost> direction;
@@ -64,7 +64,7 @@ bool ContactNewton::pivot(const ContactSystem& system, std::span<const double> m
   }
   const double speed = system.velocity.lpNorm<Eigen::Infinity>();
   Vector p;
-  for (int change = 0; change <= 3 * c; ++change) {
+  for (int change = 0; change <= most_changes; ++change) {
     if (!solve(system, std::span(mode).first(static_cast<std::size_t>(c)), direction, p)) return false;
     int weakest = -1, thrown = -1, deepest = -1;
     double least = 0, lowest = -kTouches * speed;

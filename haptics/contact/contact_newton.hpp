@@ -15,8 +15,8 @@ class ContactNewton {
   /// the cone, slide; sliding ones keep the direction of their impulse. Without friction this is the solution.
   /// @param mu       per contact, of its cone
   /// @param impulse  in: a sweep's result; out: the answer, unchanged where there is none, (3c)
-  bool pivot(const ContactSystem& system, std::span<const double> mu, std::span<const ContactMode> mode,
-             Eigen::Ref<VectorX> impulse) noexcept;
+  bool pivot(const ContactSystem& system, int most_changes, std::span<const double> mu,
+             std::span<const ContactMode> mode, Eigen::Ref<VectorX> impulse) noexcept;
 
   /// One step of Newton's method on u_m = 0, and u_t = 0 or p_t = mu p_m y / |y| with y = p_t - r u_t, of the contacts
   /// with p_m > r u_m; p = 0 of the others. False: no step. Alart and Curnier 1991.

@@ -178,7 +178,7 @@ bool ContactSweeps::try_from(const ContactSystem& system, const Eigen::Ref<const
 }
 
 /// Leaves the best that it finds.
-void ContactSweeps::solve_directly(const ContactSystem& system, double wanted, Eigen::Ref<VectorX> impulse,
+void ContactSweeps::solve_directly(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
                                    std::span<ContactMode> mode, SweepResult& out) noexcept {
   constexpr int kSteps = 6;
   const int c = system.count();
@@ -186,8 +186,8 @@ void ContactSweeps::solve_directly(const ContactSystem& system, double wanted, E
   for (int i = 0; i < c; ++i) mu[i] = mode[i] == ContactMode::free ? system.friction[i].mu_at(0) : mu_[i];
   auto direct = direct_.head(3 * c);
   direct = impulse;
-  if (newton_.pivot(system, mu, mode, direct)) try_from(system, direct, impulse, mode, out);
-  for (int step = 0; step < kSteps && out.residual > wanted; ++step) {
+  if (newton_.pivot(system, limits.pivots, mu, mode, direct)) try_from(system, direct, impulse, mode, out);
+  for (int step = 0; step < kSteps && out.residual > limits.residual; ++step) {
     if (!newton_.step(system, mu, direct)) break;
     try_from(system, direct, impulse, mode, out);
   }
@@ -211,7 +211,7 @@ SweepResult ContactSweeps::solve_one(const ContactSystem& system, Eigen::Ref<Vec
 
 SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
                                  std::span<ContactMode> mode) noexcept {
-  constexpr int kDirectlyAfter = 24, kDirectRounds = 3;  // sweeps, each time
+  constexpr int kDirectlyAfter = 24;  // sweeps, each time
   const int c = system.count(), n = 3 * c;
   if (c == 1) return solve_one(system, impulse, mode[0]);
   SweepResult out;
@@ -229,7 +229,7 @@ SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits&
     ++out.sweeps;
     const double change = sweep(system, impulse, mode);
     const bool is_last = out.sweeps >= limits.sweeps;
-    const bool is_slow = ++since == kDirectlyAfter && c <= ContactNewton::kMost && rounds < kDirectRounds;
+    const bool is_slow = ++since == kDirectlyAfter && c <= ContactNewton::kMost && rounds < limits.direct_rounds;
     if (change <= kLook * limits.residual || is_last || is_slow) {
       if (out.sweeps > 1) find_velocity(system, impulse);  // extrapolations leave it behind by their rounding
       out.residual = residual_of(system, impulse);
@@ -241,7 +241,7 @@ SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits&
       if (out.residual <= limits.residual || is_last) return out;
     }
     if (is_slow) {
-      solve_directly(system, limits.residual, impulse, mode, out);
+      solve_directly(system, limits, impulse, mode, out);
       if (out.residual <= limits.residual) return out;
       best_.impulse.head(n) = impulse;
       std::ranges::copy(mode, best_.mode.begin());

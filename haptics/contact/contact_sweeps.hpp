@@ -11,6 +11,8 @@ namespace kt {
 
 struct SweepLimits {
   int sweeps = 100;
+  int direct_rounds = 3;   ///< times that impulses are looked for directly, where sweeps get on slowly
+  int pivots = 120;        ///< changes of mode in each of them: each solves a linear system of all contacts
   double residual = 1e-6;  ///< converged: see natural_residual
 };
 
@@ -40,7 +42,7 @@ class ContactSweeps {
   double residual_of(const ContactSystem& system, const Eigen::Ref<const VectorX>& impulse) noexcept;
   bool try_from(const ContactSystem& system, const Eigen::Ref<const VectorX>& start, Eigen::Ref<VectorX> impulse,
                 std::span<ContactMode> mode, SweepResult& out) noexcept;
-  void solve_directly(const ContactSystem& system, double wanted, Eigen::Ref<VectorX> impulse,
+  void solve_directly(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
                       std::span<ContactMode> mode, SweepResult& out) noexcept;
   void remember(const Eigen::Ref<const VectorX>& impulse, int n) noexcept;
 

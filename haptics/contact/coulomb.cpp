@@ -25,7 +25,7 @@ class Coulomb final : public ContactSolver {
                                {problem.sliding.data(), count},
                                problem.velocity,
                                problem.W};
-    const SweepResult result = sweeps_.solve(system, {}, out.impulse, {out.mode.data(), count});
+    const SweepResult result = sweeps_.solve(system, limits_of(problem), out.impulse, {out.mode.data(), count});
     out.iterations = result.sweeps;
     out.residual = result.residual;
     Vec3 total = Vec3::Zero();
@@ -34,6 +34,17 @@ class Coulomb final : public ContactSolver {
   }
 
  private:
+  /// Of many contacts a tick has no time for more than a few direct solutions.
+  static SweepLimits limits_of(const ContactProblem& problem) {
+    constexpr int kMany = 12;
+    SweepLimits out{.pivots = 3 * problem.count};
+    if (!problem.is_bounded || problem.count <= kMany) return out;
+    out.sweeps = problem.is_repeated ? 20 : 60;
+    out.direct_rounds = problem.is_repeated ? 0 : 1;
+    out.pivots = 8;
+    return out;
+  }
+
   SurfaceFriction friction_;
   const SurfaceFriction* used_ = &friction_;
   std::array<Friction, kMaxContacts> own_{};

@@ -12,6 +12,7 @@ namespace kt {
 namespace {
 
 constexpr int kGeometryIterations = 20;
+constexpr int kOnRefinedCells = 8;      // of them: places are nodes, which stay where they are; two or three as a rule
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
 constexpr int kExchanged = 5;           // iterations after which places that pushed are kept
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
@@ -90,6 +91,8 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
   drop_clear_places(tick, pushing, contacts);
   if (iteration >= kExchanged) keep_pushing(tick, before, contacts);
   fill_problem(tick, iteration > 0 && are_same_places(before, contacts));
+  tick.problem.is_bounded = tick.model->surface.fine != nullptr;
+  tick.problem.is_repeated = iteration > 1;
   warm_start(tick, before, tick.solution.impulse);
   tick.solver->solve(tick.problem, tick.solution);
   tick.residual = std::max(tick.residual, tick.solution.residual);
@@ -125,6 +128,7 @@ void resolve_contacts(TickState& tick) noexcept {
   place_surface(tick, w.x_guess);
   if (std::ranges::any_of(tick.tools, [](const TouchingTool& tool) { return tool.start >= 0 && !is_point(tool); }))
     tick.index().refit(w.x_event, w.x_guess);
+  const int most = tick.model->surface.fine ? kOnRefinedCells : kGeometryIterations;
   double relaxed = 1;
   for (int iteration = 0;; ++iteration) {
     solve_at_guess(tick, pushing, before, iteration);
@@ -139,7 +143,7 @@ void resolve_contacts(TickState& tick) noexcept {
       relaxed = 1;
     else if (iteration > 0)
       relaxed = relax(w.step_before, w.step, relaxed);
-    if (iteration + 1 == kGeometryIterations) break;
+    if (iteration + 1 == most) break;
     w.du = w.du_guess + relaxed * w.step;
     if (is_settled)
       place_surface(tick, w.x_guess);  // close_gaps has moved the surface's end

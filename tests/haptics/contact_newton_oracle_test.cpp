@@ -74,7 +74,9 @@ TEST(ContactNewton, PivotsToTheOneChoiceOfWhoPushes) {
       if (mode[i] == ContactMode::slide) impulse.segment<3>(3 * i) = -p.normal[i];
     }
     ContactNewton newton;
-    ASSERT_TRUE(newton.pivot(p.system(), std::vector<double>(p.normal.size(), 0.0), mode, impulse)) << "problem " << k;
+    ASSERT_TRUE(newton.pivot(p.system(), 3 * static_cast<int>(p.normal.size()),
+                             std::vector<double>(p.normal.size(), 0.0), mode, impulse))
+        << "problem " << k;
     EXPECT_LT((impulse - expected).norm(), 1e-7 * std::max(expected.norm(), 1e-3)) << "problem " << k;
     for (int i = 0; i < c; ++i) pushing += !expected.segment<3>(3 * i).isZero(0);
     total += c;

@@ -81,6 +81,48 @@ TEST(FineTouch, GivesTheContinuumsForceWhereverItPresses) {
   EXPECT_GE(force_over_continuum({.refine = "off"}), 1.4) << "the mesh's force, which is not that of the body";
 }
 
+struct Shear {
+  double stiffness = 0;  // tangential, before it slips [N/m]
+  double creep = 0;      // of the tangential force while the tool stands still, relative
+  double cone = 0;       // largest |f_t| / f_n of a contact
+};
+
+/// Pressed 1.5 mm into a block 40 mm high, moved aside by `way` and held there.
+Shear shear(double way, double mu, const std::string& refine) {
+  constexpr double kHigh = 0.04, kCell = 0.005, kDepth = 0.0015;
+  Scene scene = scene_of({.mu = mu, .duration = 1.2, .refine = refine});
+  const Vec3 above(0.031, 0.032, kHigh + kRadius + 5e-4), pressed(0.031, 0.032, kHigh + kRadius - kDepth);
+  scene.tool.path.press_drag.reset();
+  const Vec3 aside = pressed + Vec3(way, 0, 0);
+  scene.tool.path.waypoints = {{0, above}, {0.2, pressed}, {0.5, pressed}, {0.7, aside}, {1.2, aside}};
+  const SessionResult r = Session(scene, kuhn_block(12, 12, 8, kCell)).run();
+  const auto& frames = r.tools[0].frames;
+  const auto along = [&](int tick) { return frames[static_cast<std::size_t>(tick)].force.x(); };
+  Shear out{(along(495) - along(1190)) / way, std::abs(along(900) / along(1190) - 1), 0};
+  for (const LocalFrame& frame : frames) out.cone = std::max(out.cone, frame.cone_ratio);
+  return out;
+}
+
+// Mindlin 1949: 8 a G / (2 - nu) of a circle that sticks, here a = sqrt(R d).
+TEST(FineTouch, GivesWayAsideAsMindlinsContact) {
+  const double mindlin = 8 * std::sqrt(kRadius * 0.0015) * (1e4 / 2.6) / 1.7;
+  const Shear fine = shear(3e-4, 10, "auto");
+  EXPECT_NEAR(fine.stiffness / mindlin, 1, 0.1);
+  EXPECT_LT(fine.creep, 1e-3);
+  EXPECT_GT(shear(3e-4, 10, "off").stiffness / mindlin, 1.3) << "the mesh's, which is not the body's";
+  const Shear slips = shear(4e-3, 0.3, "auto");
+  EXPECT_NEAR(slips.cone, 0.3, 1e-6);
+}
+
+// What the global step expects of the contact is what the ticks find, at rest: else refreshes come early for nothing.
+TEST(FineTouch, GlobalStepFindsTheForceOfTheTicks) {
+  for (const double mu : {0.0, 0.5}) {
+    const SessionResult r = run({.depth = 0.003, .mu = mu});
+    ASSERT_FALSE(r.refresh.linearization_error.empty());
+    EXPECT_LT(std::abs(r.refresh.linearization_error.back()), 0.02) << mu;
+  }
+}
+
 // Pressed in, moved to and fro over zones that move with it, and let go: the hand gets nothing out of it.
 TEST(FineTouch, GivesNoEnergyOverZonesThatMove) {
   Scene scene = scene_of({.duration = 1.4});

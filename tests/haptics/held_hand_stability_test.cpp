@@ -12,7 +12,7 @@ TEST(HeldHand, ComesToRestOverALinkWithDelay) {
   if (!KT_WITH_TETGEN) GTEST_SKIP() << "needs tetgen";
   constexpr double kStill = 5e-5;          // [m]: nobody feels less
   constexpr std::size_t kLastTicks = 250;  // two swings of such a hand
-  Scene scene = load_scene(KT_SOURCE_DIR "/scenes/organ_drag.json",
+  Scene scene = load_scene(KT_SOURCE_DIR "/scenes/organ_springs.json",
                            {"local.reducer=condensed", "link.latency_ms=400", "duration=0.31"});
   const Vec3 pressed = Session(scene).path().back().x;
   scene.duration = 2.2;
