@@ -237,24 +237,30 @@ TEST(HaplyService, Row9OneForceATickSoThatNoneAddUp) {
   EXPECT_LE(heard.most_force, 2 + 1e-9);
 }
 
+/// The time is the best of several hangs: a busy machine holds threads up, and makes none of them quicker.
 TEST(HaplyService, Row10AServiceThatHangsGetsAZeroIn20Ms) {
-  FakeHaply service({});
-  Press press(service);
-  ASSERT_TRUE(press.opens());
-  ASSERT_TRUE(press.until([&] { return service.heard_sum().last > 1.9; }));
-  service.set_fault(HaplyFault::silent);
-  const double from = service.now();
-  press.ticks(300);
-  double zero = NAN;
-  int forces = 0;
-  for (const HeardForce& h : service.heard()) {
-    if (h.t <= from) continue;
-    forces += std::isnan(zero) && h.force.norm() > 0;
-    if (std::isnan(zero) && h.force.isZero(0)) zero = h.t - from;
+  double best = 1;
+  for (int hang = 0; hang < 10 && best > 0.020; ++hang) {
+    FakeHaply service({});
+    Press press(service);
+    ASSERT_TRUE(press.opens());
+    ASSERT_TRUE(press.until([&] { return service.heard_sum().last > 1.9; }));
+    service.set_fault(HaplyFault::silent);
+    const double from = service.now();
+    press.ticks(300);
+    double zero = NAN;
+    int forces = 0;
+    for (const HeardForce& h : service.heard()) {
+      if (h.t <= from) continue;
+      forces += std::isnan(zero) && h.force.norm() > 0;
+      if (std::isnan(zero) && h.force.isZero(0)) zero = h.t - from;
+    }
+    EXPECT_LT(zero, 0.095) << "a driver that waits for answers: 101 ms";
+    EXPECT_LE(forces, 6) << "and is not flooded";
+    for (const HeardForce& h : service.heard()) EXPECT_TRUE(h.t <= from + zero || h.force.isZero(0)) << "never again";
+    best = std::min(best, zero);
   }
-  EXPECT_LT(zero, 0.095) << "20 ms, on a machine that is not busy; it was 101";
-  EXPECT_LE(forces, 6) << "and is not flooded";
-  for (const HeardForce& h : service.heard()) EXPECT_TRUE(h.t <= from + zero || h.force.isZero(0)) << "never again";
+  EXPECT_LE(best, 0.020) << "docs/devices.md";
 }
 
 TEST(HaplyService, Row11AnEmergencyBrakeIsAFaultAndEventsAreTold) {
