@@ -39,7 +39,7 @@ void check_outputs(const MeshArguments& a) {
   const std::vector<std::string> known = writable_mesh_extensions();
   if (!a.out.empty() && std::find(known.begin(), known.end(), mesh_extension(a.out)) == known.end())
     throw InputError(text(a.out, ": file extension cannot be written; known: ", join(known)));
-  require_writable(a.out);
+  claim_output(a.out, "-o");
 }
 
 Mesh load(const MeshArguments& a, bool lenient, json& out) {

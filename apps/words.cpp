@@ -5,8 +5,10 @@
 
 #include <cerrno>
 #include <cstring>
+#include <vector>
 
 #include "core/base/error.hpp"
+#include "io/files/file_claim.hpp"
 #include "io/files/output_file.hpp"
 
 namespace kt {
@@ -36,11 +38,17 @@ void add_quiet_option(CLI::App& command) {
   command.add_flag_callback("-q,--quiet", send_words_nowhere, "no words on standard output, no progress");
 }
 
+void claim_output(const std::string& file, const std::string& option) {
+  require_writable(file);
+  static std::vector<FileClaim> claims;
+  claims.emplace_back(file, option + " " + file);
+}
+
 CLI::Option* add_json_option(CLI::App& command, std::string& file, const std::string& what) {
   return command.add_option("--json", file, "also write " + what + " to this file; - is standard output")
       ->each([](const std::string& name) {
         if (name == "-" && !quiet) send_words_to(STDERR_FILENO);
-        require_writable(name);
+        claim_output(name, "--json");
       });
 }
 

@@ -96,18 +96,6 @@ int open_pipe(const std::string& path) {
   }
 }
 
-/// What a link points at, also when that is not there yet.
-std::string follow_links(const std::string& path) {
-  fs::path at = path;
-  std::error_code none;
-  constexpr int kMost = 40;  // as Linux
-  for (int i = 0; fs::is_symlink(fs::symlink_status(at, none)); ++i) {
-    if (i == kMost) fail(path, "too many links, one after the other");
-    at = at.parent_path() / fs::read_symlink(at, none);
-  }
-  return at.string();
-}
-
 /// The file is where this process's own output goes: a new file in its place would lose what was printed.
 int own_output(const struct stat& file) {
   for (const int number : {1, 2}) {
@@ -134,6 +122,17 @@ void try_beside(const std::string& path, const std::string& told) {
 }
 
 }  // namespace
+
+std::string follow_links(const std::string& path) {
+  fs::path at = path;
+  std::error_code none;
+  constexpr int kMost = 40;  // as Linux
+  for (int i = 0; fs::is_symlink(fs::symlink_status(at, none)); ++i) {
+    if (i == kMost) fail(path, "too many links, one after the other");
+    at = at.parent_path() / fs::read_symlink(at, none);
+  }
+  return at.string();
+}
 
 PendingFile::PendingFile(std::string path, const Parts& next)
     : path_(std::move(path)), temporary_(temporary_name(path_)) {

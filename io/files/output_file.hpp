@@ -34,6 +34,9 @@ void write_file_whole(const std::string& path, const Parts& next);
 /// a pipe is written to and never replaced; a pipe that nobody reads is refused after a while.
 void write_named_file(const std::string& path, std::string_view content);
 
+/// Where a link leads, over all links; the path itself where it is none. @throws InputError for a ring of links
+std::string follow_links(const std::string& path);
+
 // To be asked before long work, not after it. All throw InputError with the reason.
 /// A file that the user has named can be written, tried by a file beside it: rights, a full disk, one that is only
 /// read.

@@ -126,6 +126,22 @@ class Results(unittest.TestCase):
             self.assertEqual(json.load(file)["contact"]["mu_static"], 0.1)
         self.succeeds("run", "s.json", "--no-report", "--out", "o")
 
+    def test_two_commands_with_one_json_file(self):
+        first = subprocess.Popen([PROGRAM, "run", "s.json", "--no-report", "--out", "o", "--json", "a.json", "--set", "duration=null"],
+                                 cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(first.kill)
+        while not os.path.isdir(self.path("o")):  # made after the options were read
+            time.sleep(0.01)
+        os.symlink("a.json", self.path("link.json"))
+        for name in ("a.json", self.path("a.json"), "link.json"):
+            self.refused("run", "s.json", "--no-report", "--out", "p", "--json", name, says=("--json", "another kilotouch"))
+        self.refused("mesh", "info", "pad.off", "--json", "a.json", says=("another kilotouch",))
+        self.assertFalse(os.path.exists(self.path("p")))
+        self.succeeds("mesh", "info", "pad.off", "--json", "b.json")
+        first.send_signal(signal.SIGTERM)
+        first.wait(timeout=60)
+        self.succeeds("mesh", "info", "pad.off", "--json", "a.json")
+
     def test_links_in_the_folder_are_not_followed(self):
         names = ["scene.json", "trace.csv", "events.csv", "summary.json", "view.json", "recording.csv", "session.json", "reference.csv",
                  "force.png", "mesh.png", "report.html", "states.pvd"]
