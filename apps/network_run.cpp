@@ -43,6 +43,7 @@ Json link_json(const HandLinkReport& r) {
           {"reconnections", r.reconnections},
           {"longest_gap_s", r.longest_gap_s},
           {"longest_silence_s", r.longest_silence_s},
+          {"longest_own_pause_s", r.longest_own_pause_s},
           {"ended_without_body", !r.without_body.empty()}};
 }
 
@@ -67,6 +68,11 @@ void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report)
       out.push_back(
           {text("the body's computer was gone ", report->reconnections, " times, for up to ", report->longest_gap_s,
                 " s: the body began at rest again, and the run cannot be repeated by kilotouch replay")});
+    if (report->longest_own_pause_s > 0)
+      out.push_back({text("the hand's computer stood still for up to ", short_number(report->longest_own_pause_s),
+                          " s (stopped, asleep or too busy): no local model was taken meanwhile, and the force was off "
+                          "from link.stale_ms on"),
+                     {advise("stop what else runs on the hand's computer, and keep it from sleeping")}});
     if (report->longest_silence_s > 0)
       out.push_back(
           {text("no datagram came over UDP from ", report->data_place, " for up to ", report->longest_silence_s,

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 
+#include "core/base/finding.hpp"
 #include "core/base/ticks.hpp"
 #include "network/channel/parity.hpp"
 #include "network/model_worker.hpp"
@@ -15,6 +16,7 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto kServerSilence = 1500ms;     // of the server: it is gone
+constexpr auto kOwnPause = 500ms;           // between two looks at what has come: this computer stood still
 constexpr auto kNoDatagram = 4s;            // at the start: none comes through
 constexpr std::size_t kDatagramRoom = 900;  // bytes of reports in one datagram, beside what all of them share
 constexpr int kCopies = 4;                  // datagrams that each report travels in
@@ -44,7 +46,7 @@ class HandLink final : public BodyLink, private RemoteBody {
     if (observer_) observer_->adopted(side.model());
     adopted_frame_ = first.model.frame;
     for (int i = 0; i < 2; ++i) rooms_.push_back(std::make_unique<LocalMotion>(make_local_motion(nodes_)));
-    began_ = heard_ = datagram_ = Clock::now();
+    began_ = heard_ = datagram_ = looked_ = Clock::now();
     worker_.start();
     thread_ = std::thread([this] { run(); });
   }
@@ -275,6 +277,7 @@ class HandLink final : public BodyLink, private RemoteBody {
   void control() {
     const auto now = Clock::now();
     if (now < next_control_) return;
+    take_own_pause(now);
     next_control_ = now + 5ms;
     ask();
     if (now >= next_ping_) {  // while time stands still there is nothing else to say
@@ -288,6 +291,18 @@ class HandLink final : public BodyLink, private RemoteBody {
       look_for_server(now);
     else if (now - datagram_ > kServerSilence)
       miss_datagrams();
+  }
+
+  /// While this thread does not run, nothing is heard, whatever the other side says: that is no silence of it.
+  void take_own_pause(Clock::time_point now) {
+    const auto pause = now - std::exchange(looked_, now);
+    if (pause < kOwnPause) return;
+    heard_ = std::max(heard_, std::min(now, heard_ + pause));
+    datagram_ = std::max(datagram_, std::min(now, datagram_ + pause));
+    const double seconds = std::chrono::duration<double>(pause).count();
+    figures_.longest_own_pause_s = std::max(figures_.longest_own_pause_s, seconds);
+    paused_at_ = now;
+    if (say_) say_(text("this computer stood still for ", short_number(seconds), " s"));
   }
 
   void ask() {
@@ -313,7 +328,8 @@ class HandLink final : public BodyLink, private RemoteBody {
       connection_->ask_again();
       is_beginning_ = false;
       next_try_ = heard_ + 1s;
-      if (!stop_ && !is_lost_) lose(bye->reason);
+      if (!stop_ && !is_lost_)
+        lose(heard_ - paused_at_ < kOwnPause ? "it ended the session while this one stood still" : bye->reason);
     } else if (const auto* first = std::get_if<FirstModel>(&message); first && is_beginning_) {
       find_again(*first);
     } else if (const auto* welcome = std::get_if<Welcome>(&message);
@@ -432,7 +448,8 @@ class HandLink final : public BodyLink, private RemoteBody {
   int session_models_ = 0;  // sent in this session, with the first one
   LocalReport report_in_;
   HandLinkReport figures_;
-  Clock::time_point began_{}, heard_{}, datagram_{}, next_control_{}, next_ping_{}, lost_at_{}, next_try_{};
+  Clock::time_point began_{}, heard_{}, datagram_{}, looked_{}, paused_at_{}, next_control_{}, next_ping_{}, lost_at_{},
+      next_try_{};
 
   std::mutex asking_;  // of what follows
   std::uint32_t asked_ = 0;

@@ -21,10 +21,11 @@ struct HandLinkReport {
   std::optional<double> loss_up, loss_down;  ///< of datagrams, measured at the end; none: too few came
   double seconds = 0;                        ///< that the datagrams took
   int reconnections = 0;
-  double longest_gap_s = 0;      ///< without a server
-  double longest_silence_s = 0;  ///< without a datagram of one that was there
-  std::string data_place;        ///< where datagrams went
-  std::string without_body;      ///< why the run ended so; empty: it did not
+  double longest_gap_s = 0;        ///< without a server
+  double longest_silence_s = 0;    ///< without a datagram of one that was there
+  double longest_own_pause_s = 0;  ///< in which this computer did not run the link: stopped, asleep, too busy
+  std::string data_place;          ///< where datagrams went
+  std::string without_body;        ///< why the run ended so; empty: it did not
 };
 
 /// Makes the link for Touch::start(). The report is filled when the touch stops.

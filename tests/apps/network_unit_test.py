@@ -324,6 +324,23 @@ class Network(unittest.TestCase):
         self.assertFalse(first.said("somebody else"), first.lines)
         server.stop()
 
+    def test_a_hand_that_stood_still_blames_neither_udp_nor_the_body(self):
+        port = free_port()
+        server = self.serve(port)
+        hand = self.touch(port, "--out", "out", "--set", "duration=4")
+        server.wait_for("has its first local model")
+        time.sleep(0.5)
+        hand.process.send_signal(signal.SIGSTOP)
+        time.sleep(2)
+        hand.process.send_signal(signal.SIGCONT)
+        hand.wait_for("this computer stood still for [12]")
+        hand.end()
+        self.assertTrue(hand.said("hand's computer stood still for up to"), hand.lines)
+        for blame in ("UDP", "is gone"):
+            self.assertFalse(hand.said(blame), hand.lines)
+        self.assertEqual(json.loads(self.read("out", "summary.json"))["link"]["longest_silence_s"], 0)
+        server.stop()
+
     def test_a_hand_that_dies_may_come_again(self):
         port = free_port()
         server = self.serve(port)
