@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "haptics/setup/built_scene.hpp"
+#include "haptics/setup/tool_unit.hpp"
 #include "io/surface/mesh_doctor.hpp"
 
 namespace kt {
@@ -26,15 +26,6 @@ Finding body_finding(const Scene& scene, const SceneSizes& s) {
         {"object.scale", text(scale), text("set object.scale to ", scale, ": its unit is likely ", likely_unit(file))});
   out.cures.push_back(advise("set object.size to the body's longest side in metres"));
   return out;
-}
-
-/// The unit that makes a tool's longest side nearest to a third of the body's.
-const char* likely_tool_unit(double longest_in_file, double body) {
-  constexpr std::pair<const char*, double> kUnits[] = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
-  return std::ranges::min(
-             kUnits, {},
-             [&](const auto& unit) { return std::abs(std::log(longest_in_file * unit.second / (body / 3))); })
-      .first;
 }
 
 /// The setting that a tool's size is read from.
@@ -76,23 +67,10 @@ double thickness_under(const VectorX& x, const std::vector<Triangle>& triangles,
   return 0;
 }
 
-/// Ascending [m].
-Vec3 extents_of(const ToolShape& tool) {
-  Vec3 low = Vec3::Zero(), high = low;
-  for (std::size_t i = 0; i < tool.corners.size(); ++i) {
-    low = i == 0 ? tool.corners[i] : low.cwiseMin(tool.corners[i]);
-    high = i == 0 ? tool.corners[i] : high.cwiseMax(tool.corners[i]);
-  }
-  Vec3 out = (high - low).array() + 2 * tool.radius;
-  std::ranges::sort(out);
-  return out;
-}
-
 SceneSizes sizes_of(const BuiltScene& built) {
   const Scene& scene = built.scene();
-  SceneSizes out{
-      .body = bounds(built.model().mesh()), .mesh_unit = built.mesh_unit(), .tool = extents_of(built.tool())};
-  if (scene.second_tool) out.second_tool = extents_of(built.tools()[1]);
+  SceneSizes out{.body = bounds(built.model().mesh()), .mesh_unit = built.mesh_unit(), .tool = sides_of(built.tool())};
+  if (scene.second_tool) out.second_tool = sides_of(built.tools()[1]);
   if (scene.tool.path.press_drag && built.path().size() > 1) {
     const auto& below = scene.object.fixed.below;
     out.depth = scene.tool.path.press_drag->depth;

@@ -6,6 +6,7 @@
 
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/refresh/touch_parts.hpp"
+#include "haptics/setup/tool_unit.hpp"
 #include "haptics/setup/unused_settings.hpp"
 
 namespace kt {
@@ -56,6 +57,9 @@ BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body, std:
       options_(std::move(options)),
       body_(std::move(body)),
       tools_(shapes_of(options_)) {
+  const double longest = bounds(body_.model().mesh()).size().maxCoeff();
+  require_tool_unit(scene_.tool, "tool", sides_of(tools_[0]), longest);
+  if (scene_.second_tool) require_tool_unit(*scene_.second_tool, "second_tool", sides_of(tools_[1]), longest);
   scene_.local = options_.local;
   if (is_live(scene_) && scene_.link.type == "lockstep")
     scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
