@@ -9,7 +9,6 @@
 #include "core/base/ticks.hpp"
 #include "haptics/study/metrics.hpp"
 #include "haptics/touch/body_side.hpp"
-#include "haptics/touch/live_settings.hpp"
 #include "haptics/touch/touch.hpp"
 
 namespace kt {
@@ -193,8 +192,23 @@ void LiveRun::set(const std::string& key, const std::string& value) {
     if (!number) throw InputError(text(key, " is \"", value, "\", must be a number"));
     change.value = *number;
   }
-  if (touch_) change.word.empty() ? touch_->set(key, change.value) : touch_->set(key, change.word);
+  if (touch_)
+    change.word.empty() ? touch_->set(key, change.value) : touch_->set(key, change.word);
+  else
+    require_next(change);
   remember(change);  // begun() sets it where no run is under way
+}
+
+LiveRun::NextValues LiveRun::next_values() const {
+  NextValues out{session_.options(), session_.scene().object.model};
+  for (const SettingChange& change : changed_) change_setting(change, out.values());
+  return out;
+}
+
+/// A wrong value is told now, not by the next run, which it would end.
+void LiveRun::require_next(const SettingChange& change) const {
+  NextValues next = next_values();
+  change_setting(change, next.values());
 }
 
 /// The friction coefficients move one another: kept is what they have come to, in an order that can be set again.
@@ -211,8 +225,10 @@ void LiveRun::remember(const SettingChange& change) {
 
 std::string LiveRun::setting(const std::string& key) const {
   const std::scoped_lock lock(guard_);
-  if (!touch_) return {};
-  return live_setting(key).word ? touch_->word(key) : text(touch_->number(key));
+  const LiveSetting& s = live_setting(key);
+  if (touch_) return s.word ? touch_->word(key) : text(touch_->number(key));
+  NextValues next = next_values();
+  return s.word ? *s.word(next.values()) : text(*s.number(next.values()));
 }
 
 bool LiveRun::take(Picture& out) {

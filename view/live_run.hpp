@@ -11,6 +11,7 @@
 #include "haptics/session/body_film.hpp"
 #include "haptics/session/real_time.hpp"
 #include "haptics/session/session.hpp"
+#include "haptics/touch/live_settings.hpp"
 #include "view/frame_bytes.hpp"
 
 namespace kt {
@@ -67,7 +68,7 @@ class LiveRun final : private SessionWatcher {
   void record(bool on);
   /// As Touch::set, from the next run on where none is under way. Throws InputError.
   void set(const std::string& key, const std::string& value);
-  std::string setting(const std::string& key) const;
+  std::string setting(const std::string& key) const;  ///< of the next run where none is under way
 
   /// A frame for the page: what is new since the last one. False: nothing has been ticked yet.
   struct Picture {
@@ -91,6 +92,14 @@ class LiveRun final : private SessionWatcher {
   void go_on();
   void run_once();
   void remember(const SettingChange& change);
+  /// That the next run begins with.
+  struct NextValues {
+    TouchOptions options;
+    SceneModel material;
+    LiveValues values() { return {options, material}; }
+  };
+  NextValues next_values() const;
+  void require_next(const SettingChange& change) const;
   bool is_kept() const { return keeps_ && touch_ && !newest_.tools.empty(); }  ///< what is touched now
   Vec3 first_place() const { return session_.path().front().x; }
 

@@ -19,8 +19,8 @@ struct Word {
 };
 constexpr Word kWords[] = {{"target", Kind::target}, {"set", Kind::set},       {"restart", Kind::restart},
                            {"check", Kind::check},   {"open", Kind::open},     {"reset", Kind::reset},
-                           {"pause", Kind::pause},   {"record", Kind::record}, {"take", Kind::take},
-                           {"seek", Kind::seek}};
+                           {"pause", Kind::pause},   {"record", Kind::record}, {"cancel", Kind::cancel},
+                           {"take", Kind::take},     {"seek", Kind::seek}};
 
 constexpr std::size_t kMostSettings = 50, kLongestSetting = 4096;
 constexpr double kFarthest = 1e6;  // [m]
@@ -99,6 +99,7 @@ PageMessage parse_page_message(const std::string& message) {
       out.stamp = number(json, "time", 0, 1e9);
       break;
     case Kind::reset:
+    case Kind::cancel:
     case Kind::take:
       break;
   }

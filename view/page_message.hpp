@@ -17,6 +17,7 @@ struct PageMessage {
     reset,
     pause,   ///< on
     record,  ///< on
+    cancel,  ///< the body that is being built for a restart or an open
     take,    ///< the tool, from the page that has it
     seek     ///< a session: stamp is the time [s]
   };

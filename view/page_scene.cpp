@@ -69,6 +69,22 @@ Scene page_scene(const Scene& before, const std::vector<std::string>& settings, 
   return out;
 }
 
+std::string without_words_of_files(std::string error, const Scene& scene, const std::string& own) {
+  Scene named = scene;
+  for (const NamedPlace& file : scene_files(named)) {
+    if (!own.empty() && file.place->starts_with(own)) continue;
+    const std::size_t at = error.find(*file.place + ":");
+    if (at == std::string::npos) continue;
+    std::size_t end = at + file.place->size() + 1;
+    while (end < error.size() && error[end] >= '0' && error[end] <= '9') ++end;
+    if (end == at + file.place->size() + 1) continue;  // of the whole file: what it describes
+    error.resize(end);
+    error += text(": is no ", file.key.ends_with("recording") ? "recording" : "mesh",
+                  " that can be read; kilotouch run on the computer that has the file says why");
+  }
+  return error;
+}
+
 std::string without_temporary_folders(std::string text) {
   constexpr std::size_t kLetters = 6;  // mkdtemp's
   const std::string own = "kilotouch-";

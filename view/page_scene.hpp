@@ -14,6 +14,11 @@ namespace kt {
 /// @param folder    of the scene
 Scene page_scene(const Scene& before, const std::vector<std::string>& settings, const std::string& folder);
 
+/// An error for a page: of a scene's file no more than its name and line, as the words of a file that cannot be read
+/// are none of the page's business.
+/// @param own  folder of what the page has dropped, whose words it has; empty: none
+std::string without_words_of_files(std::string error, const Scene& scene, const std::string& own);
+
 /// A text for a page: temporary folders of this program left out, so that the names of dropped files stand alone.
 std::string without_temporary_folders(std::string text);
 

@@ -29,8 +29,8 @@ using Bytes = std::shared_ptr<const std::string>;
 Bytes bytes(std::string s) { return std::make_shared<const std::string>(std::move(s)); }
 
 const char* name_of(Kind kind) {
-  constexpr const char* kNames[] = {"target", "set",   "restart", "check", "open",
-                                    "reset",  "pause", "record",  "take",  "seek"};
+  constexpr const char* kNames[] = {"target", "set",    "restart", "check", "open", "reset",
+                                    "pause",  "record", "cancel",  "take",  "seek"};
   return kNames[static_cast<int>(kind)];
 }
 
@@ -109,6 +109,7 @@ class LivePages final : public Pages {
     run_ = make_run(scene);
     run_->start(nullptr);
   }
+  ~LivePages() override { is_cancelled_ = true; }  // next_ is waited for
 
   void left(int page) override {
     Pages::left(page);
@@ -218,6 +219,10 @@ class LivePages final : public Pages {
       case Kind::open:
         if (options_.link) throw InputError("the body's computer has the scene: another one is opened there");
         return open(page, m);
+      case Kind::cancel:
+        if (!next_.valid()) throw InputError("cancel: no body is being built");
+        is_cancelled_ = true;
+        return;  // answered as what asked for the body
       case Kind::reset:
         run_->reset();
         break;
@@ -294,13 +299,19 @@ class LivePages final : public Pages {
              std::shared_ptr<PrivateFolder> folder = nullptr) {
     if (next_.valid()) throw InputError(text(what, ": the body before is still being built; a moment"));
     asked_ = {page, what};
+    is_cancelled_ = false;
     since_begun_.clear();
     if (!folder && what == "restart") folder = scene_folder_;
     next_ = std::async(std::launch::async, [this, make, folder] {
+      const StopsChildren stops(is_cancelled_);
       Next out;
       out.folder = folder;
       out.scene = make();
-      out.run = make_run(out.scene);
+      try {
+        out.run = make_run(out.scene);
+      } catch (const InputError& e) {
+        throw InputError(without_words_of_files(e.what(), out.scene, folder ? folder->path() : ""));
+      }
       return out;
     });
   }
@@ -309,6 +320,7 @@ class LivePages final : public Pages {
     if (!next_.valid() || next_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     try {
       Next next = next_.get();
+      if (is_cancelled_) throw ChildStopped();
       next.run->start(std::move(run_));
       run_ = std::move(next.run);
       scene_ = std::move(next.scene);
@@ -316,6 +328,8 @@ class LivePages final : public Pages {
       scene_folder_ = std::move(next.folder);
       for (const int page : all()) tell_body(page);
       answer(asked_.first, asked_.second, scene_.title, "");
+    } catch (const ChildStopped&) {
+      answer(asked_.first, asked_.second, "", "cancelled: the body before stays");
     } catch (const std::exception& e) {
       answer(asked_.first, asked_.second, "", one_line(e.what()));
     }
@@ -359,7 +373,8 @@ class LivePages final : public Pages {
   std::pair<int, std::string> asked_;
   std::vector<std::pair<std::string, std::string>> since_begun_;  // key, value: set while the next body is built
   std::unique_ptr<LiveRun> run_;
-  std::future<Next> next_;  // goes before what it uses
+  std::atomic<bool> is_cancelled_{false};  // of next_
+  std::future<Next> next_;                 // goes before what it uses
 };
 
 class SessionPages final : public Pages {

@@ -19,14 +19,20 @@
 #include <locale>
 #include <string_view>
 #include <thread>
+#include <utility>
 
-#include "core/base/error.hpp"
 #include "core/base/temporary_folder.hpp"
 
 namespace kt {
 namespace {
 
 constexpr const char* kLog = "child.log";
+
+thread_local const std::atomic<bool>* stop_of_thread = nullptr;
+
+bool is_stopped(const ChildLimits& limits) {
+  return (limits.stop && limits.stop->load()) || (stop_of_thread && stop_of_thread->load());
+}
 
 void set_limit(decltype(RLIMIT_AS) what, rlim_t soft, rlim_t hard) {
   const rlimit limit{soft, hard};
@@ -80,14 +86,14 @@ ChildResult wait_for(pid_t child, const std::string& log, const ChildLimits& lim
   for (;;) {
     const pid_t ended = ::waitpid(child, &status, WNOHANG);
     if (ended == child || (ended < 0 && errno != EINTR)) break;
-    const bool stopped = limits.stop && limits.stop->load();
+    const bool stopped = is_stopped(limits);
     if (stopped || Clock::now() > deadline) {
       result.timed_out = !stopped;
       ::kill(-child, SIGKILL);
       ::kill(child, SIGKILL);  // in case it has not yet made its own group
       while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
       }
-      if (stopped) throw RunError("interrupted");
+      if (stopped) throw ChildStopped();
       break;
     }
     std::this_thread::sleep_for(pause);
@@ -124,6 +130,9 @@ std::string last_words(const std::string& log) {
 }
 
 }  // namespace
+
+StopsChildren::StopsChildren(const std::atomic<bool>& stop) : before_(std::exchange(stop_of_thread, &stop)) {}
+StopsChildren::~StopsChildren() { stop_of_thread = before_; }
 
 std::string ChildResult::trouble(const ChildLimits& limits) const {
   std::string out;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.hpp"
 #include "io/files/leftovers.hpp"
 
 namespace kt {
@@ -15,7 +16,25 @@ namespace kt {
 struct ChildLimits {
   double seconds = 60;                              ///< wall clock, and of processor time
   std::size_t memory_bytes = std::size_t{4} << 30;  ///< address space
-  const std::atomic<bool>* stop = nullptr;          ///< when set and true: the child is ended, RunError "interrupted"
+  const std::atomic<bool>* stop = nullptr;          ///< when set and true: the child is ended, ChildStopped
+};
+
+/// The child was ended because somebody asked for it: nothing else is to be tried in its place.
+class ChildStopped : public RunError {
+ public:
+  ChildStopped() : RunError("interrupted") {}
+};
+
+/// While it lives, what this thread has done by children ends when the flag is set, as by ChildLimits::stop.
+class StopsChildren {
+ public:
+  explicit StopsChildren(const std::atomic<bool>& stop);
+  ~StopsChildren();
+  StopsChildren(const StopsChildren&) = delete;
+  StopsChildren& operator=(const StopsChildren&) = delete;
+
+ private:
+  const std::atomic<bool>* before_;
 };
 
 struct ChildResult {

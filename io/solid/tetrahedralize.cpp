@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/base/error.hpp"
+#include "core/base/finding.hpp"
 #include "io/mesh/mesh_formats.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/tetrahedralize_backends.hpp"
@@ -181,6 +182,17 @@ double automatic_max_volume(const Mesh& surface) {
 
 namespace {
 
+/// More tetrahedra than the mesher's memory can hold are refused before it runs out of it, after minutes.
+void require_room(const Mesh& surface, const TetrahedralizeOptions& o) {
+  constexpr double kLeast = 100;  // bytes of a tetrahedron in any mesher
+  const double volume = enclosed_volume(surface), most = static_cast<double>(child_limits(o).memory_bytes) / kLeast;
+  if (volume > most * o.max_volume)
+    throw InputError(text(o.name, ": max_volume is ", o.max_volume, " m^3, which makes ",
+                          short_number(volume / o.max_volume), " tetrahedra of the ", short_number(volume),
+                          " m^3 inside; must be at least ", short_number(volume / most),
+                          " m^3 (usual: ", short_number(automatic_max_volume(surface)), ")"));
+}
+
 /// @throws RunError naming it
 Mesh fill_by(const std::string& backend, const Mesh& surface, const TetrahedralizeOptions& options) {
   Mesh solid = find_backend(backend)(surface, options);
@@ -201,14 +213,16 @@ Mesh tetrahedralize(const Mesh& surface, const TetrahedralizeOptions& options) {
   drop_unused_nodes(input);
   TetrahedralizeOptions settings = options;
   if (settings.max_volume == 0) settings.max_volume = automatic_max_volume(input);
+  require_room(input, settings);
   std::string failures;
   for (const std::string& backend : backends) try {
       Mesh solid = fill_by(backend, input, settings);
       if (!failures.empty() && options.notes) options.notes->push_back(text(failures, "; filled by ", backend));
       return solid;
+    } catch (const ChildStopped&) {
+      throw;
     } catch (const RunError& e) {
       failures += text(failures.empty() ? "" : "; ", e.what());
-      if (options.stop && *options.stop) throw;
     }
   const std::string others = not_among(backends);
   throw RunError(others.empty() ? failures : text(failures, "; another tetrahedralizer may fill it: ", others));

@@ -19,7 +19,7 @@ struct TetrahedralizeOptions {
   double quality = 1.4;      ///< bound on radius / shortest edge [-], 1.1 .. 10 (a regular tetrahedron has 0.61)
   double timeout = 120;      ///< wall clock [s], > 0
   double memory_gb = 4;      ///< address space of the child, > 0
-  const std::atomic<bool>* stop = nullptr;    ///< when set and true: the child is ended, RunError "interrupted"
+  const std::atomic<bool>* stop = nullptr;    ///< when set and true: the child is ended, ChildStopped
   std::vector<std::string>* notes = nullptr;  ///< gets a line where one has failed and another has filled the surface
 };
 

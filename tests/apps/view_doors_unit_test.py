@@ -286,6 +286,24 @@ class LetIn(unittest.TestCase):
                     told.add(error.split('"')[2])
                 self.assertEqual(len(told), 1)  # the same whether the file is there or not
 
+    def test_a_page_sees_no_words_of_a_file_in_the_scenes_folder(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(SCENE, encoding="utf-8") as file:
+                scene = file.read().replace("../meshes/organ.off", os.path.join(SOURCE, "meshes", "pad.off"))
+            files = {"s.json": scene, "words.txt": "secret-4711, of, mine, alone\n1,2,3,4\n", "number.txt": "17 secret-4711 3 4\n",
+                     "row.csv": "t,x,y,z\n0,0,0,0\n1,0,0,secret-4711\n", "mesh.off": "OFF\n3 1 0\n0 0 secret-4711\n"}
+            for name, content in files.items():
+                with open(os.path.join(folder, name), "w", encoding="ascii") as file:
+                    file.write(content)
+            with View(os.path.join(folder, "s.json"), *SMALL[2:]) as view:
+                page = Socket(view)
+                self.assertIsNotNone(page.until("status"))
+                for name, line in (("words.txt", 1), ("number.txt", 1), ("row.csv", 3), ("mesh.off", 3)):
+                    key = "object.mesh" if name == "mesh.off" else "tool.path.recording"
+                    error = page.ask(type="restart", settings=[f"{key}={name}"])["error"]
+                    self.assertIn(f"{name}:{line}: is no ", error)
+                    self.assertNotIn("4711", error)
+
     def test_a_device_is_closed_before_it_is_opened_again(self):
         source = """
 #include <stdio.h>

@@ -112,6 +112,14 @@ class States(Browser):
         self.assertIn("object.model.poisson", self.browser.find_element("id", "question").text)
         self.browser.find_element("css selector", "#ask button").click()
 
+    def test_a_body_that_is_being_built_has_a_button_to_give_it_up(self):
+        self.open()
+        self.browser.find_element("id", "setting").send_keys("object.tetrahedralize.max_volume = 5e-11\n")
+        self.wait("document.getElementById('ask').open")
+        self.browser.find_element("css selector", "#ask .strong").click()
+        self.wait("document.getElementById('cancel')").click()
+        self.wait("document.getElementById('message').textContent === 'cancelled: the body before stays'")
+
     def test_the_socket_is_beside_the_page_whatever_its_address(self):
         self.open()
         self.assertTrue(self.run_script("return addressOf('live').href").startswith(self.view.url))

@@ -51,6 +51,39 @@ class Settings(unittest.TestCase):
             page.runs()
             page.until(lambda: self.live(page, "contact.mu") == [0.8])
 
+    def test_a_body_that_takes_minutes_to_fill_can_be_given_up(self):
+        with View(SCENE, *SMALL) as view:
+            page = PageSocket(view).runs()
+            error = page.ask(type="restart", settings=["object.tetrahedralize.max_volume=1e-18"])["error"]
+            self.assertIn("must be at least", error)  # more than the mesher's memory holds: refused at once
+            self.assertIn("no body is being built", page.ask(type="cancel")["error"])
+            hello, count = page.hello, len(page.answers)
+            page.send(type="restart", settings=["object.tetrahedralize.max_volume=5e-11"])
+            time.sleep(1.5)
+            self.assertEqual(len(page.answers), count)
+            self.assertTrue(self.children(view))
+            start = time.time()
+            answer = page.ask(type="cancel")
+            self.assertEqual((answer["to"], answer["error"]), ("restart", "cancelled: the body before stays"))
+            self.assertLess(time.time() - start, 10)
+            self.assertEqual(self.children(view), [])
+            self.assertIs(page.hello, hello)
+            page.send(type="restart", settings=["object.model.poisson=0.4"])  # the next one is built
+            page.until(lambda: page.hello is not hello)
+            page.runs()
+            page.send(type="restart", settings=["object.tetrahedralize.max_volume=5e-11"])
+            time.sleep(0.5)
+            start = time.time()  # the end of the server does not wait for a mesher either
+        self.assertLess(time.time() - start, 10)
+
+    def children(self, view):
+        with open(f"/proc/{view.process.pid}/task/{view.process.pid}/children", encoding="ascii") as file:
+            own = file.read().split()
+        for task in os.listdir(f"/proc/{view.process.pid}/task"):
+            with open(f"/proc/{view.process.pid}/task/{task}/children", encoding="ascii") as file:
+                own += file.read().split()
+        return own
+
     def test_what_a_restart_would_refuse_is_told_beforehand(self):
         with View(SCENE, *SMALL) as view:
             page = PageSocket(view).runs()

@@ -99,6 +99,18 @@ TEST(ChildProcess, StopEndsIt) {
   EXPECT_THROW(run_program({"sleep", "1000"}, folder, {.seconds = 900, .stop = &stop}), RunError);
 }
 
+TEST(ChildProcess, AFlagOfTheThreadEndsItToo) {
+  const PrivateFolder folder;
+  const std::atomic<bool> stop{true}, go_on{false};
+  {
+    const StopsChildren stops(stop);
+    EXPECT_THROW(run_program({"sleep", "1000"}, folder, {.seconds = 900}), ChildStopped);
+    const StopsChildren inner(go_on);
+    EXPECT_TRUE(run_program({"true"}, folder, {}).good());
+  }
+  EXPECT_TRUE(run_program({"true"}, folder, {}).good());
+}
+
 TEST(PrivateFolder, IsRemovedWithAllItHolds) {
   std::string path;
   {

@@ -192,7 +192,29 @@ TEST(Tetrahedralize, WhereOneFailsAnotherFillsThatKeepsTheSurface) {
 TEST(Tetrahedralize, TimeAndMemoryAreLimited) {
   const Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/slab_fine.off");
   for (const std::string& backend : available())
-    EXPECT_THROW(tetrahedralize(mesh, {.backend = backend, .max_volume = 1e-12, .timeout = 0.3}), RunError) << backend;
+    EXPECT_THROW(tetrahedralize(mesh, {.backend = backend, .max_volume = 1e-12, .timeout = 0.3, .memory_gb = 64}),
+                 RunError)
+        << backend;
+}
+
+/// Told at once, where a mesher would run for minutes until it has no memory.
+TEST(Tetrahedralize, MoreThanMemoryHoldsIsRefused) {
+  const Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/slab_fine.off");
+  const PrivateFolder folder;
+  for (const double volume : {1e-12, 1e-18, 1e-300}) {
+    const std::string said = input_error(folder, [&] { tetrahedralize(mesh, {.name = "slab", .max_volume = volume}); });
+    for (const char* word : {"slab: max_volume is 1e-", "must be at least", "usual"})
+      EXPECT_NE(said.find(word), std::string::npos) << said;
+  }
+}
+
+TEST(Tetrahedralize, OneThatIsStoppedIsTriedByNoOther) {
+  const Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/slab_fine.off");
+  const std::atomic<bool> stop{true};
+  if (available().empty()) GTEST_SKIP() << "no backend in this build";
+  EXPECT_THROW(tetrahedralize(mesh, {.stop = &stop}), ChildStopped);
+  const StopsChildren stops(stop);
+  EXPECT_THROW(tetrahedralize(mesh, {}), ChildStopped);
 }
 
 TEST(Tetrahedralize, OptionsOutOfRangeAreRefused) {

@@ -33,6 +33,7 @@ TEST(PageMessage, ReadsWhatThePageSends) {
   EXPECT_EQ(parse_page_message(R"({"type":"open","name":"organ_drag"})").name, "organ_drag");
   EXPECT_EQ(parse_page_message(R"({"type":"seek","time":0.25})").stamp, 0.25);
   EXPECT_EQ(parse_page_message(R"({"type":"reset"})").kind, Kind::reset);
+  EXPECT_EQ(parse_page_message(R"({"type":"cancel"})").kind, Kind::cancel);
 }
 
 TEST(PageMessage, TellsWhatIsWrongInOneLine) {

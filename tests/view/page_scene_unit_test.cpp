@@ -40,6 +40,23 @@ class PageScene : public ::testing::Test {
   Scene scene_;
 };
 
+TEST_F(PageScene, WordsOfAFileStayHere) {
+  Scene scene = scene_;
+  scene.object.mesh = "/a/body.off";
+  scene.tool.path.recording = "/a/notes.txt";
+  const auto told = [&](const std::string& error, const std::string& own = "") {
+    return without_words_of_files(error, scene, own);
+  };
+  for (const std::string error :
+       {"/a/notes.txt:12: no column is named t among \"secret\"", "x: /a/notes.txt:12: \"secret\""}) {
+    EXPECT_EQ(told(error).find("secret"), std::string::npos);
+    EXPECT_NE(told(error).find("/a/notes.txt:12: is no recording that can be read"), std::string::npos) << told(error);
+  }
+  EXPECT_EQ(told("/a/body.off:3: \"secret\"").find("secret"), std::string::npos);
+  EXPECT_NE(told("/a/body.off:3: \"its own\"", "/a/").find("its own"), std::string::npos);  // the page has sent it
+  EXPECT_EQ(told("/a/body.off: the surface is open in 3 places"), "/a/body.off: the surface is open in 3 places");
+}
+
 TEST_F(PageScene, ChangesWhatNamesNothing) {
   const Scene out = with({"contact.mu=0.2", "tool.radius=0.006"});
   EXPECT_EQ(out.contact.mu_static, 0.2);

@@ -21,6 +21,14 @@ function tell(text, isBad) {
   if (text && !isBad) tell.timer = setTimeout(() => { box.hidden = true; }, 8000);
 }
 
+// Stays until the body is there, and may be given up: a mesher can take minutes.
+function tellBuilding(text) {
+  tell(text);
+  clearTimeout(tell.timer);
+  const button = element('message').appendChild(Object.assign(document.createElement('button'), {id: 'cancel', textContent: 'Cancel'}));
+  button.addEventListener('click', () => { button.disabled = true; send({type: 'cancel'}); });
+}
+
 // Beside the page, whatever name, port or path a proxy has given it.
 function addressOf(name, query = {}) {
   const token = new URLSearchParams(location.search).get('token'), url = new URL(name, location.href);
@@ -59,7 +67,7 @@ async function change(key, value, isLive) {
   const error = await check(setting);
   if (error) tell(error, true);
   else if (await ask(`${key} cannot change while the body is touched. Build the body anew with ${setting}? The other settings stay.`)) {
-    tell('building the body …');
+    tellBuilding('building the body … ');
     return send({type: 'restart', settings: [setting]});
   }
   if (state.hello) settings.show(state.hello);
@@ -313,7 +321,7 @@ element('other').addEventListener('submit', event => {
 element('scenes').addEventListener('change', () => {
   const name = element('scenes').value;
   if (!name) return;
-  tell('building the body …');
+  tellBuilding('building the body … ');
   send({type: 'open', name});
 });
 document.addEventListener('keydown', event => {
@@ -346,7 +354,7 @@ async function drop(file) {
     if (count) ul.appendChild(Object.assign(document.createElement('li'), {textContent: `${name.replace(/_/g, ' ')}: ${count}`}));
   const opens = (text, repair) => {
     const button = add('button', text);
-    button.addEventListener('click', () => { tell(repair ? 'repairing the surface, then building the body …' : 'building the body …'); send({type: 'open', name: 'dropped mesh', repair}); });
+    button.addEventListener('click', () => { tellBuilding(repair ? 'repairing the surface, then building the body … ' : 'building the body … '); send({type: 'open', name: 'dropped mesh', repair}); });
     return button;
   };
   opens(found.needs_repair ? 'Repair and touch' : 'Touch this body', Boolean(found.needs_repair)).className = 'strong';
