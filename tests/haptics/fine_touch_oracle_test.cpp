@@ -109,7 +109,7 @@ TEST(FineTouch, GivesWayAsideAsMindlinsContact) {
   const Shear fine = shear(3e-4, 10, "auto");
   EXPECT_NEAR(fine.stiffness / mindlin, 1, 0.1);
   EXPECT_LT(fine.creep, 1e-3);
-  EXPECT_GT(shear(3e-4, 10, "off").stiffness / mindlin, 1.3) << "the mesh's, which is not the body's";
+  EXPECT_GT(shear(3e-4, 10, "off").stiffness / mindlin, 1.15) << "the mesh's, which is not the body's";
   const Shear slips = shear(4e-3, 0.3, "auto");
   EXPECT_NEAR(slips.cone, 0.3, 1e-6);
 }
