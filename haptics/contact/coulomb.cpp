@@ -39,9 +39,9 @@ class Coulomb final : public ContactSolver {
     constexpr int kMany = 12;
     SweepLimits out{.pivots = 3 * problem.count};
     if (!problem.is_bounded || problem.count <= kMany) return out;
-    out.sweeps = problem.is_repeated ? 20 : 60;
+    out.sweeps = 60;
     out.direct_rounds = problem.is_repeated ? 0 : 1;
-    out.pivots = 8;
+    out.pivots = 16;
     return out;
   }
 

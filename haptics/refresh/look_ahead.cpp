@@ -1,6 +1,7 @@
 #include "haptics/refresh/look_ahead.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -64,9 +65,13 @@ ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const Contac
       out.yields += share[i] * share[j] * response;
       sunk += share[i] * (response * force_on_body(holds[j]));
     }
+  // Along the normal as under all of the forces, and still positive semidefinite.
   const Vec3& n = out.normal;
-  if (const double along = -n.dot(sunk) / out.force; out.force > 0 && along > 0)
-    out.yields += (along - n.dot(out.yields * n)) * n * n.transpose();
+  const double along = -n.dot(sunk) / out.force, mean = n.dot(out.yields * n);
+  if (out.force > 0 && along > 0 && mean > 0) {
+    const Mat3 scale = Mat3::Identity() + (std::sqrt(along / mean) - 1) * n * n.transpose();
+    out.yields = (scale * out.yields * scale).eval();
+  }
   return out;
 }
 

@@ -92,7 +92,7 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
   if (iteration >= kExchanged) keep_pushing(tick, before, contacts);
   fill_problem(tick, iteration > 0 && are_same_places(before, contacts));
   tick.problem.is_bounded = tick.model->surface.fine != nullptr;
-  tick.problem.is_repeated = iteration > 1;
+  tick.problem.is_repeated = iteration > 3;
   warm_start(tick, before, tick.solution.impulse);
   tick.solver->solve(tick.problem, tick.solution);
   tick.residual = std::max(tick.residual, tick.solution.residual);

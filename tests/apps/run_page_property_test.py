@@ -69,7 +69,7 @@ class RunPage(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = cls.temporary.name
-        with open(os.path.join(ROOT, "scenes", "organ_drag.json"), encoding="utf-8") as file:
+        with open(os.path.join(ROOT, "scenes", "organ_springs.json"), encoding="utf-8") as file:
             scene = re.sub(r"//.*", "", file.read()).replace("press and drag on an organ", EVIL).replace("../meshes", os.path.join(ROOT, "meshes"))
         with open(os.path.join(cls.folder, "s.json"), "w", encoding="utf-8") as file:
             file.write(scene)

@@ -19,7 +19,7 @@ from patience import PATIENCE
 
 KILOTOUCH = os.environ["KILOTOUCH"]
 SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-SCENE = os.path.join(SOURCE, "scenes", "organ_drag.json")
+SCENE = os.path.join(SOURCE, "scenes", "organ_springs.json")
 LONG = os.environ.get("KT_LONG")
 # A block of a hundred nodes in place of the organ: nothing here asks for more.
 SMALL = [] if LONG else ["--set", "object.mesh=" + os.path.join(SOURCE, "meshes", "pad.off"), "--set", "local.reducer=condensed"]

@@ -11,7 +11,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
 LIBRARY = os.environ.get("KT_LIBRARY", os.path.join(ROOT, "build", "release", "libkilotouch.so"))
 BLOCK = os.path.join(ROOT, "meshes", "block.msh")
-ORGAN = os.path.join(ROOT, "scenes", "organ_drag.json")
+ORGAN = os.path.join(ROOT, "scenes", "organ_springs.json")
 QUICK = {"object.mesh": BLOCK, "local.reducer": "wall", "collision.backend": "brute_force", "duration": 0.3,
          "tool.path.press_drag.press_time": 0.1, "tool.path.press_drag.depth": 0.003}
 PATIENCE = 600  # [s]: as tests/apps/patience.py
