@@ -18,10 +18,10 @@ Scene slab_scene() {
                                          .press_time = 0.06,
                                          .direction = {1, 0.2, 0},
                                          .speed = 0.05};
-  scene.collision.backend = "refit_bvh";  // in every build
+  scene.collision.backend = "refit_bvh";    // in every build
   scene.local.refine = std::string("off");  // of the method; cells under the tool are the mesh's
-  scene.global.early_refresh = false;     // as often as the scene says: half the time
-  scene.local.reducer = "condensed";      // the default, auto, certifies eight of them first
+  scene.global.early_refresh = false;       // as often as the scene says: half the time
+  scene.local.reducer = "condensed";        // the default, auto, certifies eight of them first
   return scene;
 }
 
