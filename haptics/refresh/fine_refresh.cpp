@@ -15,19 +15,30 @@ namespace {
 
 constexpr double kMostTravel = 0.003;  // [m] cells for a longer way would be too many
 
-/// The nearest place of the patch, of the body at rest.
-Vec3 rest_place(const Surface& surface, const VectorX& x, const VectorX& rest, const SurfacePatch& patch,
-                const Vec3& place) {
+/// Where a tool is nearest to the patch.
+struct NearestPlace {
+  Vec3 at_rest = Vec3::Zero();  ///< of the body at rest [m]
+  Vec3 apart = Vec3::Zero();    ///< from the body as it is to the tool [m]
+};
+
+NearestPlace nearest_place(const Surface& surface, const VectorX& x, const VectorX& rest, const SurfacePatch& patch,
+                           const Vec3& place) {
   double nearest_sq = std::numeric_limits<double>::infinity();
-  Vec3 out = Vec3::Zero();
+  NearestPlace out;
   for (const int t : patch.global_triangle) {
     const Triangle& v = surface.triangles[t];
     const ClosestPoint at = closest_point_on_triangle(place, node(x, v[0]), node(x, v[1]), node(x, v[2]));
     if (at.distance_sq >= nearest_sq) continue;
     nearest_sq = at.distance_sq;
-    out = at.bary[0] * node(rest, v[0]) + at.bary[1] * node(rest, v[1]) + at.bary[2] * node(rest, v[2]);
+    out = {at.bary[0] * node(rest, v[0]) + at.bary[1] * node(rest, v[1]) + at.bary[2] * node(rest, v[2]),
+           place - at.point};
   }
   return out;
+}
+
+/// Radius of a contact that the tool presses deeper by `way` [m].
+double pressed_radius(const ToolShape& shape, double radius, double way) {
+  return std::sqrt(radius * radius + std::max(shape.radius, 0.3 * tool_reach(shape)) * std::max(0.0, way));
 }
 
 }  // namespace
@@ -50,6 +61,13 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
   return std::sqrt(2.5 * spread / force);
 }
 
+Vec3 measured_normal(std::span<const TickContact> contacts, int tool) {
+  Vec3 sum = Vec3::Zero();
+  for (const TickContact& c : contacts)
+    if (c.tool == tool) sum += std::max(0.0, -c.impulse.dot(c.normal)) * c.normal;
+  return sum.norm() > 0 ? Vec3(sum.normalized()) : sum;
+}
+
 FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local)
     : surface_(surface), fineness_(local.fineness), most_nodes_(local.refine_nodes), solver_(make_block_solver()) {
   const Refinable* material = told_by(model);
@@ -69,10 +87,20 @@ FineContact FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std
   FineContact out;
   for (std::size_t k = 0; k < tools.size(); ++k) {
     const FineTool& tool = places[k];
-    const double own = std::max(tool.contact_radius, expected_contact_radius(tools[k].shape));
+    const ToolShape& shape = tools[k].shape;
     const Vec3 way = tool.time * tool.velocity;
-    const Vec3 at = tool.touched ? Vec3(*tool.touched + kAhead * way)
-                                 : rest_place(surface_, x, body_.mesh->x, patch, tool.place + kAhead * way);
+    const double expected = expected_contact_radius(shape);
+    double own = std::max(tool.contact_radius, expected);
+    Vec3 at;
+    if (tool.touched) {
+      own = pressed_radius(shape, own, -way.dot(tool.normal));
+      at = *tool.touched + kAhead * way;
+    } else {
+      const NearestPlace nearest = nearest_place(surface_, x, body_.mesh->x, patch, tool.place + kAhead * way);
+      const double gap = std::max(0.0, nearest.apart.norm() - shape.radius);
+      own = std::max(own, pressed_radius(shape, 0, -way.dot(nearest.apart.normalized()) - gap));
+      at = nearest.at_rest;
+    }
     out.travel = std::max({out.travel, kLeast * own, std::min(kMargin * way.norm(), kMostTravel)});
     out.contact_radius = std::max(out.contact_radius, own);
     if (k == 0)

@@ -19,6 +19,7 @@ struct FineTool {
   Vec3 velocity = Vec3::Zero();  ///< [m/s]
   double time = 0;               ///< until the next local model is there [s]
   double contact_radius = 0;     ///< measured [m]; 0: not known
+  Vec3 normal = Vec3::Zero();    ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
   std::optional<Vec3>
       touched{};  ///< middle of its contacts by force, on the body at rest [m]; none: it touches nothing
 };
@@ -26,6 +27,9 @@ struct FineTool {
 /// Radius of the contact of each tool from where its force was distributed over in the last tick [m]: of a ball
 /// a^2 = 2.5 times the mean square distance from the middle (Hertz's pressure); 0: of fewer than three contacts.
 double measured_contact_radius(std::span<const TickContact> contacts, int tool);
+
+/// Mean normal of the contacts of a tool by force, unit; zero: none pushes.
+Vec3 measured_normal(std::span<const TickContact> contacts, int tool);
 
 class FineRefresh {
  public:

@@ -208,6 +208,7 @@ void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const Lo
          .velocity = tool_velocity(reports, options_.local.rate_hz, k),
          .time = interval(t) + known_.delay,
          .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k),
+         .normal = reports.empty() ? Vec3(Vec3::Zero()) : measured_normal(reports.back().contacts(), k),
          .touched = touched_at_rest(reports, k)});
 }
 

@@ -114,6 +114,16 @@ TEST(FineTouch, GivesWayAsideAsMindlinsContact) {
   EXPECT_NEAR(slips.cone, 0.3, 1e-6);
 }
 
+// A contact that grows from one refresh to the next: the cells made for it have the size that it will have.
+TEST(FineTouch, ABallThatPressesFastStaysOutside) {
+  Scene scene = scene_of({.depth = 0.005, .mu = 0.1});
+  scene.global.rate_hz = 20;
+  scene.tool.path.press_drag->press_time = 0.12;
+  const SessionResult r = Session(scene, block_of({})).run();
+  EXPECT_LT(std::ranges::max(r.tools[0].penetration), 5e-5);
+  EXPECT_GT(r.tools[0].frames.back().f_n, 0.3);
+}
+
 // What the global step expects of the contact is what the ticks find, at rest: else refreshes come early for nothing.
 TEST(FineTouch, GlobalStepFindsTheForceOfTheTicks) {
   for (const double mu : {0.0, 0.5}) {
