@@ -22,13 +22,6 @@ std::uint32_t rank_of(const SurfacePatch& patch, int triangle) noexcept {
   return mixed(global.empty() ? triangle : global[triangle]);
 }
 
-/// The same of the contact's vertex.
-std::uint32_t rank_of_vertex(const SurfacePatch& patch, const Contact& c) noexcept {
-  Eigen::Index corner = 0;
-  c.bary.maxCoeff(&corner);
-  return mixed(patch.triangles[c.triangle][static_cast<std::size_t>(corner)]);
-}
-
 /// Adds those of `all`, in their order, that lie apart from those before them, at a distance for which there is room.
 /// @param apart  to begin with [m]      @param mark  Contact::toi of those added
 void keep_apart(std::span<const Contact> all, double apart, double radius, int room, double mark,
@@ -54,6 +47,12 @@ void keep_apart(std::span<const Contact> all, double apart, double radius, int r
 
 }  // namespace
 
+int vertex_of(const SurfacePatch& patch, const Contact& contact) noexcept {
+  Eigen::Index corner = 0;
+  contact.bary.maxCoeff(&corner);
+  return patch.triangles[contact.triangle][static_cast<std::size_t>(corner)];
+}
+
 void choose_apart(const SurfacePatch& patch, const VectorX& x, double radius, std::span<const int> candidates,
                   const std::function<std::optional<Contact>(int)>& contact_at, ContactSet& out) noexcept {
   constexpr int kRoom = kMaxContacts - 8;  // others come by: keep_pushing()
@@ -74,7 +73,7 @@ void choose_apart(const SurfacePatch& patch, const VectorX& x, double radius, st
 void choose_vertices_apart(const SurfacePatch& patch, const VectorX& x, double radius, std::span<Contact> found,
                            int room, ContactSet& out) noexcept {
   std::sort(found.begin(), found.end(), [&](const Contact& a, const Contact& b) {
-    return std::pair(rank_of_vertex(patch, a), a.triangle) < std::pair(rank_of_vertex(patch, b), b.triangle);
+    return std::pair(mixed(vertex_of(patch, a)), a.triangle) < std::pair(mixed(vertex_of(patch, b)), b.triangle);
   });
   const Triangle& v = patch.triangles[found[0].triangle];
   keep_apart(found, 0.5 * (node(x, v[1]) - node(x, v[0])).norm(), radius, room, 0, out);

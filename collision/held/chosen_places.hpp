@@ -26,6 +26,9 @@ inline bool are_chosen(const ContactSet& contacts) noexcept {
 void choose_apart(const SurfacePatch& patch, const VectorX& x, double radius, std::span<const int> candidates,
                   const std::function<std::optional<Contact>(int)>& contact_at, ContactSet& out) noexcept;
 
+/// The vertex of a contact that lies at one.
+int vertex_of(const SurfacePatch& patch, const Contact& contact) noexcept;
+
 /// Adds the same choice among contacts at vertices, without a mark: it is as one of larger cells.
 /// @param found  not empty; comes back in another order      @param room  how many are added at most
 void choose_vertices_apart(const SurfacePatch& patch, const VectorX& x, double radius, std::span<Contact> found,

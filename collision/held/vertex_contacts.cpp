@@ -18,12 +18,6 @@ Vec3 nearest_on(const ToolCore& core, const Vec3& at) noexcept {
   return length_sq > 0 ? Vec3(from + std::clamp((at - from).dot(along) / length_sq, 0.0, 1.0) * along) : from;
 }
 
-int vertex_of(const SurfacePatch& patch, const Contact& contact) noexcept {
-  Eigen::Index corner = 0;
-  contact.bary.maxCoeff(&corner);
-  return patch.triangles[contact.triangle][static_cast<std::size_t>(corner)];
-}
-
 /// Gives `take` the contact of each vertex that has one.
 template <class Take>
 void for_each_contact(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double margin,
