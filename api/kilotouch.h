@@ -50,7 +50,8 @@ enum {
   KT_GATED = 4096,           /* the gate was not fully open: the force is a part of the body's, or none */
   KT_SLEWED = 8192,          /* the force was held back from changing faster than the device is allowed */
   KT_STALE_POSE = 16384,     /* the device's pose was too old, or the device was not there */
-  KT_ON_APRON = 32768        /* the contact lies outside the local model, on the body around it: a coarse force */
+  KT_ON_APRON = 32768,       /* the contact lies outside the local model, on the body around it: a coarse force */
+  KT_UNREFINED = 65536       /* the contact lies beside the refined cells: the force is that of the cells as they are */
 };
 
 enum { KT_FREE = 0, KT_STICK = 1, KT_SLIDE = 2, KT_FRICTIONAL_SLIDE = 3 }; /* kt_frame.mode */

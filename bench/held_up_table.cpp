@@ -10,7 +10,7 @@
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/contact_watch.hpp"
 #include "haptics/touch/haptic_side.hpp"
-#include "haptics/touch/process_time.hpp"
+#include "core/base/cpu_time.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/held_up_model.hpp"
 

@@ -8,7 +8,7 @@
 #include "haptics/session/session.hpp"
 #include "haptics/tick/catch_up.hpp"
 #include "haptics/touch/body_side.hpp"
-#include "haptics/touch/process_time.hpp"
+#include "core/base/cpu_time.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"
 

@@ -139,7 +139,8 @@ void bind_frame(py::module_& m) {
                                                                {"GATED", kGated},
                                                                {"SLEWED", kSlewed},
                                                                {"STALE_POSE", kStalePose},
-                                                               {"ON_APRON", kOnApron}})
+                                                               {"ON_APRON", kOnApron},
+                                                               {"UNREFINED", kUnrefined}})
     flags[name] = value;
   m.attr("_flags") = flags;
   py::list modes;

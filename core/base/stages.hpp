@@ -1,9 +1,10 @@
 #pragma once
 // Where a piece of work spends its processor's time, by named stages: for benches. Nobody asks: nothing is measured.
-#include <ctime>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "core/base/cpu_time.hpp"
 
 namespace kt {
 
@@ -26,6 +27,10 @@ class StageTimes {
     open_.emplace_back(stage, ms);
   }
   void close() { rows_.push_back(std::exchange(open_, {})); }
+  /// The stages of another thread, whose work belongs to this one's.
+  void take(const StageTimes& other) {
+    for (const auto& [name, ms] : other.open_) add(name.c_str(), ms);
+  }
   const std::vector<Row>& rows() const { return rows_; }
 
  private:
@@ -36,19 +41,14 @@ class StageTimes {
 /// From here to the end of the scope.
 class Stage {
  public:
-  explicit Stage(const char* name) : name_(name), start_(StageTimes::asked() ? now() : 0) {}
+  explicit Stage(const char* name) : name_(name), start_(StageTimes::asked() ? thread_time_ms() : 0) {}
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
   ~Stage() {
-    if (StageTimes* times = StageTimes::asked()) times->add(name_, now() - start_);
+    if (StageTimes* times = StageTimes::asked()) times->add(name_, thread_time_ms() - start_);
   }
 
  private:
-  static double now() {
-    timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-  }
   const char* name_;
   double start_;
 };

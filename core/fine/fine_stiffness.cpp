@@ -1,7 +1,9 @@
 #include "core/fine/fine_stiffness.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "core/fine/leaf_stiffness.hpp"
 
@@ -91,6 +93,7 @@ class LeafShapes {
   template <class Make>
   const LeafMatrix& of(int cell, const Mat3& edges, const Make& make) {
     std::vector<Shape>& shapes = of_cell_[cell];
+    if (shapes.empty()) shapes.reserve(8);
     const double tolerance = 1e-18 * edges.squaredNorm();
     for (const Shape& s : shapes)  // one that is mirrored at a point is as stiff
       if ((s.edges - edges).squaredNorm() < tolerance || (s.edges + edges).squaredNorm() < tolerance) return s.K;
@@ -105,43 +108,80 @@ class LeafShapes {
   std::map<int, std::vector<Shape>> of_cell_;
 };
 
-/// Unknown nodes that a leaf's ten nodes follow, and blocks of three columns for every node.
-class Pattern {
+/// Unknown nodes that the ten nodes of each leaf follow, ascending.
+class Followed {
  public:
-  explicit Pattern(const FineZone& zone) : rows_(static_cast<std::size_t>(zone.num_unknown())) {
+  explicit Followed(const FineZone& zone) {
     for (const FineLeaf& leaf : zone.leaves) {
-      const std::vector<int> nodes = followed(zone, leaf);
-      for (const int j : nodes) rows_[j].insert(rows_[j].end(), nodes.begin(), nodes.end());
+      const auto begin = static_cast<std::ptrdiff_t>(node_.size());
+      for (const int a : leaf.node)
+        node_.insert(node_.end(), zone.from.begin() + zone.first[a], zone.from.begin() + zone.first[a + 1]);
+      std::sort(node_.begin() + begin, node_.end());
+      node_.erase(std::unique(node_.begin() + begin, node_.end()), node_.end());
+      first_.push_back(node_.size());
     }
-    std::vector<int> outer{0}, inner;
-    for (auto& rows : rows_) {
-      std::ranges::sort(rows);
-      rows.erase(std::ranges::unique(rows).begin(), rows.end());
+  }
+  std::size_t num_leaves() const { return first_.size() - 1; }
+  std::span<const int> of(std::size_t leaf) const {
+    return std::span(node_).subspan(first_[leaf], first_[leaf + 1] - first_[leaf]);
+  }
+
+ private:
+  std::vector<int> node_;
+  std::vector<std::size_t> first_{0};
+};
+
+/// Blocks of 3 x 3 numbers for any two unknown nodes that a leaf joins.
+class Blocks {
+ public:
+  Blocks(int num_unknown, const Followed& followed) : local_(static_cast<std::size_t>(num_unknown)) {
+    find_rows(num_unknown, followed);
+    const Eigen::Index n = 3 * num_unknown;
+    matrix_.resize(n, n);
+    matrix_.resizeNonZeros(static_cast<Eigen::Index>(9 * rows_.size()));
+    std::fill_n(matrix_.valuePtr(), 9 * rows_.size(), 0.0);
+    int at = 0;
+    for (int j = 0; j < num_unknown; ++j)
       for (int c = 0; c < 3; ++c) {
-        for (const int i : rows) inner.insert(inner.end(), {3 * i, 3 * i + 1, 3 * i + 2});
-        outer.push_back(static_cast<int>(inner.size()));
+        matrix_.outerIndexPtr()[3 * j + c] = at;
+        for (const int i : rows_of(j))
+          for (int r = 0; r < 3; ++r) matrix_.innerIndexPtr()[at++] = 3 * i + r;
+      }
+    matrix_.outerIndexPtr()[n] = at;
+  }
+
+  /// Those of a leaf are added to next.
+  void open(std::span<const int> nodes) {
+    count_ = nodes.size();
+    to_.resize(count_ * count_);
+    for (std::size_t j = 0; j < count_; ++j) {
+      local_[nodes[j]] = j;
+      const int* row = rows_of(nodes[j]).data();
+      const int* const first = row;
+      for (std::size_t i = 0; i <= j; ++i) {
+        while (*row != nodes[i]) ++row;
+        to_[j * count_ + i] = first_value(nodes[j]) + 3 * (row - first);
       }
     }
-    const Eigen::Index n = 3 * zone.num_unknown();
-    const std::vector<double> zeros(inner.size(), 0.0);
-    matrix_ = Eigen::Map<const SparseMatrix>(n, n, static_cast<Eigen::Index>(inner.size()), outer.data(), inner.data(),
-                                             zeros.data());
   }
 
   /// i <= j: the others are their mirrors.
   template <class Block>
   void add(int i, int j, double weight, const Block& block) {
-    double* to = values_of(i, j);
+    double* const to = to_[local_[j] * count_ + local_[i]];
     for (int c = 0; c < 3; ++c)
       for (int r = 0; r < 3; ++r) to[height(j) * c + r] += weight * block(r, c);
   }
 
   SparseMatrix take() {
-    for (int j = 0; j < static_cast<int>(rows_.size()); ++j)
-      for (const int i : rows_[j]) {
+    std::vector<std::ptrdiff_t> next(first_.size() - 1, 0);  // row of each column that has not met its mirror
+    for (int j = 0; j + 1 < static_cast<int>(first_.size()); ++j)
+      for (std::size_t k = 0; k < rows_of(j).size(); ++k) {
+        const int i = rows_of(j)[k];
         if (i > j) break;
-        const double* from = values_of(i, j);
-        double* to = values_of(j, i);
+        if (i == j) next[j] = static_cast<std::ptrdiff_t>(k);
+        const double* from = first_value(j) + 3 * static_cast<std::ptrdiff_t>(k);
+        double* to = first_value(i) + 3 * next[i]++;
         for (int c = 0; c < 3; ++c)
           for (int r = i == j ? c + 1 : 0; r < 3; ++r) to[height(i) * c + r] = from[height(j) * r + c];
       }
@@ -149,22 +189,32 @@ class Pattern {
   }
 
  private:
-  static std::vector<int> followed(const FineZone& zone, const FineLeaf& leaf) {
-    std::vector<int> out;
-    for (const int a : leaf.node)
-      out.insert(out.end(), zone.from.begin() + zone.first[a], zone.from.begin() + zone.first[a + 1]);
-    std::ranges::sort(out);
-    out.erase(std::ranges::unique(out).begin(), out.end());
-    return out;
+  void find_rows(int num_unknown, const Followed& followed) {
+    std::vector<std::vector<int>> leaves(static_cast<std::size_t>(num_unknown));
+    for (std::size_t leaf = 0; leaf < followed.num_leaves(); ++leaf)
+      for (const int i : followed.of(leaf)) leaves[i].push_back(static_cast<int>(leaf));
+    std::vector<int> seen(static_cast<std::size_t>(num_unknown), -1);
+    first_.push_back(0);
+    for (int j = 0; j < num_unknown; ++j) {
+      for (const int leaf : leaves[j])
+        for (const int i : followed.of(leaf))
+          if (std::exchange(seen[i], j) != j) rows_.push_back(i);
+      std::sort(rows_.begin() + first_.back(), rows_.end());
+      first_.push_back(static_cast<std::ptrdiff_t>(rows_.size()));
+    }
   }
-  std::ptrdiff_t height(int j) const { return 3 * static_cast<std::ptrdiff_t>(rows_[j].size()); }
-  /// First number of a block in its first column.
-  double* values_of(int i, int j) {
-    return matrix_.valuePtr() + matrix_.outerIndexPtr()[3 * j] +
-           3 * (std::ranges::lower_bound(rows_[j], i) - rows_[j].begin());
+  std::span<const int> rows_of(int j) const {
+    return {rows_.data() + first_[j], static_cast<std::size_t>(first_[j + 1] - first_[j])};
   }
-  std::vector<std::vector<int>> rows_;
+  std::ptrdiff_t height(int j) const { return 3 * (first_[j + 1] - first_[j]); }
+  double* first_value(int j) { return matrix_.valuePtr() + matrix_.outerIndexPtr()[3 * j]; }
+
+  std::vector<int> rows_;  // of each column's blocks, ascending
+  std::vector<std::ptrdiff_t> first_;
   SparseMatrix matrix_;
+  std::size_t count_ = 0;  // nodes of the leaf that is open
+  std::vector<std::size_t> local_;
+  std::vector<double*> to_;
 };
 
 }  // namespace
@@ -172,33 +222,38 @@ class Pattern {
 SparseMatrix fine_stiffness(const FineBody& body, const FineZone& zone, const FineState& state) {
   LeafModuli moduli(body, zone, state);
   LeafShapes shapes;
-  Pattern sum(zone);
-  for (const FineLeaf& leaf : zone.leaves) {
+  const Followed followed(zone);
+  Blocks sum(zone.num_unknown(), followed);
+  for (std::size_t l = 0; l < zone.leaves.size(); ++l) {
+    const FineLeaf& leaf = zone.leaves[l];
     std::array<Vec3, 4> corners;
     Vec3 middle = Vec3::Zero();
     for (int c = 0; c < 4; ++c) {
       corners[c] = zone.nodes[leaf.node[c]].of(body.mesh->x);
       middle += 0.25 * corners[c];
     }
-    LeafMatrix K;
-    if (moduli.is_even(leaf)) {
-      const double size = std::ldexp(1.0, leaf.level);
-      Mat3 edges;
-      for (int c = 0; c < 3; ++c) edges.col(c) = size * (corners[c + 1] - corners[0]);
-      K = shapes.of(leaf.cell, edges, [&] {
-        const std::array<Vec3, 4> scaled{Vec3::Zero(), edges.col(0), edges.col(1), edges.col(2)};
-        return leaf_stiffness(scaled, moduli.of(leaf));
-      });
-      K *= body.material->stiffness_factor(middle) / size;
-    } else {
-      K = body.material->stiffness_factor(middle) * leaf_stiffness(corners, moduli.of(leaf));
+    const auto add = [&](double factor, const LeafMatrix& K) {
+      sum.open(followed.of(l));
+      for (int a = 0; a < 10; ++a)
+        for (int i = zone.first[leaf.node[a]]; i < zone.first[leaf.node[a] + 1]; ++i)
+          for (int b = 0; b < 10; ++b)
+            for (int j = zone.first[leaf.node[b]]; j < zone.first[leaf.node[b] + 1]; ++j)
+              if (zone.from[i] <= zone.from[j])
+                sum.add(zone.from[i], zone.from[j], factor * zone.weight[i] * zone.weight[j],
+                        K.block<3, 3>(3 * a, 3 * b));
+    };
+    const double factor = body.material->stiffness_factor(middle);
+    if (!moduli.is_even(leaf)) {
+      add(factor, leaf_stiffness(corners, moduli.of(leaf)));
+      continue;
     }
-    for (int a = 0; a < 10; ++a)
-      for (int i = zone.first[leaf.node[a]]; i < zone.first[leaf.node[a] + 1]; ++i)
-        for (int b = 0; b < 10; ++b)
-          for (int j = zone.first[leaf.node[b]]; j < zone.first[leaf.node[b] + 1]; ++j)
-            if (zone.from[i] <= zone.from[j])
-              sum.add(zone.from[i], zone.from[j], zone.weight[i] * zone.weight[j], K.block<3, 3>(3 * a, 3 * b));
+    const double size = std::ldexp(1.0, leaf.level);
+    Mat3 edges;
+    for (int c = 0; c < 3; ++c) edges.col(c) = size * (corners[c + 1] - corners[0]);
+    add(factor / size, shapes.of(leaf.cell, edges, [&] {
+      const std::array<Vec3, 4> scaled{Vec3::Zero(), edges.col(0), edges.col(1), edges.col(2)};
+      return leaf_stiffness(scaled, moduli.of(leaf));
+    }));
   }
   return sum.take();
 }

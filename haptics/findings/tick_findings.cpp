@@ -22,6 +22,7 @@ std::vector<FlagKind> flag_kinds(const Scene& scene, const RealTime& pace) {
       {kContactsExhausted, {}},
       {kLeftPatch, sooner(scene, pace)},
       {kOnApron, sooner(scene, pace)},
+      {kUnrefined, sooner(scene, pace)},
       {kLostAnchor, sooner(scene, pace)},
       {kPushedOut, {}},
       {kRigidContact, {}},

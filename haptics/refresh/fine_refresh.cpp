@@ -13,7 +13,7 @@
 namespace kt {
 namespace {
 
-constexpr double kMostTravel = 0.003;  // [m] cells for a longer way would be too many
+constexpr double kMostTravel = 0.003;  // [m] or the contact's radius: cells for a longer way would be too many
 
 /// Where a tool is nearest to the patch.
 struct NearestPlace {
@@ -81,28 +81,43 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
     body_.triangle[ascending(surface.triangles[t])] = static_cast<int>(t);
 }
 
-FineContact FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std::span<const TouchTool> tools,
-                                std::span<const FineTool> places) const {
-  constexpr double kAhead = 0.5, kMargin = 1.5, kLeast = 0.4;  // of the way until then; of the contact radius
-  FineContact out;
+FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std::span<const TouchTool> tools,
+                                        std::span<const FineTool> places) const {
+  constexpr double kMargin = 1.5, kLeast = 0.4;  // of the way until then; of the contact radius
+  Wanted out;
   for (std::size_t k = 0; k < tools.size(); ++k) {
     const FineTool& tool = places[k];
     const ToolShape& shape = tools[k].shape;
     const Vec3 way = tool.time * tool.velocity;
     const double expected = expected_contact_radius(shape);
     double own = std::max(tool.contact_radius, expected);
-    Vec3 at;
+    Vec3 from;
     if (tool.touched) {
       own = pressed_radius(shape, own, -way.dot(tool.normal));
-      at = *tool.touched + kAhead * way;
+      from = *tool.touched;
     } else {
-      const NearestPlace nearest = nearest_place(surface_, x, body_.mesh->x, patch, tool.place + kAhead * way);
+      const NearestPlace nearest = nearest_place(surface_, x, body_.mesh->x, patch, tool.place + 0.5 * way);
       const double gap = std::max(0.0, nearest.apart.norm() - shape.radius);
       own = std::max(own, pressed_radius(shape, 0, -way.dot(nearest.apart.normalized()) - gap));
-      at = nearest.at_rest;
+      from = nearest.at_rest - 0.5 * way;
     }
-    out.travel = std::max({out.travel, kLeast * own, std::min(kMargin * way.norm(), kMostTravel)});
+    out.late = std::max(out.late, tool.late);
+    out.travel = std::max({out.travel, kLeast * own, std::min(kMargin * way.norm(), std::max(kMostTravel, own))});
     out.contact_radius = std::max(out.contact_radius, own);
+    out.from.push_back(from);
+    out.to.push_back(from + way);
+  }
+  return out;
+}
+
+/// A zone for it, ahead of the tools, so that it serves for as long as possible.
+FineContact FineRefresh::ahead(const Wanted& wanted) {
+  FineContact out{.contact_radius = wanted.contact_radius, .travel = wanted.travel};
+  for (std::size_t k = 0; k < wanted.from.size(); ++k) {
+    const Vec3 way = wanted.to[k] - wanted.from[k];
+    const double length = way.norm(), most = wanted.travel;
+    const double step = std::min({length, most, std::max(2.0 / 3 * most, length - most)});
+    const Vec3 at = length > 0 ? Vec3(wanted.from[k] + step / length * way) : wanted.from[k];
     if (k == 0)
       out.centre = at;
     else
@@ -111,23 +126,28 @@ FineContact FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std
   return out;
 }
 
-/// The zone that is there is large and fine enough for it.
-bool FineRefresh::serves(const FineContact& wanted) const {
-  constexpr double kOfTheWay = 0.8, kGrown = 1.15, kShrunk = 0.6;
+/// The zone that is there is large and fine enough for it: the contacts stay within its travel.
+bool FineRefresh::serves(const Wanted& wanted) const {
+  constexpr double kGrown = 1.15, kShrunk = 0.6;
   if (!zone_) return false;
   const FineContact& has = zone_->contact;
   const double grown = wanted.contact_radius / has.contact_radius;
-  if (grown > kGrown || grown < kShrunk || has.others.size() != wanted.others.size()) return false;
-  const double way = kOfTheWay * has.travel;
-  bool is_near = (wanted.centre - has.centre).norm() <= way;
-  for (std::size_t i = 0; i < has.others.size(); ++i)
-    is_near = is_near && (wanted.others[i] - has.others[i]).norm() <= way;
-  return is_near;
+  if (grown > kGrown || grown < kShrunk || has.others.size() + 1 != wanted.from.size()) return false;
+  bool stays = true;
+  for (std::size_t k = 0; k < wanted.from.size(); ++k) {
+    const Vec3& centre = k == 0 ? has.centre : has.others[k - 1];
+    stays = stays && (wanted.from[k] - centre).norm() <= has.travel && (wanted.to[k] - centre).norm() <= has.travel;
+  }
+  return stays;
 }
 
-void FineRefresh::make_zone(const FineContact& contact) {
+/// The later models come, the fewer nodes: large cells are off by less than no refined ones under a tool that has moved
+/// on.
+void FineRefresh::make_zone(const FineContact& contact, double late) {
+  constexpr double kLeastNodes = 150;
   FineZoneOptions options = fine_options(body_, contact, fineness_);
-  options.most_nodes = most_nodes_ * (1 + static_cast<int>(contact.others.size()));
+  const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / std::pow(late, 1.5));
+  options.most_nodes = static_cast<int>(nodes) * (1 + static_cast<int>(contact.others.size()));
   zone_ = Zone{make_fine_zone(body_, options), contact, {}, cell_size_at(body_, contact.centre)};
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
@@ -154,8 +174,7 @@ std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, 
                                                    const SurfacePatch& patch, std::span<const TouchTool> tools,
                                                    std::span<const FineTool> places) {
   const VectorX& x = tangent.state.x;
-  const FineContact contact = wanted(x, patch, tools, places);
-  if (!serves(contact)) make_zone(contact);
+  if (const Wanted now = wanted(x, patch, tools, places); !serves(now)) make_zone(ahead(now), now.late);
   if (zone_->zone.num_yielding == 0) return nullptr;
   if (patch_ && kind_ == kind && !is_bent(x)) return patch_;
   const auto made = make_fine_patch(body_, zone_->zone, surface_.triangles,

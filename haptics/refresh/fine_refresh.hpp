@@ -18,8 +18,9 @@ struct FineTool {
   Vec3 place = Vec3::Zero();     ///< [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]
   double time = 0;               ///< until the next local model is there [s]
-  double contact_radius = 0;     ///< measured [m]; 0: not known
-  Vec3 normal = Vec3::Zero();    ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
+  double late = 1;  ///< how much later it comes than the patch around the tool is made for, from the schedule alone
+  double contact_radius = 0;   ///< measured [m]; 0: not known
+  Vec3 normal = Vec3::Zero();  ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
   std::optional<Vec3>
       touched{};  ///< middle of its contacts by force, on the body at rest [m]; none: it touches nothing
 };
@@ -49,10 +50,16 @@ class FineRefresh {
     std::vector<int> nodes;  // of its cells
     double cell = 0;         // [m]
   };
-  FineContact wanted(const VectorX& x, const SurfacePatch& patch, std::span<const TouchTool> tools,
-                     std::span<const FineTool> places) const;
-  bool serves(const FineContact& wanted) const;
-  void make_zone(const FineContact& contact);
+  struct Wanted {
+    double contact_radius = 0, travel = 0;  // [m]
+    double late = 1;                        // see FineTool
+    std::vector<Vec3> from, to;  // of each tool's contact until the next model is in use, on the body at rest
+  };
+  Wanted wanted(const VectorX& x, const SurfacePatch& patch, std::span<const TouchTool> tools,
+                std::span<const FineTool> places) const;
+  static FineContact ahead(const Wanted& wanted);
+  bool serves(const Wanted& wanted) const;
+  void make_zone(const FineContact& contact, double late);
   bool is_bent(const VectorX& x) const;
   const Surface& surface_;
   std::unique_ptr<Refinable> isotropic_;  // of a model that tells nothing but "young" and "poisson"

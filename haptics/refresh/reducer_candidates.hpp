@@ -19,6 +19,7 @@ struct ReducerCandidate {
   std::vector<double> errors{};  ///< certified, at kCertifiedHz; NaN: not known there; empty: at none
   double force_error = 0;        ///< to expect: `errors` weighted by what is excited; without a motion: `error`
   double tick_us = 0;            ///< predicted
+  double own_ms = 0;             ///< predicted CPU time of making the local model
   double refresh_ms = 0;         ///< predicted: the whole refresh, with its global step
   double cost_us = 0;            ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
 };
@@ -29,7 +30,8 @@ struct ReducerNeeds {
   double refresh_per_tick = 0.03;  ///< global rate over haptic rate
   bool whole = false;              ///< no node follows others: they may be those of a piece that only touches its own
   double refresh_budget_ms = std::numeric_limits<double>::infinity();
-  double rest_ms = 0;                  ///< predicted: what a refresh takes beside the local model
+  double rest_ms = 0;                  ///< predicted: what a refresh takes before and after the local model
+  double beside_ms = 0;                ///< predicted: what another core takes meanwhile, for refined cells
   std::optional<BandPowers> motion{};  ///< that the surface follows, as far as it is known at set-up
 };
 

@@ -127,7 +127,8 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
       c.dof = model.dof();
       c.tick_us = predict_tick_us(model);
       const double own_us = predict_refresh_us(model, c.options) + predict_grading_us(c, num_nodes);
-      c.refresh_ms = needs_.rest_ms + 1e-3 * own_us;
+      c.own_ms = 1e-3 * own_us;
+      c.refresh_ms = needs_.rest_ms + std::max(c.own_ms, needs_.beside_ms);
       const double refreshes_us = needs_.refresh_per_tick * 1e3 * c.refresh_ms;
       c.cost_us = c.tick_us + refreshes_us;
       if (c.reducer == "full") {
@@ -141,7 +142,7 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
       }
       c.cost_us = c.tick_us + refreshes_per_interval(c) * refreshes_us;
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
-      if (c.dof == 0) c.tick_us = c.refresh_ms = c.cost_us = std::numeric_limits<double>::infinity();
+      if (c.dof == 0) c.tick_us = c.own_ms = c.refresh_ms = c.cost_us = std::numeric_limits<double>::infinity();
     }
   }
   std::stable_sort(candidates_.begin(), candidates_.end(),
@@ -218,7 +219,7 @@ void ReducerChoice::go_to(std::size_t candidate, int tick, const std::string& wh
   quiet_ = 0;
 }
 
-std::vector<ReducerCandidate> ReducerChoice::candidates_now() const { return measured_.expected(candidates_, needs_); }
+std::vector<ReducerCandidate> ReducerChoice::candidates_now() const { return measured_.expected(candidates_); }
 
 /// The cheapest above the present one, within the budgets, that was less wrong at set-up.
 std::optional<std::size_t> ReducerChoice::better_than_present() const {
@@ -290,9 +291,9 @@ std::optional<std::size_t> ReducerChoice::better_that_costs_no_more(const std::v
   return out;
 }
 
-void ReducerChoice::note_cost(double all_ms, double own_ms, int tick) {
+void ReducerChoice::note_cost(double all_ms, double own_ms, double beside_ms, int tick) {
   if (!is_auto_ || followed_ || !std::isfinite(needs_.refresh_budget_ms)) return;
-  measured_.note(all_ms, own_ms, candidates_, chosen_, needs_);
+  measured_.note(all_ms, own_ms, beside_ms, candidates_, chosen_, needs_);
   const std::vector<ReducerCandidate> now = candidates_now();
   const std::size_t best = choose_reducer(now, needs_);
   const double budget_ms = needs_.refresh_budget_ms, present_ms = now[chosen_].refresh_ms;

@@ -38,8 +38,8 @@ class ReducerChoice {
 
   /// What the refresh at this tick took: over the budget for some refreshes, "auto" steps down, and up again when there
   /// is room for long. Depends on the clock: a replay follows the changes that were recorded.
-  /// @param own_ms  part of it that the local model took
-  void note_cost(double all_ms, double own_ms, int tick);
+  /// @param own_ms  part of it that the local model took     @param beside_ms  what another core took meanwhile
+  void note_cost(double all_ms, double own_ms, double beside_ms, int tick);
 
   /// A replay: these changes and no others.
   void follow(std::vector<ReducerChange> changes) { followed_ = std::move(changes); }

@@ -1,6 +1,7 @@
 #include "haptics/refresh/refine_choice.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "collision/shape/tool_shape.hpp"
@@ -67,6 +68,11 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
     return {false, "the cells are finer than half the contact"};
   if (std::string why = why_no_material(model); !why.empty()) return {false, std::move(why)};
   return out;
+}
+
+double predict_refine_ms(int nodes) {
+  constexpr double kUsual = 900, kUsualMs = 13, kGrowth = 1.2;
+  return kUsualMs * std::pow(nodes / kUsual, kGrowth);
 }
 
 }  // namespace kt

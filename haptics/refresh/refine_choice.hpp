@@ -24,4 +24,8 @@ RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& loc
 /// tool is a point, and the body is on this computer. Throws as may_refine().
 RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options);
 
+/// CPU time of the refined cells of a refresh in which a tool drags, at most `nodes` of them [ms]: fitted to
+/// scenes/organ_drag.json at 450 and 900.
+double predict_refine_ms(int nodes);
+
 }  // namespace kt

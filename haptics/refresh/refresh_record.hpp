@@ -13,9 +13,11 @@ struct RefreshRecord {
   double t = 0;                       ///< at which the body was linearized [s]
   double delay = 0;                   ///< until its local model would be in use, as was expected [s]
   double cpu_ms = 0;                  ///< of all threads but the ticking one, with the global step
+  double beside_ms = 0;               ///< part of cpu_ms that another core did meanwhile: the refresh is shorter by it
   std::optional<double> global_ms{};  ///< of the global step; none: the body was not stepped, as at the start
   double refresh_ms = 0;              ///< of all that follows it
-  double linearize_ms = 0, reduce_ms = 0, refine_ms = 0, certify_ms = 0, prepare_ms = 0;  ///< parts of refresh_ms
+  double linearize_ms = 0, reduce_ms = 0, certify_ms = 0, prepare_ms = 0;  ///< parts of refresh_ms
+  double refine_ms = 0;              ///< of the refined cells, which another core makes beside the local model
   std::optional<double> fineness{};  ///< size of the refined cells over the contact radius; none: not refined
   std::optional<double> linearization_error{};      ///< of the interval that ended, see GlobalSimulation::contact_error
   bool definite_tangent = false;                    ///< the exact one was indefinite

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <future>
 #include <iterator>
 #include <optional>
 
 #include "collision/shape/tool_shape.hpp"
+#include "core/base/cpu_time.hpp"
 #include "core/base/stages.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
@@ -65,6 +67,9 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                .refresh_budget_ms = refresh_budget_ms(options),
                .rest_ms = predict_rest_ms(model.mesh().num_nodes(), static_cast<int>(model.mesh().tetrahedra.size()),
                                           model.info().type == "fem"),
+               .beside_ms = choose_refine(model, surface, options).refines
+                                ? predict_refine_ms(options.local.refine_nodes * static_cast<int>(options.tools.size()))
+                                : 0,
                .motion = options.motion}),
       scheme_(local_scheme(options.local.integrator)),
       metric_(contact_metric(options.contact.metric)),
@@ -114,7 +119,7 @@ void Refresher::measure_forces(std::span<const LocalReport> reports) {
 void Refresher::charge(double cpu_ms) {
   const double all = record_.global_ms.value_or(0) + record_.refresh_ms;
   const double own = record_.reduce_ms + record_.certify_ms + record_.prepare_ms;
-  choice_.note_cost(cpu_ms, all > 0 ? cpu_ms * std::min(1.0, own / all) : cpu_ms, tick());
+  choice_.note_cost(cpu_ms, all > 0 ? cpu_ms * std::min(1.0, own / all) : cpu_ms, record_.refine_ms, tick());
 }
 
 /// Springs resist stretching only: a tetrahedron pushed through itself does not come back.
@@ -159,28 +164,47 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   auto start = std::chrono::steady_clock::now();
   linearize_at(state, kind);
   record_.linearize_ms += milliseconds_since(start);
+  std::future<Refined> refined;
+  if (fine_)
+    refined = std::async(std::launch::async, [&, kind, asked = StageTimes::asked()] {
+      Refined out;
+      if (asked) StageTimes::asked() = &out.stages;
+      refine(kind, patch, out);
+      return out;
+    });
   start = std::chrono::steady_clock::now();
+  const double cpu_start = thread_time_ms();
   if (is_new_) choice_.set_up(tangent_, patch, site);
   LocalModel local = choice_.reduce(tangent_, patch, site);
   if (!is_positive_semidefinite(local.stiffness))
     throw IndefiniteTangent("the body's definite tangent is not positive definite");
   record_.reduce_ms += milliseconds_since(start);
   local.definite_tangent |= kind == TangentKind::definite;
-  if (fine_) refine(local, kind, patch);
+  if (fine_) {
+    const double cpu_ms = thread_time_ms() - cpu_start;
+    Refined found = refined.get();
+    if (StageTimes* times = StageTimes::asked()) times->take(found.stages);
+    record_.refine_ms += found.ms;
+    record_.beside_ms += std::min(cpu_ms, found.cpu_ms);
+    record_.fineness.reset();
+    if (found.patch) record_.fineness = found.patch->fineness;
+    local.fine = std::move(found.patch);
+  }
   return local;
 }
 
-/// Throws IndefiniteTangent, but for the definite one: then the cells stay as they are.
-void Refresher::refine(LocalModel& local, TangentKind kind, const SurfacePatch& patch) {
+/// On another core beside the local model: both only read the tangent. Throws IndefiniteTangent, but for the definite
+/// one: then the cells stay as they are.
+void Refresher::refine(TangentKind kind, const SurfacePatch& patch, Refined& out) {
   const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = thread_time_ms();
   try {
-    local.fine = fine_->find(tangent_, kind, patch, tools_, fine_tools_);
+    out.patch = fine_->find(tangent_, kind, patch, tools_, fine_tools_);
   } catch (const IndefiniteTangent&) {
     if (kind != TangentKind::definite) throw;
   }
-  record_.fineness.reset();
-  if (local.fine) record_.fineness = local.fine->fineness;
-  record_.refine_ms += milliseconds_since(start);
+  out.ms = milliseconds_since(start);
+  out.cpu_ms = thread_time_ms() - cpu_start;
 }
 
 /// Middle of a tool's contacts in the last tick by force, on the body at rest.
@@ -201,12 +225,15 @@ std::optional<Vec3> Refresher::touched_at_rest(std::span<const LocalReport> repo
 }
 
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
+  constexpr double kLatest = 3;
+  const double late = models_come_late(options_) ? std::clamp((t - known_.last) / interval(t), 1.0, kLatest) : 1;
   fine_tools_.clear();
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
     fine_tools_.push_back(
         {.place = at[k].x,
          .velocity = tool_velocity(reports, options_.local.rate_hz, k),
-         .time = interval(t) + known_.delay,
+         .time = late * (interval(t) + known_.delay),
+         .late = late,
          .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k),
          .normal = reports.empty() ? Vec3(Vec3::Zero()) : measured_normal(reports.back().contacts(), k),
          .touched = touched_at_rest(reports, k)});

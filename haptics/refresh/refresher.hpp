@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/stages.hpp"
 #include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/refresh/excitation.hpp"
 #include "haptics/refresh/fine_refresh.hpp"
@@ -75,7 +76,12 @@ class Refresher {
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
   void linearize_at(const State& state, TangentKind kind);
-  void refine(LocalModel& local, TangentKind kind, const SurfacePatch& patch);
+  struct Refined {
+    std::shared_ptr<const FinePatch> patch;  // null: the cells stay as they are
+    double ms = 0, cpu_ms = 0;
+    StageTimes stages;  // if they are asked for
+  };
+  void refine(TangentKind kind, const SurfacePatch& patch, Refined& out);
   std::optional<Vec3> touched_at_rest(std::span<const LocalReport> reports, int tool) const;
   void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);

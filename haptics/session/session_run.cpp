@@ -12,7 +12,7 @@
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/link/ring.hpp"
 #include "haptics/session/body_film.hpp"
-#include "haptics/touch/process_time.hpp"
+#include "core/base/cpu_time.hpp"
 
 namespace kt {
 namespace {

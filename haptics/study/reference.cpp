@@ -1,20 +1,15 @@
 #include "haptics/study/reference.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/cpu_time.hpp"
 #include "haptics/refresh/refresher.hpp"
 
 namespace kt {
 namespace {
 
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+double cpu_seconds() { return 1e-3 * thread_time_ms(); }
 
 int steps_per_tick(const Scene& scene, double rate_hz) {
   if (!(rate_hz >= scene.local.rate_hz && rate_hz <= kMostReferenceRate))

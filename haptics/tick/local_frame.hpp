@@ -24,7 +24,8 @@ enum LocalFlag : unsigned {
   kGated = 4096,            ///< a device's gate was not fully open: the force that was given is a part of the model's
   kSlewed = 8192,           ///< the force given was held back from changing faster than the device is allowed
   kStalePose = 16384,       ///< the device's pose was too old, or the device was not there
-  kOnApron = 32768,  ///< the contact lies outside the local model, on the body around it: the force is a coarse one
+  kOnApron = 32768,    ///< the contact lies outside the local model, on the body around it: the force is a coarse one
+  kUnrefined = 65536,  ///< the contact lies beside the refined cells: the force is that of the cells as they are
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick

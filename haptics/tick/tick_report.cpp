@@ -42,6 +42,7 @@ void report_contacts(TickState& tick, int tool, LocalFrame& frame) noexcept {
       frame.point = point;
       if (facets.on_rim[contact.triangle]) tick.tools[tool].flags |= kLeftPatch;
       if (surface.is_apron(contact.triangle)) tick.tools[tool].flags |= kOnApron;
+      if (surface.fine && !surface.is_refined(contact.triangle)) tick.tools[tool].flags |= kUnrefined;
     }
     const bool by_place = surface.fine || surface.goes_with_apron(contact.triangle);
     tick.samples[tick.num_samples++] = {

@@ -8,7 +8,7 @@
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/live_settings.hpp"
-#include "haptics/touch/process_time.hpp"
+#include "core/base/cpu_time.hpp"
 
 namespace kt {
 

@@ -62,7 +62,8 @@ class BodySide {
   void observe(ModelObserver* observer) { observer_ = observer; }
   /// The last refresh goes on its way by another schedule than it was begun with.
   void reschedule(const RefreshEvent& event) { open_.back().event = event; }
-  double last_cpu_ms() const { return open_.back().cpu_ms; }  ///< of the last refresh, with its global step
+  /// CPU time of the last refresh with its global step, less what another core did meanwhile.
+  double last_cpu_ms() const { return open_.back().cpu_ms - open_.back().beside_ms; }
   /// No refresh comes any more: the observer is told of those that it does not know yet.
   void finish();
 

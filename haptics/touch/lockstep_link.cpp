@@ -9,7 +9,7 @@
 #include "haptics/remote/model_unpacker.hpp"
 #include "haptics/remote/report_box.hpp"
 #include "haptics/touch/body_link.hpp"
-#include "haptics/touch/process_time.hpp"
+#include "core/base/cpu_time.hpp"
 #include "haptics/touch/report_list.hpp"
 
 namespace kt {

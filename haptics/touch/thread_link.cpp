@@ -11,7 +11,7 @@
 
 #include "core/base/ticks.hpp"
 #include "haptics/touch/body_link.hpp"
-#include "haptics/touch/process_time.hpp"
+#include "core/base/cpu_time.hpp"
 #include "haptics/touch/report_list.hpp"
 #include "haptics/touch/tick_end.hpp"
 

@@ -23,6 +23,8 @@ constexpr std::pair<LocalFlag, const char*> kFlagWords[] = {
      "a pose that was not finite, no rotation, or beyond 1e6 m: the tool's pose was not usable, and it stayed where it "
      "was"},
     {kLateTick, "more time had passed than is caught up with in one call"},
+    {kUnrefined,
+     "the contact left the refined cells, and the force was that of the cells as they are, up to twice as large"},
     {kOnApron, "contact outside the local model, on the body around it, where the force is a coarse one"},
 };
 

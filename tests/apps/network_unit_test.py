@@ -195,7 +195,7 @@ class Network(unittest.TestCase):
         settings = ["--set", "link.stale_ms=300"]
         server = self.serve(port, *settings)
         hand = self.touch(port, "--out", "out", "--set", "duration=10")
-        server.wait_for("connected")
+        server.wait_for("has its first local model")
         time.sleep(1.5)
         server.kill()
         hand.wait_for("the body's computer is gone")

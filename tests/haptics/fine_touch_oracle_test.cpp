@@ -124,6 +124,18 @@ TEST(FineTouch, ABallThatPressesFastStaysOutside) {
   EXPECT_GT(r.tools[0].frames.back().f_n, 0.3);
 }
 
+// A tool that stays on the refined cells, and one that outruns them: the ticks say so, and the run.
+TEST(FineTouch, SaysWhereAToolOutrunsTheRefinedCells) {
+  const auto unrefined_ticks = [](double speed, double rate_hz) {
+    Scene scene = scene_of({.speed = speed, .mu = 0.3, .duration = 0.45});
+    scene.global.rate_hz = rate_hz;
+    const SessionResult r = Session(scene, block_of({})).run();
+    return std::ranges::count_if(r.tools[0].frames, [](const LocalFrame& f) { return (f.flags & kUnrefined) != 0; });
+  };
+  EXPECT_EQ(unrefined_ticks(0.03, 30), 0);
+  EXPECT_GT(unrefined_ticks(0.12, 4), 10);
+}
+
 // What the global step expects of the contact is what the ticks find, at rest: else refreshes come early for nothing.
 TEST(FineTouch, GlobalStepFindsTheForceOfTheTicks) {
   for (const double mu : {0.0, 0.5}) {

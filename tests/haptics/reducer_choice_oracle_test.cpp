@@ -275,7 +275,7 @@ TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
   const auto refreshes = [&](int count, double rest_ms, double slower) {
     for (int i = 0; i < count; ++i, tick += 33) {
       const double own = slower * choice.predicted_refresh_ms();
-      choice.note_cost(rest_ms + own, own, tick);
+      choice.note_cost(rest_ms + own, own, 0, tick);
     }
   };
   refreshes(20, 5, 0.5);
@@ -297,7 +297,7 @@ TEST(AutoReducer, StepsDownUnderOverloadAndUpAgain) {
       block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
   replayed.follow(choice.changes());
   for (int t = 0; t < tick; t += 33) {
-    replayed.note_cost(1e3, 1e3, t);
+    replayed.note_cost(1e3, 1e3, 0, t);
     if (t == 22 * 33 || t % (33 * 20) == 0)
       replayed.revise(replayed.reduce(block.tangent, block.patch, block.site), block.site, t);
   }
@@ -313,7 +313,7 @@ TEST(AutoReducer, DoesNotStayWithALessAccurateOneThatIsNoCheaper) {
   const double error = choice.chosen().force_error;
   double most = 0;
   for (int i = 0; i < 100; ++i) {
-    choice.note_cost(105, 100, 33 * i);
+    choice.note_cost(105, 100, 0, 33 * i);
     most = std::max(most, choice.chosen().force_error);
   }
   EXPECT_GT(most, error) << "stepped down";
@@ -327,7 +327,7 @@ TEST(AutoReducer, TakesNoneThatIsWrongForBeingALittleLate) {
   ReducerChoice choice =
       block.choice(ReducerNeeds{.tolerance = kTolerance, .refresh_budget_ms = 30, .motion = press(5, 5e-4)});
   for (int i = 0; i < 100; ++i) {
-    choice.note_cost(37, 32, 33 * i);
+    choice.note_cost(37, 32, 0, 33 * i);
     EXPECT_LE(choice.chosen().force_error, kTolerance) << choice.reason();
   }
 }
