@@ -74,7 +74,7 @@ struct LocalSettings {
   double blend_ms = 12;  ///< the difference between two local models fades from the force over this time
   /// Cells around the contact finer than the body's, in series with the local model: "follow" the tool, "off", or
   /// "auto", which follows it where that can be and the body's cells are wider than half the contact.
-  std::string refine = "off";
+  std::string refine = "auto";
   double fineness = 1.4;             ///< size of these cells under the tool over the contact radius, at most [-]
   int refine_nodes = 900;            ///< of these cells at most; where more are needed they are larger
   double passivity_damping = 0;      ///< most that passivity control may add [N s/m]; 0: the energy is only watched

@@ -21,17 +21,22 @@ struct NearestPlace {
   Vec3 apart = Vec3::Zero();    ///< from the body as it is to the tool [m]
 };
 
+/// @param core  points of the tool, a radius within its surface
+/// @param way   of all of them before
 NearestPlace nearest_place(const Surface& surface, const VectorX& x, const VectorX& rest, const SurfacePatch& patch,
-                           const Vec3& place) {
+                           std::span<const Vec3> core, const Vec3& way) {
   double nearest_sq = std::numeric_limits<double>::infinity();
   NearestPlace out;
   for (const int t : patch.global_triangle) {
     const Triangle& v = surface.triangles[t];
-    const ClosestPoint at = closest_point_on_triangle(place, node(x, v[0]), node(x, v[1]), node(x, v[2]));
-    if (at.distance_sq >= nearest_sq) continue;
-    nearest_sq = at.distance_sq;
-    out = {at.bary[0] * node(rest, v[0]) + at.bary[1] * node(rest, v[1]) + at.bary[2] * node(rest, v[2]),
-           place - at.point};
+    for (const Vec3& point : core) {
+      const Vec3 place = point + way;
+      const ClosestPoint at = closest_point_on_triangle(place, node(x, v[0]), node(x, v[1]), node(x, v[2]));
+      if (at.distance_sq >= nearest_sq) continue;
+      nearest_sq = at.distance_sq;
+      out = {at.bary[0] * node(rest, v[0]) + at.bary[1] * node(rest, v[1]) + at.bary[2] * node(rest, v[2]),
+             place - at.point};
+    }
   }
   return out;
 }
@@ -44,6 +49,7 @@ double pressed_radius(const ToolShape& shape, double radius, double way) {
 }  // namespace
 
 double measured_contact_radius(std::span<const TickContact> contacts, int tool) {
+  constexpr double kLeast = 0.25;
   double force = 0, spread = 0;
   Vec3 middle = Vec3::Zero();
   int count = 0;
@@ -56,8 +62,15 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
   }
   if (count < 3 || !(force > 0)) return 0;
   middle /= force;
-  for (const TickContact& c : contacts)
-    if (c.tool == tool) spread += push(c) * (c.point - middle).squaredNorm();
+  for (const TickContact& c : contacts) {
+    if (c.tool != tool) continue;
+    double spacing_sq = std::numeric_limits<double>::infinity();
+    for (const TickContact& other : contacts)
+      if (other.tool == tool && &other != &c) spacing_sq = std::min(spacing_sq, (other.point - c.point).squaredNorm());
+    const double apart_sq = (c.point - middle).squaredNorm();
+    // A node stands for what lies around it: a pressure shared out to nodes s apart is spread by s^2 / 3 more.
+    spread += push(c) * std::max(apart_sq - spacing_sq / 3, kLeast * apart_sq);
+  }
   return std::sqrt(2.5 * spread / force);
 }
 
@@ -96,7 +109,7 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, const SurfacePatch& pa
       own = pressed_radius(shape, own, -way.dot(tool.normal));
       from = *tool.touched;
     } else {
-      const NearestPlace nearest = nearest_place(surface_, x, body_.mesh->x, patch, tool.place + 0.5 * way);
+      const NearestPlace nearest = nearest_place(surface_, x, body_.mesh->x, patch, tool.core, 0.5 * way);
       const double gap = std::max(0.0, nearest.apart.norm() - shape.radius);
       own = std::max(own, pressed_radius(shape, 0, -way.dot(nearest.apart.normalized()) - gap));
       from = nearest.at_rest - 0.5 * way;
@@ -145,7 +158,9 @@ bool FineRefresh::serves(const Wanted& wanted) const {
 /// on.
 void FineRefresh::make_zone(const FineContact& contact, double late) {
   constexpr double kLeastNodes = 150;
-  FineZoneOptions options = fine_options(body_, contact, fineness_);
+  constexpr double kOfTwo = 1.4;  // there is less than half the room for the contacts of each
+  const bool is_alone = contact.others.empty();
+  FineZoneOptions options = fine_options(body_, contact, is_alone ? fineness_ : kOfTwo * fineness_);
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / std::pow(late, 1.5));
   options.most_nodes = static_cast<int>(nodes) * (1 + static_cast<int>(contact.others.size()));
   zone_ = Zone{make_fine_zone(body_, options), contact, {}, cell_size_at(body_, contact.centre)};

@@ -15,8 +15,8 @@ namespace kt {
 
 /// A tool as the refined cells see it.
 struct FineTool {
-  Vec3 place = Vec3::Zero();     ///< [m]
-  Vec3 velocity = Vec3::Zero();  ///< [m/s]
+  std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
+  Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
   double time = 0;               ///< until the next local model is there [s]
   double late = 1;  ///< how much later it comes than the patch around the tool is made for, from the schedule alone
   double contact_radius = 0;   ///< measured [m]; 0: not known

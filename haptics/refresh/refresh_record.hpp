@@ -17,8 +17,8 @@ struct RefreshRecord {
   std::optional<double> global_ms{};  ///< of the global step; none: the body was not stepped, as at the start
   double refresh_ms = 0;              ///< of all that follows it
   double linearize_ms = 0, reduce_ms = 0, certify_ms = 0, prepare_ms = 0;  ///< parts of refresh_ms
-  double refine_ms = 0;              ///< of the refined cells, which another core makes beside the local model
-  std::optional<double> fineness{};  ///< size of the refined cells over the contact radius; none: not refined
+  double refine_ms = 0, refine_cpu_ms = 0;  ///< of the refined cells, which another core makes beside the local model
+  std::optional<double> fineness{};         ///< size of the refined cells over the contact radius; none: not refined
   std::optional<double> linearization_error{};      ///< of the interval that ended, see GlobalSimulation::contact_error
   bool definite_tangent = false;                    ///< the exact one was indefinite
   bool looked_ahead = false;                        ///< linearized where the body was expected to be

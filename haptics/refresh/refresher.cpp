@@ -31,6 +31,16 @@ const LocalReport* last_before(std::span<const LocalReport> reports, int tick) {
   return next == reports.begin() ? nullptr : &*std::prev(next);
 }
 
+/// Some of them, of a tool of many corners.
+std::vector<Vec3> core_points(const ToolShape& shape, const Pose& pose) {
+  constexpr std::size_t kMost = 64;
+  if (shape.corners.empty()) return {pose.x};
+  const std::size_t step = (shape.corners.size() + kMost - 1) / kMost;
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < shape.corners.size(); i += step) out.push_back(pose.x + pose.r * shape.corners[i]);
+  return out;
+}
+
 /// Diagonal ones are so by construction. To within rounding: a piece that nothing holds moves without resistance.
 bool is_positive_semidefinite(const SparseMatrix& matrix) {
   constexpr double kRoundoff = 1e-10;  // of the stiffest entry
@@ -119,7 +129,7 @@ void Refresher::measure_forces(std::span<const LocalReport> reports) {
 void Refresher::charge(double cpu_ms) {
   const double all = record_.global_ms.value_or(0) + record_.refresh_ms;
   const double own = record_.reduce_ms + record_.certify_ms + record_.prepare_ms;
-  choice_.note_cost(cpu_ms, all > 0 ? cpu_ms * std::min(1.0, own / all) : cpu_ms, record_.refine_ms, tick());
+  choice_.note_cost(cpu_ms, all > 0 ? cpu_ms * std::min(1.0, own / all) : cpu_ms, record_.refine_cpu_ms, tick());
 }
 
 /// Springs resist stretching only: a tetrahedron pushed through itself does not come back.
@@ -185,6 +195,7 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
     Refined found = refined.get();
     if (StageTimes* times = StageTimes::asked()) times->take(found.stages);
     record_.refine_ms += found.ms;
+    record_.refine_cpu_ms += found.cpu_ms;
     record_.beside_ms += std::min(cpu_ms, found.cpu_ms);
     record_.fineness.reset();
     if (found.patch) record_.fineness = found.patch->fineness;
@@ -207,36 +218,44 @@ void Refresher::refine(TangentKind kind, const SurfacePatch& patch, Refined& out
   out.cpu_ms = thread_time_ms() - cpu_start;
 }
 
-/// Middle of a tool's contacts in the last tick by force, on the body at rest.
-std::optional<Vec3> Refresher::touched_at_rest(std::span<const LocalReport> reports, int tool) const {
-  if (reports.empty()) return {};
-  const VectorX& rest = global_.model().mesh().x;
+/// Adds where a tool touched the body in the last tick, in the middle of its contacts by force.
+void Refresher::see_contact(std::span<const LocalReport> reports, int tool, FineTool& out) const {
+  if (reports.empty()) return;
+  const VectorX &rest = global_.model().mesh().x, &v_body = global_.state().v;
   double force = 0;
-  Vec3 middle = Vec3::Zero();
+  Vec3 middle = Vec3::Zero(), moves = Vec3::Zero();
   for (const TickContact& contact : reports.back().contacts()) {
     if (contact.tool != tool) continue;
     const double push = std::max(0.0, -contact.impulse.dot(contact.normal));
     const Vec3 bary = nodes_.on_triangle(contact).bary;
     const Triangle& t = surface_.triangles[contact.triangle];
     force += push;
-    for (int i = 0; i < 3; ++i) middle += push * bary[i] * node(rest, t[i]);
+    for (int i = 0; i < 3; ++i) {
+      middle += push * bary[i] * node(rest, t[i]);
+      moves += push * bary[i] * node(v_body, t[i]);
+    }
   }
-  return force > 0 ? std::optional<Vec3>(middle / force) : std::nullopt;
+  if (!(force > 0)) return;
+  moves /= force;
+  out.touched = middle / force;
+  out.velocity -= moves - moves.dot(out.normal) * out.normal;  // along the normal it yields to the tool
 }
 
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
   constexpr double kLatest = 3;
   const double late = models_come_late(options_) ? std::clamp((t - known_.last) / interval(t), 1.0, kLatest) : 1;
   fine_tools_.clear();
-  for (int k = 0; k < static_cast<int>(tools_.size()); ++k)
-    fine_tools_.push_back(
-        {.place = at[k].x,
-         .velocity = tool_velocity(reports, options_.local.rate_hz, k),
-         .time = late * (interval(t) + known_.delay),
-         .late = late,
-         .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k),
-         .normal = reports.empty() ? Vec3(Vec3::Zero()) : measured_normal(reports.back().contacts(), k),
-         .touched = touched_at_rest(reports, k)});
+  for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
+    FineTool& tool = fine_tools_.emplace_back(
+        FineTool{.core = core_points(tools_[k].shape, at[k]),
+                 .velocity = tool_velocity(reports, options_.local.rate_hz, k),
+                 .time = late * (interval(t) + known_.delay),
+                 .late = late,
+                 .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k),
+                 .normal = reports.empty() ? Vec3(Vec3::Zero()) : measured_normal(reports.back().contacts(), k),
+                 .touched = {}});
+    see_contact(reports, k, tool);
+  }
 }
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,

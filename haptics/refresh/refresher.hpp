@@ -82,7 +82,7 @@ class Refresher {
     StageTimes stages;  // if they are asked for
   };
   void refine(TangentKind kind, const SurfacePatch& patch, Refined& out);
-  std::optional<Vec3> touched_at_rest(std::span<const LocalReport> reports, int tool) const;
+  void see_contact(std::span<const LocalReport> reports, int tool, FineTool& out) const;
   void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);

@@ -28,7 +28,7 @@ void add_yield(PreparedLocalModel& m, const ContactSet& contacts, ContactMatrix&
     for (int k = 0; k < moves.count; ++k)
       if (moves.node[k] >= first) yields[i].add(moves.node[k] - first, moves.weight[k]);
   }
-  ContactMatrix& added = m.work.yield_coupling;
+  ContactMatrix& added = m.work.contact_coupling;
   added.resize(3 * c, 3 * c);
   couple_points(m.surface.fine->R, {yields.data(), static_cast<std::size_t>(c)}, m.work.coupling, added);
   W += m.yield_rate / m.dynamics->h() * added;
@@ -43,9 +43,18 @@ bool are_same_places(const ContactSet& a, const ContactSet& b) noexcept {
   });
 }
 
+/// In problem.W, if they are not there.
+void find_responses(TickState& tick) noexcept {
+  PreparedLocalModel& m = *tick.model;
+  if (tick.coupled_in == m.model.frame && are_same_places(tick.coupled, tick.contacts)) return;
+  couple_contacts(m, tick.contacts, m.dynamics->metric().C, tick.problem.W);
+  add_yield(m, tick.contacts, tick.problem.W);
+  tick.coupled = tick.contacts;
+  tick.coupled_in = m.model.frame;
+}
+
 /// A contact is softened, and flagged, where nothing can move.
-/// @param has_responses  those of these contacts are there
-void fill_problem(TickState& tick, bool has_responses) noexcept {
+void fill_problem(TickState& tick) noexcept {
   PreparedLocalModel& m = *tick.model;
   const LocalWorkspace& w = m.work;
   ContactProblem& problem = tick.problem;
@@ -54,10 +63,7 @@ void fill_problem(TickState& tick, bool has_responses) noexcept {
   problem.count = c;
   problem.h = tick.h;
   problem.velocity.resize(3 * c);
-  if (!has_responses) {
-    couple_contacts(m, tick.contacts, m.dynamics->metric().C, problem.W);
-    add_yield(m, tick.contacts, problem.W);
-  }
+  find_responses(tick);
   for (int i = 0; i < c; ++i) {
     const Contact& contact = tick.contacts.contacts[i];
     TouchingTool& tool = tick.tools[contact.tool];
@@ -75,6 +81,7 @@ void fill_problem(TickState& tick, bool has_responses) noexcept {
     if (own.trace() < 3 * softest) {
       own += softest * Mat3::Identity();
       tool.flags |= kRigidContact;
+      tick.coupled_in = -1;  // not the body's own
     }
   }
 }
@@ -90,7 +97,7 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
   if (contacts.count == kMaxContacts) tick.add_flag(kContactsExhausted);
   drop_clear_places(tick, pushing, contacts);
   if (iteration >= kExchanged) keep_pushing(tick, before, contacts);
-  fill_problem(tick, iteration > 0 && are_same_places(before, contacts));
+  fill_problem(tick);
   tick.problem.is_bounded = tick.model->surface.fine != nullptr;
   tick.problem.is_repeated = iteration > 3;
   warm_start(tick, before, tick.solution.impulse);

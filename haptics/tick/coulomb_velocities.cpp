@@ -82,8 +82,9 @@ void settle_velocities(TickState& tick) noexcept {
   const std::span<const SpeedCondition> condition(room.data(), static_cast<std::size_t>(n));
   VectorX& rate = m.work.u_free;  // what a fine patch yields by stays: it has no velocity of its own
   m.recover_patch(s.q_rate, rate);
-  couple_contacts(m, tick.contacts, kick.C, tick.problem.W);  // the problem is solved: its room is free
-  const ContactVector size = meet_conditions(tick, condition, rate, tick.problem.W);
+  ContactMatrix& response = m.work.contact_coupling;
+  couple_contacts(m, tick.contacts, kick.C, response);
+  const ContactVector size = meet_conditions(tick, condition, rate, response);
   if (!size.allFinite()) return;
 
   std::array<Vec3, kMaxContacts> impulse = s.impulse;

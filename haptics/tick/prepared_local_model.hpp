@@ -59,7 +59,7 @@ struct LocalWorkspace {
   VectorX du_guess, step, step_before;  ///< iterates of du
   VectorX impulse, impulse_weighted;  ///< patch impulses now, and weighted by how long they moved the body [N s], (3m)
   CouplingRoom coupling;
-  ContactMatrix yield_coupling;
+  ContactMatrix contact_coupling;
   /// Of each tool, while it is held: facets that it may touch, ascending, how many (-1: not looked for), and features.
   std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)
   std::array<int, kMaxTools> num_near{};

@@ -12,6 +12,7 @@ TickState::TickState(std::span<const ToolShape> shapes, double step, std::unique
 }
 
 void use_model(TickState& tick, PreparedLocalModel& model) noexcept {
+  if (tick.model != &model) tick.coupled_in = -1;
   tick.model = &model;
   tick.solver->use(model.friction.get());
   for (int k = 0; k < tick.num_tools(); ++k) {

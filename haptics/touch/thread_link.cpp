@@ -128,10 +128,11 @@ class ThreadLink final : public BodyLink {
     return out;
   }
 
-  /// CPU time of the thread that ticks.
-  double ticking_ms() const noexcept {
+  /// CPU time of the thread that ticks; after its end, as it was told last.
+  double ticking_ms() noexcept {
     const clockid_t clock = ticking_clock_;
-    return clock == 0 ? 0 : clock_ms(clock);
+    if (clock != 0) ticked_ms_ = std::max(ticked_ms_, clock_ms(clock));
+    return ticked_ms_;
   }
 
   /// Looks at some ticks of a local model that is not in use any more; without haste, but no more of them wait than
@@ -193,6 +194,7 @@ class ThreadLink final : public BodyLink {
   std::vector<std::unique_ptr<LocalMotion>> spare_motions_;  // of the body's thread
   std::deque<std::unique_ptr<PreparedLocalModel>> past_;     // whose ticks are not looked at yet
   std::atomic<clockid_t> ticking_clock_{0};
+  double ticked_ms_ = 0;  // of the body's thread
   std::atomic<bool> stop_{false}, has_failed_{false};
   std::exception_ptr error_;
   std::thread thread_;
