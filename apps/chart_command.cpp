@@ -8,6 +8,7 @@
 #include "apps/chart/point.hpp"
 #include "apps/chart/run_matrix.hpp"
 #include "apps/commands.hpp"
+#include "apps/data_files.hpp"
 #include "apps/finite_number.hpp"
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
@@ -31,13 +32,9 @@ struct ChartArguments {
   bool full = false, no_report = false;
 };
 
-/// In the source tree, or where an installed command finds its data.
 std::string standard_scene(const std::string& name) {
-  std::error_code none;
-  const fs::path self = fs::read_symlink("/proc/self/exe", none);
-  for (const fs::path& folder : {fs::path(KT_SCENES_SOURCE), self.parent_path() / "../share/kilotouch/scenes"})
-    if (fs::exists(folder / name, none)) return fs::relative(folder / name).string();
-  throw InputError(text("chart: ", name, " is not in ", KT_SCENES_SOURCE, " nor in share/kilotouch/scenes"));
+  if (const fs::path file = find_data(fs::path("scenes") / name); !file.empty()) return fs::relative(file).string();
+  throw InputError(text("chart: ", name, " is not in share/kilotouch/scenes beside the program's bin"));
 }
 
 /// Forces can be compared along one tool path only, and with a full model that does what the scene asks for.

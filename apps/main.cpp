@@ -66,7 +66,7 @@ void add_quiet_option(CLI::App& command) {
 int run(int argc, char** argv) {
   kt::keep_freed_memory();
   CLI::App app{"kilotouch: haptic-rate contact with deformable objects", "kilotouch"};
-  app.set_version_flag("-V,--version", KT_VERSION);
+  app.set_version_flag("-V,--version", KT_VERSION "\nlicence of this build: " KT_LICENCE);
   app.require_subcommand(1);
   int exit_code = 0;
   kt::add_run_command(app, exit_code);

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "apps/commands.hpp"
+#include "apps/data_files.hpp"
 #include "apps/report.hpp"
 #include "apps/run_session.hpp"
 #include "apps/words.hpp"
@@ -134,8 +135,7 @@ void print(const Json& report) {
 }
 
 std::string find_block() {
-  for (const char* candidate : {KT_MESHES_INSTALLED, KT_MESHES_SOURCE})
-    if (std::filesystem::exists(std::string(candidate) + "/block.msh")) return std::string(candidate) + "/block.msh";
+  if (const auto file = find_data("meshes/block.msh"); !file.empty()) return file.string();
   throw InputError("paper: meshes/block.msh is missing; name a mesh with --mesh");
 }
 

@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "apps/commands.hpp"
+#include "apps/data_files.hpp"
 #include "apps/stop_signals.hpp"
 #include "core/base/error.hpp"
 #include "io/files/child_process.hpp"
@@ -30,21 +31,12 @@ bool say_what_is_missing(std::string words) {
   return false;
 }
 
-/// In the source tree, or where an installed command finds its data. Empty: neither.
-std::string find_script() {
-  std::error_code none;
-  const fs::path self = fs::read_symlink("/proc/self/exe", none);
-  for (const fs::path& path : {fs::path(KT_REPORT_SCRIPT), self.parent_path() / "../share/kilotouch/report.py"})
-    if (fs::exists(path, none)) return path.lexically_normal().string();
-  return {};
-}
-
 /// The child works in a folder of its own.
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
 bool run_script(const std::string& dir, std::vector<std::string> options, const ReportSettings& settings) {
-  const std::string script = find_script();
-  if (script.empty()) return warn(dir, text("report.py is not at ", KT_REPORT_SCRIPT, " nor in share/kilotouch"));
+  const std::string script = find_data("report.py").string();
+  if (script.empty()) return warn(dir, "report.py is not in share/kilotouch beside the program's bin");
   if (::access(settings.python.c_str(), X_OK) != 0)
     return warn(dir, text(settings.python, " is missing (Debian: python3-matplotlib)"));
   std::vector<std::string> arguments = {settings.python, script, absolute(dir)};

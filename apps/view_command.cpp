@@ -12,6 +12,7 @@
 
 #if KT_WITH_BEAST
 #include "apps/allocation_counter.hpp"
+#include "apps/data_files.hpp"
 #include "apps/live_scene.hpp"
 #include "apps/mesh_scene.hpp"
 #include "apps/outputs/session_file.hpp"
@@ -42,7 +43,7 @@ namespace fs = std::filesystem;
 std::vector<fs::path> scene_files(const std::string& shown) {
   std::vector<fs::path> out;
   const fs::path own = fs::path(shown).extension() == ".json" ? fs::absolute(shown).parent_path() : fs::path();
-  for (const fs::path& folder : {own, fs::path(KT_SCENES_SOURCE)}) {
+  for (const fs::path& folder : {own, find_data("scenes")}) {
     std::error_code none;
     for (const auto& entry : fs::directory_iterator(folder, none))
       if (entry.path().extension() == ".json") out.push_back(entry.path());
@@ -119,8 +120,16 @@ std::string repair_mesh(const std::string& file) {
   throw InputError(run.good() ? "the surface has holes that repair does not close" : why_ended(run, limits));
 }
 
-void view(const ViewArguments& a) {
+/// An organ that needs no program to fill it with tetrahedra.
+std::string own_scene() {
+  const fs::path file = find_data("scenes/organ_solid.json");
+  if (file.empty()) throw InputError("view: no scene is named, and scenes/organ_solid.json is not beside the program");
+  return file.string();
+}
+
+void view(ViewArguments a) {
   check_page(a.page);
+  if (a.what.empty()) a.what = own_scene();
   if (a.names_record) require_writable_folder(a.record, "--record " + a.record);  // else when Record is pressed
   check_live_device(a.device, {"scene"});
   const std::vector<fs::path> files = scene_files(a.what);
@@ -161,7 +170,7 @@ void view(const ViewArguments& a) {
 
 #else
 
-void view(const ViewArguments&) {
+void view(ViewArguments) {
   throw InputError("view: this program was built without it; configure with -DKT_WITH_BEAST=ON");
 }
 
@@ -172,7 +181,7 @@ void view(const ViewArguments&) {
 void add_view_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("view", "see the body in a browser, take the tool with the mouse, record");
   auto a = std::make_shared<ViewArguments>();
-  command->add_option("WHAT", a->what, "scene file, mesh, or a run's folder (session.json) to play")->required();
+  command->add_option("WHAT", a->what, "scene file, mesh, or a run's folder (session.json) to play; none: an organ");
   command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
       ->allow_extra_args(false);
   add_page_options(*command, a->page);

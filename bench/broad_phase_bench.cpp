@@ -20,7 +20,11 @@
 #include "collision/shape/swept_box.hpp"
 #include "core/body/state.hpp"
 #if KT_WITH_EMBREE
+#if KT_EMBREE_MAJOR == 3
 #include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
 #endif
 
 namespace kt {

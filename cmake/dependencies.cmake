@@ -14,7 +14,10 @@ if(KT_WITH_TBB)
   set_target_properties(TBB::tbb PROPERTIES INTERFACE_COMPILE_DEFINITIONS "")
 endif()
 if(KT_WITH_EMBREE)
-  find_package(embree 3 REQUIRED)
+  find_package(embree 3 QUIET)  # Debian 12
+  if(NOT embree_FOUND)
+    find_package(embree 4 REQUIRED)  # Debian 13, Ubuntu 24.04
+  endif()
 endif()
 if(KT_WITH_OPENMESH)
   find_package(OpenMesh REQUIRED)

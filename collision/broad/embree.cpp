@@ -5,7 +5,11 @@
 // and a triangle that leaves its box is kept in a short list beside the hierarchy until the next build (every refresh
 // builds anew). Embree drops boxes that are not finite or very large without a word: such triangles are in the list
 // from the start. Candidates are then sifted with the exact swept boxes. Never a hit distance of Embree's own is used.
+#if KT_EMBREE_MAJOR == 3
 #include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <cmath>

@@ -255,6 +255,15 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(self.kilotouch("list", "-q"), "")
         self.assertEqual(self.kilotouch("-V"), self.kilotouch("--version"))
 
+    def test_the_version_names_the_licence_of_what_is_linked(self):
+        linked = subprocess.run(["ldd", PROGRAM], capture_output=True, text=True, check=True).stdout
+        parts = [name for name, library in (("CGAL", "libgmp"), ("CHOLMOD", "libcholmod")) if library in linked]
+        licence = self.kilotouch("--version").splitlines()[1].removeprefix("licence of this build: ")
+        if parts:
+            self.assertTrue(licence.startswith(f"GPL-3.0-or-later (with {' and '.join(parts)};"), licence)
+        else:
+            self.assertEqual(licence, "Apache-2.0")
+
     def test_man_page_and_completions_have_every_option(self):
         made = subprocess.run([os.path.join(ROOT, "scripts", "command_line_files"), "--check", "--program", PROGRAM], capture_output=True, text=True)
         self.assertEqual(made.returncode, 0, made.stderr)
