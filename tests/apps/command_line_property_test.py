@@ -260,7 +260,7 @@ class CommandLine(unittest.TestCase):
         parts = [name for name, library in (("CGAL", "libgmp"), ("CHOLMOD", "libcholmod")) if library in linked]
         licence = self.kilotouch("--version").splitlines()[1].removeprefix("licence of this build: ")
         if parts:
-            self.assertTrue(licence.startswith(f"GPL-3.0-or-later (with {' and '.join(parts)};"), licence)
+            self.assertTrue(licence.startswith(f"GPL-3.0-or-later, with {' and '.join(parts)} ("), licence)
         else:
             self.assertEqual(licence, "Apache-2.0")
 
