@@ -55,9 +55,15 @@ RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& loc
   return {true, {}};
 }
 
-RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options) {
+RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                           bool touches_itself) {
   RefineChoice out = may_refine(options.contact, options.local);
   if (!out.refines) return out;
+  if (touches_itself || options.global.self_contact) {  // what presses from behind does not hold the refined cells
+    if (options.local.refine == "follow")
+      throw InputError("local.refine \"follow\": not with global.self_contact; set local.refine off");
+    return {false, "global.self_contact is on"};
+  }
   const auto is_point = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::point; };
   if (std::ranges::any_of(options.tools, is_point)) return {false, "a tool is a point"};
   if (options.local.refine == "follow") return out;

@@ -21,8 +21,9 @@ double expected_contact_radius(const ToolShape& shape);
 RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local);
 
 /// auto refines where the cells of the surface are wider than half the expected contact, the material has a name, no
-/// tool is a point, and the body is on this computer. Throws as may_refine().
-RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options);
+/// tool is a point, and the body is on this computer and not in contact with itself. Throws as may_refine().
+RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                           bool touches_itself = false);
 
 /// CPU time of the refined cells of a refresh in which a tool drags, at most `nodes` of them [ms]: fitted to
 /// scenes/organ_drag.json at 450 and 900.

@@ -77,7 +77,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                .refresh_budget_ms = refresh_budget_ms(options),
                .rest_ms = predict_rest_ms(model.mesh().num_nodes(), static_cast<int>(model.mesh().tetrahedra.size()),
                                           model.info().type == "fem"),
-               .beside_ms = choose_refine(model, surface, options).refines
+               .beside_ms = choose_refine(model, surface, options, self_contact != nullptr).refines
                                 ? predict_refine_ms(options.local.refine_nodes * static_cast<int>(options.tools.size()))
                                 : 0,
                .motion = options.motion}),
@@ -89,7 +89,8 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                  !is_geometric(options.contact.law)),
       known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {
   choice_.keep_set_ups(kept);
-  if (choose_refine(model, surface, options).refines) fine_.emplace(model, surface, options.local);
+  if (choose_refine(model, surface, options, self_contact != nullptr).refines)
+    fine_.emplace(model, surface, options.local);
 }
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No

@@ -24,7 +24,7 @@ constexpr std::pair<LocalFlag, const char*> kFlagWords[] = {
      "was"},
     {kLateTick, "more time had passed than is caught up with in one call"},
     {kUnrefined,
-     "the contact left the refined cells, and the force was that of the cells as they are, up to twice as large"},
+     "the contact left the refined cells, and the force was that of the cells as they are, which is larger"},
     {kOnApron, "contact outside the local model, on the body around it, where the force is a coarse one"},
 };
 

@@ -34,6 +34,7 @@ TouchOptions late_options(double rate_hz) {
   options.global.rate_hz = rate_hz;
   options.global.early_refresh = false;
   options.local.reducer = "condensed";
+  options.local.refine = "off";  // the apron's cells are as they are
   options.contact.mu_static = options.contact.mu_kinetic = 0;
   options.collision.backend = "brute_force";
   options.stale_s = 10;

@@ -13,7 +13,7 @@ from support import BLOCK, Linear, QUICK, TOP, press
 class Models(unittest.TestCase):
     SCENE = {**QUICK, "object.model.type": "fem", "object.model.material": "linear", "object.model.young": Linear.YOUNG,
              "object.model.poisson": Linear.POISSON, "object.model.damping.mass": 5, "object.model.damping.stiffness": 2e-3,
-             "object.model.damping.law": "rayleigh", "global.tolerance": 1e-12}
+             "object.model.damping.law": "rayleigh", "global.tolerance": 1e-12, "local.refine": "off"}
 
     def setUp(self):
         try:
