@@ -18,9 +18,9 @@ struct FineTool {
   std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
   double time = 0;               ///< until the next local model is there [s]
-  double late = 1;  ///< how much later it comes than the patch around the tool is made for, from the schedule alone
-  double contact_radius = 0;   ///< measured [m]; 0: not known
-  Vec3 normal = Vec3::Zero();  ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
+  double late = 1;               ///< time since the last one over the usual interval, 1 to 3, from the schedule alone
+  double contact_radius = 0;     ///< measured [m]; 0: not known
+  Vec3 normal = Vec3::Zero();    ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
   std::optional<Vec3>
       touched{};  ///< middle of its contacts by force, on the body at rest [m]; none: it touches nothing
 };

@@ -243,15 +243,15 @@ void Refresher::see_contact(std::span<const LocalReport> reports, int tool, Fine
 }
 
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
-  constexpr double kLatest = 3;
-  const double late = models_come_late(options_) ? std::clamp((t - known_.last) / interval(t), 1.0, kLatest) : 1;
+  constexpr double kLatest = 3;  // intervals
+  const double since = models_come_late(options_) ? t - known_.last : 0, usual = 1 / options_.global.rate_hz;
   fine_tools_.clear();
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     FineTool& tool = fine_tools_.emplace_back(
         FineTool{.core = core_points(tools_[k].shape, at[k]),
                  .velocity = tool_velocity(reports, options_.local.rate_hz, k),
-                 .time = late * (interval(t) + known_.delay),
-                 .late = late,
+                 .time = std::clamp(since / interval(t), 1.0, kLatest) * (interval(t) + known_.delay),
+                 .late = std::clamp(since / usual, 1.0, kLatest),
                  .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k),
                  .normal = reports.empty() ? Vec3(Vec3::Zero()) : measured_normal(reports.back().contacts(), k),
                  .touched = {}});

@@ -118,7 +118,7 @@ TEST(TwoEnds, ModelsArriveBeforeTheirLossIsKnown) {
   const TouchedRun run = touch(session, body.port(), {}, relay.port());
   const auto& ended = body.end();
   ASSERT_EQ(ended.size(), 1u);
-  EXPECT_GE(ended[0].body.models, 8);
+  EXPECT_GE(ended[0].body.models, 4);  // of a second; a busy machine makes fewer than 30
   EXPECT_LE(run.report.port.joined.given_up, 1);
 }
 
