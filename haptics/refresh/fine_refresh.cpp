@@ -158,9 +158,13 @@ bool FineRefresh::serves(const Wanted& wanted) const {
 /// on.
 void FineRefresh::make_zone(const FineContact& contact, double late) {
   constexpr double kLeastNodes = 150;
-  constexpr double kOfTwo = 1.4;  // there is less than half the room for the contacts of each
+  constexpr double kOfTwo = 1.4;   // there is less than half the room for the contacts of each
+  constexpr double kSteady = 1.2;  // cells are halved: a size that follows each measured radius would jump to and fro
+  const double grown = sized_for_ > 0 ? contact.contact_radius / sized_for_ : 0;
+  if (grown < 1 / kSteady || grown > kSteady) sized_for_ = contact.contact_radius;
+  const double fineness = fineness_ * sized_for_ / contact.contact_radius;
   const bool is_alone = contact.others.empty();
-  FineZoneOptions options = fine_options(body_, contact, is_alone ? fineness_ : kOfTwo * fineness_);
+  FineZoneOptions options = fine_options(body_, contact, is_alone ? fineness : kOfTwo * fineness);
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / std::pow(late, 1.5));
   options.most_nodes = static_cast<int>(nodes) * (1 + static_cast<int>(contact.others.size()));
   zone_ = Zone{make_fine_zone(body_, options), contact, {}, cell_size_at(body_, contact.centre)};

@@ -67,6 +67,7 @@ class FineRefresh {
   double fineness_;
   int most_nodes_;
   std::optional<Zone> zone_;
+  double sized_for_ = 0;  // contact radius that the cells' size was chosen for [m]
   std::unique_ptr<SparseSolver> solver_;
   std::shared_ptr<const FinePatch> patch_;  // of the zone, in the state that follows
   VectorX x_;                               // of the whole body [m]
