@@ -35,7 +35,7 @@ LiveRun::LiveRun(const Scene& scene, bool by_pointer, Save save, Told told,
       told_(std::move(told)),
       count_allocations_(std::move(count_allocations)),
       new_link_(std::move(new_link)),
-      shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes(), session_.model().fixed_nodes())) {
+      shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes(), still_nodes(session_.model()))) {
   if (by_pointer) session_.hold();
   last_target_ = first_place();
 }

@@ -16,7 +16,7 @@ constexpr double kMostBytes = 512.0 * (1 << 20);  // of all pictures: a long ses
 
 Playback::Playback(const Scene& scene, SceneFiles files, SessionOptions replay)
     : session_(scene, std::move(files)),
-      shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes(), session_.model().fixed_nodes())) {
+      shape_(make_body_shape(session_.surface(), session_.model().mesh().num_nodes(), still_nodes(session_.model()))) {
   const double rate = scene.local.rate_hz, each = 6.0 * static_cast<double>(shape_.nodes.size()) + 1000;
   every_ = static_cast<int>(
       std::max({1.0, std::round(rate / kPerSecond), std::ceil(scene.duration * rate * each / kMostBytes)}));

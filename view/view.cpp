@@ -410,7 +410,7 @@ class WatchedPages final : public Pages {
       : Pages(options),
         session_(session),
         look_(look),
-        shape_(make_body_shape(session.surface(), session.model().mesh().num_nodes(), session.model().fixed_nodes())) {}
+        shape_(make_body_shape(session.surface(), session.model().mesh().num_nodes(), still_nodes(session.model()))) {}
 
   void tick() override {
     if (server_.num_pages() == 0) return;

@@ -50,13 +50,14 @@ Json model_json(const Session& session) {
   const auto springs = info.parameters.find("springs");
   Json out{{"type", info.type},
            {"material", info.material},
-           {"nodes", mesh.num_nodes()},
+           {"nodes", mesh.num_own_nodes()},
            {"tets", mesh.tetrahedra.size()},
            {"springs", springs == info.parameters.end() ? 0 : static_cast<int>(springs->second)},
            {"triangles", mesh.triangles.size()},
            {"size_m", {size.x(), size.y(), size.z()}},
            {"mesh_unit_m", session.mesh_unit()},
-           {"fixed_nodes", session.model().fixed_nodes().size()}};
+           {"fixed_nodes",
+            std::ranges::count_if(session.model().fixed_nodes(), [&](int i) { return i < mesh.num_own_nodes(); })}};
   for (const auto& [name, value] : info.parameters)
     if (name != "springs") out["parameters"][name] = value;
   return out;

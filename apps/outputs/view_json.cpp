@@ -67,7 +67,7 @@ Json view_json(const Session& session, const SessionResult& result, const BodyFi
     return out;
   };
   Json fixed = Json::array(), frames = Json::array(), path = Json::array();
-  for (int i : session.model().fixed_nodes())
+  for (int i : still_nodes(session.model()))
     if (local[i] >= 0) fixed.push_back(local[i]);
   for (const Snapshot& s : result.snapshots) {
     frames.push_back({{"t", s.t}, {"tool", point(s.tools[0])}, {"x", points(s.x)}});

@@ -32,8 +32,9 @@ class DeformableModel {
  public:
   virtual ~DeformableModel() = default;
   virtual const Mesh& mesh() const = 0;
-  virtual const SparseMatrix& mass() const = 0;             ///< [kg], (3n x 3n), symmetric positive definite
-  virtual const std::vector<int>& fixed_nodes() const = 0;  ///< ascending
+  virtual const SparseMatrix& mass() const = 0;  ///< [kg], (3n x 3n), symmetric positive definite
+  /// Ascending; the vertices of an embedded surface among them, see still_nodes().
+  virtual const std::vector<int>& fixed_nodes() const = 0;
   /// Internal and body forces [N], (3n).
   virtual void force(const State& state, VectorX& out) const = 0;
   /// `out`: empty, or an earlier tangent of this model, whose storage is used again. Self-contact changes the pattern.
@@ -43,6 +44,9 @@ class DeformableModel {
   /// Share in [0, 1] of the motion from x to x + dx, (3n), that the body can make: 1, unless its surface meets itself.
   /// Newton's method asks before each motion, and evaluates forces on the way only.
   virtual double free_share(const VectorX& /*x*/, const VectorX& /*dx*/) const { return 1; }
+
+  /// The model of the mesh's own nodes: itself, unless a surface is embedded in its cells.
+  virtual const DeformableModel& own() const { return *this; }
 
   /// The model whose tangent, with added_stiffness(), is this one's: itself as a rule, which adds nothing. Of a model
   /// that adds a few springs to another one, that other, whose tangent at the same state need not be made again.
@@ -56,6 +60,12 @@ class DeformableModel {
     return out;
   }
 };
+
+/// Of the mesh's own nodes; all of it where no surface is embedded.
+State own_part(const DeformableModel& model, const State& state);
+
+/// Nodes that do not move, ascending: the fixed ones, and of an embedded surface the vertices between such.
+std::vector<int> still_nodes(const DeformableModel& model);
 
 /// The undeformed body at rest at t = 0.
 inline State rest_state(const DeformableModel& model) {

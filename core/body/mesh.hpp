@@ -1,9 +1,10 @@
 #pragma once
 // A mesh as data: rest positions, surface triangles and, for a solid, tetrahedra.
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "core/base/types.hpp"
+#include "core/body/embedded_surface.hpp"
 
 namespace kt {
 
@@ -12,8 +13,12 @@ struct Mesh {
   VectorX x;                            ///< rest positions [m], (3n)
   std::vector<Triangle> triangles;      ///< surface, counter-clockwise seen from outside
   std::vector<Tetrahedron> tetrahedra;  ///< empty for a surface mesh
+  /// The triangles are a surface inside the tetrahedra; none: they are the tetrahedra's own, or there are none.
+  std::shared_ptr<const EmbeddedSurface> embedded = {};
 
   int num_nodes() const { return static_cast<int>(x.size() / 3); }
+  /// Without the vertices of an embedded surface.
+  int num_own_nodes() const { return embedded ? embedded->first : num_nodes(); }
   bool operator==(const Mesh&) const = default;
 };
 

@@ -132,7 +132,7 @@ std::vector<std::array<int, 3>> number_walls(std::span<const Triangle> triangles
 }
 
 Surface make_surface(const Mesh& mesh, double ridge_angle) {
-  Surface out{mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes()), {}, {}};
+  Surface out{mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes()), {}, {}, mesh.embedded};
   out.wall = find_walls(out.triangles, mesh.x, out.topology);
   out.crease = find_creases(out.triangles, mesh.x, out.topology, ridge_angle);
   return out;

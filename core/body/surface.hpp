@@ -57,8 +57,9 @@ constexpr double kRidgeAngle = 1.0471975511965976;  ///< [rad] 60 degrees
 struct Surface {
   std::vector<Triangle> triangles;
   SurfaceTopology topology;
-  std::vector<std::array<int, 3>> wall;       ///< see find_walls()
-  std::vector<std::array<Crease, 3>> crease;  ///< see find_creases()
+  std::vector<std::array<int, 3>> wall;                  ///< see find_walls()
+  std::vector<std::array<Crease, 3>> crease;             ///< see find_creases()
+  std::shared_ptr<const EmbeddedSurface> embedded = {};  ///< in the body's cells; none: its vertices are nodes
 };
 /// @param ridge_angle  convex edges with a larger one stay sharp on a smooth contact surface [rad]
 Surface make_surface(const Mesh& mesh, double ridge_angle = kRidgeAngle);

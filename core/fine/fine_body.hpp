@@ -12,7 +12,7 @@ struct FineBody {
   std::vector<char> is_fixed;                   ///< nodes
   std::vector<std::array<int, 4>> across;       ///< of each cell: the cell across face f, opposite corner f; -1: none
   std::map<std::array<int, 2>, int> edge_node;  ///< of quadratic cells: the node between two corners (ascending)
-  std::map<Triangle, int> triangle;             ///< of the surface, by its nodes (ascending)
+  std::map<Triangle, int> triangle;             ///< of the surface, by its nodes (ascending); of an embedded one none
   bool is_quadratic() const { return !edge_node.empty(); }
 };
 

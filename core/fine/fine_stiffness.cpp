@@ -242,7 +242,7 @@ SparseMatrix fine_stiffness(const FineBody& body, const FineZone& zone, const Fi
                 sum.add(zone.from[i], zone.from[j], factor * zone.weight[i] * zone.weight[j],
                         K.block<3, 3>(3 * a, 3 * b));
     };
-    const double factor = body.material->stiffness_factor(middle);
+    const double factor = body.material->stiffness_factor(middle) * (zone.leaf_share.empty() ? 1 : zone.leaf_share[l]);
     if (!moduli.is_even(leaf)) {
       add(factor, leaf_stiffness(corners, moduli.of(leaf)));
       continue;

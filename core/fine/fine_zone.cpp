@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/base/stages.hpp"
+#include "core/fine/fine_embedded.hpp"
 #include "core/fine/fine_facets.hpp"
 #include "core/fine/fine_refinement.hpp"
 
@@ -64,7 +65,11 @@ class ZoneMaker {
   FineZone take() {
     for (int i = 0; i < nodes_.size(); ++i) zone_.nodes.push_back(nodes_[i]);
     find_inner();
-    add_facets(body_, nodes_, options_, zone_);
+    if (body_.mesh->embedded)
+      add_embedded_facets(body_, nodes_, options_, zone_);
+    else
+      add_facets(body_, nodes_, options_, zone_);
+    zone_.leaf_share = leaf_shares(body_, nodes_, zone_);
     number_unknown();
     return std::move(zone_);
   }
@@ -157,6 +162,8 @@ class ZoneMaker {
     std::vector<char> is_in_reach(zone_.nodes.size(), 0), is_last(zone_.nodes.size(), 0);
     for (std::size_t f = 0; f < zone_.facets.size(); ++f)
       for (const int i : zone_.facets[f]) is_in_reach[i] |= zone_.facet_in_reach[f];
+    for (const auto& nodes : zone_.embedded.node)
+      for (const int i : nodes) is_in_reach[i] = 1;
     for (int i = 0; i < nodes_.size(); ++i) {
       add_masters(i, 1, follows[i]);
       if (is_in_reach[i])

@@ -42,6 +42,16 @@ struct FineLeaf {
   int level;  ///< how often the cell was split
 };
 
+/// Triangles of an embedded surface in the zone's leaves.
+struct EmbeddedFacets {
+  std::vector<int> triangle;             ///< of the body's surface, ascending
+  std::vector<Triangle> facets;          ///< indices in `vertex`
+  std::vector<int> vertex;               ///< of the body's nodes
+  std::vector<std::array<int, 4>> node;  ///< of the zone, that each vertex goes with, the field of the leaf taken as
+                                         ///< linear between its nodes
+  std::vector<std::array<double, 4>> weight;
+};
+
 /// Topology of a zone; geometry comes with positions.
 struct FineZone {
   std::vector<int> cells;        ///< of the body, ascending
@@ -58,7 +68,9 @@ struct FineZone {
       facets;  ///< of the surface's triangles in reach, flat, counter-clockwise seen from outside: nodes
   std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of; all pieces of it are there
   std::vector<char> facet_in_reach;
-  double edge = 0;  ///< that was taken [m]
+  EmbeddedFacets embedded;         ///< in the place of facets, of a surface that is embedded in the body's cells
+  std::vector<double> leaf_share;  ///< how much of each leaf is material; empty: all of it
+  double edge = 0;                 ///< that was taken [m]
   int num_unknown() const { return static_cast<int>(unknown.size()); }
   std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
 };

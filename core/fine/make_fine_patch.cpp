@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
@@ -88,11 +89,62 @@ void append_rows(const SparseMatrix& matrix, std::vector<int>& first, std::vecto
   }
 }
 
+/// Facets are whole triangles; vertices move as the body's surface does, and yield with nodes of leaves.
+void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) {
+  const EmbeddedFacets& e = zone.embedded;
+  const EmbeddedSurface& surface = *body.mesh->embedded;
+  out.facets = e.facets;
+  out.triangle = e.triangle;
+  out.corners.assign(e.facets.size(), Mat3::Identity());
+  out.to_facet = out.corners;
+  const int begin = zone.num_unknown() - zone.num_yielding;
+  struct Most {
+    double share = 0;
+    int vertex = -1;
+  };
+  std::vector<Most> most(
+      static_cast<std::size_t>(zone.num_yielding));  // of each point: the vertex that follows it most
+  out.first.push_back(0);
+  out.first_from.push_back(0);
+  for (std::size_t v = 0; v < e.vertex.size(); ++v) {
+    const auto global = static_cast<std::size_t>(e.vertex[v] - surface.first);
+    std::map<int, double> yields;
+    for (std::size_t c = 0; c < 4; ++c) {
+      if (surface.weights[global][c] != 0) {
+        out.node.push_back(surface.corners[global][c]);
+        out.weight.push_back(surface.weights[global][c]);
+      }
+      for (int k = zone.first[e.node[v][c]]; k < zone.first[e.node[v][c] + 1]; ++k)
+        if (zone.from[k] >= begin) yields[zone.from[k] - begin] += e.weight[v][c] * zone.weight[k];
+    }
+    for (const auto& [point, share] : yields) {
+      if (std::abs(share) < 1e-9) continue;
+      out.from.push_back(point);
+      out.share.push_back(share);
+      if (Most& its = most[static_cast<std::size_t>(point)]; share > its.share) its = {share, static_cast<int>(v)};
+    }
+    out.first.push_back(static_cast<int>(out.node.size()));
+    out.first_from.push_back(static_cast<int>(out.from.size()));
+  }
+  std::vector<SurfacePlace> place(e.vertex.size());
+  for (std::size_t f = 0; f < e.facets.size(); ++f)
+    for (int c = 0; c < 3; ++c)
+      place[static_cast<std::size_t>(e.facets[f][static_cast<std::size_t>(c)])] = {e.triangle[f], Vec3::Unit(c)};
+  for (const Most& its : most)
+    out.yielding.push_back(its.vertex < 0 ? SurfacePlace{} : place[static_cast<std::size_t>(its.vertex)]);
+}
+
 }  // namespace
 
 std::shared_ptr<FinePatch> make_fine_patch(const FineBody& body, const FineZone& zone,
                                            std::span<const Triangle> triangles, FineYield yield) {
   auto out = std::make_shared<FinePatch>();
+  if (body.mesh->embedded) {
+    place_embedded(body, zone, *out);
+    out->R = std::move(yield.R);
+    out->retardation = yield.retardation;
+    return out;
+  }
   std::vector<std::pair<int, Triangle>> facets;  // of the zone's nodes
   const Closure closure(zone);
   for (std::size_t f = 0; f < zone.facets.size(); ++f)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace kt {
@@ -65,10 +66,12 @@ class MovingHolds final : public DeformableModel {
 
 GlobalSimulation::GlobalSimulation(const DeformableModel& model, std::unique_ptr<Integrator> integrator,
                                    double max_step, std::optional<State> start)
-    : model_(model),
+    : all_(model),
+      model_(model.own()),
       integrator_(std::move(integrator)),
       max_step_(max_step),
-      state_(start ? std::move(*start) : rest_state(model)) {
+      state_(start ? own_part(model, *start) : rest_state(model_)) {
+  show(state_, shown_);
   unconditional_ = !std::isfinite(integrator_->stable_step({.omega = 1, .zeta = 0}));
   if (unconditional_) {
     hold_stiffness_ = hold_stiffness(model, state_);
@@ -92,7 +95,21 @@ std::optional<State> GlobalSimulation::foresee(double dt, std::span<const std::v
   }
   ahead.t = state_.t + dt;
   if (!ahead.x.allFinite() || !ahead.v.allFinite()) return {};
-  return ahead;
+  if (&all_ == &model_) return ahead;
+  State shown;
+  show(ahead, shown);
+  return shown;
+}
+
+/// With the vertices of an embedded surface, which go with their cells.
+void GlobalSimulation::show(const State& own, State& out) const {
+  if (&all_ == &model_) return;
+  out.t = own.t;
+  for (const auto& [from, to] : {std::pair(&own.x, &out.x), std::pair(&own.v, &out.v)}) {
+    to->resize(all_.mesh().x.size());
+    to->head(from->size()) = *from;
+    all_.mesh().embedded->follow(*to);
+  }
 }
 
 /// False, and nothing has changed, when the holds would have to pull.
@@ -128,7 +145,8 @@ bool GlobalSimulation::advance_held(double t_end, std::span<const ContactSample>
 void GlobalSimulation::advance(double t_end, std::span<const ContactSample> history,
                                std::span<const ContactHold> holds) {
   contact_error_ = 0;
-  if (unconditional_ && !holds.empty() && t_end > state_.t && advance_held(t_end, history, holds)) return;
+  if (unconditional_ && !holds.empty() && t_end > state_.t && advance_held(t_end, history, holds))
+    return show(state_, shown_);
   if (t_end <= state_.t) return;
   const int steps =
       unconditional_ ? 1 : std::max(1, static_cast<int>(std::ceil((t_end - state_.t) / max_step_ - 1e-9)));
@@ -143,6 +161,7 @@ void GlobalSimulation::advance(double t_end, std::span<const ContactSample> hist
     integrator_->step(model_, external, dt, state_);
     state_.t = t_next;
   }
+  show(state_, shown_);
   if (!state_.x.allFinite() || !state_.v.allFinite())
     throw RunError(text("the global model left the finite numbers before t = ", t_end,
                         " s: soften the model, raise global.rate_hz or use global.integrator implicit_euler"));

@@ -39,8 +39,8 @@ class GlobalSimulation {
   /// step to each. None when the holds would have to pull, there is none, or the integrator has a stability limit.
   std::optional<State> foresee(double dt, std::span<const std::vector<ContactHold>> stops);
 
-  const State& state() const { return state_; }
-  const DeformableModel& model() const { return model_; }
+  const State& state() const { return &all_ == &model_ ? state_ : shown_; }
+  const DeformableModel& model() const { return all_; }
   double step() const { return max_step_; }  ///< [s]
   /// After an advance with holds: the normal force that keeps the body where the local model left it, over the one that
   /// the local model gave for it, - 1. What its linearization made of the interval, and the body's own step. -1:
@@ -49,16 +49,19 @@ class GlobalSimulation {
   StepStatistics statistics() const { return integrator_->statistics(); }
 
  private:
+  void show(const State& own, State& out) const;
   bool advance_held(double t_end, std::span<const ContactSample> history, std::span<const ContactHold> holds);
 
-  const DeformableModel& model_;
+  const DeformableModel& all_;
+  const DeformableModel& model_;  // of the nodes alone
   std::unique_ptr<Integrator> integrator_;
   double max_step_;
   bool unconditional_ = false;  // the integrator is stable at any step, and with stiff springs
   double hold_stiffness_ = 0;   // [N/m], where unconditional
   double friction_scale_ = 1;   // normal force of the body / of the local model, in the last held interval
   double contact_error_ = 0;
-  State state_;
+  State state_;  // of the nodes alone
+  State shown_;  // with an embedded surface; without one empty
 };
 
 }  // namespace kt

@@ -24,6 +24,7 @@ bool is_movable(const LocalModel& model, int vertex) {
 
 /// No edge of the patch's border ends there.
 bool is_inside(const SurfacePatch& patch, int vertex) {
+  if (patch.embedded) return patch.in_reach[static_cast<std::size_t>(vertex)] != 0;  // a corner of a cell
   for (int t : patch.topology.triangles_of(vertex))
     for (std::size_t e = 0; e < 3; ++e)
       if (patch.topology.across[t][e] == -1 &&

@@ -27,6 +27,16 @@ Subdivision make_flat(const SurfacePatch& patch) {
   return out;
 }
 
+/// The triangles as they are, their vertices where their cells have them.
+Subdivision make_embedded(const SurfacePatch& patch, ContactSurface& out) {
+  out.is_embedded = true;
+  out.facets = patch;
+  out.facets.embedded.reset();
+  out.facets.global_node = patch.embedded->global_vertex;
+  out.facets.in_reach.assign(patch.embedded->global_vertex.size(), 1);
+  return {patch.triangles, patch.embedded->first, patch.embedded->from, patch.embedded->weight};
+}
+
 /// Corners at grooves: the pieces inherit them, and which wall they are on follows.
 void add_walls(const SurfacePatch& patch, int levels, SurfacePatch& fine) {
   if (patch.wall.empty()) return;
@@ -165,13 +175,17 @@ ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& 
   ContactSurface out;
   out.levels = smoothing.scheme == "flat" ? 0 : smoothing.levels;
   out.num_nodes = patch.num_vertices();
+  if (patch.embedded && out.levels > 0)
+    throw InputError(text("contact.surface ", smoothing.scheme, ": object.body lattice is touched at its own ",
+                          "triangles: use flat"));
   if (out.levels == 0) out.facets = patch;
   std::vector<std::array<bool, 3>> sharp;
   for (const auto& c : patch.crease)
     sharp.push_back({c[0] != Crease::none, c[1] != Crease::none, c[2] != Crease::none});
   sharp.resize(patch.triangles.size());
-  const Subdivision fine =
-      out.levels == 0 ? make_flat(patch) : subdivide_loop(patch.triangles, patch.num_vertices(), sharp, out.levels);
+  const Subdivision fine = patch.embedded    ? make_embedded(patch, out)
+                           : out.levels == 0 ? make_flat(patch)
+                                             : subdivide_loop(patch.triangles, patch.num_vertices(), sharp, out.levels);
   if (out.levels > 0) {
     SurfacePatch& f = out.facets;
     f.triangles = fine.triangles;
@@ -224,7 +238,7 @@ Vec3 weighted_sum(const ContactSurface& surface, const VectorX& patch, int verte
 
 void ContactSurface::follow(const VectorX& patch, VectorX& out) const noexcept {
   const int end = apron_vertices >= 0 ? apron_vertices : static_cast<int>(first.size()) - 1;
-  if (levels == 0) {
+  if (levels == 0 && !is_embedded) {
     const Eigen::Index own = 3 * static_cast<Eigen::Index>(num_nodes);
     if (out.size() < 3 * static_cast<Eigen::Index>(end)) out.resize(3 * static_cast<Eigen::Index>(end));
     out.head(own) = patch.head(own);
@@ -321,6 +335,7 @@ NodeWeights ContactSurface::moved_by(const SurfacePatch& patch, int facet, const
 }
 
 NodeWeights moved_by(const Surface& surface, const Smoothing& smoothing, int triangle, const Vec3& bary) {
+  if (surface.embedded) return surface.embedded->moved_by(surface.triangles[triangle], bary);
   if (smoothing.levels == 0) return {surface.triangles[triangle], bary};
   const VectorX nowhere = VectorX::Constant(3 * static_cast<Eigen::Index>(surface.topology.first.size()), 1e300);
   const SurfacePatch patch = make_patch(surface, nowhere, {Vec3::Zero(), triangle, 0});  // the triangle and its ring

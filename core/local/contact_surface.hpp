@@ -31,7 +31,8 @@ struct ContactSurface {
   /// As if it were a patch of the body; global_triangle is that which a facet is a piece of, nodes have no number.
   SurfacePatch facets;
   int levels = 0;
-  int num_nodes = 0;  ///< of the patch
+  int num_nodes = 0;         ///< of the patch
+  bool is_embedded = false;  ///< its vertices are embedded in the cells of the patch's nodes
   /// Refined triangles: each patch triangle's own facet is the first of its pieces, the others come after all patch
   /// triangles. What moves the surface then goes on, after the patch's vertices, with how far its points have yielded.
   std::shared_ptr<const FinePatch> fine;

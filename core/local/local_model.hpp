@@ -9,9 +9,17 @@
 
 namespace kt {
 
+/// The vertices of a patch's triangles where these are embedded in cells: vertex i moves with the patch's nodes from[k]
+/// by weight[k], first[i] <= k < first[i+1].
+struct EmbeddedPatch {
+  std::vector<int> global_vertex;  ///< of each vertex: its number among the body's nodes
+  std::vector<int> first{0}, from;
+  std::vector<double> weight;
+};
+
 /// The piece of surface that the tool can reach before the next refresh. Vertices are numbered locally.
 struct SurfacePatch {
-  std::vector<Triangle> triangles;   ///< local vertex indices
+  std::vector<Triangle> triangles;   ///< local vertex indices; of an embedded surface those of `embedded`
   std::vector<int> global_triangle;  ///< of each local triangle
   std::vector<int> global_node;      ///< of each local vertex, (p)
   std::vector<char> on_rim;          ///< per triangle: it touches the edge of the patch, not of the body
@@ -21,6 +29,7 @@ struct SurfacePatch {
   /// Vertices that a tool within reach touches: not those of rim triangles alone, which are there for the normals. (p)
   std::vector<char> in_reach;
   bool is_curved = false;  ///< triangles are pieces of a smooth surface: forces act along its normals
+  std::shared_ptr<const EmbeddedPatch> embedded = {};  ///< none: the triangles' vertices are nodes
   int num_vertices() const { return static_cast<int>(global_node.size()); }
 };
 

@@ -4,6 +4,9 @@
 #include <iterator>
 #include <map>
 #include <queue>
+#include <utility>
+
+#include "core/body/near_triangles.hpp"
 
 namespace kt {
 
@@ -31,12 +34,9 @@ ReduceFn find_reducer(const std::string& name) {
 
 namespace {
 
-/// By the distance from p, or a place on its way, to the triangle's bounding box: never leaves out a triangle within
-/// reach. Along a straight way the distance from a box is convex: thirds are cut off.
-bool within_reach(const VectorX& x, const Triangle& t, const ContactSite& site) {
+/// By the distance of a box from p, or a place on its way. Along a straight way it is convex: thirds are cut off.
+bool within_reach(const Vec3& low, const Vec3& high, const ContactSite& site) {
   constexpr int kCuts = 40;  // 1e-7 of the way
-  const Vec3 a = node(x, t[0]), b = node(x, t[1]), c = node(x, t[2]);
-  const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
   const auto distance_sq = [&](const Vec3& p) { return (p - p.cwiseMax(low).cwiseMin(high)).squaredNorm(); };
   const double reach_sq = site.reach * site.reach;
   if (distance_sq(site.centre) <= reach_sq) return true;
@@ -52,10 +52,33 @@ bool within_reach(const VectorX& x, const Triangle& t, const ContactSite& site) 
   return distance_sq(site.centre + end * site.way) <= reach_sq;
 }
 
+/// By the triangle's bounding box: never leaves out one within reach.
+bool within_reach(const VectorX& x, const Triangle& t, const ContactSite& site) {
+  const Vec3 a = node(x, t[0]), b = node(x, t[1]), c = node(x, t[2]);
+  return within_reach(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c), site);
+}
+
+/// Triangles of an embedded surface within reach, whether or not they are connected: of a scan they need not be.
+/// Of most cells the corners alone are looked at.
+std::vector<int> embedded_within_reach(const Surface& surface, const VectorX& x, const ContactSite& site) {
+  const EmbeddedGroups& groups = surface.embedded->groups;
+  std::vector<int> out;
+  for (int g = 0; g < groups.count(); ++g) {
+    const auto [low, high] = box_of_group(groups, g, x);
+    if (!within_reach(low, high, site)) continue;
+    for (int k = groups.first_triangle[g]; k < groups.first_triangle[g + 1]; ++k)
+      if (within_reach(x, surface.triangles[groups.triangle[k]], site)) out.push_back(groups.triangle[k]);
+  }
+  return out;
+}
+
 std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, const ContactSite& site) {
   std::vector<int> found{site.triangle};
   std::vector<char> seen(surface.triangles.size(), 0);
   seen[site.triangle] = 1;
+  if (surface.embedded)
+    for (const int t : embedded_within_reach(surface, x, site))
+      if (!std::exchange(seen[t], 1)) found.push_back(t);
   const auto visit_fans = [&](int triangle, auto accept) {
     for (int v : surface.triangles[triangle])
       for (int t : surface.topology.triangles_of(v))
@@ -70,6 +93,36 @@ std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, c
   for (std::size_t i = 0; i < core; ++i) visit_fans(found[i], [](int) { return true; });
   std::sort(found.begin(), found.end());
   return found;
+}
+
+/// What carries the patch's vertices in the place of these: nodes of cells.
+void embed(const EmbeddedSurface& surface, SurfacePatch& patch) {
+  auto of_vertices = std::make_shared<EmbeddedPatch>();
+  of_vertices->global_vertex = std::move(patch.global_node);
+  const std::vector<char> vertex_in_reach = std::move(patch.in_reach);
+  std::map<int, int> local;  // of nodes
+  const auto for_each_corner = [&](int global, const auto& work) {
+    const auto i = static_cast<std::size_t>(global - surface.first);
+    for (std::size_t c = 0; c < 4; ++c)
+      if (surface.weights[i][c] != 0) work(surface.corners[i][c], surface.weights[i][c]);
+  };
+  for (const int v : of_vertices->global_vertex) for_each_corner(v, [&](int node, double) { local.emplace(node, 0); });
+  patch.global_node.clear();
+  for (auto& [global, index] : local) {
+    index = patch.num_vertices();
+    patch.global_node.push_back(global);
+  }
+  patch.in_reach.assign(patch.global_node.size(), 0);
+  for (std::size_t v = 0; v < of_vertices->global_vertex.size(); ++v) {
+    for_each_corner(of_vertices->global_vertex[v], [&](int node, double weight) {
+      const int at = local[node];
+      of_vertices->from.push_back(at);
+      of_vertices->weight.push_back(weight);
+      patch.in_reach[static_cast<std::size_t>(at)] |= vertex_in_reach[v];
+    });
+    of_vertices->first.push_back(static_cast<int>(of_vertices->from.size()));
+  }
+  patch.embedded = std::move(of_vertices);
 }
 
 }  // namespace
@@ -112,6 +165,7 @@ SurfacePatch patch_of(const Surface& surface, std::vector<int> triangles, bool s
   patch.in_reach.assign(patch.global_node.size(), all);
   for (std::size_t t = 0; t < patch.triangles.size(); ++t)
     for (int v : patch.triangles[t]) patch.in_reach[static_cast<std::size_t>(v)] |= !patch.on_rim[t];
+  if (surface.embedded) embed(*surface.embedded, patch);
   return patch;
 }
 

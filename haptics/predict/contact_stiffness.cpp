@@ -39,15 +39,14 @@ Deepest find_deepest(const BuiltScene& built) {
 }  // namespace
 
 std::optional<ContactStiffness> contact_stiffness(const BuiltScene& built) {
-  if (built.path().empty() || built.model().fixed_nodes().empty()) return {};
+  if (built.path().empty() || still_nodes(built.model()).empty()) return {};
   const Deepest at = find_deepest(built);
   if (!(at.depth > 0)) return {};
   const FreeBody body(linearize(built.model(), built.start(), TangentKind::symmetric));
   const auto solver = make_sparse_solver();
   if (!solver->factor(body.stiffness)) return {};
   VectorX force = VectorX::Zero(built.start().x.size());
-  const Triangle& t = built.surface().triangles[at.site.triangle];
-  for (int i = 0; i < 3; ++i) node(force, t[i]) += at.bary[i] * at.normal;
+  moved_by(built.surface(), {}, at.site.triangle, at.bary).add_to(force, at.normal);
   const VectorX push = gather(body.dofs, force);
   const VectorX moved = solver->solve(push).col(0);
   const double compliance = push.dot(moved);

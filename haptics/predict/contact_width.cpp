@@ -205,7 +205,9 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
   for (const PressedTip& tip : tips) {
     if (tip.pressed.depth < 0.5 * deepest || !(tip.contact > 0)) continue;
     const Triangle& t = triangles[static_cast<std::size_t>(tip.pressed.triangle)];
-    const double cell = std::sqrt(2 * (area[t[0]] + area[t[1]] + area[t[2]]) / 3), ratio = cell / tip.contact;
+    const auto& embedded = built.surface().embedded;
+    const double cell = embedded ? embedded->edge : std::sqrt(2 * (area[t[0]] + area[t[1]] + area[t[2]]) / 3);
+    const double ratio = cell / tip.contact;
     ++count;
     out.cell += cell;
     out.contact_radius += tip.contact;
@@ -261,18 +263,23 @@ Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, 
     out.cures.push_back(set_to("local.refine", "auto"));
   if (width.factor < 1) {
     const std::string to_tet10 = "object.model.element to tet10";
-    if (element != "tet10")
+    if (element != "tet10" && !built.surface().embedded)
       out.cures.push_back(
           advise((built.model().info().type == "fem" ? "set " : "set object.model.type to fem and ") + to_tet10));
     return out;
   }
   constexpr double kTet10 = 1.93;  // as much finer are tet4 of as many nodes: a node on each edge
-  if (element == "tet4" && built.model().info().type == "fem")
+  const bool is_lattice = built.surface().embedded != nullptr;
+  if (element == "tet4" && built.model().info().type == "fem" && !is_lattice)
     out.cures.push_back(set_to("object.model.element", "tet10",
                                text("about ", short_number(coarse_force_factor("tet10", width.mean)), " times; ",
                                     price_of(kTet10, refresh_share))));
   const double finer = width.cell / width.fine_edge;
-  if (fills_surface(built.scene()))
+  if (is_lattice)
+    out.cures.push_back({"object.lattice.edge", short_number(width.fine_edge),
+                         text("set object.lattice.edge to ", short_number(width.fine_edge), " m (",
+                              price_of(finer, refresh_share), ")")});
+  else if (fills_surface(built.scene()))
     out.cures.push_back({"object.tetrahedralize.max_edge", short_number(width.fine_edge),
                          text("set object.tetrahedralize.max_edge to ", short_number(width.fine_edge), " m (",
                               price_of(finer, refresh_share), ")")});

@@ -14,11 +14,13 @@ bool fills_surface(const Scene& scene) {
 }
 
 Cure finer_cells(const Scene& scene) {
+  if (scene.object.body == "lattice") return advise("take finer cells (object.lattice.edge)");
   return advise(fills_surface(scene) ? "take finer cells (object.tetrahedralize.max_edge)"
                                      : "take finer cells (another object.mesh)");
 }
 
 Cure coarser_cells(const Scene& scene) {
+  if (scene.object.body == "lattice") return advise("take coarser cells (object.lattice.edge)");
   return advise(fills_surface(scene) ? "take a coarser mesh (object.tetrahedralize.max_volume, or fewer triangles in "
                                        "object.mesh)"
                                      : "take a coarser mesh (another object.mesh)");

@@ -64,7 +64,7 @@ std::optional<Prediction> predict_start(const BuiltScene& built, std::size_t k) 
   const std::optional<Pose> start = start_of(built, k);
   if (!start) return {};
   const ToolShape& tool = built.tools()[k];
-  const WayOutSearch search(built.surface(), built.model().mesh().num_nodes(), built.model().fixed_nodes());
+  const WayOutSearch search(built.surface(), built.model().mesh().num_nodes(), still_nodes(built.model()));
   const VectorX& x = built.start().x;
   const double depth = penetration_depth(search.whole(), x, tool, start->x, start->r);
   // Of the other methods penalty and frozen find no contact there, and legacy does at once.

@@ -30,12 +30,12 @@ void predict_pieces(const BuiltScene& built, std::vector<Prediction>& out) {
   const double size = bounds(body).size().maxCoeff();
   const auto seam = coincident_nodes(body, kSamePlace * size);
   const std::string weld = text("kilotouch mesh repair ", built.scene().object.mesh, " --weld TOL -o OUT joins them");
-  if (static_cast<int>(seam.size()) >= kFace)
+  if (static_cast<int>(seam.size()) >= kFace && !body.embedded)
     out.push_back({"pieces",
                    {text("object.mesh: at ", seam.size(), " places nodes coincide and are not shared, the first at ",
                          place(node(body.x, seam[0][0])), " m: the body opens there"),
                     {advise("where it should not, " + weld)}}});
-  if (built.model().fixed_nodes().empty() || built.scene().global.self_contact) return;
+  if (still_nodes(built.model()).empty() || built.scene().global.self_contact) return;
 
   int count = 0;
   const std::vector<int> piece = pieces_of(body, count);
@@ -49,7 +49,7 @@ void predict_pieces(const BuiltScene& built, std::vector<Prediction>& out) {
     if (is_sheet ? !held[p].empty() : holds_still(body, held[p], bounds_of(body, held[p]).size().norm())) continue;
     const Bounds box = bounds_of(body, of_piece[p]);
     const std::string which =
-        text(count == 1 ? "the body" : text("a piece of ", nodes(of_piece[p].size()), " of ", body.num_nodes()),
+        text(count == 1 ? "the body" : text("a piece of ", nodes(of_piece[p].size()), " of ", body.num_own_nodes()),
              ", from ", place(box.min), " to ", place(box.max), " m, is held ",
              held[p].empty() ? "by nothing and drifts off"
                              : text("at ", nodes(held[p].size()), " only, on one line, and turns about it"),

@@ -80,7 +80,7 @@ double largest_kick(const std::vector<TimedPoint>& path, const Vec3& normal, dou
 
 std::optional<BodySwing> find_swing(const DeformableModel& model, const State& state, const VectorX& push) {
   const int n = model.mesh().num_nodes();
-  if (model.fixed_nodes().empty() || n > kSwingNodes) return {};
+  if (still_nodes(model).empty() || model.mesh().num_own_nodes() > kSwingNodes) return {};
   StepMatrix matrix(make_free_dofs(n, model.fixed_nodes()));
   const FreeDofs& dofs = matrix.dofs();
   if (dofs.size() == 0) return {};
@@ -119,7 +119,7 @@ void predict_swing(const BuiltScene& built, std::vector<Prediction>& out) {
   const Triangle& t = built.surface().triangles[static_cast<std::size_t>(deepest.triangle)];
   const Vec3 inwards = -area_of(built.start().x, t).normalized();
   VectorX push = VectorX::Zero(built.start().x.size());
-  for (const int i : t) node(push, i) += inwards / 3;
+  moved_by(built.surface(), {}, deepest.triangle, Vec3::Constant(1.0 / 3)).add_to(push, inwards);
   const auto swing = find_swing(built.model(), built.start(), push);
   if (!swing || swing->share < kMostly || swing->zeta > kSwings) return;
   const double quarter = 0.5 * std::numbers::pi / swing->omega;

@@ -23,7 +23,7 @@ NodeWeights ContactNodes::moved_by(int frame, const TickContact& contact) const 
   if (const OnFine at = on_fine(frame, contact); at.patch) return at.patch->moved_by(at.facet, at.bary);
   const auto kept = std::ranges::find(kept_, frame, &Kept::frame);
   if (contact.facet < 0 || kept == kept_.end() || contact.facet + 1 >= static_cast<int>(kept->first.size()))
-    return {surface_.triangles[contact.triangle], on_triangle(contact).bary};
+    return kt::moved_by(surface_, {"flat", 0}, contact.triangle, on_triangle(contact).bary);
   NodeWeights out;
   for (int k = kept->first[contact.facet]; k < kept->first[contact.facet + 1]; ++k)
     out.add(kept->node[k], contact.bary.dot(kept->weight[k]));

@@ -89,6 +89,7 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
     material = isotropic_.get();
   }
   body_ = make_fine_body(model, *material);
+  if (surface.embedded) return;
   body_.triangle.clear();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t)
     body_.triangle[ascending(surface.triangles[t])] = static_cast<int>(t);
@@ -189,11 +190,11 @@ bool FineRefresh::is_bent(const VectorX& x) const {
                              [&](int i) { return (node(x, i) - node(x_, i) - mean).norm() > kStrain * zone_->cell; });
 }
 
-std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, TangentKind kind,
+std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                                    const SurfacePatch& patch, std::span<const TouchTool> tools,
                                                    std::span<const FineTool> places) {
   const VectorX& x = tangent.state.x;
-  if (const Wanted now = wanted(x, patch, tools, places); !serves(now)) make_zone(ahead(now), now.late);
+  if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(ahead(now), now.late);
   if (zone_->zone.num_yielding == 0) return nullptr;
   if (patch_ && kind_ == kind && !is_bent(x)) return patch_;
   const auto made = make_fine_patch(body_, zone_->zone, surface_.triangles,

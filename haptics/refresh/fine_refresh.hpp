@@ -38,10 +38,12 @@ class FineRefresh {
   FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local);
 
   /// How the cells around the tools yield in the body's state; null: none is near.
-  /// @param tangent  of the body there, of that kind     @param patch  around the tools, that they may touch
+  /// @param tangent  of the body's own nodes there, of that kind     @param x  of the whole body
+  /// @param patch    around the tools, that they may touch
   /// Throws IndefiniteTangent.
-  std::shared_ptr<const FinePatch> find(const TangentModel& tangent, TangentKind kind, const SurfacePatch& patch,
-                                        std::span<const TouchTool> tools, std::span<const FineTool> places);
+  std::shared_ptr<const FinePatch> find(const TangentModel& tangent, TangentKind kind, const VectorX& x,
+                                        const SurfacePatch& patch, std::span<const TouchTool> tools,
+                                        std::span<const FineTool> places);
 
  private:
   struct Zone {

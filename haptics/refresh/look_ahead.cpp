@@ -8,6 +8,7 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "core/base/ticks.hpp"
+#include "core/body/near_triangles.hpp"
 
 namespace kt {
 
@@ -161,16 +162,16 @@ std::vector<ContactHold> moved_holds(std::vector<ContactHold> holds, const Surfa
     int triangle = -1;
     Vec3 bary;
     double nearest = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < static_cast<int>(surface.triangles.size()); ++i) {
+    for_each_near(surface, rest, place, nearest, [&](int i) {
       const Triangle& t = surface.triangles[i];
       const Vec3 a = node(rest, t[0]), b = node(rest, t[1]), c = node(rest, t[2]);
-      if ((b - a).cross(c - a).dot(hold.normal) <= 0) continue;  // the other side of a thin body
+      if ((b - a).cross(c - a).dot(hold.normal) <= 0) return;  // the other side of a thin body
       const ClosestPoint at = closest_point_on_triangle(place, a, b, c);
-      if (at.distance_sq >= nearest) continue;
+      if (at.distance_sq >= nearest) return;
       nearest = at.distance_sq;
       triangle = i;
       bary = at.bary;
-    }
+    });
     if (triangle >= 0) hold.moves = moved_by(surface, smoothing, triangle, bary);
   }
   return holds;

@@ -6,6 +6,7 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "collision/shape/tool_shape.hpp"
+#include "core/body/near_triangles.hpp"
 
 namespace kt {
 namespace {
@@ -30,7 +31,7 @@ double large_ball_extent(const Surface& surface, const VectorX& x, const Vec3& p
   for (const int i : nodes)
     if (from(place)(i) <= radius + kNearly) touched = std::max(touched, from(foot)(i));
   double most = std::numeric_limits<double>::infinity();
-  if (nodes.size() > kMost) {
+  if (nodes.size() > kMost && !surface.embedded) {  // where the cells' corners are followed, and not the vertices
     std::ranges::nth_element(nodes, nodes.begin() + kMost, {}, from(foot));
     most = from(foot)(nodes[kMost]);
   }
@@ -92,7 +93,7 @@ ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Ve
   if (triangle >= 0)
     consider(triangle);
   else
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) consider(t);
+    for_each_near(surface, x, tool, nearest, consider);
   return site;
 }
 

@@ -70,8 +70,8 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
   if (options.link.type == "network") return {false, "refined cells do not travel over a network"};
   double least = std::numeric_limits<double>::infinity();
   for (const TouchTool& tool : options.tools) least = std::min(least, expected_contact_radius(tool.shape));
-  if (mean_edge(surface, model.mesh().x) <= kWideCell * least)
-    return {false, "the cells are finer than half the contact"};
+  const double cell = surface.embedded ? surface.embedded->edge : mean_edge(surface, model.mesh().x);
+  if (cell <= kWideCell * least) return {false, "the cells are finer than half the contact"};
   if (model.info().type == "msd")
     return {false, "springs come out too soft in refined cells: local.refine follow does it"};
   if (std::string why = why_no_material(model); !why.empty()) return {false, std::move(why)};

@@ -65,7 +65,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       tools_(options.tools),
       smoothing_(contact_smoothing(options.contact, options.local)),
       nodes_(surface, smoothing_.levels),
-      way_out_(surface, model.mesh().num_nodes(), model.fixed_nodes()),
+      way_out_(surface, model.mesh().num_nodes(), still_nodes(model)),
       method_(make_method(options, {})),
       self_contact_(self_contact),
       global_(model, global_integrator(options.global, self_contact), 1 / options.global.rate_hz, start),
@@ -75,8 +75,8 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                .refresh_per_tick = options.global.rate_hz / options.local.rate_hz,
                .whole = self_contact != nullptr,
                .refresh_budget_ms = refresh_budget_ms(options),
-               .rest_ms = predict_rest_ms(model.mesh().num_nodes(), static_cast<int>(model.mesh().tetrahedra.size()),
-                                          model.info().type == "fem"),
+               .rest_ms = predict_rest_ms(model.mesh().num_own_nodes(),
+                                          static_cast<int>(model.mesh().tetrahedra.size()), model.info().type == "fem"),
                .beside_ms = choose_refine(model, surface, options, self_contact != nullptr).refines
                                 ? predict_refine_ms(options.local.refine_nodes * static_cast<int>(options.tools.size()))
                                 : 0,
@@ -86,7 +86,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       refreshes_early_(options.global.early_refresh &&
                        haptic_method_name(options.local.method, options.contact.law) == "multirate"),
       has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
-                 !is_geometric(options.contact.law)),
+                 !is_geometric(options.contact.law) && !surface.embedded),
       known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {
   choice_.keep_set_ups(kept);
   if (choose_refine(model, surface, options, self_contact != nullptr).refines)
@@ -161,12 +161,16 @@ void Refresher::report_self_contact() {
 
 /// A body in contact with itself: with its contacts there, and the friction of the step that led there.
 void Refresher::linearize_at(const State& state, TangentKind kind) {
-  if (!self_contact_) return linearize(global_.model(), state, kind, tangent_);
+  if (!self_contact_) {
+    linearized_x_ = state.x;
+    return linearize(global_.model().own(), own_part(global_.model(), state), kind, tangent_);
+  }
   const State& from = state.t > global_.state().t ? global_.state() : known_.before;
   const double dt = state.t > from.t ? state.t - from.t : 1 / options_.global.rate_hz;
   const TouchingModel touching(global_.model(), *self_contact_, from, dt);
   touching.find_near(state.x);
   linearize(touching, state, kind, tangent_);
+  linearized_x_ = state.x;
 }
 
 /// Throws IndefiniteTangent.
@@ -211,7 +215,7 @@ void Refresher::refine(TangentKind kind, const SurfacePatch& patch, Refined& out
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = thread_time_ms();
   try {
-    out.patch = fine_->find(tangent_, kind, patch, tools_, fine_tools_);
+    out.patch = fine_->find(tangent_, kind, linearized_x_, patch, tools_, fine_tools_);
   } catch (const IndefiniteTangent&) {
     if (kind != TangentKind::definite) throw;
   }
@@ -422,13 +426,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::prepare_for_ticks(LocalModel loca
                                                                  const LocalReport* last) {
   const LocalScheme scheme = choose_scheme(local);
   auto out = prepare(std::move(local), scheme, metric_, 1 / options_.local.rate_hz, options_.collision.backend,
-                     global_.model().mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
+                     global_.model().mesh().num_own_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
   out->tool = at[0].x;
   out->way_out = way_out;
   out->scheme = scheme;
   out->site = site;
   for (std::size_t k = 0; k < tools_.size(); ++k) out->places[k] = at[k].x;
-  out->body_x = tangent_.state.x;
+  out->body_x = linearized_x_;
   if (has_apron_) {
     const Stage stage("apron");
     out->unloaded = unloaded(*out, last);

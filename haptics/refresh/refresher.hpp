@@ -108,7 +108,8 @@ class Refresher {
   GlobalSimulation global_;
   ReducerChoice choice_;
   RefreshRecord record_;
-  TangentModel tangent_;               // of the last refresh: its storage
+  TangentModel tangent_;               // of the last refresh, of the body's own nodes: its storage
+  VectorX linearized_x_;               // all positions there
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
   bool refreshes_early_, has_apron_;  // the baselines do not

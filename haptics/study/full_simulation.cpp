@@ -10,7 +10,7 @@ FullSimulation::FullSimulation(const DeformableModel& model, const Surface& surf
                                std::unique_ptr<ContactSolver> solver, const FullOptions& options, const State& start)
     : model_(model),
       surface_(surface),
-      way_out_(surface, model.mesh().num_nodes(), model.fixed_nodes()),
+      way_out_(surface, model.mesh().num_nodes(), still_nodes(model)),
       options_(options),
       dofs_(make_free_dofs(model.mesh().num_nodes(), model.fixed_nodes())),
       local_(tools, options.h, std::move(solver)),
@@ -69,8 +69,8 @@ void FullSimulation::renew_matrix(std::span<const ToolSweep> sweeps) {
     LocalModel model = find_reducer("full")(linearize(model_, state_, kind), patch, site, {});
     model.frame = num_matrices_;
     return prepare(std::move(model), LocalScheme::implicit_euler, options_.metric, options_.h,
-                   options_.collision_backend, model_.mesh().num_nodes(), static_cast<int>(surface_.triangles.size()),
-                   options_.smoothing);
+                   options_.collision_backend, model_.mesh().num_own_nodes(),
+                   static_cast<int>(surface_.triangles.size()), options_.smoothing);
   };
   std::unique_ptr<PreparedLocalModel> next;
   try {
@@ -92,6 +92,10 @@ void FullSimulation::read_state() {
     const int k = dofs_.to_all[i];
     state_.x[k] = x_linearized_[k] + local.q[i];
     state_.v[k] = local.q_rate[i];
+  }
+  if (const auto& embedded = model_.mesh().embedded) {
+    embedded->follow(state_.x);
+    embedded->follow(state_.v);
   }
 }
 

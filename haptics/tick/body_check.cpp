@@ -25,11 +25,15 @@ void BodyCheck::take(const PreparedLocalModel& model) {
   const int vertices = s.apron_vertices < 0 ? s.facets.num_vertices() : s.apron_vertices;
   const auto facets = s.apron_facets < 0 ? s.facets.triangles.size() : static_cast<std::size_t>(s.apron_facets);
   local_.assign(s.facets.triangles.begin(), s.facets.triangles.begin() + static_cast<std::ptrdiff_t>(facets));
-  if (s.levels == 0)  // where the rim's corners are the apron's, with the patch's own
+  const bool has_nodes = s.levels == 0 && !s.is_embedded;
+  if (has_nodes)  // where the rim's corners are the apron's, with the patch's own
     for (std::size_t t = 0; t < model.model.patch.triangles.size(); ++t)
       if (!s.fine || s.fine_facet[t] < 0) local_[t] = model.model.patch.triangles[t];
   std::vector<int> vertex_of_node(static_cast<std::size_t>(model.body_x.size() / 3), -1);
-  if (s.levels == 0)
+  if (s.is_embedded)
+    for (int v = 0; v < vertices; ++v)
+      if (const int global = s.facets.global_node[v]; global >= 0) vertex_of_node[global] = v;
+  if (has_nodes)
     for (int v = 0; v < s.num_nodes; ++v) vertex_of_node[model.model.patch.global_node[v]] = v;
   rest_.clear();
   rest_node_.clear();

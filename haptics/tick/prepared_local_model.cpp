@@ -110,8 +110,13 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   VectorX row_weight = VectorX::Zero(p3);
   for (int c = 0; c < out->patch_basis.outerSize(); ++c)
     for (SparseMatrix::InnerIterator it(out->patch_basis, c); it; ++it) row_weight[it.row()] += std::abs(it.value());
-  for (const Triangle& t : m.patch.triangles)
-    out->moves.push_back({row_weight[3 * t[0]] > 0, row_weight[3 * t[1]] > 0, row_weight[3 * t[2]] > 0});
+  const auto moves = [&](int vertex) {
+    if (!m.patch.embedded) return row_weight[3 * vertex] > 0;
+    const EmbeddedPatch& e = *m.patch.embedded;
+    const auto first = e.from.begin() + e.first[vertex], last = e.from.begin() + e.first[vertex + 1];
+    return std::any_of(first, last, [&](int node) { return row_weight[3 * node] > 0; });
+  };
+  for (const Triangle& t : m.patch.triangles) out->moves.push_back({moves(t[0]), moves(t[1]), moves(t[2])});
 
   out->recovered_row.assign(num_nodes, -1);
   for (int i = 0; i < static_cast<int>(m.recovered_node.size()); ++i) out->recovered_row[m.recovered_node[i]] = i;

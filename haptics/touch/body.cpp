@@ -52,6 +52,7 @@ Body::Body(Mesh mesh, const BodyOptions& options) : options_(options) {
   options_.object.mesh = given_mesh_name(options.object);
   std::vector<std::string> notes;
   if (!options.object.layers) check_and_orient(mesh, options_.object.mesh, &notes);  // layers are as of a file
+  mesh = in_lattice(std::move(mesh), options_.object, options_.global.rate_hz, notes);
   for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});
   build(std::move(mesh));
 }

@@ -72,6 +72,10 @@ class Body {
 /// @param unit  of the file [m]
 Mesh load_body_mesh(const BodyOptions& options, std::vector<std::string>& notes, double* unit = nullptr);
 
+/// The lattice that `object` asks for in the place of a surface in metres; a mesh that is to stay as it is.
+/// @param rate_hz  of refreshes, which bounds how many nodes there is time for
+Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vector<std::string>& notes);
+
 constexpr const char* kGivenMesh = "-";  ///< SceneObject::mesh of a scene whose mesh does not come from a file
 
 /// For messages about a mesh that does not come from a file.

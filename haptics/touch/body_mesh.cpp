@@ -7,6 +7,7 @@
 #include "core/body/check_mesh.hpp"
 #include "haptics/touch/body.hpp"
 #include "io/mesh/mesh_io.hpp"
+#include "io/solid/lattice.hpp"
 #include "io/solid/tetrahedralize.hpp"
 #include "io/surface/mesh_repair.hpp"
 #include "io/surface/refine_surface.hpp"
@@ -48,9 +49,11 @@ Mesh split_long_edges(Mesh surface, double max_edge) {
 
 /// A body that has its tetrahedra from elsewhere is not filled.
 void note_unused(const SceneObject& object, bool has_tetrahedra, std::vector<std::string>& notes) {
-  if (!object.tetrahedralize || !(has_tetrahedra || object.layers)) return;
-  notes.push_back(text("object.tetrahedralize does nothing: ",
-                       object.layers ? "object.layers makes the tetrahedra" : object.mesh + " has tetrahedra already"));
+  if (!object.tetrahedralize || !(has_tetrahedra || object.layers || object.body == "lattice")) return;
+  notes.push_back(text("object.tetrahedralize does nothing: ", object.body == "lattice" ? "object.body is lattice"
+                                                               : object.layers
+                                                                   ? "object.layers makes the tetrahedra"
+                                                                   : object.mesh + " has tetrahedra already"));
 }
 
 Mesh fill(Mesh mesh, const SceneObject& object, std::vector<std::string>* notes) {
@@ -84,7 +87,23 @@ Mesh load_body_mesh(const BodyOptions& options, std::vector<std::string>& notes,
     for (const std::string& what : repaired.done) notes.push_back("object.repair: " + what);
     mesh = std::move(repaired.mesh);
   }
+  if (object.body == "lattice") return in_lattice(std::move(mesh), object, options.global.rate_hz, notes);
   return fill(std::move(mesh), object, &notes);
+}
+
+Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vector<std::string>& notes) {
+  constexpr double kNodesAtOneHz = 18000;  // a refresh takes some 30 us a node
+  constexpr double kFewest = 200, kMost = 1500;
+  if (object.body != "lattice" || mesh.embedded) return mesh;
+  const SceneLattice wanted = object.lattice.value_or(SceneLattice{});
+  LatticeOptions options;
+  options.name = object.mesh;
+  options.edge = wanted.edge.value_or(0);
+  options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kMost)));
+  LatticeReport report;
+  Mesh out = make_lattice(mesh, options, &report);
+  for (std::string& line : report.lines()) notes.push_back(std::move(line));
+  return out;
 }
 
 std::string given_mesh_name(const SceneObject& object) {
@@ -99,35 +118,74 @@ Mesh filled(Mesh mesh, const SceneObject& object) {
   return fill(std::move(mesh), named, nullptr);
 }
 
+namespace {
+
+/// Where nodes are clamped, and how a message names it.
+struct ClampedPlace {
+  Vec3 low = Vec3::Constant(-std::numeric_limits<double>::infinity()), high = -low;
+  std::string choice;
+  bool holds(const Vec3& p) const { return (p.array() >= low.array()).all() && (p.array() <= high.array()).all(); }
+};
+
+ClampedPlace clamped_place(const Mesh& mesh, const SceneFixed& fixed) {
+  ClampedPlace out;
+  if (fixed.box) {
+    out.choice = "object.fixed.box";
+    out.low = (*fixed.box)[0].cwiseMin((*fixed.box)[1]);
+    out.high = (*fixed.box)[0].cwiseMax((*fixed.box)[1]);
+    return out;
+  }
+  const Bounds box = bounds(mesh);
+  out.choice = text("object.fixed.below {axis ", fixed.below->axis, ", fraction ", fixed.below->fraction, "}");
+  const int axis = fixed.below->axis[0] - 'x';
+  out.high[axis] = box.min[axis] + fixed.below->fraction * box.size()[axis];
+  return out;
+}
+
+/// Nodes of cells with a clamped vertex of the surface, of these the ones that lie there; all of these cells' where
+/// none does: cells are larger than the place.
+std::vector<int> clamped_cells(const Mesh& mesh, const ClampedPlace& place) {
+  const EmbeddedSurface& surface = *mesh.embedded;
+  std::vector<int> all, there;
+  for (int v = 0; v < surface.num_vertices(); ++v) {
+    if (!place.holds(node(mesh.x, surface.first + v))) continue;
+    for (const int i : surface.corners[static_cast<std::size_t>(v)]) {
+      all.push_back(i);
+      if (place.holds(node(mesh.x, i))) there.push_back(i);
+    }
+  }
+  if (!there.empty()) return there;
+  for (int i = 0; i < surface.first; ++i)
+    if (place.holds(node(mesh.x, i))) there.push_back(i);
+  return there.empty() ? all : there;
+}
+
+}  // namespace
+
 std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed) {
   std::vector<int> out;
-  const Bounds box = bounds(mesh);
-  std::string choice;
+  std::string choice = "object.fixed.nodes";
   if (fixed.nodes) {
     out = *fixed.nodes;
-    choice = "object.fixed.nodes";
     for (int i : out)
       if (i < 0 || i >= mesh.num_nodes())
         throw InputError(text("object.fixed.nodes: node ", i, " is outside 0 .. ", mesh.num_nodes() - 1));
-  } else if (fixed.box) {
-    choice = "object.fixed.box";
-    const Vec3 low = (*fixed.box)[0].cwiseMin((*fixed.box)[1]), high = (*fixed.box)[0].cwiseMax((*fixed.box)[1]);
-    for (int i = 0; i < mesh.num_nodes(); ++i)
-      if ((node(mesh.x, i).array() >= low.array()).all() && (node(mesh.x, i).array() <= high.array()).all())
-        out.push_back(i);
-  } else if (fixed.below) {
-    choice = text("object.fixed.below {axis ", fixed.below->axis, ", fraction ", fixed.below->fraction, "}");
-    const int axis = fixed.below->axis[0] - 'x';
-    const double level = box.min[axis] + fixed.below->fraction * box.size()[axis];
-    for (int i = 0; i < mesh.num_nodes(); ++i)
-      if (mesh.x[3 * i + axis] <= level) out.push_back(i);
+  } else if (fixed.box || fixed.below) {
+    const ClampedPlace place = clamped_place(mesh, fixed);
+    choice = place.choice;
+    if (mesh.embedded)
+      out = clamped_cells(mesh, place);
+    else
+      for (int i = 0; i < mesh.num_nodes(); ++i)
+        if (place.holds(node(mesh.x, i))) out.push_back(i);
   } else {
     return out;
   }
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
   if (out.empty()) throw InputError(choice + ": holds no node of the mesh, so the body would float");
-  if (static_cast<int>(out.size()) == mesh.num_nodes()) throw InputError(choice + ": clamps every node of the mesh");
+  if (static_cast<int>(out.size()) == mesh.num_own_nodes())
+    throw InputError(choice + ": clamps every node of the mesh");
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/ranges.hpp"
+#include "io/solid/lattice.hpp"
 
 namespace kt {
 namespace {
@@ -18,10 +19,34 @@ void check_shape(const SceneObject& o) {
       if (value)
         require_within({{.key = text("object.tetrahedralize.", key), .value = *value, .most = 1000, .above = true}});
   }
+  if (const auto& l = o.lattice) {
+    if (l->edge) require_within({{.key = "object.lattice.edge", .value = *l->edge, .most = 1000, .above = true}});
+    if (l->nodes)
+      require_within(
+          {{.key = "object.lattice.nodes", .value = double(*l->nodes), .least = 8, .most = kMostLatticeNodes}});
+  }
   if (o.fixed.below)
     require_within({{.key = "object.fixed.below.fraction", .value = o.fixed.below->fraction, .most = 1}});
   for (int i = 0; i < 3; ++i)
     require_within({{.key = "object.gravity", .value = o.gravity[i], .least = -1e6, .most = 1e6}});
+}
+
+/// What a lattice does not go with.
+void check_body(const BodyOptions& options) {
+  const SceneObject& o = options.object;
+  if (o.body != "mesh" && o.body != "lattice") throw_unknown("object.body", o.body, {"mesh", "lattice"});
+  if (o.body == "mesh") return;
+  if (o.model.type != "fem")
+    throw InputError(text("object.model.type \"", o.model.type,
+                          "\": object.body lattice is made of finite elements; set it to fem"));
+  if (o.model.element != "tet4")
+    throw InputError(text("object.model.element \"", o.model.element, "\": object.body lattice has tet4 only"));
+  if (o.layers) throw InputError("object.layers: object.body lattice is filled; leave one of both out");
+  if (o.fixed.nodes)
+    throw InputError(
+        "object.fixed.nodes: the nodes of object.body lattice have no numbers of the file; use below or box");
+  if (options.global.self_contact)
+    throw InputError("global.self_contact: not with object.body lattice yet; leave one of both out");
 }
 
 void check_material(const SceneModel& m) {
@@ -47,6 +72,7 @@ void check_material(const SceneModel& m) {
 void check_ranges(const BodyOptions& o) {
   check_shape(o.object);
   check_material(o.object.model);
+  check_body(o);
   require_within({{.key = "contact.ridge_deg", .value = o.ridge_deg, .most = 180}});
   if (const auto& s = o.global.self_contact) {
     require_within({{.key = "global.self_contact.mu", .value = s->mu, .most = 100},

@@ -12,6 +12,24 @@
 
 namespace kt {
 
+namespace {
+
+/// What a surface that is embedded in cells does not go with.
+void check_embedded(const Body& body, const TouchOptions& o) {
+  if (!body.surface().embedded) return;
+  const std::string method = haptic_method_name(o.local.method, o.contact.law);
+  if (method != "multirate" || is_geometric(o.contact.law))
+    throw InputError(text("object.body lattice: local.method \"", o.local.method, "\" with contact.law \"",
+                          o.contact.law, "\" touches nodes; take multirate with coulomb"));
+  if (o.contact.surface != "flat")
+    throw InputError(text("contact.surface \"", o.contact.surface,
+                          "\": object.body lattice is touched at the triangles of its file; set it to flat"));
+  if (o.link.type == "network")
+    throw InputError("link.type \"network\": object.body lattice does not travel over a network yet");
+}
+
+}  // namespace
+
 BodySide::BodySide(const Body& body, const TouchOptions& options)
     : body_(body),
       options_(options),
@@ -19,6 +37,7 @@ BodySide::BodySide(const Body& body, const TouchOptions& options)
       wanted_rate_hz_(options.global.rate_hz),
       wanted_(options),
       wanted_material_(material_) {
+  check_embedded(body, options);
   radius_.fill(-1);
   refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact(),
                                            body.kept_set_up());
@@ -51,6 +70,7 @@ void BodySide::set(const std::string& key, const std::string& word) {
   TouchOptions wanted = wanted_;
   change_setting(change, {wanted, wanted_material_});
   contact_smoothing(wanted.contact, wanted.local);  // they have to go together
+  check_embedded(body_, wanted);
   wanted_ = std::move(wanted);
   keep_last(change);
 }

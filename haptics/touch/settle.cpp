@@ -59,7 +59,7 @@ State settle(const BodyOptions& options, const DeformableModel& model, SelfConta
              std::vector<Finding>& findings) {
   State state = rest_state(model);
   const SceneObject& object = options.object;
-  if (object.gravity.isZero(0) || model.fixed_nodes().empty()) return state;
+  if (object.gravity.isZero(0) || still_nodes(model).empty()) return state;
   std::string why;
   if (self_contact) {
     state = settled_by_falling(options, model, *self_contact, findings);
@@ -68,6 +68,7 @@ State settle(const BodyOptions& options, const DeformableModel& model, SelfConta
     const auto equilibrium = make_integrator("quasistatic", {.solver = options.global.solver});
     try {
       equilibrium->step(model, VectorX::Zero(state.x.size()), 0, state);
+      if (const auto& embedded = model.mesh().embedded) embedded->follow(state.x);
       why = equilibrium->statistics().not_converged > 0 ? "no equilibrium was found" : collapse(model, state.x);
     } catch (const RunError&) {
       why = "no equilibrium was found";

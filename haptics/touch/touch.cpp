@@ -83,8 +83,9 @@ struct Touch::Parts {
   std::unique_ptr<LocalMotion> shown;  // of whoever watches
   std::optional<PatchLead> lead;       // the same
   void fade(const VectorX& before, VectorX& x) {
-    if (!lead) lead.emplace(body.model().mesh(), body.model().fixed_nodes());
+    if (!lead) lead.emplace(body.model().mesh(), still_nodes(body.model()));
     lead->fade(before, x);
+    if (const auto& embedded = body.model().mesh().embedded) embedded->follow(x);
   }
 };
 
@@ -282,7 +283,7 @@ void Touch::copy_positions(VectorX& x) {
     remote->copy_positions(x);
   else
     p.side->copy_positions(x);
-  const int nodes = static_cast<int>(x.size()) / 3;
+  const int nodes = p.body.model().mesh().num_own_nodes();
   if (!p.shown) {
     p.free_shape.put(std::make_unique<LocalMotion>(make_local_motion(nodes)));
     p.shown = std::make_unique<LocalMotion>(make_local_motion(nodes));

@@ -46,6 +46,13 @@ struct SceneLayers {
   bool operator==(const SceneLayers&) const = default;
 };
 
+/// The cubes of body "lattice". At most one is set.
+struct SceneLattice {
+  std::optional<double> edge;  ///< of a cube, at most [m]
+  std::optional<int> nodes;    ///< about; neither: as many as global.rate_hz has time for
+  bool operator==(const SceneLattice&) const = default;
+};
+
 /// Damping: D = mass * M + stiffness * K.
 struct SceneDamping {
   double mass = 5.0;                ///< [1/s]
@@ -84,6 +91,9 @@ struct SceneObject {
   std::optional<double> size;   ///< longest edge of the bounding box [m]. At most one of size and scale is set;
   std::optional<double> scale;  ///< one mesh unit [m]. Neither: the mesh is in metres
   bool repair = false;          ///< repair the surface where that is safe, and say what was done
+  std::string body =
+      "mesh";  ///< mesh: its own nodes and tetrahedra; lattice: cubes around the surface, io/solid/lattice.hpp
+  std::optional<SceneLattice> lattice;
   SceneFixed fixed;
   std::optional<SceneTetrahedralize> tetrahedralize;  ///< absent: only when the model cannot do without
   std::optional<SceneLayers> layers;

@@ -35,6 +35,11 @@ void fields(A& a, SceneLayers& s) {
   a("thickness", s.thickness);
 }
 template <class A>
+void fields(A& a, SceneLattice& s) {
+  a("edge", s.edge);
+  a("nodes", s.nodes);
+}
+template <class A>
 void fields(A& a, SceneDamping& s) {
   a("mass", s.mass);
   a("stiffness", s.stiffness);
@@ -68,6 +73,8 @@ void fields(A& a, SceneObject& s) {
   a("size", s.size);
   a("scale", s.scale);
   a("repair", s.repair);
+  a("body", s.body);
+  a("lattice", s.lattice);
   a("fixed", s.fixed);
   a("tetrahedralize", s.tetrahedralize);
   a("layers", s.layers);

@@ -2,6 +2,7 @@
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
 #include "core/base/error.hpp"
 #include "core/body/refinable.hpp"
+#include "models/embedded_model.hpp"
 #include "models/fem/batches.hpp"
 #include "models/fem/material.hpp"
 #include "models/fem/viscosity.hpp"
@@ -226,11 +227,27 @@ class FemModel final : public DeformableModel, public Refinable {
   VectorX weight_;               // [N]
 };
 
+/// Cells that are only partly material have their share of stiffness, damping and mass.
+std::unique_ptr<DeformableModel> make_embedded_fem(Mesh mesh, const ModelOptions& options) {
+  if (options.element != "tet4")
+    throw InputError(text("object.model.element \"", options.element, "\": object.body lattice has tet4 only"));
+  const std::vector<double> factors = stiffness_factors(mesh, options.inclusions);
+  ElementTable<4> elements = make_linear_elements(without_embedded(mesh));
+  const std::vector<double>& share = mesh.embedded->share;
+  for (std::size_t e = 0; e < share.size(); ++e) elements.points[e].volume *= share[e];
+  std::vector<int> clamped;  // a copy of this model names the embedded vertices among the fixed nodes, too
+  for (const int i : options.fixed_nodes)
+    if (i < mesh.embedded->first) clamped.push_back(i);
+  auto cells = std::make_unique<FemModel<4>>(elements, factors, std::move(clamped), options);
+  return embed_surface(std::move(mesh), std::move(cells));
+}
+
 }  // namespace
 
 std::unique_ptr<DeformableModel> make_fem_model(Mesh mesh, const ModelOptions& options) {
   if (mesh.tetrahedra.empty())
     throw InputError("object.model.type \"fem\" needs tetrahedra: give a solid mesh, or object.tetrahedralize");
+  if (mesh.embedded) return make_embedded_fem(std::move(mesh), options);
   const std::vector<double> factors = stiffness_factors(mesh, options.inclusions);
   if (options.element == "tet10") {
     ElementTable<10> elements = make_quadratic_elements(mesh);

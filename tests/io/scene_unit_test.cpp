@@ -68,6 +68,7 @@ TEST(Scene, EveryKeyIsRead) {
     "title": "all", "duration": 2, "seed": 7,
     "object": {"mesh": "m.off", "size": 0.1, "fixed": {"box": [[0, 0, 0], [1, 2, 3]]},
       "tetrahedralize": {"backend": "tetgen", "max_volume": 1e-7, "quality": 1.5, "max_edge": 0.004}, "layers": {"count": 3, "thickness": 0.002},
+      "body": "lattice", "lattice": {"nodes": 500},
       "gravity": [0, 1, -9.81],
       "model": {"type": "fem", "material": "linear", "element": "tet10", "consistent_mass": true, "young": 2e4, "poisson": 0.45, "density": 900,
                 "damping": {"mass": 1, "stiffness": 0.1, "law": "rayleigh"}, "stiffness": 300, "damper": 0.5,
@@ -89,6 +90,8 @@ TEST(Scene, EveryKeyIsRead) {
   EXPECT_FALSE(s.object.fixed.below.has_value());
   EXPECT_EQ(s.object.tetrahedralize, (SceneTetrahedralize{"tetgen", 1e-7, 1.5, 0.004}));
   EXPECT_EQ(s.object.layers, (SceneLayers{3, 0.002}));
+  EXPECT_EQ(s.object.body, "lattice");
+  EXPECT_EQ(s.object.lattice, (SceneLattice{{}, 500}));
   SceneModel model;
   model.type = "fem";
   model.material = "linear";

@@ -1,0 +1,39 @@
+#pragma once
+// How often a surface winds around a place: 1 inside of a closed one, 0 outside, and in between where it is open, for
+// surfaces that overlap, cross themselves or are no more than a heap of triangles (Jacobson, Kavan and Sorkine-Hornung
+// 2013). Far triangles count as one dipole with its first derivative (Barill, Dickson, Schmidt, Levin and Jacobson
+// 2018).
+#include <vector>
+
+#include "core/body/mesh.hpp"
+
+namespace kt {
+
+/// Of all triangles, one by one.
+double winding_number(const Mesh& surface, const Vec3& place);
+
+/// The same to within some thousandths, quickly. Const, and asked from any number of threads.
+class WindingNumber {
+ public:
+  /// Borrows the surface.
+  explicit WindingNumber(const Mesh& surface);
+  double at(const Vec3& place) const;
+  /// Of a surface that is inside out, too.
+  bool is_inside(const Vec3& place) const { return std::abs(at(place)) > 0.5; }
+
+ private:
+  struct Branch {
+    Vec3 centre;                        // mean of the triangles by area
+    Vec3 area;                          // sum of their vector areas [m^2]
+    Mat3 spread;                        // of (centroid - centre) area^T [m^3]
+    double radius = 0;                  // of a ball around the centre that holds them [m]
+    int begin = 0, end = 0, right = 0;  // triangles in order_; the second half, 0: a leaf
+  };
+  int build(int begin, int end);
+  const Mesh& surface_;
+  std::vector<int> order_;
+  std::vector<Vec3> centroid_, area_;
+  std::vector<Branch> branches_;  // the first half follows its parent
+};
+
+}  // namespace kt

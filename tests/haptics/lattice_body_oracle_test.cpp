@@ -1,0 +1,182 @@
+// A body of a lattice, touched at the triangles of its surface: against the same cells as a mesh, against beams, and
+// what it does not go with.
+#include <gtest/gtest.h>
+
+#include "core/global/integrator.hpp"
+#include "haptics/session/session.hpp"
+#include "io/mesh/mesh_io.hpp"
+#include "tests/support/input_errors.hpp"
+
+namespace kt {
+namespace {
+
+Mesh surface_of(Mesh mesh) {
+  mesh.tetrahedra.clear();
+  return mesh;
+}
+
+Scene scene_of_lattice() {
+  Scene s = default_scene();
+  s.object.mesh = "block";
+  s.object.body = "lattice";
+  s.object.model.type = "fem";
+  s.object.fixed.below = FixedBelow{"z", 1e-6};
+  s.tool.radius = 0.008;
+  s.duration = 0.4;
+  s.collision.backend = "brute_force";
+  return s;
+}
+
+// ---- the same cells ----
+
+constexpr double kCell = 0.005;
+
+/// A block that a lattice fits exactly: its cells, and its surface's vertices, are those of the block's own mesh.
+SessionResult press_block(const std::string& body, double speed) {
+  Scene s = scene_of_lattice();
+  s.object.body = body;
+  if (body == "lattice") s.object.lattice = SceneLattice{.edge = kCell, .nodes = {}};
+  s.tool.path.press_drag = PressDrag{
+      .at = std::array{0.021, 0.023}, .depth = 0.002, .press_time = 0.2, .direction = {1, 0.3, 0}, .speed = speed};
+  s.local.reducer = "full";
+  return Session(s, kuhn_block(8, 8, 4, kCell)).run();
+}
+
+TEST(LatticeBody, IsTheMeshOfItsCellsWhereItFitsThem) {
+  for (const double speed : {0.0, 0.02}) {
+    const SessionResult mesh = press_block("mesh", speed), lattice = press_block("lattice", speed);
+    double most = 0, largest = 0;
+    for (std::size_t i = 0; i < mesh.tools[0].frames.size(); ++i) {
+      most = std::max(most, (mesh.tools[0].frames[i].force - lattice.tools[0].frames[i].force).norm());
+      largest = std::max(largest, mesh.tools[0].frames[i].force.norm());
+    }
+    EXPECT_GT(largest, 0.05);
+    EXPECT_LT(most, 1e-6 * largest) << speed;
+    EXPECT_EQ(lattice.tools[0].missed_impacts, 0);
+  }
+}
+
+// ---- beams ----
+
+/// 20 x 20 x 80 mm along z, turned by 30 degrees about it, so that cubes are cut along four sides.
+Mesh turned_bar() {
+  Mesh bar = kuhn_block(8, 8, 32, 0.0025);
+  const Mat3 turn = Eigen::AngleAxisd(0.5235987755982988, Vec3::UnitZ()).toRotationMatrix();
+  for (int i = 0; i < bar.num_nodes(); ++i) node(bar.x, i) = turn * (node(bar.x, i) - Vec3(0.01, 0.01, 0));
+  return bar;
+}
+
+/// Mean displacement of the surface's upper end along a force of 10 mN that is spread over it, clamped below.
+double yields(const std::string& body, double edge, const Vec3& direction) {
+  BodyOptions options;
+  options.object.mesh = "bar";
+  options.object.body = body;
+  options.object.model.type = "fem";
+  options.object.model.material = "linear";
+  options.object.model.poisson = 0;
+  options.object.fixed.below = FixedBelow{"z", 1e-6};
+  if (body == "lattice") options.object.lattice = SceneLattice{.edge = edge, .nodes = {}};
+  const Body made(body == "lattice" ? surface_of(turned_bar()) : turned_bar(), options);
+  const Surface& surface = made.surface();
+  const VectorX& rest = made.model().mesh().x;
+  VectorX force = VectorX::Zero(rest.size());
+  std::vector<std::pair<int, double>> top;  // triangles, areas
+  double area = 0;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const Triangle& v = surface.triangles[t];
+    if (std::ranges::any_of(v, [&](int i) { return rest[3 * i + 2] < 0.08 - 1e-9; })) continue;
+    const Vec3 a = node(rest, v[0]);
+    top.emplace_back(static_cast<int>(t), 0.5 * (node(rest, v[1]) - a).cross(node(rest, v[2]) - a).norm());
+    area += top.back().second;
+  }
+  const Vec3 third = Vec3::Constant(1.0 / 3);
+  for (const auto& [t, its] : top) moved_by(surface, {}, t, third).add_to(force, 0.01 * its / area * direction);
+  State state = rest_state(made.model());
+  make_integrator("quasistatic", {})->step(made.model(), force, 0, state);
+  double out = 0;
+  for (const auto& [t, its] : top)
+    out += its / area * direction.dot(moved_by(surface, {}, t, third).of(VectorX(state.x - rest)));
+  return out;
+}
+
+TEST(LatticeBody, StretchesAsABarDoes) {
+  const double truth = 0.01 * 0.08 / (1e4 * 0.02 * 0.02);
+  EXPECT_NEAR(yields("lattice", 0.008, Vec3::UnitZ()), truth, 0.03 * truth);
+  EXPECT_NEAR(yields("lattice", 0.005, Vec3::UnitZ()), truth, 0.02 * truth);
+}
+
+/// Linear tetrahedra bend too stiffly; a lattice no more so than a mesh of its cells: six of 5 mm over the width.
+TEST(LatticeBody, BendsAsABarDoes) {
+  const double second_moment = std::pow(0.02, 4) / 12;
+  const double truth = 0.01 * std::pow(0.08, 3) / (3 * 1e4 * second_moment) + 0.01 * 0.08 * 1.2 / (5e3 * 4e-4);
+  const double fine = yields("mesh", 0, Vec3::UnitX()), lattice = yields("lattice", 0.005, Vec3::UnitX());
+  EXPECT_NEAR(fine, truth, 0.08 * truth);
+  EXPECT_NEAR(lattice, truth, 0.2 * truth);
+  EXPECT_GT(lattice, yields("lattice", 0.01, Vec3::UnitX()));
+}
+
+TEST(LatticeBody, WeighsWhatItHolds) {
+  const Mesh sphere = load_mesh(KT_SOURCE_DIR "/meshes/sphere.off");
+  BodyOptions options;
+  options.object.body = "lattice";
+  options.object.model.type = "fem";
+  const Body body(sphere, options);
+  const VectorX along = body.model().mass() * VectorX::Ones(body.model().mesh().x.size());
+  EXPECT_NEAR(along.sum() / 3, 1000 * enclosed_volume(sphere), 10 * enclosed_volume(sphere));
+}
+
+// ---- in a run ----
+
+TEST(LatticeBody, IsDraggedOverWithoutAMissedImpactAndReplays) {
+  Scene s = scene_of_lattice();
+  s.object.mesh = KT_SOURCE_DIR "/meshes/organ.off";
+  s.object.fixed.below = FixedBelow{};
+  s.object.lattice = SceneLattice{.edge = {}, .nodes = 250};
+  s.tool.radius = 0.006;
+  s.tool.path.press_drag =
+      PressDrag{.at = {}, .depth = 0.003, .press_time = 0.2, .direction = {1, 0, 0}, .speed = 0.05};
+  s.duration = 0.6;
+  const SessionResult first = Session(s).run(), second = Session(s).run();
+  EXPECT_EQ(first.hash, second.hash);
+  EXPECT_EQ(first.tools[0].missed_impacts, 0);
+  EXPECT_GT(first.tools[0].frames.back().f_n, 0.02);
+  EXPECT_LT(*std::ranges::max_element(first.tools[0].penetration), 1e-6);
+}
+
+TEST(LatticeBody, HangsInItsWeightAndHasInclusions) {
+  Scene s = scene_of_lattice();
+  s.object.mesh = KT_SOURCE_DIR "/meshes/organ.off";
+  s.object.fixed.below = FixedBelow{};
+  s.object.gravity = {0, 0, -9.81};
+  s.object.model.inclusions = {{Vec3(0, 0, 0), 0.015, 10}};
+  const Session session(s);
+  const Mesh& mesh = session.model().mesh();
+  const VectorX sag = session.start().x - mesh.x;
+  EXPECT_GT(sag.lpNorm<Eigen::Infinity>(), 1e-4);
+  VectorX followed = session.start().x;
+  mesh.embedded->follow(followed);
+  EXPECT_EQ(followed, session.start().x);
+  EXPECT_GT(session.model().info().parameters.at("stiffened_elements"), 5);
+}
+
+TEST(LatticeBody, SaysInOneLineWhatItDoesNotGoWith) {
+  const auto refused = [](const auto& change) {
+    Scene s = scene_of_lattice();
+    change(s);
+    return message([&] { Session(s, surface_of(kuhn_block(4, 4, 4, 0.01))).run(); });
+  };
+  EXPECT_EQ(refused([](Scene& s) { s.object.model.type = "msd"; }),
+            "object.model.type \"msd\": object.body lattice is made of finite elements; set it to fem");
+  EXPECT_EQ(refused([](Scene& s) { s.object.model.element = "tet10"; }),
+            "object.model.element \"tet10\": object.body lattice has tet4 only");
+  EXPECT_NE(refused([](Scene& s) { s.object.body = "cubes"; }).find("object.body"), std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.contact.surface = "loop"; }).find("contact.surface \"loop\""), std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.local.method = "hold"; }).find("take multirate with coulomb"), std::string::npos);
+  EXPECT_NE(refused([](Scene& s) {
+              s.object.fixed = {{}, {}, std::vector<int>{1}};
+            }).find("object.fixed.nodes"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace kt
