@@ -8,13 +8,13 @@ namespace kt {
 
 /// A box around the corners of the cells of a group, and somewhat more: vertices may be just outside of their cells.
 inline std::array<Vec3, 2> box_of_group(const EmbeddedGroups& groups, int group, const VectorX& x) {
-  constexpr double kOutside = 0.1;  // of the extent
+  constexpr double kMargin = 0.1;  // of the extent
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (int k = groups.first_node[group]; k < groups.first_node[group + 1]; ++k) {
     low = low.cwiseMin(node(x, groups.node[k]));
     high = high.cwiseMax(node(x, groups.node[k]));
   }
-  const Vec3 margin = kOutside * (high - low);
+  const Vec3 margin = kMargin * (high - low);
   return {low - margin, high + margin};
 }
 

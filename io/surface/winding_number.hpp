@@ -12,7 +12,7 @@ namespace kt {
 /// Of all triangles, one by one.
 double winding_number(const Mesh& surface, const Vec3& place);
 
-/// The same to within some thousandths, quickly. Const, and asked from any number of threads.
+/// The same to within some hundredths, quickly. Const, and asked from any number of threads.
 class WindingNumber {
  public:
   /// Borrows the surface.
