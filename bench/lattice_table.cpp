@@ -1,6 +1,6 @@
 // Bodies of a lattice from the surfaces of files: time to make them, nodes, refresh, and the force of frictionless
 // presses at three places, at rest with the body, over that of a mesh of tetrahedra with refined cells under the tool.
-//   lattice_table [--nodes N] [--truth EDGE] FILE...
+//   lattice_table [--nodes N] [--truth EDGE] [--fineness F] FILE...
 // Each file scaled to 12 cm, clamped at its lowest twentieth, 10 kPa, nu = 0.3; a ball of 6 mm, 2 mm deep. The mesh is
 // TetGen's, of a surface with edges of at most EDGE [m] (0.005); without it, and where TetGen refuses the surface, the
 // forces themselves are printed [mN].
@@ -19,6 +19,7 @@ namespace {
 struct Options {
   int nodes = 0;
   double truth = 0.005;  // [m]; 0: none
+  double fineness = 1.4;
 };
 
 Scene scene_of(const std::string& file) {
@@ -68,6 +69,7 @@ Pressed press(Scene s, const std::array<double, 2>& at, const char* refine) {
 void print_row(const std::string& file, const Options& options) {
   Scene lattice = scene_of(file);
   lattice.object.body = std::string("lattice");
+  lattice.local.fineness = options.fineness;
   if (options.nodes > 0) lattice.object.lattice = SceneLattice{{}, options.nodes};
   const Mesh surface = load_mesh(file);
   const Bounds box = bounds(surface);
@@ -115,6 +117,8 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--nodes") == 0 && i + 1 < argc)
       options.nodes = std::atoi(argv[++i]);
+    else if (std::strcmp(argv[i], "--fineness") == 0 && i + 1 < argc)
+      options.fineness = std::atof(argv[++i]);
     else if (std::strcmp(argv[i], "--truth") == 0 && i + 1 < argc)
       options.truth = std::atof(argv[++i]);
     else

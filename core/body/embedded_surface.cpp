@@ -13,19 +13,20 @@ bool MaterialSamples::at(const Vec3& place) const {
   return is_inside[index(at)];
 }
 
-double MaterialSamples::share(const std::array<Vec3, 4>& corners) const {
+Eigen::Vector4d MaterialSamples::shares(const std::array<Vec3, 4>& corners) const {
   constexpr int kEdge = 4;  // of a cube of 64 places, folded into the tetrahedron
-  int inside = 0;
+  Eigen::Vector4d inside = Eigen::Vector4d::Zero(), all = inside;
   for (int k = 0; k < kEdge; ++k)
     for (int j = 0; j < kEdge; ++j)
       for (int i = 0; i < kEdge; ++i) {
         // Three numbers in ascending order cut the unit length into shares that are spread evenly.
         std::array<double, 3> cut{(i + 0.5) / kEdge, (j + 0.5 + 0.1) / kEdge, (k + 0.5 - 0.1) / kEdge};
         std::ranges::sort(cut);
-        inside += at(cut[0] * corners[0] + (cut[1] - cut[0]) * corners[1] + (cut[2] - cut[1]) * corners[2] +
-                     (1 - cut[2]) * corners[3]);
+        const Eigen::Vector4d w(cut[0], cut[1] - cut[0], cut[2] - cut[1], 1 - cut[2]);
+        all += w;
+        if (at(w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2] + w[3] * corners[3])) inside += w;
       }
-  return static_cast<double>(inside) / (kEdge * kEdge * kEdge);
+  return 0.25 * inside.cwiseQuotient(all);
 }
 
 void EmbeddedSurface::follow(VectorX& x) const {

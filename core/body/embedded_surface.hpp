@@ -20,8 +20,9 @@ struct MaterialSamples {
                (static_cast<std::size_t>(at[1]) + static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(at[2]));
   }
   bool at(const Vec3& place) const;  ///< of the nearest sample
-  /// Share of a tetrahedron that is material.
-  double share(const std::array<Vec3, 4>& corners) const;
+  /// Share of a tetrahedron that is material, split among its corners by how near it is to each: the means of their
+  /// weights over the material. Sum: the share.
+  Eigen::Vector4d shares(const std::array<Vec3, 4>& corners) const;
 };
 
 /// Triangles whose first vertices are in one cell, and the corners of the cells of all of their vertices.

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/body/near_triangles.hpp"
+#include "core/fine/leaf_stiffness.hpp"
 
 namespace kt {
 namespace {
@@ -136,14 +137,20 @@ void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const Fin
   for (const int t : reached) maker.add(t);
 }
 
-std::vector<double> leaf_shares(const FineBody& body, const FineNodes& nodes, const FineZone& zone) {
+std::vector<Eigen::Vector4d> leaf_weights(const FineBody& body, const FineNodes& nodes, const FineZone& zone) {
   constexpr double kLeast = 1e-3;
-  std::vector<double> out;
+  std::vector<Vector4d> out;
   if (!body.mesh->embedded) return out;
   for (const FineLeaf& leaf : zone.leaves) {
     std::array<Vec3, 4> corners;
     for (std::size_t c = 0; c < 4; ++c) corners[c] = nodes[leaf.node[c]].of(body.mesh->x);
-    out.push_back(std::max(kLeast, body.mesh->embedded->samples.share(corners)));
+    const Vector4d shares = body.mesh->embedded->samples.shares(corners);
+    const double share = std::max(kLeast, shares.sum());
+    // Point q is at kNearShare of corner q and kFarShare of the others. Where material in a corner asks for a negative
+    // weight elsewhere, there is none.
+    Vector4d weights = (shares.array() - kFarShare * shares.sum()) / (kNearShare - kFarShare);
+    weights = weights.cwiseMax(0.25 * kLeast);
+    out.push_back(share / weights.sum() * weights);
   }
   return out;
 }

@@ -8,7 +8,8 @@ namespace kt {
 /// eighth of a leaf that holds it.
 void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const FineZoneOptions& options, FineZone& zone);
 
-/// How much of each leaf is material, at least a thousandth; empty: the cells are whole.
-std::vector<double> leaf_shares(const FineBody& body, const FineNodes& nodes, const FineZone& zone);
+/// Weights of each leaf's points, so that constant and linear functions are integrated over its material: their sum is
+/// how much of it is, a thousandth at least. Empty: the cells are whole.
+std::vector<Eigen::Vector4d> leaf_weights(const FineBody& body, const FineNodes& nodes, const FineZone& zone);
 
 }  // namespace kt

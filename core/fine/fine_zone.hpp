@@ -68,9 +68,9 @@ struct FineZone {
       facets;  ///< of the surface's triangles in reach, flat, counter-clockwise seen from outside: nodes
   std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of; all pieces of it are there
   std::vector<char> facet_in_reach;
-  EmbeddedFacets embedded;         ///< in the place of facets, of a surface that is embedded in the body's cells
-  std::vector<double> leaf_share;  ///< how much of each leaf is material; empty: all of it
-  double edge = 0;                 ///< that was taken [m]
+  EmbeddedFacets embedded;  ///< in the place of facets, of a surface that is embedded in the body's cells
+  std::vector<Eigen::Vector4d> leaf_weights;  ///< of each leaf's points, leaf_weights(); empty: a quarter each
+  double edge = 0;                            ///< that was taken [m]
   int num_unknown() const { return static_cast<int>(unknown.size()); }
   std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
 };
