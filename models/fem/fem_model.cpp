@@ -2,8 +2,8 @@
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
 #include "core/base/error.hpp"
 #include "core/body/refinable.hpp"
-#include "models/embedded_model.hpp"
 #include "models/fem/batches.hpp"
+#include "models/fem/embedded_model.hpp"
 #include "models/fem/material.hpp"
 #include "models/fem/viscosity.hpp"
 #include "models/model.hpp"

@@ -1,4 +1,4 @@
-#include "models/embedded_model.hpp"
+#include "models/fem/embedded_model.hpp"
 
 #include <numeric>
 
