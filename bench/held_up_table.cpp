@@ -5,12 +5,12 @@
 #include <cstdio>
 #include <thread>
 
+#include "core/base/cpu_time.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/study/metrics.hpp"
 #include "haptics/touch/body_side.hpp"
 #include "haptics/touch/contact_watch.hpp"
 #include "haptics/touch/haptic_side.hpp"
-#include "core/base/cpu_time.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/held_up_model.hpp"
 

@@ -4,11 +4,11 @@
 //   build/release/bench/touch_tick_table [SCENE...]
 #include <cstdio>
 
+#include "core/base/cpu_time.hpp"
 #include "core/base/percentile.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/tick/catch_up.hpp"
 #include "haptics/touch/body_side.hpp"
-#include "core/base/cpu_time.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"
 

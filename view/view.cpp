@@ -7,10 +7,10 @@
 #include <future>
 #include <map>
 
+#include "core/base/cpu_time.hpp"
 #include "core/base/error.hpp"
 #include "core/base/visible_text.hpp"
 #include "haptics/touch/live_settings.hpp"
-#include "core/base/cpu_time.hpp"
 #include "io/files/child_process.hpp"
 #include "io/files/output_file.hpp"
 #include "io/mesh/mesh_io.hpp"

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <thread>
 
+#include "core/base/cpu_time.hpp"
 #include "core/base/error.hpp"
 #include "core/base/ticks.hpp"
 #include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/link/ring.hpp"
 #include "haptics/session/body_film.hpp"
-#include "core/base/cpu_time.hpp"
 
 namespace kt {
 namespace {

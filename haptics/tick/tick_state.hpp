@@ -62,8 +62,8 @@ struct TickState {
   ContactSet found;     ///< room, of one tool
   ContactSet contacts;  ///< the first tool's first
   ContactProblem problem;
-  ContactSet coupled;     ///< contacts whose responses are in problem.W; those of nodes stay from tick to tick
-  int coupled_in = -1;    ///< frame of their local model
+  ContactSet coupled;   ///< contacts whose responses are in problem.W; those of nodes stay from tick to tick
+  int coupled_in = -1;  ///< frame of their local model
   ContactSolution solution;
   double residual = 0;  ///< largest of this tick
 

@@ -5,10 +5,10 @@
 #include <iterator>
 #include <utility>
 
+#include "core/base/cpu_time.hpp"
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/touch/live_settings.hpp"
-#include "core/base/cpu_time.hpp"
 
 namespace kt {
 

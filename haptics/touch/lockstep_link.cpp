@@ -4,12 +4,12 @@
 #include <limits>
 #include <random>
 
+#include "core/base/cpu_time.hpp"
 #include "core/base/ticks.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/remote/model_unpacker.hpp"
 #include "haptics/remote/report_box.hpp"
 #include "haptics/touch/body_link.hpp"
-#include "core/base/cpu_time.hpp"
 #include "haptics/touch/report_list.hpp"
 
 namespace kt {

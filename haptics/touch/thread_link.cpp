@@ -9,9 +9,9 @@
 #include <limits>
 #include <thread>
 
+#include "core/base/cpu_time.hpp"
 #include "core/base/ticks.hpp"
 #include "haptics/touch/body_link.hpp"
-#include "core/base/cpu_time.hpp"
 #include "haptics/touch/report_list.hpp"
 #include "haptics/touch/tick_end.hpp"
 

@@ -190,7 +190,7 @@ TEST(Thread, LockstepReplayOfARunWhoseReportsWereLostIsTheRun) {
   Scene scene = small_scene();
   scene.link.type = "thread";
   scene.local.rate_hz = 4000;  // room for a second
-  scene.duration = 6;  // a refresh after the one that is held up has to come, on a busy machine, too
+  scene.duration = 6;          // a refresh after the one that is held up has to come, on a busy machine, too
   Session session(scene);
   HoldsUp watcher;
   SessionOptions options;
