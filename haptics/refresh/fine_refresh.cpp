@@ -48,39 +48,6 @@ double pressed_radius(const ToolShape& shape, double radius, double way) {
 
 }  // namespace
 
-double measured_contact_radius(std::span<const TickContact> contacts, int tool) {
-  constexpr double kLeast = 0.25;
-  double force = 0, spread = 0;
-  Vec3 middle = Vec3::Zero();
-  int count = 0;
-  const auto push = [](const TickContact& c) { return std::max(0.0, -c.impulse.dot(c.normal)); };
-  for (const TickContact& c : contacts) {
-    if (c.tool != tool) continue;
-    ++count;
-    force += push(c);
-    middle += push(c) * c.point;
-  }
-  if (count < 3 || !(force > 0)) return 0;
-  middle /= force;
-  for (const TickContact& c : contacts) {
-    if (c.tool != tool) continue;
-    double spacing_sq = std::numeric_limits<double>::infinity();
-    for (const TickContact& other : contacts)
-      if (other.tool == tool && &other != &c) spacing_sq = std::min(spacing_sq, (other.point - c.point).squaredNorm());
-    const double apart_sq = (c.point - middle).squaredNorm();
-    // A node stands for what lies around it: a pressure shared out to nodes s apart is spread by s^2 / 3 more.
-    spread += push(c) * std::max(apart_sq - spacing_sq / 3, kLeast * apart_sq);
-  }
-  return std::sqrt(2.5 * spread / force);
-}
-
-Vec3 measured_normal(std::span<const TickContact> contacts, int tool) {
-  Vec3 sum = Vec3::Zero();
-  for (const TickContact& c : contacts)
-    if (c.tool == tool) sum += std::max(0.0, -c.impulse.dot(c.normal)) * c.normal;
-  return sum.norm() > 0 ? Vec3(sum.normalized()) : sum;
-}
-
 FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local)
     : surface_(surface), fineness_(local.fineness), most_nodes_(local.refine_nodes), solver_(make_block_solver()) {
   const Refinable* material = told_by(model);

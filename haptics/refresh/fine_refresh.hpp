@@ -9,28 +9,9 @@
 #include "core/fine/fine_size.hpp"
 #include "core/fine/make_fine_patch.hpp"
 #include "haptics/options/touch_options.hpp"
-#include "haptics/tick/local_report.hpp"
+#include "haptics/refresh/fine_tool.hpp"
 
 namespace kt {
-
-/// A tool as the refined cells see it.
-struct FineTool {
-  std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
-  Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
-  double time = 0;               ///< until the next local model is there [s]
-  double late = 1;               ///< time since the last one over the usual interval, 1 to 3, from the schedule alone
-  double contact_radius = 0;     ///< measured [m]; 0: not known
-  Vec3 normal = Vec3::Zero();    ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
-  std::optional<Vec3>
-      touched{};  ///< middle of its contacts by force, on the body at rest [m]; none: it touches nothing
-};
-
-/// Radius of the contact of each tool from where its force was distributed over in the last tick [m]: of a ball
-/// a^2 = 2.5 times the mean square distance from the middle (Hertz's pressure); 0: of fewer than three contacts.
-double measured_contact_radius(std::span<const TickContact> contacts, int tool);
-
-/// Mean normal of the contacts of a tool by force, unit; zero: none pushes.
-Vec3 measured_normal(std::span<const TickContact> contacts, int tool);
 
 class FineRefresh {
  public:

@@ -31,16 +31,6 @@ const LocalReport* last_before(std::span<const LocalReport> reports, int tick) {
   return next == reports.begin() ? nullptr : &*std::prev(next);
 }
 
-/// Some of them, of a tool of many corners.
-std::vector<Vec3> core_points(const ToolShape& shape, const Pose& pose) {
-  constexpr std::size_t kMost = 64;
-  if (shape.corners.empty()) return {pose.x};
-  const std::size_t step = (shape.corners.size() + kMost - 1) / kMost;
-  std::vector<Vec3> out;
-  for (std::size_t i = 0; i < shape.corners.size(); i += step) out.push_back(pose.x + pose.r * shape.corners[i]);
-  return out;
-}
-
 /// Diagonal ones are so by construction. To within rounding: a piece that nothing holds moves without resistance.
 bool is_positive_semidefinite(const SparseMatrix& matrix) {
   constexpr double kRoundoff = 1e-10;  // of the stiffest entry
@@ -223,43 +213,16 @@ void Refresher::refine(TangentKind kind, const SurfacePatch& patch, Refined& out
   out.cpu_ms = thread_time_ms() - cpu_start;
 }
 
-/// Adds where a tool touched the body in the last tick, in the middle of its contacts by force.
-void Refresher::see_contact(std::span<const LocalReport> reports, int tool, FineTool& out) const {
-  if (reports.empty()) return;
-  const VectorX &rest = global_.model().mesh().x, &v_body = global_.state().v;
-  double force = 0;
-  Vec3 middle = Vec3::Zero(), moves = Vec3::Zero();
-  for (const TickContact& contact : reports.back().contacts()) {
-    if (contact.tool != tool) continue;
-    const double push = std::max(0.0, -contact.impulse.dot(contact.normal));
-    const Vec3 bary = nodes_.on_triangle(contact).bary;
-    const Triangle& t = surface_.triangles[contact.triangle];
-    force += push;
-    for (int i = 0; i < 3; ++i) {
-      middle += push * bary[i] * node(rest, t[i]);
-      moves += push * bary[i] * node(v_body, t[i]);
-    }
-  }
-  if (!(force > 0)) return;
-  moves /= force;
-  out.touched = middle / force;
-  out.velocity -= moves - moves.dot(out.normal) * out.normal;  // along the normal it yields to the tool
-}
-
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
   constexpr double kLatest = 3;  // intervals
   const double since = models_come_late(options_) ? t - known_.last : 0, usual = 1 / options_.global.rate_hz;
   fine_tools_.clear();
-  for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
+  const TouchedBody body{surface_, nodes_, global_.model().mesh().x, global_.state().v};
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
     FineTool& tool = fine_tools_.emplace_back(
-        FineTool{.core = core_points(tools_[k].shape, at[k]),
-                 .velocity = tool_velocity(reports, options_.local.rate_hz, k),
-                 .time = std::clamp(since / interval(t), 1.0, kLatest) * (interval(t) + known_.delay),
-                 .late = std::clamp(since / usual, 1.0, kLatest),
-                 .contact_radius = reports.empty() ? 0 : measured_contact_radius(reports.back().contacts(), k),
-                 .normal = reports.empty() ? Vec3(Vec3::Zero()) : measured_normal(reports.back().contacts(), k),
-                 .touched = {}});
-    see_contact(reports, k, tool);
+        see_tool(body, tools_[k].shape, at[k], reports, static_cast<int>(k), options_.local.rate_hz));
+    tool.time = std::clamp(since / interval(t), 1.0, kLatest) * (interval(t) + known_.delay);
+    tool.late = std::clamp(since / usual, 1.0, kLatest);
   }
 }
 

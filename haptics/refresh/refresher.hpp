@@ -82,7 +82,6 @@ class Refresher {
     StageTimes stages;  // if they are asked for
   };
   void refine(TangentKind kind, const SurfacePatch& patch, Refined& out);
-  void see_contact(std::span<const LocalReport> reports, int tool, FineTool& out) const;
   void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);

@@ -1,0 +1,92 @@
+#include "haptics/refresh/fine_tool.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "haptics/refresh/look_ahead.hpp"
+
+namespace kt {
+namespace {
+
+/// Some of them, of a tool of many corners.
+std::vector<Vec3> core_points(const ToolShape& shape, const Pose& pose) {
+  constexpr std::size_t kMost = 64;
+  if (shape.corners.empty()) return {pose.x};
+  const std::size_t step = (shape.corners.size() + kMost - 1) / kMost;
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < shape.corners.size(); i += step) out.push_back(pose.x + pose.r * shape.corners[i]);
+  return out;
+}
+
+/// Radius of the contact of a tool from where its force was distributed over in the last tick [m]: of a ball
+/// a^2 = 2.5 times the mean square distance from the middle (Hertz's pressure); 0: of fewer than three contacts.
+double measured_contact_radius(std::span<const TickContact> contacts, int tool) {
+  constexpr double kLeast = 0.25;
+  double force = 0, spread = 0;
+  Vec3 middle = Vec3::Zero();
+  int count = 0;
+  const auto push = [](const TickContact& c) { return std::max(0.0, -c.impulse.dot(c.normal)); };
+  for (const TickContact& c : contacts) {
+    if (c.tool != tool) continue;
+    ++count;
+    force += push(c);
+    middle += push(c) * c.point;
+  }
+  if (count < 3 || !(force > 0)) return 0;
+  middle /= force;
+  for (const TickContact& c : contacts) {
+    if (c.tool != tool) continue;
+    double spacing_sq = std::numeric_limits<double>::infinity();
+    for (const TickContact& other : contacts)
+      if (other.tool == tool && &other != &c) spacing_sq = std::min(spacing_sq, (other.point - c.point).squaredNorm());
+    const double apart_sq = (c.point - middle).squaredNorm();
+    // A node stands for what lies around it: a pressure shared out to nodes s apart is spread by s^2 / 3 more.
+    spread += push(c) * std::max(apart_sq - spacing_sq / 3, kLeast * apart_sq);
+  }
+  return std::sqrt(2.5 * spread / force);
+}
+
+/// Mean normal of the contacts of a tool by force, unit; zero: none pushes.
+Vec3 measured_normal(std::span<const TickContact> contacts, int tool) {
+  Vec3 sum = Vec3::Zero();
+  for (const TickContact& c : contacts)
+    if (c.tool == tool) sum += std::max(0.0, -c.impulse.dot(c.normal)) * c.normal;
+  return sum.norm() > 0 ? Vec3(sum.normalized()) : sum;
+}
+
+/// Adds where a tool touched the body in the last tick, in the middle of its contacts by force.
+void see_contact(const TouchedBody& body, std::span<const TickContact> contacts, int tool, FineTool& out) {
+  double force = 0;
+  Vec3 middle = Vec3::Zero(), moves = Vec3::Zero();
+  for (const TickContact& contact : contacts) {
+    if (contact.tool != tool) continue;
+    const double push = std::max(0.0, -contact.impulse.dot(contact.normal));
+    const Vec3 bary = body.nodes.on_triangle(contact).bary;
+    const Triangle& t = body.surface.triangles[contact.triangle];
+    force += push;
+    for (int i = 0; i < 3; ++i) {
+      middle += push * bary[i] * node(body.rest, t[i]);
+      moves += push * bary[i] * node(body.v, t[i]);
+    }
+  }
+  if (!(force > 0)) return;
+  moves /= force;
+  out.touched = middle / force;
+  out.velocity -= moves - moves.dot(out.normal) * out.normal;  // along the normal it yields to the tool
+}
+
+}  // namespace
+
+FineTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,
+                  int tool, double rate_hz) {
+  FineTool out{.core = core_points(shape, at), .velocity = tool_velocity(reports, rate_hz, tool)};
+  if (reports.empty()) return out;
+  const std::span<const TickContact> contacts = reports.back().contacts();
+  out.contact_radius = measured_contact_radius(contacts, tool);
+  out.normal = measured_normal(contacts, tool);
+  see_contact(body, contacts, tool, out);
+  return out;
+}
+
+}  // namespace kt

@@ -1,0 +1,38 @@
+#pragma once
+// A tool as the refined cells see it: where it touches, how wide, and where it goes.
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "collision/shape/tool_shape.hpp"
+#include "core/body/state.hpp"
+#include "haptics/refresh/contact_nodes.hpp"
+#include "haptics/tick/local_report.hpp"
+
+namespace kt {
+
+/// A tool as the refined cells see it.
+struct FineTool {
+  std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
+  Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
+  double time = 0;               ///< until the next local model is there [s]
+  double late = 1;               ///< time since the last one over the usual interval, 1 to 3, from the schedule alone
+  double contact_radius = 0;     ///< measured [m]; 0: not known
+  Vec3 normal = Vec3::Zero();    ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
+  std::optional<Vec3>
+      touched{};  ///< middle of its contacts by force, on the body at rest [m]; none: it touches nothing
+};
+
+/// What a tool touches. Borrowed.
+struct TouchedBody {
+  const Surface& surface;
+  const ContactNodes& nodes;
+  const VectorX& rest;  ///< positions [m]
+  const VectorX& v;     ///< velocities now [m/s]
+};
+
+/// From the last reports, oldest first; without any of the shape alone. `time` and `late` are left as they are.
+FineTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,
+                  int tool, double rate_hz);
+
+}  // namespace kt
