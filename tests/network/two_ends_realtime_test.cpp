@@ -111,14 +111,15 @@ TEST(TwoEnds, ThroughABadNetworkTheReplayHasTheSameBitsToo) {
 
 /// The hand tells of a loss when it has got some models, and that takes its way back: parity is there from the start.
 TEST(TwoEnds, ModelsArriveBeforeTheirLossIsKnown) {
-  const Scene scene = one_second();
+  Scene scene = one_second();
+  scene.duration = 2;  // a busy machine makes fewer in a second
   ServedBody body(scene);
   UdpRelay relay({.host_port = body.port(), .delay_ms = 200, .loss = 0.2, .seed = 7});
   Session session(scene);
   const TouchedRun run = touch(session, body.port(), {}, relay.port());
   const auto& ended = body.end();
   ASSERT_EQ(ended.size(), 1u);
-  EXPECT_GE(ended[0].body.models, 4);  // of a second; a busy machine makes fewer than 30
+  EXPECT_GE(ended[0].body.models, 8);
   EXPECT_LE(run.report.port.joined.given_up, 1);
 }
 
