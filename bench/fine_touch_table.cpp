@@ -3,8 +3,9 @@
 //   fine_touch_table
 // A ball of 8 mm on a block of 60 x 60 x 20 mm bonded below, 10 kPa, nu = 0.3; at a node of the surface, in the middle
 // of an edge, and within a triangle. Truth: the ball meets the body where it has moved to
-// (tests/support/axisymmetric_press.hpp, `follows`).
+// (tests/support/axisymmetric_press.hpp, `follows`). Then drags of 20 mm at 20 mm/s along eight paths.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "core/body/mesh.hpp"
@@ -23,12 +24,7 @@ struct Block {
   double cell;
 };
 
-struct Pressed {
-  double force = 0, tick_us = 0;
-  int contacts = 0;
-};
-
-Pressed press(const Block& body, double depth, double x, double y, const char* refine) {
+Scene scene_of(const Block& body, const PressDrag& path, double duration, const char* refine) {
   Scene s = default_scene();
   s.object.mesh = std::string("block");
   s.object.model.type = body.type;
@@ -36,18 +32,41 @@ Pressed press(const Block& body, double depth, double x, double y, const char* r
   s.object.model.material = std::string("linear");
   s.object.fixed.below = FixedBelow{"z", 1e-6};
   s.tool.radius = kRadius;
-  s.tool.path.press_drag = PressDrag{.at = std::array{0.5 * kWide + x * body.cell, 0.5 * kWide + y * body.cell},
-                                     .depth = depth,
-                                     .press_time = 0.3,
-                                     .speed = 0};
-  s.duration = 0.5;
+  s.tool.path.press_drag = path;
+  s.duration = duration;
   s.contact.mu_static = s.contact.mu_kinetic = 0;
   s.contact.surface = std::string("flat");
   s.local.refine = refine;
   s.local.reducer = std::string("condensed");
+  return s;
+}
+
+SessionResult run(const Block& body, const Scene& scene) {
   const int wide = static_cast<int>(std::lround(kWide / body.cell));
+  return Session(scene, kuhn_block(wide, wide, static_cast<int>(std::lround(kThick / body.cell)), body.cell)).run();
+}
+
+double continuum(double depth) {
+  return press_axisymmetric({.young = 1e4,
+                             .poisson = 0.3,
+                             .thickness = kThick,
+                             .width = kWide / std::sqrt(3.14159265358979323846),
+                             .radius = kRadius,
+                             .depth = depth,
+                             .cells = 16,
+                             .follows = true})
+      .force;
+}
+
+struct Pressed {
+  double force = 0, tick_us = 0;
+  int contacts = 0;
+};
+
+Pressed press(const Block& body, double depth, double x, double y, const char* refine) {
+  const std::array at{0.5 * kWide + x * body.cell, 0.5 * kWide + y * body.cell};
   const SessionResult r =
-      Session(s, kuhn_block(wide, wide, static_cast<int>(std::lround(kThick / body.cell)), body.cell)).run();
+      run(body, scene_of(body, PressDrag{.at = at, .depth = depth, .press_time = 0.3, .speed = 0}, 0.5, refine));
   std::vector<double> us(r.step_us.begin(), r.step_us.end());
   std::ranges::nth_element(us, us.begin() + static_cast<std::ptrdiff_t>(us.size() / 2));
   const LocalFrame& last = r.tools[0].frames.back();
@@ -55,15 +74,7 @@ Pressed press(const Block& body, double depth, double x, double y, const char* r
 }
 
 void print_row(const Block& body, double depth) {
-  const double truth = press_axisymmetric({.young = 1e4,
-                                           .poisson = 0.3,
-                                           .thickness = kThick,
-                                           .width = kWide / std::sqrt(3.14159265358979323846),
-                                           .radius = kRadius,
-                                           .depth = depth,
-                                           .cells = 16,
-                                           .follows = true})
-                           .force;
+  const double truth = continuum(depth);
   std::printf("| %s | %.1f |", body.name, 1e3 * depth);
   for (const char* refine : {"off", "follow"}) {
     double tick_us = 0;
@@ -80,6 +91,37 @@ void print_row(const Block& body, double depth) {
   std::fflush(stdout);
 }
 
+/// Over all paths: the mean force over the continuum's; peak to peak over the mean, mean and worst; largest step from
+/// one tick to the next over the mean.
+void print_drags(const Block& body, double depth, const char* refine) {
+  constexpr std::size_t kSettled = 450;  // [ticks]
+  double force = 0, ripple = 0, worst = 0, step = 0;
+  int paths = 0;
+  for (const double y : {0.030, 0.0312, 0.0325, 0.0337})
+    for (const double aside : {0.0, 0.3}) {
+      const PressDrag path{
+          .at = std::array{0.02, y}, .depth = depth, .press_time = 0.3, .direction = {1, aside, 0}, .speed = 0.02};
+      const SessionResult r = run(body, scene_of(body, path, 1.3, refine));
+      const auto& frames = r.tools[0].frames;
+      double least = frames[kSettled].f_n, most = least, sum = 0, largest = 0;
+      for (std::size_t i = kSettled; i < frames.size(); ++i) {
+        least = std::min(least, frames[i].f_n);
+        most = std::max(most, frames[i].f_n);
+        largest = std::max(largest, std::abs(frames[i].f_n - frames[i - 1].f_n));
+        sum += frames[i].f_n;
+      }
+      const double mean = sum / static_cast<double>(frames.size() - kSettled);
+      force += mean;
+      ripple += (most - least) / mean;
+      worst = std::max(worst, (most - least) / mean);
+      step = std::max(step, largest / mean);
+      ++paths;
+    }
+  std::printf("| %s | %.1f | %s | %.2f | %.1f | %.1f | %.1f |\n", body.name, 1e3 * depth, refine,
+              force / paths / continuum(depth), 100 * ripple / paths, 100 * worst, 100 * step);
+  std::fflush(stdout);
+}
+
 }  // namespace
 }  // namespace kt
 
@@ -92,4 +134,11 @@ int main() {
                                 {"10 nodes, 10 mm", "fem", "tet10", 0.01},
                                 {"springs, 5 mm", "msd", "tet4", 0.005}})
     for (const double depth : {0.0005, 0.0015, 0.003}) kt::print_row(body, depth);
+  std::puts(
+      "\n| cells | depth mm | local.refine | force / continuum | peak to peak % | worst | largest step % |\n"
+      "|---|---|---|---|---|---|---|");
+  for (const kt::Block& body :
+       {kt::Block{"4 nodes, 5 mm", "fem", "tet4", 0.005}, {"4 nodes, 10 mm", "fem", "tet4", 0.01}})
+    for (const double depth : {0.0005, 0.0015})
+      for (const char* refine : {"off", "follow"}) kt::print_drags(body, depth, refine);
 }

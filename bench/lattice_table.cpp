@@ -29,7 +29,7 @@ Scene scene_of(const std::string& file) {
   s.object.model.type = std::string("fem");
   s.object.model.material = std::string("linear");
   s.tool.radius = 0.006;
-  s.duration = 0.5;
+  s.duration = 2;  // a tall body swings away from the press at first
   s.contact.mu_static = s.contact.mu_kinetic = 0;
   s.contact.surface = std::string("flat");
   s.local.reducer = std::string("condensed");
