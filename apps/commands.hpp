@@ -7,7 +7,6 @@
 namespace kt {
 
 void add_run_command(CLI::App& app, int& exit_code);
-void add_drag_command(CLI::App& app, int& exit_code);
 void add_paper_command(CLI::App& app, int& exit_code);
 void add_replay_command(CLI::App& app, int& exit_code);
 void add_advise_command(CLI::App& app, int& exit_code);

@@ -62,6 +62,19 @@ void add_quiet_option(CLI::App& command) {
   if (inner.empty()) kt::add_quiet_option(command);
 }
 
+/// Studies of the engine, apart from what a person runs it for.
+void add_laboratory(CLI::App& app, int& exit_code) {
+  const auto product = app.get_subcommands([](CLI::App*) { return true; });
+  kt::add_check_command(app, exit_code);
+  kt::add_chart_command(app, exit_code);
+  kt::add_stability_command(app, exit_code);
+  kt::add_advise_command(app, exit_code);
+  kt::add_paper_command(app, exit_code);
+  kt::add_bench_command(app, exit_code);
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+    if (std::ranges::find(product, command) == product.end()) command->group("Laboratory");
+}
+
 /// Runs what the words ask for.    @returns the exit code
 int run(int argc, char** argv) {
   kt::keep_freed_memory();
@@ -70,22 +83,16 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = 0;
   kt::add_run_command(app, exit_code);
-  kt::add_drag_command(app, exit_code);
-  kt::add_paper_command(app, exit_code);
+  kt::add_view_command(app, exit_code);
   kt::add_replay_command(app, exit_code);
   kt::add_compare_command(app, exit_code);
   kt::add_mesh_command(app, exit_code);
-  kt::add_advise_command(app, exit_code);
-  kt::add_chart_command(app, exit_code);
-  kt::add_bench_command(app, exit_code);
-  kt::add_stability_command(app, exit_code);
-  kt::add_check_command(app, exit_code);
-  kt::add_view_command(app, exit_code);
   kt::add_device_command(app, exit_code);
   kt::add_serve_command(app, exit_code);
   kt::add_touch_command(app, exit_code);
   kt::add_key_command(app, exit_code);
   kt::add_list_command(app, exit_code);
+  add_laboratory(app, exit_code);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) add_quiet_option(*command);
   try {
     app.parse(argc, argv);

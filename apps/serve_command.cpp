@@ -16,6 +16,7 @@
 #include "core/base/error.hpp"
 
 #if KT_WITH_NETWORK
+#include "apps/given_file.hpp"
 #include "apps/live_scene.hpp"
 #include "haptics/session/session.hpp"
 #include "io/mesh/mesh_io.hpp"
@@ -163,7 +164,7 @@ void serve(const ServeArguments& a) {
     if (a.keys.empty()) throw InputError("--authorized: needs --keys, this computer's own");
     options.authorized = read_authorized(a.authorized);
   }
-  Scene scene = load_scene(a.scene, a.set);
+  Scene scene = scene_of_file(a.scene, a.set);
   scene.link.type = "network";
   const Session built(scene);
   for (const std::string& line : lines(built.findings())) std::cerr << "kilotouch: warning: " << line << '\n';

@@ -13,15 +13,14 @@
 #if KT_WITH_BEAST
 #include "apps/allocation_counter.hpp"
 #include "apps/data_files.hpp"
+#include "apps/given_file.hpp"
 #include "apps/live_scene.hpp"
-#include "apps/mesh_scene.hpp"
 #include "apps/outputs/session_file.hpp"
 #include "apps/recordings.hpp"
 #include "apps/words.hpp"
 #include "io/files/child_process.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
-#include "io/mesh/mesh_io.hpp"
 #include "view/view.hpp"
 #endif
 
@@ -55,17 +54,6 @@ std::vector<fs::path> scene_files(const std::string& shown) {
 
 /// A name may be any bytes; a page takes UTF-8.
 std::string shown_name(const fs::path& scene) { return escape_bytes(scene.stem().string()); }
-
-bool is_session(const std::string& what) {
-  if (fs::is_directory(what)) return true;
-  if (fs::path(what).extension() != ".json") return false;
-  try {
-    const auto json = read_json_file(what);
-    return json.is_object() && json.contains("refreshes") && json.contains("recording");
-  } catch (const InputError&) {
-    return false;  // a scene with comments, or wrong: load_scene tells
-  }
-}
 
 /// What a program of ours said last, without its name.
 std::string last_words(std::string said) {
@@ -155,17 +143,14 @@ void view(ViewArguments a) {
   options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
   options.stop = &stop_requested();
   options.ready = [page = a.page](const std::string& url) { tell_of_page(page, url); };
-  if (is_session(a.what)) {
+  if (kind_of_file(a.what) == Given::session) {
     if (!a.set.empty()) throw InputError("--set: a session is played as it was recorded");
     SavedSession saved = read_session(session_file(a.what));
     std::cout << "running the session again ..." << std::endl;
     saved.options.stop = &stop_requested();
     return view_session(saved.scene, std::move(saved.files), saved.options, options);
   }
-  const std::vector<std::string> meshes = readable_mesh_extensions();
-  const bool is_mesh = std::ranges::find(meshes, mesh_extension(a.what)) != meshes.end();
-  view_scene(with_live_device(is_mesh ? scene_of_mesh(a.what, a.set) : load_scene(a.what, a.set), a.device, a.id),
-             options);
+  view_scene(with_live_device(scene_of_file(a.what, a.set), a.device, a.id), options);
 }
 
 #else

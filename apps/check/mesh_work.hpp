@@ -45,7 +45,7 @@ struct MeshWork {
   Vec3 in_file(const Vec3& p) const { return p / scale + origin; }
 };
 
-constexpr double kBodySize = 0.1;  ///< [m] as `kilotouch drag`: forces and depths of all meshes compare
+constexpr double kBodySize = 0.1;  ///< [m] as `kilotouch run MESH`: forces and depths of all meshes compare
 
 /// A stage either fills in its result and its part of the work, or throws: then it has failed.
 using CheckStage = void (*)(MeshWork& work, StageResult& out);

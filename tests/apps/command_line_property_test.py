@@ -24,7 +24,7 @@ SHORT = ["--set", "duration=0.4", "--set", "tool.path.press_drag.press_time=0.1"
 # Auto certifies eight local models first; a block of a hundred nodes in place of the organ.
 QUICK = [*SHORT, "--set", "local.reducer=condensed", "--set", "object.mesh=" + os.path.join(MESHES, "pad.off")]
 
-COMMANDS = ["run", "drag", "paper", "replay", "compare", "advise", "chart", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd", "stability"]
+COMMANDS = ["run", "paper", "replay", "compare", "advise", "chart", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd", "stability"]
 COLUMNS = ("t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
            "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z,indentation").split(",")
 SUMMARY = {  # key -> keys inside; None: a value
@@ -286,11 +286,13 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(result.returncode, 2)
         self.assertIn("organ_springs.json: tool.path.press_drag.at: ", result.stderr)
 
-    def test_drag_needs_no_scene(self):
-        self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *SHORT, "--set", "local.reducer=condensed", "--no-report", "--out", "out")
+    def test_a_mesh_needs_no_scene(self):
+        self.kilotouch("run", os.path.join(MESHES, "sphere.off"), *SHORT, "--set", "local.reducer=condensed", "--no-report", "--out", "out")
         summary = self.assert_complete(self.path("out"))
         self.assertGreater(summary["model"]["tets"] + summary["model"]["springs"], 0)
         self.assertGreater(summary["force"]["mean_n"], 0)
+        self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *SHORT, "--set", "local.reducer=condensed", "--no-report", "--out", "drag")
+        self.assertEqual(load(self.path("drag", "summary.json"))["hash"], summary["hash"])  # its former word
 
     def test_runs_and_replays_are_equal(self):
         for out in ("one", "two"):
@@ -298,7 +300,8 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(load(self.path("one", "summary.json"))["hash"], load(self.path("two", "summary.json"))["hash"])
         self.assertIn("bit for bit", self.kilotouch("replay", "one", "--out", "again"))
         self.assert_same_figures("one", "again")
-        self.assertIn("bit for bit", self.kilotouch("replay", "again"))
+        self.assertIn("bit for bit", self.kilotouch("run", "again", "--no-report", "--out", "by_run"))
+        self.kilotouch("run", "again", "--set", "contact.mu=1", status=2)  # no longer what was recorded
         session = load(self.path("one", "session.json"))
         session["scene"]["contact"]["mu_kinetic"] = 0.1
         with open(self.path("one", "session.json"), "w", encoding="utf-8") as file:
