@@ -75,6 +75,10 @@ class Pages(unittest.TestCase):
         for pattern in patterns:
             self.assertTrue(pattern.startswith("docs/reference/") or fnmatch.filter(PAGES + ["CHANGELOG.md"], pattern), pattern)
 
+    def test_prose_gets_no_worse(self):
+        done = subprocess.run([os.path.join(ROOT, "scripts", "prose"), "--ceilings"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, f"{done.stderr}see scripts/prose --help")
+
     def test_python_and_json_are_whole(self):
         found = 0
         for page in PAGES:
