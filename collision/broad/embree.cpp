@@ -3,8 +3,9 @@
 // Embree keeps floats: coordinates are taken relative to the patch, and boxes are rounded outward. Committing a scene
 // costs several microseconds and allocates, which a haptic tick must not; so the hierarchy holds boxes with a slack,
 // and a triangle that leaves its box is kept in a short list beside the hierarchy until the next build (every refresh
-// builds anew). Embree drops boxes that are not finite or very large without a word: such triangles are in the list
-// from the start. Candidates are then sifted with the exact swept boxes. Never a hit distance of Embree's own is used.
+// builds anew). Looked at is only a triangle with a vertex that has moved by more than the slack of one of its
+// triangles. Embree drops boxes that are not finite or very large without a word: such triangles are in the list from
+// the start. Candidates are then sifted with the exact swept boxes. Never a hit distance of Embree's own is used.
 #if KT_EMBREE_MAJOR == 3
 #include <embree3/rtcore.h>
 #else
@@ -62,11 +63,13 @@ class EmbreeIndex final : public TriangleIndex {
   void build(std::span<const Triangle> triangles, const VectorX& x) override {
     release();
     triangles_.assign(triangles.begin(), triangles.end());
-    now_.resize(triangles_.size());
     escaped_.reserve(triangles_.size());
     choose_origin(x);
+    built_ = x;
+    leaves_.assign(static_cast<std::size_t>(x.size() / 3), 0);
     held_.clear();
     for (const Triangle& t : triangles_) held_.push_back(widened(swept_box(t, x, x)));
+    find_slack();
     if (!shared_device()) require_success();
     scene_ = rtcNewScene(shared_device());
     rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
@@ -85,8 +88,13 @@ class EmbreeIndex final : public TriangleIndex {
 
   void refit(const VectorX& x_t0, const VectorX& x_t1) noexcept override {
     escaped_.clear();
+    x_t0_ = x_t0;
+    x_t1_ = x_t1;
+    if (!find_leaving(x_t0, x_t1)) return;
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      const Box& now = now_[t] = swept_box(triangles_[t], x_t0, x_t1);
+      const Triangle& v = triangles_[t];
+      if (!(leaves_[v[0]] | leaves_[v[1]] | leaves_[v[2]])) continue;
+      const Box now = swept_box(v, x_t0, x_t1);
       const bool held =
           (now.low.array() >= held_[t].low.array()).all() && (now.high.array() <= held_[t].high.array()).all();
       if (!held) escaped_.push_back(static_cast<int>(t));
@@ -119,13 +127,39 @@ class EmbreeIndex final : public TriangleIndex {
     int count;
     Box path;
     void add(int t) noexcept {
-      if (!is_apart(index->now_[t], path)) out[count++] = t;
+      if (!is_apart(swept_box(index->triangles_[t], index->x_t0_, index->x_t1_), path)) out[count++] = t;
     }
   };
 
   int sift_all(Query& query) const noexcept {
-    for (int t = 0; t < static_cast<int>(now_.size()); ++t) query.add(t);
+    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) query.add(t);
     return query.count;
+  }
+
+  /// How far each vertex may move along an axis without a triangle of it leaving its box; none from nowhere.
+  void find_slack() {
+    constexpr double kRoundoff = 1 - 1e-9;
+    slack_.setConstant(built_.size(), std::numeric_limits<double>::infinity());
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const Box box = swept_box(triangles_[t], built_, built_);
+      const bool is_near = held_[t].low.x() <= held_[t].high.x();
+      const double slack = is_near ? kRoundoff * (box.low - held_[t].low).minCoeff() : -1;
+      for (const int v : triangles_[t]) node(slack_, v) = node(slack_, v).cwiseMin(slack);
+    }
+  }
+
+  /// Vertices that are not within their slack at both ends, as one with a coordinate that is not finite.
+  bool find_leaving(const VectorX& x_t0, const VectorX& x_t1) noexcept {
+    unsigned char any = 0;
+    for (std::size_t v = 0; v < leaves_.size(); ++v) {
+      unsigned char within = 1;
+      for (const VectorX* x : {&x_t0, &x_t1})
+        for (Eigen::Index i = 3 * static_cast<Eigen::Index>(v), k = 0; k < 3; ++k)
+          within &= std::abs((*x)[i + k] - built_[i + k]) <= slack_[i + k];
+      leaves_[v] = !within;
+      any |= leaves_[v];
+    }
+    return any;
   }
 
   /// Where the floats count from: the first vertex that is somewhere.
@@ -176,8 +210,11 @@ class EmbreeIndex final : public TriangleIndex {
   }
 
   std::vector<Triangle> triangles_;
-  std::vector<Box> held_, now_;  // in the hierarchy, with slack; swept in this tick
-  std::vector<int> escaped_;     // triangles outside their held box, ascending
+  std::vector<Box> held_;              // in the hierarchy, with slack
+  VectorX built_, slack_;              // vertices at the build, and how far they may move along each axis (3p)
+  VectorX x_t0_, x_t1_;                // vertices in this tick (3p)
+  std::vector<unsigned char> leaves_;  // of each vertex
+  std::vector<int> escaped_;           // triangles outside their held box, ascending
   Vec3 origin_ = Vec3::Zero();
   RTCScene scene_ = nullptr;
   RTCGeometry geometry_ = nullptr;

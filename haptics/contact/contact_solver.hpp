@@ -21,6 +21,7 @@ struct ContactProblem {
   std::array<bool, kMaxContacts> sliding{};  ///< its tool slid in the last tick: static friction is overcome, the
                                              ///< kinetic coefficient alone holds until it sticks
   bool is_bounded = false;                   ///< of many contacts, few direct solutions: refined cells have many
+  bool is_first = false;                     ///< its answer only says where to solve it again
   bool is_repeated = false;                  ///< it was solved some times in this tick, at other places of the surface
   double h = 0;                              ///< [s], over which the impulses act as forces
   std::array<Vec3, kMaxContacts> normal;     ///< unit, from the body towards the tool

@@ -37,7 +37,9 @@ class Coulomb final : public ContactSolver {
   /// Of many contacts a tick has no time for more than a few direct solutions.
   static SweepLimits limits_of(const ContactProblem& problem) {
     constexpr int kMany = 12;
+    constexpr double kRough = 1e-4;  // a fifth of the sweeps less, and no more rounds
     SweepLimits out{.pivots = 3 * problem.count};
+    if (problem.is_first) out.residual = kRough;
     if (!problem.is_bounded || problem.count <= kMany) return out;
     out.sweeps = 60;
     out.direct_rounds = problem.is_repeated ? 0 : 1;

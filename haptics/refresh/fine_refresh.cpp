@@ -13,6 +13,8 @@
 namespace kt {
 namespace {
 
+constexpr double kStrain = 0.03;       // that counts
+constexpr double kMostStrain = 0.08;   // that cannot wait for a refresh
 constexpr double kMostTravel = 0.003;  // [m] or the contact's radius: cells for a longer way would be too many
 
 /// Where a tool is nearest to the patch.
@@ -23,11 +25,11 @@ struct NearestPlace {
 
 /// @param core  points of the tool, a radius within its surface
 /// @param way   of all of them before
-NearestPlace nearest_place(const Surface& surface, const VectorX& x, const VectorX& rest, const SurfacePatch& patch,
+NearestPlace nearest_place(const Surface& surface, const VectorX& x, const VectorX& rest, std::span<const int> patch,
                            std::span<const Vec3> core, const Vec3& way) {
   double nearest_sq = std::numeric_limits<double>::infinity();
   NearestPlace out;
-  for (const int t : patch.global_triangle) {
+  for (const int t : patch) {
     const Triangle& v = surface.triangles[t];
     for (const Vec3& point : core) {
       const Vec3 place = point + way;
@@ -62,7 +64,7 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
     body_.triangle[ascending(surface.triangles[t])] = static_cast<int>(t);
 }
 
-FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, const SurfacePatch& patch, std::span<const TouchTool> tools,
+FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                                         std::span<const FineTool> places) const {
   constexpr double kMargin = 1.5, kLeast = 0.4;  // of the way until then; of the contact radius
   Wanted out;
@@ -146,24 +148,33 @@ void FineRefresh::make_zone(const FineContact& contact, double late) {
   patch_ = nullptr;
 }
 
-/// The zone's cells are strained otherwise than when they were looked at last, by so much that it counts: R follows the
-/// strain by as much.
-bool FineRefresh::is_bent(const VectorX& x) const {
-  constexpr double kStrain = 0.03;
+/// How much otherwise the zone's cells are strained than when they were looked at last: R follows by as much.
+double FineRefresh::bend(const VectorX& x) const {
   Vec3 mean = Vec3::Zero();
   for (const int i : zone_->nodes) mean += node(x, i) - node(x_, i);
   mean /= static_cast<double>(zone_->nodes.size());
-  return std::ranges::any_of(zone_->nodes,
-                             [&](int i) { return (node(x, i) - node(x_, i) - mean).norm() > kStrain * zone_->cell; });
+  double most = 0;
+  for (const int i : zone_->nodes) most = std::max(most, (node(x, i) - node(x_, i) - mean).norm());
+  return most / zone_->cell;
+}
+
+FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
+                                  std::span<const int> patch, std::span<const TouchTool> tools,
+                                  std::span<const FineTool> places, std::span<const FineTool> later) const {
+  if (!patch_ || !serves(wanted(all_x, patch, tools, places))) return Due::now;
+  const double bent = bend(tangent.state.x);
+  if (!(bent <= kMostStrain)) return Due::now;
+  if (bent > kStrain || kind_ != kind || !serves(wanted(all_x, patch, tools, later))) return Due::next;
+  return Due::not_yet;
 }
 
 std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
-                                                   const SurfacePatch& patch, std::span<const TouchTool> tools,
+                                                   std::span<const int> patch, std::span<const TouchTool> tools,
                                                    std::span<const FineTool> places) {
   const VectorX& x = tangent.state.x;
   if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(ahead(now), now.late);
   if (zone_->zone.num_yielding == 0) return nullptr;
-  if (patch_ && kind_ == kind && !is_bent(x)) return patch_;
+  if (patch_ && kind_ == kind && bend(x) <= kStrain) return patch_;
   const auto made = make_fine_patch(body_, zone_->zone, surface_.triangles,
                                     find_yield(body_, zone_->zone, {tangent.state, kind}, tangent.dfdx, *solver_));
   made->fineness = zone_->zone.edge / zone_->contact.contact_radius;

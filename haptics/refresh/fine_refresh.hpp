@@ -20,11 +20,20 @@ class FineRefresh {
 
   /// How the cells around the tools yield in the body's state; null: none is near.
   /// @param tangent  of the body's own nodes there, of that kind     @param x  of the whole body
-  /// @param patch    around the tools, that they may touch
+  /// @param patch    around the tools, that they may touch: triangles of the surface
   /// Throws IndefiniteTangent.
   std::shared_ptr<const FinePatch> find(const TangentModel& tangent, TangentKind kind, const VectorX& x,
-                                        const SurfacePatch& patch, std::span<const TouchTool> tools,
+                                        std::span<const int> patch, std::span<const TouchTool> tools,
                                         std::span<const FineTool> places);
+
+  /// Of the last find(); null as there.
+  const std::shared_ptr<const FinePatch>& found() const noexcept { return patch_; }
+
+  /// When it has to be found anew: now, since it does not serve until the next local model is there; next, for the one
+  /// after that; not at all.
+  enum class Due { now, next, not_yet };
+  Due due(const TangentModel& tangent, TangentKind kind, const VectorX& x, std::span<const int> patch,
+          std::span<const TouchTool> tools, std::span<const FineTool> places, std::span<const FineTool> later) const;
 
  private:
   struct Zone {
@@ -38,12 +47,12 @@ class FineRefresh {
     double late = 1;                        // see FineTool
     std::vector<Vec3> from, to;  // of each tool's contact until the next model is in use, on the body at rest
   };
-  Wanted wanted(const VectorX& x, const SurfacePatch& patch, std::span<const TouchTool> tools,
+  Wanted wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                 std::span<const FineTool> places) const;
   static FineContact ahead(const Wanted& wanted);
   bool serves(const Wanted& wanted) const;
   void make_zone(const FineContact& contact, double late);
-  bool is_bent(const VectorX& x) const;
+  double bend(const VectorX& x) const;
   const Surface& surface_;
   std::unique_ptr<Refinable> isotropic_;  // of a model that tells nothing but "young" and "poisson"
   FineBody body_;

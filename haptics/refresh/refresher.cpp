@@ -170,13 +170,13 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   linearize_at(state, kind);
   record_.linearize_ms += milliseconds_since(start);
   std::future<Refined> refined;
-  if (fine_)
-    refined = std::async(std::launch::async, [&, kind, asked = StageTimes::asked()] {
-      Refined out;
-      if (asked) StageTimes::asked() = &out.stages;
-      refine(kind, patch, out);
-      return out;
-    });
+  fine_due_ = FineRefresh::Due::now;
+  if (fine_) {
+    fine_patch_ = patch.global_triangle;
+    if (models_come_late(options_))
+      fine_due_ = fine_->due(tangent_, kind, linearized_x_, fine_patch_, tools_, fine_tools_, fine_later_);
+    if (fine_due_ == FineRefresh::Due::now) refined = start_refining(kind, fine_tools_);
+  }
   start = std::chrono::steady_clock::now();
   const double cpu_start = thread_time_ms();
   if (is_new_) choice_.set_up(tangent_, patch, site);
@@ -185,32 +185,57 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
     throw IndefiniteTangent("the body's definite tangent is not positive definite");
   record_.reduce_ms += milliseconds_since(start);
   local.definite_tangent |= kind == TangentKind::definite;
-  if (fine_) {
-    const double cpu_ms = thread_time_ms() - cpu_start;
-    Refined found = refined.get();
+  if (!fine_) return local;
+  const double cpu_ms = thread_time_ms() - cpu_start;
+  if (refined.valid()) {
+    const Refined found = refined.get();
     if (StageTimes* times = StageTimes::asked()) times->take(found.stages);
     record_.refine_ms += found.ms;
     record_.refine_cpu_ms += found.cpu_ms;
     record_.beside_ms += std::min(cpu_ms, found.cpu_ms);
-    record_.fineness.reset();
-    if (found.patch) record_.fineness = found.patch->fineness;
-    local.fine = std::move(found.patch);
+    local.fine = found.patch;
+  } else {
+    local.fine = fine_->found();
   }
+  record_.fineness.reset();
+  if (local.fine) record_.fineness = local.fine->fineness;
   return local;
 }
 
-/// On another core beside the local model: both only read the tangent. Throws IndefiniteTangent, but for the definite
-/// one: then the cells stay as they are.
-void Refresher::refine(TangentKind kind, const SurfacePatch& patch, Refined& out) {
-  const auto start = std::chrono::steady_clock::now();
-  const double cpu_start = thread_time_ms();
+/// On another core beside what goes on: both only read the tangent, which stays until the next refresh. Throws
+/// IndefiniteTangent, but for the definite one: then the cells stay as they are.
+std::future<Refresher::Refined> Refresher::start_refining(TangentKind kind, std::span<const FineTool> tools) {
+  return std::async(std::launch::async, [this, kind, tools, asked = StageTimes::asked()] {
+    Refined out;
+    if (asked) StageTimes::asked() = &out.stages;
+    const auto start = std::chrono::steady_clock::now();
+    const double cpu_start = thread_time_ms();
+    try {
+      out.patch = fine_->find(tangent_, kind, linearized_x_, fine_patch_, tools_, tools);
+    } catch (const IndefiniteTangent&) {
+      if (kind != TangentKind::definite) throw;
+    }
+    out.ms = milliseconds_since(start);
+    out.cpu_ms = thread_time_ms() - cpu_start;
+    return out;
+  });
+}
+
+/// Cells of a body that gives way stay as they were: the next refresh looks again.
+void Refresher::take_refined_before() {
+  if (!refining_.valid()) return;
   try {
-    out.patch = fine_->find(tangent_, kind, linearized_x_, patch, tools_, fine_tools_);
+    const Refined found = refining_.get();
+    if (StageTimes* times = StageTimes::asked()) times->take(found.stages);
+    record_.before_ms = found.cpu_ms;
   } catch (const IndefiniteTangent&) {
-    if (kind != TangentKind::definite) throw;
   }
-  out.ms = milliseconds_since(start);
-  out.cpu_ms = thread_time_ms() - cpu_start;
+}
+
+/// Local models that come late come later still where they wait for refined cells. What can wait is made while this
+/// model is in use, and the next one has it: always the next one, so that a run can be repeated.
+void Refresher::refine_for_next(TangentKind kind) {
+  if (fine_ && fine_due_ == FineRefresh::Due::next) refining_ = start_refining(kind, fine_later_);
 }
 
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
@@ -224,6 +249,8 @@ void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const Lo
     tool.time = std::clamp(since / interval(t), 1.0, kLatest) * (interval(t) + known_.delay);
     tool.late = std::clamp(since / usual, 1.0, kLatest);
   }
+  fine_later_ = fine_tools_;
+  for (FineTool& tool : fine_later_) tool.time += interval(t);
 }
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,
@@ -236,11 +263,14 @@ LocalModel Refresher::reduce(const SurfacePatch& patch, const ContactSite& site,
     } catch (const IndefiniteTangent&) {
     }
   record_.looked_ahead = local.has_value();
+  TangentKind kind = TangentKind::symmetric;
   if (!local) try {
-      local = reduce_at(global_.state(), TangentKind::symmetric, patch, site);
+      local = reduce_at(global_.state(), kind, patch, site);
     } catch (const IndefiniteTangent&) {
-      local = reduce_at(global_.state(), TangentKind::definite, patch, site);
+      kind = TangentKind::definite;
+      local = reduce_at(global_.state(), kind, patch, site);
     }
+  refine_for_next(kind);
   const auto start = std::chrono::steady_clock::now();
   choice_.revise(*local, site, tick());
   record_.certify_ms = milliseconds_since(start);
@@ -447,6 +477,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   const auto start = std::chrono::steady_clock::now();
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
   const ContactSite site = find_contact_sites(surface_, global_.state().x, place_tools(t, at, reports, way_out));
+  take_refined_before();
   if (fine_) see_tools(t, at, reports);
   known_.last = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);

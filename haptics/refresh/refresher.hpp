@@ -2,6 +2,7 @@
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
 #include <array>
 #include <cmath>
+#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -81,7 +82,9 @@ class Refresher {
     double ms = 0, cpu_ms = 0;
     StageTimes stages;  // if they are asked for
   };
-  void refine(TangentKind kind, const SurfacePatch& patch, Refined& out);
+  std::future<Refined> start_refining(TangentKind kind, std::span<const FineTool> tools);
+  void take_refined_before();
+  void refine_for_next(TangentKind kind);
   void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);
@@ -111,10 +114,12 @@ class Refresher {
   VectorX linearized_x_;               // all positions there
   std::optional<LocalScheme> scheme_;  // none: whichever fits
   Metric metric_;
-  bool refreshes_early_, has_apron_;  // the baselines do not
-  bool is_new_ = true;                // no model was made yet
-  std::optional<FineRefresh> fine_;   // of a scene that is refined around the contact
-  std::vector<FineTool> fine_tools_;  // of this refresh
+  bool refreshes_early_, has_apron_;               // the baselines do not
+  bool is_new_ = true;                             // no model was made yet
+  std::optional<FineRefresh> fine_;                // of a scene that is refined around the contact
+  std::vector<FineTool> fine_tools_, fine_later_;  // of this refresh, and as the next one may see them
+  std::vector<int> fine_patch_;                    // of this refresh: triangles
+  FineRefresh::Due fine_due_ = FineRefresh::Due::now;
   /// What is known of the body whatever the settings.
   struct Known {
     State before;                       // where the last global step began
@@ -128,6 +133,7 @@ class Refresher {
     RefreshPace pace;                   // when the next is due
     std::vector<SpectrumMeter> forces;  // of each tool, from its first contact on
   } known_;
+  std::future<Refined> refining_;  // for the next refresh; it reads the tangent of this one. The last: it ends first
 };
 
 }  // namespace kt

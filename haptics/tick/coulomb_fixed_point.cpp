@@ -5,6 +5,7 @@
 // is left of the gaps then is closed by close_gaps.
 #include <algorithm>
 
+#include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/tick/coulomb_stages.hpp"
 #include "haptics/tick/tick_stages.hpp"
 
@@ -86,6 +87,11 @@ void fill_problem(TickState& tick) noexcept {
   }
 }
 
+/// The solution is as good as the law is asked for; that of the first guess need not be.
+bool is_solved(const TickState& tick) noexcept {
+  return !tick.problem.is_first || tick.solution.residual <= SweepLimits().residual;
+}
+
 /// Contacts of the surface at x_guess, and the impulses that the law gives them.
 /// @param pushing  that the last solution, or the last tick, pushed at; then those of this one
 /// @param before   contacts of the last iteration, or of the last tick; then those of this one
@@ -99,10 +105,11 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
   if (iteration >= kExchanged) keep_pushing(tick, before, contacts);
   fill_problem(tick);
   tick.problem.is_bounded = tick.model->surface.fine != nullptr;
+  tick.problem.is_first = tick.problem.is_bounded && iteration == 0;
   tick.problem.is_repeated = iteration > 3;
   warm_start(tick, before, tick.solution.impulse);
   tick.solver->solve(tick.problem, tick.solution);
-  tick.residual = std::max(tick.residual, tick.solution.residual);
+  if (is_solved(tick)) tick.residual = std::max(tick.residual, tick.solution.residual);
   before = contacts;
   pushing.count = 0;
   for (int i = 0; i < contacts.count; ++i) {
@@ -129,6 +136,7 @@ void resolve_contacts(TickState& tick) noexcept {
   ContactSet before = tick.model->state.anchors, pushing = before;
   for (int k = 0; k < tick.num_tools(); ++k) {
     w.num_near[k] = -1;
+    w.near_is_ignored[k] = false;
     w.near[k].is_known = false;
     w.chosen[k].is_made = false;
   }
@@ -144,7 +152,7 @@ void resolve_contacts(TickState& tick) noexcept {
     place_surface(tick, w.x_end);
     w.step_before.swap(w.step);
     w.step = w.du - w.du_guess;
-    const bool is_settled = tick.h_left() * w.step.lpNorm<Eigen::Infinity>() < kSettled;
+    const bool is_settled = is_solved(tick) && tick.h_left() * w.step.lpNorm<Eigen::Infinity>() < kSettled;
     if (is_settled && close_gaps(tick)) return;
     if (is_settled)
       relaxed = 1;

@@ -2,6 +2,7 @@
 // pushed at, without those that nothing needs.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "collision/held/chosen_places.hpp"
@@ -57,12 +58,12 @@ void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& o
   const ToolSweep box = t.whole.is_round() ? ToolSweep{from, place} : ToolSweep{t.whole.box().low, t.whole.box().high};
   const auto is_plain = [&](int facet) { return !m.surface.is_refined(facet); };
   if (count < 0) {
-    count = tick.index().candidates(box, shape.radius + margin, facets);
-    if (m.surface.fine) {  // those that are not refined first, each part ascending
-      const auto end = facets.begin() + count, middle = std::partition(facets.begin(), end, is_plain);
-      std::sort(facets.begin(), middle);
-      std::sort(middle, end);
-    }
+    count = tick.index().candidates(box, shape.radius + margin, w.candidates);
+    const std::span<const int> found(w.candidates.data(), static_cast<std::size_t>(count));
+    const auto plain_end = std::ranges::copy_if(found, facets.begin(), is_plain).out;  // each part ascending
+    std::ranges::copy_if(found, plain_end, std::not_fn(is_plain));
+    w.x_near = x;
+    w.near_within[tool] = margin;
   }
   const std::span<const int> all(facets.data(), static_cast<std::size_t>(count));
   const bool touches_vertices =
@@ -79,10 +80,12 @@ void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& o
     add_vertex_contacts(patch, x, m.work.x_event, t.whole.core(), shape.radius, near, all.subspan(plain.size()),
                         room_for_vertices(tick, out), w.near[tool].is_seen, w.chosen[tool], out);
     for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between nodes may reach into the tool
+    w.near_is_ignored[tool] = true;
   }
   if (!are_chosen(out)) return;
   tick.add_flag(kContactsExhausted);
   for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between may reach into the tool
+  w.near_is_ignored[tool] = true;
 }
 
 }  // namespace
@@ -98,6 +101,22 @@ void find_contacts(TickState& tick, const VectorX& x, ContactSet& out) noexcept 
       out.add(contact);
     }
   }
+}
+
+bool is_nothing_left_to_hit(const TickState& tick) noexcept {
+  constexpr double kRoundoff = 1 - 1e-6;
+  const LocalWorkspace& w = tick.model->work;
+  double within = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < tick.num_tools(); ++k) {
+    if (!w.near_is_ignored[k]) return false;
+    const MovingTool &whole = tick.tools[k].whole, &rest = tick.tools[k].rest;
+    double outside = 0;  // [m] of the box that they were looked for in: what is left of a turn is a shorter chord
+    if (!whole.is_round())
+      outside =
+          std::max(0.0, (whole.box().low - rest.box().low).cwiseMax(rest.box().high - whole.box().high).maxCoeff());
+    within = std::min(within, w.near_within[k] - outside);
+  }
+  return (w.x_end - w.x_near).lpNorm<Eigen::Infinity>() <= kRoundoff * within && w.x_end.allFinite();
 }
 
 void drop_clear_places(const TickState& tick, const ContactSet& before, ContactSet& contacts) noexcept {

@@ -24,6 +24,10 @@ void spread_impulses(TickState& tick) noexcept;
 /// Where the surface at x touches the tools or nearly does; of the tools that touch, another one is found when it hits.
 void find_contacts(TickState& tick, const VectorX& x, ContactSet& out) noexcept;
 
+/// The triangles that the tools can reach in the rest of the tick are all ignored: those looked for near the guess, if
+/// the surface ends close enough to it.
+bool is_nothing_left_to_hit(const TickState& tick) noexcept;
+
 /// Lets go of places of tools with edges that the solver need not hold, since its time grows with their number, and
 /// most where two are nearly one: those that nothing has pushed at and that stay clear, and those close beside a deeper
 /// one, which carries their force a little aside. What is reached after all is seen when gaps are closed, as that looks

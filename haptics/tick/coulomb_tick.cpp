@@ -90,6 +90,7 @@ void hold_contacts(TickState& tick, std::span<LocalFrame> frames) noexcept {
       if (tick.tools[k].start >= 0) ignore_around(m, k, tick.tools[k].start);
     resolve_contacts(tick);
     for (const Contact& contact : tick.contacts) ignore_around(m, contact.tool, contact.triangle);
+    if (is_nothing_left_to_hit(tick)) return;
     const std::optional<Contact> impact = find_impact(tick, &TouchingTool::rest);
     if (!impact) return;
     int events = 0;

@@ -129,7 +129,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   if (surface.fine) out->yield_rate = 1 / (surface.fine->retardation + h);
   LocalWorkspace& w = out->work;
   w.v_free = w.v_free_end = w.q_pushed = w.force = w.fitted = VectorX::Zero(r);
-  w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
+  w.x = w.x_event = w.x_end = w.x_guess = w.x_near = w.u = x0;
   w.patch_motion = VectorX::Zero(p3);
   w.motion_of = VectorX::Constant(r, std::numeric_limits<double>::quiet_NaN());
   w.motion = w.u_free = w.du = w.du_guess = w.step = w.step_before = VectorX::Zero(moving);
@@ -155,7 +155,7 @@ void widen(const VectorX& patch_x, PreparedLocalModel& model) {
   surface.follow(moving, x0);
   surface.place_apron(moving, x0);
   for (Eigen::Index v = surface.facets.num_vertices(); v < vertices; ++v) x0.segment<3>(3 * v) = x0.head<3>();
-  w.x = w.x_event = w.x_end = w.x_guess = w.u = x0;
+  w.x = w.x_event = w.x_end = w.x_guess = w.x_near = w.u = x0;
   w.u.setZero();
   make_room_for_contacts(room.triangles + static_cast<std::size_t>(room.most_triangles), static_cast<int>(vertices), w);
 }

@@ -63,6 +63,9 @@ struct LocalWorkspace {
   /// Of each tool, while it is held: facets that it may touch, ascending, how many (-1: not looked for), and features.
   std::array<std::vector<int>, kMaxTools> near_facets;  ///< (facets)
   std::array<int, kMaxTools> num_near{};
+  VectorX x_near;                             ///< surface at the end of the tick that they were looked for at [m], (3f)
+  std::array<double, kMaxTools> near_within;  ///< from the tool [m]
+  std::array<bool, kMaxTools> near_is_ignored{};
   std::array<NearFeatures, kMaxTools> near;
   /// Of refined cells: vertices that stand for others beside them, since there are more than there is room for.
   std::array<ChosenVertices, kMaxTools> chosen;

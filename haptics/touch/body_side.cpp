@@ -196,7 +196,8 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   RefreshRecord& record = open_.emplace_back(refresher_->record());
   record.event = event;
   record.delay = expected;
-  record.cpu_ms = took;
+  record.cpu_ms = took + record.before_ms;
+  record.beside_ms += record.before_ms;
   record.settings = std::exchange(applied_, {});
   record.reducers = refresher_->take_changes();
   last_tick_ = event.linearized_tick;

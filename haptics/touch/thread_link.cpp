@@ -46,6 +46,7 @@ class ThreadLink final : public BodyLink {
     if (side.next_tick() == 0) {
       clockid_t clock{};
       if (pthread_getcpuclockid(pthread_self(), &clock) == 0) ticking_clock_ = clock;
+      put_body_before_others();
     }
     ticks_.before_tick(side);
   }
@@ -65,6 +66,19 @@ class ThreadLink final : public BodyLink {
   int lost_reports() const noexcept override { return ticks_.lost_reports(); }
 
  private:
+  /// Where the ticks are before other programs, so is the body, after all that ticks: beside busy programs its models
+  /// would come several times later. Round robin, lowest priority; what it starts inherits it. Else nothing.
+  void put_body_before_others() noexcept {
+    int policy = SCHED_OTHER;
+    sched_param of_ticks{};
+    if (pthread_getschedparam(pthread_self(), &policy, &of_ticks) != 0) return;
+    const int lowest = sched_get_priority_min(SCHED_RR);
+    if ((policy != SCHED_FIFO && policy != SCHED_RR) || of_ticks.sched_priority <= lowest) return;
+    sched_param of_body{};
+    of_body.sched_priority = lowest;
+    pthread_setschedparam(thread_.native_handle(), SCHED_RR, &of_body);
+  }
+
   void run() {
     try {
       while (!stop_) refresh_when_due();
