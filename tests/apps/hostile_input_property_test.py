@@ -162,7 +162,7 @@ class HostileInput(unittest.TestCase):
     def test_the_line_to_run_it_again_is_one_for_a_shell(self):
         name = "it's $(touch harm) a.off"
         shutil.copy(self.path("pad.off"), self.path(name))
-        words = ["drag", name, "--set", "duration=0.05", "--set", "object.layers.thickness=0.001", "--set", "local.reducer=wall"]
+        words = ["run", name, "--set", "duration=0.05", "--set", "object.layers.thickness=0.001", "--set", "local.reducer=wall"]
         self.kilotouch(*words, "--no-report", "--out", "o")
         with open(self.path("o", "summary.json"), encoding="utf-8") as file:
             command = json.load(file)["command"]
