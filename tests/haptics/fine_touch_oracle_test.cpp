@@ -193,5 +193,26 @@ TEST(FineTouch, IsRepeatedBitForBit) {
   EXPECT_EQ(run(p).hash, run(p).hash);
 }
 
+// Where models come late, most refreshes do not wait for refined cells: they were made while the model before was in
+// use. The tool stays on them, the force at rest is the same, and so are the bits.
+TEST(FineTouch, CellsAreMadeARefreshAheadWhereModelsComeLate) {
+  const Press p{.mu = 0.4, .duration = 0.6};
+  Scene scene = scene_of(p);
+  scene.link.charge_refreshes = "given";
+  scene.link.refresh_ms = 25;
+  const auto late = [&](double speed) {
+    scene.tool.path.press_drag->speed = speed;
+    return Session(scene, block_of({})).run();
+  };
+  const SessionResult rest = late(0), first = late(0.03), second = late(0.03);
+  EXPECT_NEAR(rest.tools[0].frames.back().f_n / run(p).tools[0].frames.back().f_n, 1, 0.01);
+  EXPECT_EQ(first.hash, second.hash);
+  const auto outran = [](const LocalFrame& f) { return (f.flags & kUnrefined) != 0; };
+  EXPECT_EQ(std::ranges::count_if(first.tools[0].frames, outran), 0);
+  const std::vector<double>& waited = first.refresh.parts_ms[2].second;
+  ASSERT_EQ(first.refresh.parts_ms[2].first, "refine");
+  EXPECT_LT(std::ranges::count_if(waited, [](double ms) { return ms > 0; }), waited.size() / 2);
+}
+
 }  // namespace
 }  // namespace kt
