@@ -18,13 +18,23 @@ SafetyOptions options_of_chain(const Scene& scene, SceneTool tool) {
   return out;
 }
 
+std::shared_ptr<const Body> without_self_contact(std::shared_ptr<const Body> body) {
+  if (body->self_contact())
+    throw InputError("body: it has self-contact, which one touch at a time can use; make a body for each touch");
+  return body;
+}
+
 }  // namespace
 
 HeldTouch::HeldTouch(const Scene& scene, const std::function<Body()>& make_body)
-    : HeldTouch(scene, touch_options(scene), make_body) {}
+    : HeldTouch(scene, touch_options(scene),
+                [&] { return std::make_shared<const Body>(make_body ? make_body() : Body(body_options(scene))); }) {}
 
-HeldTouch::HeldTouch(const Scene& scene, const TouchOptions& options, const std::function<Body()>& make_body)
-    : body(make_body ? make_body() : Body(body_options(scene))), touch(body, options) {
+HeldTouch::HeldTouch(const Scene& scene, std::shared_ptr<const Body> shared)
+    : HeldTouch(scene, touch_options(scene), [&] { return without_self_contact(std::move(shared)); }) {}
+
+HeldTouch::HeldTouch(const Scene& scene, const TouchOptions& options, const BodyMaker& make)
+    : held_(make()), body(*held_), touch(body, options) {
   safety_.push_back(options_of_chain(scene, scene.tool));
   if (scene.second_tool) safety_.push_back(options_of_chain(scene, *scene.second_tool));
   for (const SafetyOptions& options_of_one : safety_) chains_.emplace_back(options_of_one);

@@ -2,6 +2,7 @@
 // What the interfaces of other languages hold by one handle: a body, its touch, and a safety chain for each tool.
 #include <array>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,9 @@ class HeldTouch {
   /// What is wrong with a setting is told before the body is made. Throws InputError.
   /// @param make_body  once; none: of the scene's own mesh
   explicit HeldTouch(const Scene& scene, const std::function<Body()>& make_body = {});
+  /// On a body that another touch holds, with the first local model that it found. Throws InputError for a body with
+  /// self-contact, whose contact search has one user.
+  HeldTouch(const Scene& scene, std::shared_ptr<const Body> shared);
 
   /// One tick for devices that somebody holds: Touch::tick() between SafetyChain::tool() and make_safe(). Forces and
   /// torques of the frames, which are there until the next call, are what is to be written to the devices now.
@@ -36,11 +40,17 @@ class HeldTouch {
   const SafetyChain& chain(std::size_t k) const { return chains_[k]; }
 
  private:
-  HeldTouch(const Scene& scene, const TouchOptions& options, const std::function<Body()>& make_body);
+  using BodyMaker = std::function<std::shared_ptr<const Body>()>;
+  HeldTouch(const Scene& scene, const TouchOptions& options, const BodyMaker& make);
+
+  std::shared_ptr<const Body> held_;
 
  public:
-  Body body;
+  const Body& body;
   Touch touch;
+
+  /// For another touch of the same body.
+  const std::shared_ptr<const Body>& shared_body() const { return held_; }
 
  private:
   std::vector<SafetyOptions> safety_;

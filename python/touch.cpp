@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 
@@ -14,7 +15,11 @@ namespace {
 /// A touch in Python. One thread at a time ticks; a second one is told so.
 class PythonTouch {
  public:
-  PythonTouch(const NamedScene& named, const py::object& mesh, const py::object& model) {
+  PythonTouch(const NamedScene& named, const py::object& mesh, const py::object& model, const py::object& body_of) {
+    if (!body_of.is_none()) {
+      share(named, mesh, model, body_of);
+      return;
+    }
     check_body_source(named, mesh, model);
     std::unique_ptr<DeformableModel> own;
     std::optional<Mesh> body;
@@ -27,6 +32,7 @@ class PythonTouch {
       return body ? body_of_mesh(std::move(*body), scene) : Body(body_options(scene));
     };
     core_ = std::make_shared<Core>(scene, make);
+    scene_of_body_ = scene_of_body(scene);
   }
   /// The body's thread may wait for the interpreter; and it may be that thread which drops the last reference.
   ~PythonTouch() {
@@ -87,8 +93,27 @@ class PythonTouch {
   }
 
  private:
+  /// What of a scene the body is made of.
+  static std::string scene_of_body(const Scene& scene) {
+    const auto json = nlohmann::json::parse(to_json(scene));
+    return json.value("object", nlohmann::json()).dump() +
+           json.value(nlohmann::json::json_pointer("/global/self_contact"), nlohmann::json()).dump();
+  }
+  void share(const NamedScene& named, const py::object& mesh, const py::object& model, const py::object& body_of) {
+    if (!py::isinstance<PythonTouch>(body_of)) throw InputError("body_of: must be a kilotouch.Touch");
+    if (!mesh.is_none() || !model.is_none())
+      throw InputError("body_of: give no mesh or model, the other touch has the body");
+    const PythonTouch& other = body_of.cast<const PythonTouch&>();
+    scene_of_body_ = scene_of_body(named.scene);
+    if (scene_of_body_ != other.scene_of_body_)
+      throw InputError("body_of: object or global.self_contact of this scene is not that of the other touch's");
+    const NoGil no_gil;
+    core_ = std::make_shared<Core>(named.scene, other.core_->held.shared_body());
+  }
+
   struct Core {
-    Core(const Scene& scene, const std::function<Body()>& make) : held(scene, make) {}
+    template <class Source>
+    Core(const Scene& scene, const Source& body) : held(scene, body) {}
     HeldTouch held;
     std::atomic_flag ticking;
     std::atomic<bool> is_started{false}, is_last{false};  // the latter: Python ends, nobody ticks any more
@@ -110,6 +135,7 @@ class PythonTouch {
     return *all;
   }
   std::shared_ptr<Core> core_;
+  std::string scene_of_body_;
 };
 
 }  // namespace
@@ -213,10 +239,11 @@ void bind_touch(py::module_& m) {
   py::class_<PythonTouch>(m, "Touch",
                           "A body that tools touch, one call a haptic tick. Without start() the body is refreshed "
                           "inside some ticks: the same poses give the same bits.")
-      .def(py::init<const NamedScene&, const py::object&, const py::object&>(), py::arg("scene"),
-           py::arg("mesh") = py::none(), py::arg("model") = py::none(),
+      .def(py::init<const NamedScene&, const py::object&, const py::object&, const py::object&>(), py::arg("scene"),
+           py::arg("mesh") = py::none(), py::arg("model") = py::none(), py::arg("body_of") = py::none(),
            "scene: tools and settings; its path is not followed. mesh: a kilotouch.Mesh for the scene's own; model: a "
-           "kilotouch.Model for it. InputError: what, where, value, allowed.")
+           "kilotouch.Model for it; body_of: a Touch whose body this one shares, with the first local model that it "
+           "found. InputError: what, where, value, allowed.")
       .def(
           "place",
           [](PythonTouch& t, const py::args& poses) {

@@ -23,7 +23,7 @@ from ._kilotouch import (MODES, DeviceReading, Frame, InputError, Mesh, PushedDe
 from . import _kilotouch
 
 __all__ = ["MODES", "DeviceReading", "Flag", "Frame", "InputError", "Mesh", "Model", "PushedDevice", "RunError", "Scene",
-           "Session", "Status", "Touch", "Trace", "check_model", "load_mesh", "plot"]
+           "Session", "Status", "Touch", "Trace", "View", "check_model", "height", "load_mesh", "plot", "press", "view"]
 
 Flag = _enum.IntFlag("Flag", _kilotouch._flags, module=__name__)
 Flag.__doc__ = "Why a force is what it is: bits of Frame.flags. docs/embedding.md has their meaning."
@@ -147,6 +147,25 @@ class Model:
     #: tangent(x, v, definite) gives (dfdx, dfdv), scipy's sparse (3n, 3n) [N/m], [N s/m]; definite: -dfdx and -dfdv
     #: positive semidefinite. None: by differences of force(), 300 to 600 calls.
     tangent = None
+
+
+from .batch import height, press  # after InputError and the like, which it asks for where it needs them
+
+
+def view(what, open=True, port=0):
+    """Opens the live page of a Scene, a Mesh, a file or a run's folder, and returns it: `url`, `close()`. A cell of a notebook shows it.
+
+    open: in the browser. port: 0 takes a free one. RunError: the command `kilotouch` is missing or refuses, in its words.
+    """
+    from . import pages
+    return pages.view(what, open, port)
+
+
+def __getattr__(name):
+    if name == "View":  # with the modules that only a page needs
+        from .pages import View
+        return View
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def plot(trace, other=None):

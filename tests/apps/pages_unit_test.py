@@ -79,6 +79,10 @@ class Pages(unittest.TestCase):
         done = subprocess.run([os.path.join(ROOT, "scripts", "prose"), "--ceilings"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, f"{done.stderr}see scripts/prose --help")
 
+    def test_notebooks_are_those_of_the_tutorials(self):
+        done = subprocess.run([os.path.join(ROOT, "scripts", "notebook"), "--check"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_python_and_json_are_whole(self):
         found = 0
         for page in PAGES:
