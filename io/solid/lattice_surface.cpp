@@ -4,7 +4,6 @@
 
 #include "core/body/pieces.hpp"
 #include "io/mesh/weld.hpp"
-#include "io/surface/winding_number.hpp"
 
 namespace kt {
 namespace {
@@ -124,11 +123,10 @@ Mesh with_short_edges(Mesh surface, double longest) {
   }
 }
 
-Mesh turn_outward(const Mesh& surface, LatticeReport& report) {
+std::optional<Mesh> turn_outward(const Mesh& surface, const WindingNumber& winding, LatticeReport& report) {
   constexpr std::size_t kAsked = 16;  // triangles of a piece
   constexpr double kOff = 0.05;       // of the root of a triangle's area: to either side
-  const WindingNumber winding(surface);
-  Mesh out = surface;
+  std::optional<Mesh> out;
   int count = 0;
   const std::vector<int> piece = pieces_of(surface, count);
   std::vector<std::vector<std::size_t>> of_piece(static_cast<std::size_t>(count));
@@ -146,7 +144,8 @@ Mesh turn_outward(const Mesh& surface, LatticeReport& report) {
       if (above != below) inward += above ? area.norm() : -area.norm();
     }
     if (!(inward > 0)) continue;
-    for (const std::size_t t : triangles) std::swap(out.triangles[t][1], out.triangles[t][2]);
+    if (!out) out = surface;
+    for (const std::size_t t : triangles) std::swap(out->triangles[t][1], out->triangles[t][2]);
     report.turned += static_cast<int>(triangles.size());
   }
   return out;
