@@ -4,6 +4,7 @@
 
 #include "core/body/pieces.hpp"
 #include "io/mesh/weld.hpp"
+#include "io/surface/winding_number.hpp"
 
 namespace kt {
 namespace {
@@ -123,10 +124,11 @@ Mesh with_short_edges(Mesh surface, double longest) {
   }
 }
 
-std::optional<Mesh> turn_outward(const Mesh& surface, const WindingNumber& winding, LatticeReport& report) {
+Mesh turn_outward(const Mesh& surface, LatticeReport& report) {
   constexpr std::size_t kAsked = 16;  // triangles of a piece
   constexpr double kOff = 0.05;       // of the root of a triangle's area: to either side
-  std::optional<Mesh> out;
+  const WindingNumber winding(surface);
+  Mesh out = surface;
   int count = 0;
   const std::vector<int> piece = pieces_of(surface, count);
   std::vector<std::vector<std::size_t>> of_piece(static_cast<std::size_t>(count));
@@ -144,8 +146,7 @@ std::optional<Mesh> turn_outward(const Mesh& surface, const WindingNumber& windi
       if (above != below) inward += above ? area.norm() : -area.norm();
     }
     if (!(inward > 0)) continue;
-    if (!out) out = surface;
-    for (const std::size_t t : triangles) std::swap(out->triangles[t][1], out->triangles[t][2]);
+    for (const std::size_t t : triangles) std::swap(out.triangles[t][1], out.triangles[t][2]);
     report.turned += static_cast<int>(triangles.size());
   }
   return out;

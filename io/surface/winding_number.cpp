@@ -21,38 +21,6 @@ double triangle_winding(const Mesh& surface, const Triangle& t, const Vec3& plac
   return std::atan2(volume, below) / (2 * std::numbers::pi);
 }
 
-/// Squared, of a place to a triangle (Ericson, Real-Time Collision Detection, section 5.1.5).
-double distance_sq(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ab = b - a, ac = c - a, normal = ab.cross(ac);
-  const double area_sq = normal.squaredNorm();
-  if (area_sq > 0) {
-    const Vec3 ap = p - a;
-    const double v = ap.cross(ac).dot(normal), w = ab.cross(ap).dot(normal);
-    if (v >= 0 && w >= 0 && v + w <= area_sq) return std::pow(ap.dot(normal), 2) / area_sq;
-  }
-  const auto to_edge = [&p](const Vec3& from, const Vec3& to) {
-    const Vec3 along = to - from;
-    const double length_sq = along.squaredNorm();
-    const double t = length_sq > 0 ? std::clamp(along.dot(p - from) / length_sq, 0.0, 1.0) : 0;
-    return (from + t * along - p).squaredNorm();
-  };
-  return std::min({to_edge(a, b), to_edge(b, c), to_edge(c, a)});
-}
-
-/// Where a segment passes through a triangle, 0 to 1; below 0: it does not.
-double crossing(const Vec3& from, const Vec3& along, const Vec3& a, const Vec3& b, const Vec3& c) {
-  constexpr double kRounding = 1e-9;
-  const Vec3 ab = b - a, ac = c - a, across = along.cross(ac);
-  const double volume = ab.dot(across);
-  if (volume == 0) return -1;
-  const Vec3 off = from - a;
-  const double v = off.dot(across) / volume;
-  if (v < -kRounding || v > 1 + kRounding) return -1;
-  const Vec3 turned = off.cross(ab);
-  const double w = along.dot(turned) / volume, t = ac.dot(turned) / volume;
-  return w < -kRounding || v + w > 1 + kRounding || t > 1 ? -1 : t;
-}
-
 }  // namespace
 
 double winding_number(const Mesh& surface, const Vec3& place) {
@@ -131,83 +99,6 @@ double WindingNumber::at(const Vec3& place) const {
     }
   }
   return sum;
-}
-
-/// Triangles of the branches whose balls are near.
-template <class IsNear, class Take>
-void WindingNumber::visit(const IsNear& is_near, const Take& take) const {
-  if (branches_.empty()) return;
-  std::array<int, kDeepest> open;
-  int count = 1;
-  open[0] = 0;
-  while (count > 0) {
-    const int self = open[static_cast<std::size_t>(--count)];
-    const Branch& b = branches_[static_cast<std::size_t>(self)];
-    if (!is_near(b.centre, b.radius)) continue;
-    if (b.right == 0) {
-      for (int k = b.begin; k < b.end; ++k) {
-        const Triangle& t = surface_.triangles[static_cast<std::size_t>(order_[static_cast<std::size_t>(k)])];
-        take(node(surface_.x, t[0]), node(surface_.x, t[1]), node(surface_.x, t[2]));
-      }
-      continue;
-    }
-    open[static_cast<std::size_t>(count++)] = b.right;
-    open[static_cast<std::size_t>(count++)] = self + 1;
-  }
-}
-
-/// The nearer half first.
-double WindingNumber::distance(const Vec3& place, double most) const {
-  if (branches_.empty()) return most;
-  double best_sq = most * most;
-  struct Open {
-    int branch;
-    double least;  // distance of its ball, or less
-  };
-  const auto look = [&](int i) {
-    const Branch& b = branches_[static_cast<std::size_t>(i)];
-    return Open{i, (b.centre - place).norm() - b.radius};
-  };
-  std::array<Open, kDeepest> open;
-  int count = 1;
-  open[0] = look(0);
-  while (count > 0) {
-    const Open its = open[static_cast<std::size_t>(--count)];
-    if (its.least > 0 && its.least * its.least >= best_sq) continue;
-    const Branch& b = branches_[static_cast<std::size_t>(its.branch)];
-    if (b.right == 0) {
-      for (int k = b.begin; k < b.end; ++k) {
-        const Triangle& t = surface_.triangles[static_cast<std::size_t>(order_[static_cast<std::size_t>(k)])];
-        best_sq = std::min(best_sq,
-                           distance_sq(place, node(surface_.x, t[0]), node(surface_.x, t[1]), node(surface_.x, t[2])));
-      }
-      continue;
-    }
-    Open near = look(its.branch + 1), far = look(b.right);
-    if (far.least < near.least) std::swap(near, far);
-    open[static_cast<std::size_t>(count++)] = far;
-    open[static_cast<std::size_t>(count++)] = near;
-  }
-  return std::sqrt(best_sq);
-}
-
-bool WindingNumber::parts(const Vec3& a, const Vec3& b) const {
-  constexpr double kThinnest = 1e-6;  // of the way: nearer ones are crossed at once
-  const Vec3 along = b - a;
-  const double length_sq = along.squaredNorm();
-  std::vector<double> at;
-  visit(
-      [&](const Vec3& centre, double radius) {
-        const double t = length_sq > 0 ? std::clamp(along.dot(centre - a) / length_sq, 0.0, 1.0) : 0;
-        return (a + t * along - centre).squaredNorm() <= radius * radius;
-      },
-      [&](const Vec3& p, const Vec3& q, const Vec3& r) {
-        if (const double t = crossing(a, along, p, q, r); t >= 0) at.push_back(t);
-      });
-  std::ranges::sort(at);
-  for (std::size_t i = 1; i < at.size(); ++i)
-    if (at[i] - at[i - 1] > kThinnest && !is_inside(a + 0.5 * (at[i - 1] + at[i]) * along)) return true;
-  return false;
 }
 
 }  // namespace kt

@@ -20,10 +20,6 @@ class WindingNumber {
   double at(const Vec3& place) const;
   /// Of a surface that is inside out, too.
   bool is_inside(const Vec3& place) const { return std::abs(at(place)) > 0.5; }
-  /// To the nearest triangle [m]; `most` where none is nearer.
-  double distance(const Vec3& place, double most) const;
-  /// Whether the surface lies between two places that are inside: the way from one to the other leaves the material.
-  bool parts(const Vec3& a, const Vec3& b) const;
 
  private:
   struct Branch {
@@ -34,8 +30,6 @@ class WindingNumber {
     int begin = 0, end = 0, right = 0;  // triangles in order_; the second half, 0: a leaf
   };
   int build(int begin, int end);
-  template <class IsNear, class Take>
-  void visit(const IsNear& is_near, const Take& take) const;
   const Mesh& surface_;
   std::vector<int> order_;
   std::vector<Vec3> centroid_, area_;

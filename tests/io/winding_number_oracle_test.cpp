@@ -39,40 +39,5 @@ TEST(WindingNumber, OfAnOpenSurfaceIsTheSolidAngle) {
   EXPECT_NEAR(winding.at(Vec3(0, 0, -1)), 1.0 / 6, 1e-6);
 }
 
-TEST(WindingNumber, KnowsTheNearestTriangle) {
-  const Mesh mesh = load_mesh(KT_SOURCE_DIR "/meshes/sphere.off");
-  const WindingNumber winding(mesh);
-  const Bounds box = bounds(mesh);
-  const double radius = 0.5 * box.size().x();
-  Sample sample{std::mt19937_64(4)};
-  for (int i = 0; i < 500; ++i) {
-    const Vec3 off = 1.5 * radius * sample.cube();
-    const double truth = std::abs(off.norm() - radius);
-    EXPECT_NEAR(winding.distance(box.centre() + off, 10 * radius), truth, 0.01 * radius);
-    if (truth > 0.1 * radius) {
-      EXPECT_NEAR(winding.distance(box.centre() + off, 0.5 * truth), 0.5 * truth, 1e-12 * radius);
-    }
-  }
-}
-
-/// Two blocks a thousandth apart, and two that overlap.
-TEST(WindingNumber, PartsWhatAGapLiesBetween) {
-  const auto boxes = [](double from, double to) {
-    Mesh low = kuhn_block(2, 2, 2, 0.5), high = low;
-    for (int i = 0; i < high.num_nodes(); ++i) high.x[3 * i + 2] = from + (to - from) * high.x[3 * i + 2];
-    Mesh out{VectorX(low.x.size() + high.x.size()), low.triangles, {}};
-    out.x << low.x, high.x;
-    for (const Triangle& t : high.triangles)
-      out.triangles.push_back({t[0] + low.num_nodes(), t[1] + low.num_nodes(), t[2] + low.num_nodes()});
-    return out;
-  };
-  const Vec3 below(0.43, 0.37, 0.9), above(0.47, 0.41, 1.1);
-  const Mesh apart = boxes(1.001, 2), overlapping = boxes(0.95, 2);
-  EXPECT_TRUE(WindingNumber(apart).parts(below, above));
-  EXPECT_TRUE(WindingNumber(apart).parts(above, below));
-  EXPECT_FALSE(WindingNumber(apart).parts(below, Vec3(0.2, 0.8, 0.1)));
-  EXPECT_FALSE(WindingNumber(overlapping).parts(below, above));
-}
-
 }  // namespace
 }  // namespace kt
