@@ -3,9 +3,9 @@
 // Embree keeps floats: coordinates are taken relative to the patch, and boxes are rounded outward. Committing a scene
 // costs several microseconds and allocates, which a haptic tick must not; so the hierarchy holds boxes with a slack,
 // and a triangle that leaves its box is kept in a short list beside the hierarchy until the next build (every refresh
-// builds anew). A refit tests only triangles with a vertex that has moved by more than its slack. Embree drops boxes that
-// are not finite or very large without a word: such triangles are in the list from the start. Candidates are then sifted
-// with the exact swept boxes. Never a hit distance of Embree's own is used.
+// builds anew). A refit tests only triangles with a vertex that has moved by more than its slack. Embree drops boxes
+// that are not finite or very large without a word: such triangles are in the list from the start. Candidates are then
+// sifted with the exact swept boxes. Never a hit distance of Embree's own is used.
 #if KT_EMBREE_MAJOR == 3
 #include <embree3/rtcore.h>
 #else
