@@ -65,7 +65,7 @@ class EmbreeIndex final : public TriangleIndex {
     triangles_.assign(triangles.begin(), triangles.end());
     escaped_.reserve(triangles_.size());
     choose_origin(x);
-    built_ = x;
+    built_ = x_t0_ = x_t1_ = x;
     leaves_.assign(static_cast<std::size_t>(x.size() / 3), 0);
     held_.clear();
     for (const Triangle& t : triangles_) held_.push_back(widened(swept_box(t, x, x)));
@@ -88,8 +88,8 @@ class EmbreeIndex final : public TriangleIndex {
 
   void refit(const VectorX& x_t0, const VectorX& x_t1) noexcept override {
     escaped_.clear();
-    x_t0_ = x_t0;
-    x_t1_ = x_t1;
+    x_t0_ = x_t0.head(built_.size());  // there may be more vertices, of an apron
+    x_t1_ = x_t1.head(built_.size());
     if (!find_leaving(x_t0, x_t1)) return;
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       const Triangle& v = triangles_[t];

@@ -229,9 +229,14 @@ TEST_P(EveryTriangleIndex, NeedsNoMemoryInTheTick) {
   const MovingTriangles surface{m.triangles, m.x_t0, m.x_t1};
   const ToolSweep sweep = random_sweep(s, m);
   const std::vector<int> moved = {3, 1, 4};
-  VectorX x = m.x_t1;
+  VectorX x = m.x_t1, more_t0 = m.x_t0, more_t1 = m.x_t1;  // with a vertex that no triangle has, as of an apron
+  more_t0.conservativeResize(more_t0.size() + 3);
+  more_t1.conservativeResize(more_t1.size() + 3);
+  more_t0.tail<3>().setZero();
+  more_t1.tail<3>().setZero();
   int hits = 0;
   EXPECT_EQ(allocations_during([&] {
+              index->refit(more_t0, more_t1);
               for (int i = 0; i < 10; ++i) {
                 index->refit(m.x_t0, m.x_t1);
                 hits += find_first_contact(*index, surface, {}, sweep, {}, scratch).has_value();
