@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "core/base/error.hpp"
-#include "haptics/driver/device_words.hpp"
+#include "haptics/guard/device_words.hpp"
 #include "haptics/setup/scene_safety.hpp"
-#include "haptics/touch/tick_words.hpp"
+#include "haptics/watch/tick_words.hpp"
 
 namespace kt {
 namespace {

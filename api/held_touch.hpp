@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/driver/safety_chain.hpp"
+#include "haptics/guard/safety_chain.hpp"
 #include "haptics/setup/session_parts.hpp"
 #include "haptics/touch/touch.hpp"
 

@@ -11,7 +11,7 @@
 #include "core/base/error.hpp"
 #include "core/body/check_model.hpp"
 #include "haptics/device/haptic_device.hpp"
-#include "haptics/driver/safety_chain.hpp"
+#include "haptics/guard/safety_chain.hpp"
 #include "haptics/setup/session_parts.hpp"
 #include "haptics/touch/touch.hpp"
 #include "io/mesh/mesh_io.hpp"

@@ -3,8 +3,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "apps/commands.hpp"
-#include "apps/words.hpp"
+#include "apps/console/commands.hpp"
+#include "apps/console/words.hpp"
 #include "collision/broad/triangle_index.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/device/haptic_device.hpp"
@@ -34,7 +34,7 @@ std::vector<Family> all_families() {
           {"collision", "collision.backend", triangle_index_backends()},
           {"contact surfaces", "contact.surface", contact_surface_backends()},
           {"methods", "local.method", haptic_method_backends()},
-          {"contact laws", "contact.law", contact_laws()},
+          {"contact laws", "contact.law", contact_solver_backends()},
           {"devices", "tool.path", device_backends()},
           {"links", "link.type", link_backends()}};
 }

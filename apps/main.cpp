@@ -5,11 +5,11 @@
 #include <iostream>
 #include <new>
 
-#include "apps/commands.hpp"
+#include "apps/console/commands.hpp"
+#include "apps/console/output_streams.hpp"
+#include "apps/console/stop_signals.hpp"
+#include "apps/console/words.hpp"
 #include "apps/mesh_command.hpp"
-#include "apps/output_streams.hpp"
-#include "apps/stop_signals.hpp"
-#include "apps/words.hpp"
 #include "core/base/error.hpp"
 #include "core/base/visible_text.hpp"
 #include "haptics/touch/keep_memory.hpp"
@@ -62,19 +62,6 @@ void add_quiet_option(CLI::App& command) {
   if (inner.empty()) kt::add_quiet_option(command);
 }
 
-/// Studies of the engine, apart from what a person runs it for.
-void add_laboratory(CLI::App& app, int& exit_code) {
-  const auto product = app.get_subcommands([](CLI::App*) { return true; });
-  kt::add_check_command(app, exit_code);
-  kt::add_chart_command(app, exit_code);
-  kt::add_stability_command(app, exit_code);
-  kt::add_advise_command(app, exit_code);
-  kt::add_paper_command(app, exit_code);
-  kt::add_bench_command(app, exit_code);
-  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
-    if (std::ranges::find(product, command) == product.end()) command->group("Laboratory");
-}
-
 /// Runs what the words ask for.    @returns the exit code
 int run(int argc, char** argv) {
   kt::keep_freed_memory();
@@ -92,7 +79,9 @@ int run(int argc, char** argv) {
   kt::add_touch_command(app, exit_code);
   kt::add_key_command(app, exit_code);
   kt::add_list_command(app, exit_code);
-  add_laboratory(app, exit_code);
+#if KT_WITH_LAB
+  kt::add_laboratory(app, exit_code);
+#endif
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) add_quiet_option(*command);
   try {
     app.parse(argc, argv);

@@ -6,9 +6,9 @@
 #include <memory>
 #include <optional>
 
-#include "apps/commands.hpp"
+#include "apps/console/commands.hpp"
+#include "apps/console/words.hpp"
 #include "apps/outputs/mesh_report.hpp"
-#include "apps/words.hpp"
 #include "core/base/error.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"

@@ -3,14 +3,14 @@
 // model; CPU time of one thread [ms], median and 90th percentile, and iterations of the linear solver.
 //   ./build/release/bench/global_half_bench [msd|fem]
 #include <cstdio>
-#include <ctime>
 
+#include "core/base/cpu_time.hpp"
 #include "core/base/parallel.hpp"
 #include "core/body/mesh.hpp"
 #include "core/global/held_model.hpp"
 #include "core/global/integrator.hpp"
-#include "core/linear/kernels.hpp"
-#include "haptics/study/metrics.hpp"
+#include "core/linear/dense/kernels.hpp"
+#include "haptics/session/metrics.hpp"
 #include "models/model.hpp"
 
 namespace kt {
@@ -23,17 +23,11 @@ struct Cells {
 };
 constexpr Cells kSizes[] = {{11, 5}, {13, 7}, {17, 9}, {31, 9}};  // 864, 1,568, 3,240 and 10,240 nodes
 
-double cpu_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
-
 template <class Work>
 void time(std::vector<double>& out, const Work& work) {
-  const double start = cpu_ms();
+  const double start = thread_time_ms();
   work();
-  out.push_back(cpu_ms() - start);
+  out.push_back(thread_time_ms() - start);
 }
 
 Mesh block(const Cells& cells) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "haptics/driver/device_slots.hpp"
-#include "haptics/driver/guarded_device.hpp"
-#include "haptics/driver/sleep_until.hpp"
+#include "haptics/guard/guarded_device.hpp"
+#include "haptics/guard/sleep_until.hpp"
 #include "tests/fakes/haply_service.hpp"
 
 namespace kt {

@@ -6,12 +6,13 @@
 #include <thread>
 
 #include "core/base/cpu_time.hpp"
+#include "haptics/halves/body_side.hpp"
+#include "haptics/halves/haptic_side.hpp"
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/metrics.hpp"
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/contact_watch.hpp"
-#include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
+#include "haptics/watch/contact_watch.hpp"
 #include "tests/support/held_up_model.hpp"
 
 namespace kt {
@@ -25,7 +26,7 @@ void run(const Session& session, int held_ms) {
   options.tools[0].max_speed = std::numeric_limits<double>::infinity();  // a hand's: not known
   Touch touch(body, options);
   ContactWatch watch(body.surface(), session.tools(), true);
-  touch.observe(&watch);
+  TouchHalves::observe(touch, &watch);
   const auto pose = [&](int tick) { return Pose{interpolate_path(session.path(), tick * touch.h())}; };
   touch.place(pose(0));
   touch.start();
@@ -40,12 +41,12 @@ void run(const Session& session, int held_ms) {
     const double start = thread_time_us();
     const LocalFrame& f = touch.tick(next);
     us.push_back(thread_time_us() - start);
-    watch.ticked(touch.fast(), {&f, 1});
+    watch.ticked(TouchHalves::fast(touch), {&f, 1});
     force.push_back(f.force.norm());
     stale += (f.flags & kStaleModel) != 0;
   }
   touch.stop();
-  watch.finish(touch.fast().model());
+  watch.finish(TouchHalves::fast(touch).model());
   double mean = 0, step = 0;
   int zero = 0, at = 0;
   for (int i = 400; i < ticks; ++i) {

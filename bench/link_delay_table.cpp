@@ -6,11 +6,12 @@
 #include <random>
 #include <sstream>
 
+#include "haptics/halves/haptic_side.hpp"
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/metrics.hpp"
-#include "haptics/study/reference.hpp"
-#include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
+#include "lab/study/reference.hpp"
 
 namespace kt {
 namespace {
@@ -22,7 +23,7 @@ class Sizes final : public SessionWatcher {
   void ticked(std::span<const LocalFrame> frames, double, long long) override {
     if (frames[0].model_frame == frame_) return;
     frame_ = frames[0].model_frame;
-    const LocalModel& model = touch_->fast().model().model;
+    const LocalModel& model = TouchHalves::fast(*touch_).model().model;
     dof.push_back(model.dof());
     vertices.push_back(model.patch.num_vertices());
   }

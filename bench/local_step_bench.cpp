@@ -5,22 +5,16 @@
 // TickBlock rows: the same over a block of 3703 nodes, each reducer.
 // Tick rows: CPU time of the tick's thread; p50_us, p999_us and max_us over a drag with its refreshes.
 #include <benchmark/benchmark.h>
-#include <time.h>
 
 #include "bench/steady_drag.hpp"
 #include "collision/held/first_contact.hpp"
-#include "haptics/study/metrics.hpp"
+#include "core/base/cpu_time.hpp"
+#include "haptics/session/metrics.hpp"
 
 namespace kt {
 namespace {
 
 constexpr int kTicks = 6000, kBlockTicks = 3000;  // over a block refreshes cost more than ticks
-
-double thread_time_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 struct Setup {
   const char *name, *mesh, *shape;

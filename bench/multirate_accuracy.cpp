@@ -9,9 +9,9 @@
 #include <iostream>
 #include <map>
 
-#include "haptics/study/metrics.hpp"
-#include "haptics/study/reference.hpp"
+#include "haptics/session/metrics.hpp"
 #include "io/files/output_file.hpp"
+#include "lab/study/reference.hpp"
 
 namespace kt {
 namespace {

@@ -3,11 +3,11 @@
 //   ./build/release/bench/reduction_bench --benchmark_counters_tabular=true
 #include <benchmark/benchmark.h>
 #include <malloc.h>
-#include <time.h>
 
 #include <map>
 
 #include "bench/two_rings.hpp"
+#include "core/base/cpu_time.hpp"
 #include "core/base/error.hpp"
 #include "core/base/parallel.hpp"
 #include "core/body/tangent_model.hpp"
@@ -112,16 +112,11 @@ void BM_Refresh(benchmark::State& state) {
         break;
     }
   };
-  const auto cpu = [] {
-    timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  };
   with_threads(1, [&] {
     for (auto _ : state) {
-      const double start = cpu();
+      const double start = 1e-3 * thread_time_ms();
       work();
-      state.SetIterationTime(cpu() - start);
+      state.SetIterationTime(1e-3 * thread_time_ms() - start);
     }
   });
   state.SetLabel(kParts[part]);

@@ -11,7 +11,7 @@
 #include "bench/steady_drag.hpp"
 #include "core/body/tangent_model.hpp"
 #include "core/global/global_simulation.hpp"
-#include "haptics/study/metrics.hpp"
+#include "haptics/session/metrics.hpp"
 
 namespace kt {
 namespace {

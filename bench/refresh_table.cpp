@@ -8,8 +8,8 @@
 
 #include "core/base/parallel.hpp"
 #include "core/base/stages.hpp"
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/metrics.hpp"
 #include "io/scene/scene.hpp"
 
 namespace kt {

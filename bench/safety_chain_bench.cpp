@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "haptics/driver/device_slots.hpp"
-#include "haptics/driver/guarded_device.hpp"
+#include "haptics/guard/guarded_device.hpp"
 
 namespace {
 

@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <string>
 
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/metrics.hpp"
-#include "haptics/study/reference.hpp"
 #include "io/files/output_file.hpp"
 #include "io/scene/scene.hpp"
+#include "lab/study/reference.hpp"
 
 namespace kt {
 namespace {

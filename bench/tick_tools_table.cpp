@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/metrics.hpp"
 #include "io/files/output_file.hpp"
 #include "io/mesh/mesh_formats.hpp"
 #include "io/scene/scene.hpp"

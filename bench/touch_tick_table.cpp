@@ -6,10 +6,11 @@
 
 #include "core/base/cpu_time.hpp"
 #include "core/base/percentile.hpp"
+#include "haptics/halves/body_side.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/tick/catch_up.hpp"
-#include "haptics/touch/body_side.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
 #include "tests/support/allocations.hpp"
 
 namespace kt {
@@ -85,7 +86,7 @@ void run(const std::string& file) {
   const int ticks = static_cast<int>(scene.duration / touch.h());
   for (int i = 0; i < ticks; ++i) {
     const Pose from = pose(i), to = pose(i + 1);
-    touch.refresh_if_due();
+    TouchHalves::refresh_if_due(touch);
     if (const int now = touch.status().refreshes; now > refreshes) {
       bare.refresh(i, pose);
       refreshes = now;

@@ -12,9 +12,7 @@ install(EXPORT kilotouch-targets NAMESPACE kilotouch:: DESTINATION ${CMAKE_INSTA
 # Public is api/kilotouch.hpp and what it includes, below include/kilotouch/: nobody's include path gets a folder `core`.
 # Rooms of our house are no part of a public name: core/body/mesh.hpp is installed as core/mesh.hpp.
 function(kt_public_name text out)
-  string(REGEX REPLACE "(core|collision|io)/[a-z]+/" "\\1/" text "${text}")
-  string(REGEX REPLACE "haptics/options/touch_" "haptics/touch/touch_" text "${text}")
-  string(REGEX REPLACE "haptics/(options|tick|setup)/" "haptics/" text "${text}")
+  string(REGEX REPLACE "(core|collision|io|haptics)/([a-z]+/)+" "\\1/" text "${text}")
   string(REGEX REPLACE "^api/" "" text "${text}")
   set(${out} "${text}" PARENT_SCOPE)
 endfunction()

@@ -23,8 +23,8 @@ endfunction()
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
 set(kt_off)
 foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
-             "CGAL=io/([a-z]+/)?[a-z_]*cgal" "CGAL=collision/broad/cgal" "TETGEN=io/([a-z]+/)?[a-z_]*tetgen"
-             "NETGEN=io/([a-z]+/)?[a-z_]*netgen" "ZLIB=io/([a-z]+/)?[a-z_]*zlib" "BEAST=(haptics|driver)/haply")
+             "CGAL=io/([a-z]+/)*[a-z_]*cgal" "CGAL=collision/broad/cgal" "TETGEN=io/([a-z]+/)*[a-z_]*tetgen"
+             "NETGEN=io/([a-z]+/)*[a-z_]*netgen" "ZLIB=io/([a-z]+/)*[a-z_]*zlib" "BEAST=(haptics|driver)/haply")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)
@@ -33,32 +33,37 @@ foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPEN
   endif()
 endforeach()
 if(NOT KT_BUILD_APPS)
-  list(APPEND kt_off "io/([a-z]+/)?[a-z_]*json" "io/scene")
+  list(APPEND kt_off "io/([a-z]+/)*[a-z_]*json" "io/scene")
 endif()
 
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
-kt_library(core DIRS core/base core/linear core/linear/step_solvers core/body core/global core/global/integrators core/local
+kt_library(core DIRS core/base core/linear core/linear/dense core/linear/step_solvers core/body core/global core/global/integrators core/local
                          core/local/reducers core/fine
            DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
-           ALONE core/linear/[a-z]*_product core/linear/dense_cholesky core/linear/symmetric_eigen core/linear/block_cholesky
-                 core/linear/complex_symmetric core/linear/supernodes core/global/newton core/local/block_confinement
+           ALONE core/linear/[a-z]*/?[a-z]*_product core/linear/dense/dense_cholesky core/linear/dense/symmetric_eigen core/linear/block_cholesky
+                 core/linear/dense/complex_symmetric core/linear/supernodes core/global/newton core/local/block_confinement
                  core/local/node_blocks core/local/local_dynamics core/local/graded_body core/base/finding
                  core/base/temporary_folder)
 kt_library(collision DIRS collision/shape collision/impact collision/broad collision/held DEPENDS kt_core
            WITHOUT ${kt_off} collision/broad/cgal ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
-kt_library(io DIRS io/files io/mesh io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
-           ALONE _cgal io/mesh/ply.cpp io/mesh/stl.cpp io/mesh/medit io/files/json_batch io/files/json_file io/scene/json_rules)
-kt_library(haptics DIRS haptics/contact haptics/device haptics/driver haptics/link haptics/tick haptics/methods haptics/refresh haptics/remote haptics/touch
-                            haptics/setup haptics/predict haptics/session haptics/study haptics/findings haptics/advise
+kt_library(io DIRS io/files io/mesh io/mesh/format io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
+           ALONE _cgal io/mesh/format/ply.cpp io/mesh/format/stl.cpp io/mesh/format/vtk.cpp io/mesh/format/medit io/files/json_batch io/files/json_file io/scene/json_rules)
+set(kt_baselines)
+if(KT_WITH_LAB)
+  set(kt_baselines lab/methods)
+endif()
+kt_library(haptics DIRS haptics/contact haptics/device haptics/safety haptics/machine haptics/driver haptics/driver/haply haptics/guard haptics/link haptics/tick
+                            haptics/refresh haptics/remote haptics/body haptics/halves haptics/watch haptics/touch
+                            haptics/setup haptics/cells haptics/predict haptics/session haptics/findings ${kt_baselines}
            WITHOUT ${kt_off}
            ALONE "haptics/tick/(tick_|free_motion|first_impact|coulomb_|paper_tick|model_change|local_simulation)"
                  haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
-                 haptics/advise/advise_bodies haptics/study/press.cpp haptics/findings/ haptics/session/real_time
-                 haptics/predict/mesh_cures haptics/predict/predict_tool_mesh
-                 haptics/driver/haply haptics/driver/device_words haptics/touch/tick_words haptics/touch/touch_watch haptics/touch/contact_watch
+                 haptics/findings/ haptics/session/real_time
+                 haptics/cells/mesh_cures haptics/predict/predict_tool_mesh
+                 haptics/driver/haply/ haptics/guard/ haptics/watch/ haptics/session/metrics
                  haptics/refresh/kept_set_up
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
@@ -83,6 +88,7 @@ endforeach()
 
 # Of one file only: the others need not be compiled anew for it.
 set_source_files_properties(haptics/setup/session_parts.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_NETWORK=$<BOOL:${KT_WITH_NETWORK}>)
+set_source_files_properties(haptics/tick/haptic_method.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_LAB=$<BOOL:${KT_WITH_LAB}>)
 
 target_link_libraries(kt_io PRIVATE $<BUILD_INTERFACE:kt_hardened>)
 target_link_libraries(kt_haptics PRIVATE ${CMAKE_DL_LIBS})  # vendors' libraries of devices are loaded where they are used
@@ -118,7 +124,7 @@ if(KT_WITH_ZLIB)
   target_link_libraries(kt_io PRIVATE ZLIB::ZLIB)
 endif()
 # Of one file only: the others need not be compiled anew for it.
-set_source_files_properties(io/mesh/vtu_array.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_ZLIB=$<BOOL:${KT_WITH_ZLIB}>)
+set_source_files_properties(io/mesh/format/vtu_array.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_ZLIB=$<BOOL:${KT_WITH_ZLIB}>)
 if(KT_WITH_NETGEN)
   target_include_directories(kt_io PRIVATE ${KT_NETGEN_INCLUDE})
   # Loaded where it is used, by its full path: with the name that stays when the development package goes.

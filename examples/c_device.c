@@ -6,7 +6,7 @@
 static double length(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 int main(void) {
-  const char* settings[] = {"collision.backend=brute_force", "tool.path.device.name=pushed",
+  const char* settings[] = {"tool.path.device.name=pushed",
                             "tool.path.device.max_force=0.1", "tool.path.device.deadman=1"};
   kt_touch* touch = kt_open_mesh("meshes/block.msh", settings, 4);
   kt_pose pose = {sizeof(kt_pose), 0, {0.03, 0.026, 0.03}, {1, 0, 0, 0}};

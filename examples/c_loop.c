@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 int main(void) {
-  const char* settings[] = {"collision.backend=brute_force", "contact.mu=0.3", "object.model.young=8000"};
+  const char* settings[] = {"contact.mu=0.3", "object.model.young=8000"};
   kt_touch* touch = kt_open_mesh("meshes/block.msh", settings, 3);
   kt_pose pose = {sizeof(kt_pose), 0, {0.03, 0.026, 0.03}, {1, 0, 0, 0}};
   kt_frame frame = {sizeof(kt_frame), 0};

@@ -26,7 +26,6 @@ int main() {
   const kt::Body body(made);
   kt::TouchOptions options;
   options.tools[0].shape = kt::make_capsule(0.003, 0.01);
-  options.collision.backend = "brute_force";  // is in every build
   kt::Touch touch(body, options);
 
   MyDevice device;

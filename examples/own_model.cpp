@@ -31,7 +31,6 @@ int main() {
   std::printf("%s", check.text().c_str());
   const kt::Body body(std::make_unique<Felt>(mesh));
   kt::TouchOptions options;
-  options.collision.backend = "brute_force";  // is in every build
   options.local.reducer = "wall";
   kt::Touch touch(body, options);
   const double top = kt::bounds(mesh).max.z() + 0.004;

@@ -11,7 +11,6 @@ int main() {
   kt::TouchOptions options;
   options.tools[0].shape = {kt::ToolShape::Kind::sphere, 0.004};  // m
   options.contact.mu_static = options.contact.mu_kinetic = 0.3;
-  options.collision.backend = "brute_force";  // is in every build
   kt::Touch touch(body, options);
 
   const double top = kt::bounds(body.model().mesh()).max.z() + 0.004;

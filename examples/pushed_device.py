@@ -7,7 +7,7 @@ import numpy as np
 import kilotouch as kt
 
 scene = kt.Scene(settings={
-    "object.mesh": "meshes/block.msh", "collision.backend": "brute_force", "duration": 60,
+    "object.mesh": "meshes/block.msh", "duration": 60,
     "tool.path.device.name": "pushed", "tool.path.device.origin": [0, 0, 0], "tool.path.device.max_force": 0.1})
 device = kt.PushedDevice()
 

@@ -7,8 +7,8 @@
 #include <map>
 #include <mutex>
 
+#include "haptics/halves/body_side.hpp"
 #include "haptics/remote/report_box.hpp"
-#include "haptics/touch/body_side.hpp"
 #include "network/message/messages.hpp"
 
 namespace kt {

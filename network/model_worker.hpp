@@ -7,12 +7,12 @@
 #include <mutex>
 #include <thread>
 
+#include "haptics/body/body.hpp"
+#include "haptics/halves/swap_energy.hpp"
+#include "haptics/halves/touch_status.hpp"
 #include "haptics/remote/model_unpacker.hpp"
 #include "haptics/tick/catch_up.hpp"
-#include "haptics/touch/body.hpp"
-#include "haptics/touch/swap_energy.hpp"
 #include "haptics/touch/tick_end.hpp"
-#include "haptics/touch/touch_status.hpp"
 #include "network/hand_link.hpp"
 #include "network/message/messages.hpp"
 #include "network/shared_history.hpp"

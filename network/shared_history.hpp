@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "haptics/halves/pose_history.hpp"
 #include "haptics/tick/local_report.hpp"
-#include "haptics/touch/pose_history.hpp"
 
 namespace kt {
 

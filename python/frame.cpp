@@ -1,6 +1,6 @@
 #include "haptics/tick/local_frame.hpp"
 
-#include "haptics/touch/haptic_side.hpp"
+#include "haptics/halves/haptic_side.hpp"
 
 #include "python/bindings.hpp"
 

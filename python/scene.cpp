@@ -2,8 +2,8 @@
 
 #include "core/base/error.hpp"
 #include "core/body/mesh.hpp"
+#include "haptics/body/body.hpp"
 #include "haptics/setup/session_parts.hpp"
-#include "haptics/touch/body.hpp"
 #include "python/bindings.hpp"
 
 namespace kt {

@@ -16,7 +16,7 @@ TEST(Names, NoTwoHeadersDefineATypeOfTheSameName) {
   const std::regex definition("(struct|class|enum class|enum) ([A-Za-z0-9_]+)[^;(]*\\{.*");
   const std::regex opening("namespace ([A-Za-z0-9_:]+) \\{");
   std::map<std::string, std::string> home;
-  for (const char* folder : {"core", "collision", "self_contact", "models", "io", "haptics", "apps"})
+  for (const char* folder : {"core", "collision", "self_contact", "models", "io", "haptics", "apps", "lab"})
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(KT_SOURCE_DIR) / folder)) {
       if (entry.path().extension() != ".hpp") continue;
       const std::string file = fs::relative(entry.path(), KT_SOURCE_DIR).generic_string();

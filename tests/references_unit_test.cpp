@@ -128,7 +128,7 @@ TEST(References, SectionsOfPagesAreNamedByTheirHeadings) {
 
 TEST(References, FilesInPagesExist) {
   const std::regex code(
-      "`((core|collision|self_contact|models|io|haptics|apps|bench|scripts|scenes|meshes|tests|cmake)/"
+      "`((core|collision|self_contact|models|io|haptics|apps|lab|bench|scripts|scenes|meshes|tests|cmake)/"
       "[A-Za-z0-9_./-]+\\.[a-z]+)`");
   int found = 0;
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs")) {
@@ -140,6 +140,66 @@ TEST(References, FilesInPagesExist) {
             << entry.path().filename() << " names " << m->str(1) << ", which is not there";
   }
   EXPECT_GT(found, 40);
+}
+
+/// A file of ours: in no folder that is made, and a source.
+std::vector<fs::path> our_sources() {
+  std::vector<fs::path> out;
+  for (auto at = fs::recursive_directory_iterator(kRoot); at != fs::recursive_directory_iterator(); ++at) {
+    const std::string file = fs::relative(at->path(), kRoot).generic_string();
+    if (at->is_directory() && (file.front() == '.' || file == "build" || file == "out")) at.disable_recursion_pending();
+    if (std::regex_match(file, std::regex(".*\\.([ch]pp|def|h|c|in)"))) out.push_back(at->path());
+  }
+  return out;
+}
+
+/// What comments name that is there no more: "moved.hpp", "gone()".
+std::vector<std::string> dead_names(const std::string& comment, const std::set<std::string>& files,
+                                    const std::set<std::string>& identifiers) {
+  static const std::regex file("[A-Za-z0-9_/.]*[A-Za-z0-9_]\\.([ch]pp|def)\\b"),
+      function("([a-z_][A-Za-z0-9_]*)\\(\\)");
+  std::vector<std::string> out;
+  for (std::sregex_iterator m(comment.begin(), comment.end(), file), end; m != end; ++m) {
+    const char before = m->position() > 0 ? comment[static_cast<std::size_t>(m->position()) - 1] : ' ';
+    const bool is_part = before == ',' || before == '{' || before == '*' || before == '}';  // "{fem,msd}_model.hpp"
+    if (!is_part && !files.contains(fs::path(m->str()).filename())) out.push_back(m->str());
+  }
+  for (std::sregex_iterator m(comment.begin(), comment.end(), function), end; m != end; ++m)
+    if (!identifiers.contains((*m)[1])) out.push_back(m->str());
+  return out;
+}
+
+TEST(References, FilesAndFunctionsInCommentsExist) {
+  const std::set<std::string> files{"here.hpp", "main.cpp"}, identifiers{"step"};
+  EXPECT_EQ(dead_names("see core/here.hpp, gone.hpp, step() and moved()", files, identifiers),
+            (std::vector<std::string>{"gone.hpp", "moved()"}));
+  std::set<std::string> ours{"awaitable.hpp"}, names;  // Boost's
+  std::vector<Place> comments;
+  for (const fs::path& path : our_sources()) {
+    ours.insert(path.filename());
+    if (path.filename() == "references_unit_test.cpp") continue;
+    std::ifstream in(path);
+    Place place{fs::relative(path, kRoot).generic_string(), "", 0};
+    for (std::string line; std::getline(in, line);) {
+      ++place.line;
+      const std::size_t at = line.starts_with("//") ? 0 : line.find(" //");
+      for (std::size_t i = 0; i < std::min(at, line.size());) {  // a regular expression takes seconds
+        std::size_t end = i;
+        while (end < line.size() && (std::isalnum(static_cast<unsigned char>(line[end])) || line[end] == '_')) ++end;
+        if (end > i) names.insert(line.substr(i, end - i));
+        i = std::max(end, i + 1);
+      }
+      if (at == std::string::npos) continue;
+      place.text = line.substr(at);
+      if (place.text.find("pp") != std::string::npos || place.text.find(".def") != std::string::npos ||
+          place.text.find("()") != std::string::npos)
+        comments.push_back(place);
+    }
+  }
+  for (const Place& p : comments)
+    for (const std::string& name : dead_names(p.text, ours, names))
+      ADD_FAILURE() << p.file << ":" << p.line << ": there is no " << name;
+  EXPECT_GT(comments.size(), 100u);
 }
 
 }  // namespace

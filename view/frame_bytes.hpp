@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "haptics/halves/touch_status.hpp"
 #include "haptics/tick/local_frame.hpp"
-#include "haptics/touch/touch_status.hpp"
 #include "view/body_shape.hpp"
 
 namespace kt {

@@ -7,8 +7,8 @@
 #include "core/base/error.hpp"
 #include "core/base/numbers.hpp"
 #include "core/base/ticks.hpp"
-#include "haptics/study/metrics.hpp"
-#include "haptics/touch/body_side.hpp"
+#include "haptics/halves/body_side.hpp"
+#include "haptics/session/metrics.hpp"
 #include "haptics/touch/touch.hpp"
 
 namespace kt {

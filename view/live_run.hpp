@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "haptics/device/moved_target.hpp"
+#include "haptics/halves/live_settings.hpp"
 #include "haptics/session/body_film.hpp"
 #include "haptics/session/real_time.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/live_settings.hpp"
 #include "view/frame_bytes.hpp"
 
 namespace kt {

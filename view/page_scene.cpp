@@ -105,9 +105,9 @@ std::string without_temporary_folders(std::string text) {
 }
 
 std::string dropped_name(const std::string& name) {
-  constexpr std::size_t kLongest = 100;  // bytes
+  constexpr std::size_t kMostShown = 100;  // bytes
   const std::string shown = visible(name.substr(name.find_last_of("/\\") + 1));
-  const bool is_usable = !shown.starts_with('.') && shown.size() <= kLongest && shown.find('\\') == std::string::npos;
+  const bool is_usable = !shown.starts_with('.') && shown.size() <= kMostShown && shown.find('\\') == std::string::npos;
   return is_usable ? shown : "dropped" + mesh_extension(name);
 }
 

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/local/contact_surface.hpp"
+#include "haptics/halves/live_settings.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
-#include "haptics/touch/live_settings.hpp"
 #include "io/files/json_file.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"

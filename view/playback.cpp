@@ -5,6 +5,7 @@
 
 #include "core/base/error.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
 
 namespace kt {
 namespace {
@@ -38,7 +39,7 @@ void Playback::ticked(std::span<const LocalFrame> frames, double /*step_us*/, lo
   out.target = frames[0].pose.x;
   out.tools.assign(frames.begin(), frames.end());
   VectorX x;
-  touch_->copy_positions_now(x);
+  TouchHalves::copy_positions_now(*touch_, x);
   out.positions = pack_positions(x, shape_.nodes);
 }
 

@@ -10,15 +10,15 @@
 #include "core/base/cpu_time.hpp"
 #include "core/base/error.hpp"
 #include "core/base/visible_text.hpp"
-#include "haptics/touch/live_settings.hpp"
+#include "haptics/halves/live_settings.hpp"
 #include "io/files/child_process.hpp"
 #include "io/files/output_file.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/scene/named_here.hpp"
 #include "io/scene/scene_json.hpp"
-#include "view/page_message.hpp"
 #include "view/page_scene.hpp"
 #include "view/page_texts.hpp"
+#include "view/server/page_message.hpp"
 
 namespace kt {
 namespace {

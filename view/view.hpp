@@ -4,7 +4,7 @@
 
 #include "view/live_run.hpp"
 #include "view/playback.hpp"
-#include "view/server.hpp"
+#include "view/server/server.hpp"
 
 namespace kt {
 

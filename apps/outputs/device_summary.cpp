@@ -5,7 +5,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/numbers.hpp"
-#include "haptics/driver/device_test.hpp"
+#include "haptics/guard/device_test.hpp"
 
 namespace kt {
 namespace {
@@ -13,8 +13,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json known(double value) { return value > 0 && std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-std::string short_number(const Json& value) { return with_digits(value.get<double>(), 3); }
 
 }  // namespace
 

@@ -6,12 +6,12 @@
 #include "apps/outputs/session_file.hpp"
 #include "apps/outputs/view_json.hpp"
 #include "core/base/error.hpp"
-#include "haptics/study/contact_events.hpp"
-#include "haptics/study/indentation.hpp"
+#include "haptics/session/contact_events.hpp"
+#include "haptics/session/indentation.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/mesh/format/vtu.hpp"
 #include "io/mesh/mesh_io.hpp"
-#include "io/mesh/vtu.hpp"
 
 namespace kt {
 

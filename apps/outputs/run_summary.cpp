@@ -9,10 +9,10 @@
 #include "apps/outputs/cures_in_force.hpp"
 #include "apps/outputs/device_summary.hpp"
 #include "core/base/error.hpp"
-#include "core/linear/kernels.hpp"
+#include "core/linear/dense/kernels.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/findings/run_findings.hpp"
-#include "haptics/study/contact_events.hpp"
+#include "haptics/session/contact_events.hpp"
 
 namespace kt {
 namespace {
@@ -165,7 +165,9 @@ Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
           {"fine_edge_m", number_or_null(w->fine_edge)}};
 }
 
-Json cure_json(const Cure& cure) {
+}  // namespace
+
+static Json cure_json(const Cure& cure) {
   const auto known = [](const std::string& word) { return word.empty() ? Json(nullptr) : Json(word); };
   return {{"key", known(cure.key)}, {"value", known(cure.value)}, {"told", cure.told}};
 }
@@ -174,8 +176,15 @@ Json finding_json(const Finding& found) {
   constexpr const char* kWeights[] = {"note", "doubt", "failure"};
   Json cures = Json::array();
   for (const Cure& cure : found.cures) cures.push_back(cure_json(cure));
-  return {{"what", found.what}, {"weight", kWeights[static_cast<int>(found.weight)]}, {"cures", cures}};
+  return {{"what", found.what},
+          {"where", found.where.empty() ? Json(nullptr) : Json(found.where)},
+          {"value", found.value ? number_or_null(*found.value) : Json(nullptr)},
+          {"limit", found.limit ? number_or_null(*found.limit) : Json(nullptr)},
+          {"weight", kWeights[static_cast<int>(found.weight)]},
+          {"cures", cures}};
 }
+
+namespace {
 
 /// What speaks against the forces; "cure" in words, as on the first screen.
 Json trust_json(const std::vector<Finding>& findings) {
@@ -287,7 +296,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
                            {"stiffness_n_per_m", s.stiffness}};
   }
   out["local"] = {
-      {"method", haptic_method_name(scene.local.method, scene.contact.law)},
+      {"method", scene.local.method},
       {"reducer", result.reducer},
       {"name", result.reducer_name},
       {"rings", scene.local.rings},
@@ -343,33 +352,6 @@ Json make_summary(const Session& session, const SessionResult& result) {
   add_findings(with_true_cures(scene, all_findings(session, result, measured)), out);
   out["settings"] = Json::parse(to_json(scene));
   return out;
-}
-
-void add_reference(Json& summary, const SessionResult& result, const Reference& reference) {
-  const ForceError error = compare_forces(result.tools[0].model_force, reference);  // it knows no device
-  summary["reference"] = {{"force_error", error.force_error},
-                          {"jnd_fraction", error.jnd_fraction},
-                          {"floor_n", error.floor},
-                          {"rate_hz", reference.rate_hz},
-                          {"seconds", reference.seconds}};
-  if (result.tools.size() > 1) {
-    const ForceError second = compare_forces(result.tools[1].model_force, second_tool_of(reference));
-    summary["reference"]["second_tool"] = {
-        {"force_error", second.force_error}, {"jnd_fraction", second.jnd_fraction}, {"floor_n", second.floor}};
-  }
-  for (const std::string& warning : reference.warnings) summary["warnings"].push_back(warning);
-}
-
-void add_truth(Json& summary, const SessionResult& result, const Reference& truth) {
-  const std::span<const Vec3> forces = result.tools[0].model_force;
-  const PosePath path = tool_paths(result)[0];
-  const ForceError error = compare_forces(forces, truth);
-  const double work = tool_work(forces, path), true_work = tool_work(truth.force, path);
-  summary["truth"] = {{"force_error", error.force_error},
-                      {"jnd_fraction", error.jnd_fraction},
-                      {"work_j", work},
-                      {"true_work_j", true_work},
-                      {"work_error", true_work != 0 ? Json(std::abs(work / true_work - 1)) : Json(nullptr)}};
 }
 
 }  // namespace kt

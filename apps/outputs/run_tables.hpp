@@ -4,9 +4,9 @@
 #include <span>
 #include <string>
 
+#include "haptics/session/contact_events.hpp"
+#include "haptics/session/indentation.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/contact_events.hpp"
-#include "haptics/study/indentation.hpp"
 #include "io/files/result_files.hpp"
 
 namespace kt {

@@ -10,7 +10,7 @@
 #include "core/base/visible_text.hpp"
 #include "core/body/state.hpp"
 #include "haptics/device/recording.hpp"
-#include "haptics/touch/live_settings.hpp"
+#include "haptics/halves/live_settings.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/text_reader.hpp"
 #include "io/mesh/mesh_io.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "io/mesh/base64.hpp"
+#include "io/mesh/format/base64.hpp"
 
 namespace kt {
 

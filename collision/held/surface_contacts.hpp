@@ -66,9 +66,9 @@ std::optional<Contact> make_sphere_contact(const SurfacePatch& patch, const Vect
 /// [m], among `candidates` and their neighbours, seen from outside. Normal: from the surface to the centre; on a curved
 /// patch the blended one.
 /// `start` (or -1): a triangle touched before; when the centre has gone through the surface there, its plane counts.
-/// `way` [m]: that the centre has come since it was outside. It may lead through a thin body: triangles that the ball
-/// would have come to from within are on the far side, and none of its contacts.
-/// `overlap` [m]: how deep it may be behind `start` besides, as one that is pushed out.
+/// `way` [m]: displacement of the centre since it was last outside the body. It may lead through a thin body: triangles
+/// that the ball would have come to from within are on the far side, and none of its contacts. `overlap` [m]: how deep
+/// it may be behind `start` besides, as one that is pushed out.
 void find_sphere_contacts(const SurfacePatch& patch, const VectorX& x, const Vec3& centre, double radius, double margin,
                           std::span<const int> candidates, int start, ContactSet& out, const Vec3& way = Vec3::Zero(),
                           double overlap = 0) noexcept;

@@ -1,5 +1,5 @@
 #pragma once
-// Conservative advancement: from one time that is certified free of contact to the next. What ccd.cpp and
+// Conservative advancement: from one time that is certified free of contact to the next. What tool_impact.cpp and
 // hull_impact.cpp share; docs/collision.md.
 #include "collision/impact/separating_plane.hpp"
 

@@ -1,5 +1,5 @@
-// Conservative advancement with separating planes, as in ccd.cpp, between the corners of the hull and those of the
-// triangle: up to nine differences, each linear in time.
+// Conservative advancement with separating planes, as in tool_impact.cpp, between the corners of the hull and those of
+// the triangle: up to nine differences, each linear in time.
 #include "collision/impact/hull_impact.hpp"
 
 #include <algorithm>

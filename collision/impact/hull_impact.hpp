@@ -1,6 +1,6 @@
 #pragma once
 // Narrow phase for tools that are not a point or a sphere: a capsule (a segment with a radius) or a triangle of a mesh
-// tool, moving and turning, against one moving triangle. Same certificate as ccd.hpp; docs/collision.md.
+// tool, moving and turning, against one moving triangle. Same certificate as tool_impact.hpp; docs/collision.md.
 #include <optional>
 
 #include "collision/shape/contact.hpp"
@@ -18,8 +18,8 @@ struct MovingHull {
 /// First time t in [0, 1] at which the hull touches the triangle while coming nearer. What is promised is what
 /// find_triangle_impact() promises: never late, never missed, ambiguous is a hit; touching at the start is a hit only
 /// when it comes nearer somewhere; from within the body it passes out, where face meets corner; a number that is not
-/// finite, or out of the valid range of toi.hpp, gives no hit. `bary` are the triangle's weights; the normal goes from
-/// the triangle to the hull. A hit at `until` or later is not looked for.
+/// finite, or out of the valid range of feature_toi.hpp, gives no hit. `bary` are the triangle's weights; the normal
+/// goes from the triangle to the hull. A hit at `until` or later is not looked for.
 std::optional<Contact> find_hull_impact(const MovingHull& hull, const Vec3 (&triangle_t0)[3],
                                         const Vec3 (&triangle_t1)[3], double until = 1) noexcept;
 

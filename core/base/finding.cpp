@@ -1,11 +1,10 @@
 #include "core/base/finding.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "core/base/error.hpp"
-#include "core/base/numbers.hpp"
 
 namespace kt {
 
@@ -21,6 +20,13 @@ std::string alternatives(const std::vector<Cure>& cures) {
   return out;
 }
 
+Finding Finding::at(std::string key, std::optional<double> found, std::optional<double> until) && {
+  where = std::move(key);
+  value = found;
+  limit = until;
+  return std::move(*this);
+}
+
 std::string Finding::line() const { return cures.empty() ? what : what + "; " + alternatives(cures); }
 
 std::vector<std::string> lines(const std::vector<Finding>& findings) {
@@ -28,12 +34,5 @@ std::vector<std::string> lines(const std::vector<Finding>& findings) {
   std::ranges::transform(findings, std::back_inserter(out), &Finding::line);
   return out;
 }
-
-std::string short_number(double value) {
-  if (std::abs(value) >= 1000 && std::abs(value) < 1e6) return text(std::llround(value));
-  return with_digits(value, 3);
-}
-
-std::string in_percent(double share) { return short_number(100 * share) + " %"; }
 
 }  // namespace kt

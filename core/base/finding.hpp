@@ -1,11 +1,14 @@
 #pragma once
 // What was found out about a scene or a run: for whoever reads its forces.
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/numbers.hpp"
+
 namespace kt {
 
-/// A way out of what was found.
+/// A setting or an action that ends what was found.
 struct Cure {
   std::string key;    ///< the setting of the scene, "global.rate_hz"; empty: no setting
   std::string value;  ///< as `--set key=value` takes it; empty: no one value
@@ -26,17 +29,17 @@ struct Finding {
   std::string what;           ///< the quantity, its value, its limit
   std::vector<Cure> cures{};  ///< each on its own, the best first
   Weight weight = Weight::doubt;
+  std::string where{};            ///< key of the scene that it is about: "object.mesh", "second_tool"
+  std::optional<double> value{};  ///< that was found [SI; a share as such]
+  std::optional<double> limit{};  ///< from which on it is told
 
+  /// The same with its place and its quantity.
+  Finding at(std::string key, std::optional<double> found = {}, std::optional<double> until = {}) &&;
   std::string line() const;  ///< "what; this cure, or that one"
 };
 
 /// "this, or that".
 std::string alternatives(const std::vector<Cure>& cures);
 std::vector<std::string> lines(const std::vector<Finding>& findings);
-
-/// Three digits: "0.0376".
-std::string short_number(double value);
-/// Of a share: "3.76 %", "243 %".
-std::string in_percent(double share);
 
 }  // namespace kt

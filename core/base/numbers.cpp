@@ -1,6 +1,7 @@
 #include "core/base/numbers.hpp"
 
 #include <array>
+#include <cmath>
 
 namespace kt {
 namespace {
@@ -16,6 +17,15 @@ std::string written(double value, std::chars_format format, int precision) {
 std::string with_digits(double value, int digits) { return written(value, std::chars_format::general, digits); }
 
 std::string with_decimals(double value, int decimals) { return written(value, std::chars_format::fixed, decimals); }
+
+std::string short_number(double value, int digits) {
+  if (std::abs(value) >= 1000 && std::abs(value) < 1e6) return std::to_string(std::llround(value));
+  return with_digits(value, digits);
+}
+
+std::string in_percent(double share, int digits) {
+  return 0 < share && share < 1e-4 ? "< 0.01 %" : short_number(100 * share, digits) + " %";
+}
 
 std::string sixteen_digits(std::uint64_t value) {
   std::string out(16, '0');

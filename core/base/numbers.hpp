@@ -8,6 +8,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
+
+#include "core/base/error.hpp"
 
 namespace kt {
 
@@ -15,6 +18,21 @@ namespace kt {
 std::string with_digits(double value, int digits);
 /// As printf's %.{decimals}f.
 std::string with_decimals(double value, int decimals);
+/// A figure for people: three digits, "0.0376", "2380"; no exponent below a million.
+std::string short_number(double value, int digits = 3);
+/// Of a share: "3.76 %", "243 %"; "< 0.01 %".
+std::string in_percent(double share, int digits = 3);
+/// What people are told: the arguments one after the other, as text() has them, but numbers as short_number().
+template <class... Args>
+std::string told(const Args&... args) {
+  const auto shown = [](const auto& arg) -> decltype(auto) {
+    if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(arg)>>)
+      return short_number(arg);
+    else
+      return (arg);
+  };
+  return text(shown(args)...);
+}
 /// Sixteen hexadecimal digits.
 std::string sixteen_digits(std::uint64_t value);
 

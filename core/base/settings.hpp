@@ -101,8 +101,8 @@ struct DeviceSettings {
   std::string address;              ///< haply: of its service; spnav: of its socket; empty: the usual one
   std::string id;                   ///< serial number or device id; empty: the first that is found
   std::string library;              ///< openhaptics, forcedimension: file to load; empty: the vendor's usual names
-  std::optional<Vec3> origin;       ///< where the device's zero lies [m]; none: where the device is when it is opened
-                                    ///< lies over the body's middle
+  std::optional<Vec3> origin;       ///< world position of the device's origin [m]; unset: the device's pose at
+                                    ///< start-up lies over the body's middle
   std::string axes = "XYZ";         ///< the world's x, y and z among the device's axes: a signed permutation, "X-ZY"
   double scale = 1;                 ///< way of the tool / way of the device
   double force_scale = 1;           ///< force at the device / force on the tool
@@ -118,7 +118,7 @@ struct DeviceSettings {
 };
 
 struct CollisionSettings {
-  std::string backend = "embree";  ///< name in collision/broad/triangle_index.def
+  std::string backend = "refit_bvh";  ///< name in collision/broad/triangle_index.def
   bool operator==(const CollisionSettings&) const = default;
 };
 

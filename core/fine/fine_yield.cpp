@@ -4,8 +4,8 @@
 
 #include "core/base/error.hpp"
 #include "core/base/stages.hpp"
-#include "core/linear/dense_cholesky.hpp"
-#include "core/linear/symmetric_eigen.hpp"
+#include "core/linear/dense/dense_cholesky.hpp"
+#include "core/linear/dense/symmetric_eigen.hpp"
 #include "core/linear/trailing_inverse.hpp"
 
 namespace kt {

@@ -6,8 +6,8 @@
 
 #include "core/base/wide.hpp"
 #include "core/linear/copied_solver.hpp"
-#include "core/linear/dense_cholesky.hpp"
-#include "core/linear/dense_product.hpp"
+#include "core/linear/dense/dense_cholesky.hpp"
+#include "core/linear/dense/dense_product.hpp"
 #include "core/linear/sparse_product.hpp"
 #include "core/linear/sparsity_pattern.hpp"
 #include "core/linear/supernodes.hpp"

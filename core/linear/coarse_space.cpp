@@ -5,7 +5,7 @@
 
 #include "core/base/parallel.hpp"
 #include "core/base/wide.hpp"
-#include "core/linear/dense_cholesky.hpp"
+#include "core/linear/dense/dense_cholesky.hpp"
 
 namespace kt {
 namespace {

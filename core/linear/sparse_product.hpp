@@ -1,6 +1,6 @@
 #pragma once
 // A sparse matrix times many vectors at once: one pass over the matrix, rows of the vectors side by side.
-#include "core/linear/dense_product.hpp"
+#include "core/linear/dense/dense_product.hpp"
 
 namespace kt {
 

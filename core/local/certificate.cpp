@@ -7,8 +7,8 @@
 
 #include "core/base/error.hpp"
 #include "core/base/stages.hpp"
-#include "core/linear/complex_symmetric.hpp"
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/complex_symmetric.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 
 namespace kt {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "core/base/error.hpp"
 #include "core/base/stages.hpp"
-#include "core/linear/dense_product.hpp"
-#include "core/linear/orthonormalizer.hpp"
+#include "core/linear/dense/dense_product.hpp"
+#include "core/linear/dense/orthonormalizer.hpp"
 
 namespace kt {
 namespace {

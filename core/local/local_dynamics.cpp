@@ -4,8 +4,8 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/base/error.hpp"
-#include "core/linear/dense_cholesky.hpp"
-#include "core/linear/dense_product.hpp"
+#include "core/linear/dense/dense_cholesky.hpp"
+#include "core/linear/dense/dense_product.hpp"
 #include "core/local/damping.hpp"
 
 namespace kt {

@@ -3,7 +3,7 @@
 #include <Eigen/SparseCholesky>
 #include <memory>
 
-#include "core/linear/panel_product.hpp"
+#include "core/linear/dense/panel_product.hpp"
 #include "core/local/local_model.hpp"
 
 namespace kt {

@@ -5,9 +5,9 @@
 
 #include "core/base/error.hpp"
 #include "core/base/wide.hpp"
-#include "core/linear/dense_cholesky.hpp"
+#include "core/linear/dense/dense_cholesky.hpp"
+#include "core/linear/dense/symmetric_eigen.hpp"
 #include "core/linear/sparse_product.hpp"
-#include "core/linear/symmetric_eigen.hpp"
 #include "core/local/far_motions.hpp"
 
 namespace kt {

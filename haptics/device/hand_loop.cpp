@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "haptics/device/hand_motion.hpp"
 
 namespace kt {

@@ -1,34 +1,33 @@
 // The body's own: its steps, its tangent, elements that turned over, a surface that passes through itself; its pace.
 #include "core/base/error.hpp"
+#include "haptics/cells/mesh_cures.hpp"
 #include "haptics/findings/kinds.hpp"
-#include "haptics/predict/mesh_cures.hpp"
-#include "haptics/touch/tick_words.hpp"
+#include "haptics/watch/tick_words.hpp"
 
 namespace kt {
 namespace {
 
 using Weight = Finding::Weight;
 
-/// The material that an exact tangent stays definite with, and the way to it.
-Cure better_material(const Scene& scene) {
-  const SceneModel& m = scene.object.model;
-  const bool is_there = m.type == "fem" && m.material == "neo_hookean";
-  return is_there ? advise("press less deep")
-                  : advise("set object.model.type to fem with object.model.material neo_hookean");
+/// The material that an exact tangent stays definite with comes first, where the scene has another.
+std::vector<Cure> firmer(const SceneModel& m) {
+  std::vector<Cure> out{advise("press less deep")};
+  if (m.type != "fem" || m.material != "neo_hookean")
+    out.insert(out.begin(), advise("set object.model.type to fem with object.model.material neo_hookean"));
+  return out;
 }
 
 void find_in_steps(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
   const StepStatistics& steps = result.global_steps;
   if (steps.projected + steps.not_converged > 0)
     out.push_back(
-        {text("global steps: ", steps.projected, " of ", steps.iterations,
-              " systems were not positive definite and were solved with the element stiffness projected, and ",
-              steps.not_converged, " of ", result.refresh.global_ms.size(), " steps did not converge")});
+        Finding{told("global steps: ", steps.projected, " of ", steps.iterations,
+                     " systems were not positive definite and were solved with the element stiffness projected, and ",
+                     steps.not_converged, " of ", result.refresh.global_ms.size(), " steps did not converge")}
+            .at("global.integrator", steps.projected + steps.not_converged, 0));
   if (result.refresh.definite_tangents == 0) return;
-  Finding found =
-      indefinite_finding(result.refresh.definite_tangents, result.refreshes.size(), {better_material(scene)});
-  if (found.cures[0].told != "press less deep") found.cures.push_back(advise("press less deep"));
-  out.push_back(std::move(found));
+  out.push_back(
+      indefinite_finding(result.refresh.definite_tangents, result.refreshes.size(), firmer(scene.object.model)));
 }
 
 void find_in_elements(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
@@ -45,11 +44,12 @@ void find_self_crossing(const SessionResult& result, std::vector<Finding>& out) 
   const SelfCrossing& own = result.self_crossing;
   if (own.pairs > 0)
     out.push_back(
-        {text("the body passes through itself: ", own.pairs, own.pairs == 1 ? " pair" : " pairs",
-              " of triangles cross at t = ", short_number(own.t), " s, one at (", short_number(own.at.x()), ", ",
-              short_number(own.at.y()), ", ", short_number(own.at.z()), ") m: there the force is too small"),
-         {set_to("global.self_contact", "{}", "with global.integrator newton_euler, and slower global steps"),
-          advise("press less deep")}});
+        Finding{told("the body passes through itself: ", own.pairs, own.pairs == 1 ? " pair" : " pairs",
+                     " of triangles cross at t = ", own.t, " s, one at (", own.at.x(), ", ", own.at.y(), ", ",
+                     own.at.z(), ") m: there the force is too small"),
+                {set_to("global.self_contact", "{}", "with global.integrator newton_euler, and slower global steps"),
+                 advise("press less deep")}}
+            .at("global.self_contact", own.pairs, 0));
 }
 
 /// The wall clock does not wait for a body that takes longer than its interval.
@@ -59,10 +59,11 @@ void find_lag(const Scene& scene, const SessionResult& result, std::vector<Findi
   const double seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz;
   const double reached = static_cast<double>(result.refresh.global_ms.size()) / seconds;
   if (reached >= kEnough * scene.global.rate_hz) return;
-  out.push_back({text("the body was refreshed at ", short_number(reached), " Hz of global.rate_hz ",
-                      scene.global.rate_hz, " (see real time)"),
-                 {},
-                 Weight::note});
+  out.push_back(Finding{
+      told("the body was refreshed at ", reached, " Hz of global.rate_hz ", scene.global.rate_hz, " (see real time)"),
+      {},
+      Weight::note}
+                    .at("global.rate_hz", reached, kEnough * scene.global.rate_hz));
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
-#include "haptics/driver/device_words.hpp"
 #include "haptics/findings/kinds.hpp"
+#include "haptics/guard/device_words.hpp"
 
 namespace kt {
 namespace {
@@ -12,7 +12,6 @@ namespace {
 using Weight = Finding::Weight;
 
 constexpr double kNoticeableShare = 0.01;  // of the ticks in contact
-constexpr double kNoticeableForce = 0.1;   // of the force: people tell 7 to 10 % apart
 constexpr double kMostly = 0.5;            // of the ticks in contact: their force is not that of the scene
 constexpr double kNearlyAll = 0.9;         // the same of a force that was withheld
 constexpr double kLeastTime = 0.02;        // [s] of contact: less is no share of anything
@@ -39,7 +38,7 @@ ContactTicks count(const ToolRun& tool) {
 }
 
 Cure look_at(const DeviceRun& device) {
-  return advise(text("kilotouch device test ", device.name, " says what stands in the way"));
+  return advise(told("kilotouch device test ", device.name, " says what stands in the way"));
 }
 
 void find_shut_gate(const ToolRun& tool, const ContactTicks& c, std::size_t k, std::vector<Finding>& out) {
@@ -50,7 +49,7 @@ void find_shut_gate(const ToolRun& tool, const ContactTicks& c, std::size_t k, s
   if (!never_opened(s) && !in_contact && s.shut <= 1 && device.gate == GateReason::put_down)
     return;  // once, at the end
   Finding found{
-      which(k) + gate_words(s, in_contact ? text(", ", c.gated, " of ", c.all, " in contact") : std::string()),
+      which(k) + gate_words(s, in_contact ? told(", ", c.gated, " of ", c.all, " in contact") : std::string()),
       {look_at(device)}};
   if (c.all > 0 && c.gated >= kNearlyAll * c.all) found.weight = Weight::failure;
   out.push_back(std::move(found));
@@ -62,11 +61,11 @@ void find_held_back(const ToolRun& tool, const ContactTicks& c, std::size_t k, s
     out.push_back(
         {which(k) + limited_words(tool.limited_forces), {advise("press less deep"), advise("take a softer body")}});
   if (c.slewed > kNoticeableShare * c.all)
-    out.push_back({which(k) + slewed_words(text(c.slewed, " of ", c.all, " ticks in contact")),
+    out.push_back({which(k) + slewed_words(told(c.slewed, " of ", c.all, " ticks in contact")),
                    {advise("raise path.device.max_slew, if the device bears it"), advise("move more slowly")},
                    c.slewed > kNoticeableForce * c.all ? Weight::doubt : Weight::note});
   if (c.stale_pose > kNoticeableShare * c.all)
-    out.push_back({which(k) + stale_pose_words(text(c.stale_pose, " of ", c.all, " ticks in contact")),
+    out.push_back({which(k) + stale_pose_words(told(c.stale_pose, " of ", c.all, " ticks in contact")),
                    tool.device ? std::vector{look_at(*tool.device)} : std::vector<Cure>{}});
 }
 
@@ -77,22 +76,24 @@ void find_in_driver(const ToolRun& tool, std::size_t k, std::vector<Finding>& ou
   if (s.jumps > 0) out.push_back({which(k) + leap_words(s.jumps), {look_at(*tool.device)}});
   if (s.unechoed > 0) {
     Finding found{
-        text(which(k), "the device did not repeat its force in ", s.unechoed, " of ", s.ticks, " ticks: it gave up to ",
-             short_number(s.most_echoed.value_or(0)), " N of ", short_number(s.most_force), " N that it was sent"),
+        told(which(k), "the device did not repeat its force in ", s.unechoed, " of ", s.ticks, " ticks: it gave up to ",
+             s.most_echoed.value_or(0), " N of ", s.most_force, " N that it was sent"),
         {look_at(*tool.device)}};
     if (s.most_echoed.value_or(0) <= kNoticeableForce * s.most_force) found.weight = Weight::failure;
     out.push_back(std::move(found));
   }
   for (const std::string& note : tool.device->notes)
-    out.push_back({text(which(k), tool.device->name, ": ", note), {}, Weight::note});
+    out.push_back({told(which(k), tool.device->name, ": ", note), {}, Weight::note});
 }
 
 /// The sum of all that was withheld or added, whatever did it.
 void find_difference(const ToolRun& tool, const ContactTicks& c, std::size_t k, std::vector<Finding>& out) {
   if (c.all == 0 || !(c.wanted > 0) || std::abs(c.given - c.wanted) <= kNoticeableForce * c.wanted) return;
   const double given = c.given / c.all, wanted = c.wanted / c.all;
-  Finding found{text(which(k), "the hand was given ", short_number(given),
-                     " N on average in contact, where the local model has ", short_number(wanted), " N")};
+  Finding found{told(which(k), "the hand was given ", given, " N on average in contact, where the local model has ",
+                     wanted, " N")};
+  found.value = given;
+  found.limit = wanted;
   if (c.given <= kNoticeableForce * c.wanted) found.weight = Weight::failure;
   if (tool.device) found.cures.push_back(look_at(*tool.device));
   out.push_back(std::move(found));
@@ -130,11 +131,13 @@ void find_withheld_forces(const Scene& scene, const SessionResult& result, std::
   for (std::size_t k = 0; k < result.tools.size(); ++k) {
     const ToolRun& tool = result.tools[k];
     const ContactTicks c = count(tool);
+    const std::size_t before = out.size();
     find_shut_gate(tool, c, k, out);
     find_held_back(tool, c, k, out);
     find_in_driver(tool, k, out);
     // A simulated hand is held by passivity control, which is meant to change the force.
     if (tool.device || scene.link.type == "network") find_difference(tool, c, k, out);
+    for (std::size_t i = before; i < out.size(); ++i) out[i].where = text(tool_key(k), ".path.device");
   }
 }
 
@@ -146,10 +149,10 @@ void find_old_models(const Scene& scene, const SessionResult& result, const Real
   for (const ToolRun& tool : result.tools)
     if (const ModelAges ages = model_ages(tool, h, limit); ages.old >= most.old) most = ages;
   if (most.old <= kNoticeableShare * most.contact || most.old * h < kLeastTime) return;
-  Finding found{text(most.after_first == 0 ? "no local model came after the first" : "local models came late", ": in ",
-                     most.old, " of ", most.contact, " ticks in contact the one in use was more than ",
-                     short_number(limit), " s old, ", short_number(most.oldest),
-                     " s at most, and the force is that of a body that has not followed")};
+  Finding found{told(most.after_first == 0 ? "no local model came after the first" : "local models came late", ": in ",
+                     most.old, " of ", most.contact, " ticks in contact the one in use was more than ", limit,
+                     " s old, ", most.oldest, " s at most, and the force is that of a body that has not followed")};
+  found = std::move(found).at("global.rate_hz", most.oldest, limit);
   found.cures = pace.cures;
   if (found.cures.empty() && scene.link.type == "thread")
     found.cures.push_back(advise("leave the processor to this program"));

@@ -2,14 +2,11 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "haptics/cells/mesh_cures.hpp"
 #include "haptics/findings/kinds.hpp"
-#include "haptics/predict/mesh_cures.hpp"
 
 namespace kt {
 namespace {
-
-// People notice forces that differ by 7 to 10 %; a step within a tick more than a slow change.
-constexpr double kNoticeable = 0.10;
 
 bool is_ours(const Scene& scene) { return scene.contact.law == "coulomb" && scene.local.method == "multirate"; }
 
@@ -28,8 +25,9 @@ std::vector<Cure> smoother(const Scene& scene) {
 }
 
 Finding never_touched() {
-  return {"the tool never touched the body",
-          {advise("look at tool.path (press_drag.at, waypoints), object.size and object.scale")}};
+  return Finding{"the tool never touched the body",
+                 {advise("look at tool.path (press_drag.at, waypoints), object.size and object.scale")}}
+      .at("tool.path", 0);
 }
 
 }  // namespace
@@ -39,41 +37,50 @@ std::vector<Finding> find_in_force(const ForceMetrics& f, const Scene& scene, co
   if (touching == 0) return {never_touched()};
   std::vector<Finding> out;
   if (f.lost_contacts > 0)
-    out.push_back({text("contact ended ", f.lost_contacts, f.lost_contacts == 1 ? " time" : " times",
-                        " while the tool did not move away"),
-                   is_ours(scene) ? sooner(scene, pace) : std::vector{to_ours(scene)}});
-  if (f.crossing_jump > kNoticeable)
-    out.push_back({text("the force jumps by up to ", in_percent(f.crossing_jump),
-                        " of its mean in one tick at an edge of the mesh"),
-                   smoother(scene)});
-  if (f.refresh_jump > kNoticeable)
-    out.push_back({text("the force jumps by up to ", in_percent(f.refresh_jump),
-                        " of its mean in one tick when a local model comes in"),
-                   scene.local.blend_ms > 0 ? sooner(scene, pace) : std::vector{set_to("local.blend_ms", "12")}});
-  if (f.buzz > kNoticeable)
-    out.push_back({text("the force buzzes above 100 Hz by ", in_percent(f.buzz), " of its mean"),
-                   is_ours(scene) ? std::vector{advise(scene.object.model.type == "msd" && scene.object.model.damper
-                                                           ? "raise object.model.damper"
-                                                           : "raise object.model.damping.stiffness"),
-                                                finer_cells(scene)}
-                                  : std::vector{to_ours(scene)}});
+    out.push_back(Finding{told("contact ended ", f.lost_contacts, f.lost_contacts == 1 ? " time" : " times",
+                               " while the tool did not move away"),
+                          is_ours(scene) ? sooner(scene, pace) : std::vector{to_ours(scene)}}
+                      .at("", f.lost_contacts, 0));
+  if (f.crossing_jump > kNoticeableForce)
+    out.push_back(Finding{told("the force jumps by up to ", in_percent(f.crossing_jump),
+                               " of its mean in one tick at an edge of the mesh"),
+                          smoother(scene)}
+                      .at("", f.crossing_jump, kNoticeableForce));
+  if (f.refresh_jump > kNoticeableForce)
+    out.push_back(Finding{told("the force jumps by up to ", in_percent(f.refresh_jump),
+                               " of its mean in one tick when a local model comes in"),
+                          scene.local.blend_ms > 0 ? sooner(scene, pace) : std::vector{set_to("local.blend_ms", "12")}}
+                      .at("", f.refresh_jump, kNoticeableForce));
+  if (f.buzz > kNoticeableForce)
+    out.push_back(Finding{told("the force buzzes above 100 Hz by ", in_percent(f.buzz), " of its mean"),
+                          is_ours(scene)
+                              ? std::vector{advise(scene.object.model.type == "msd" && scene.object.model.damper
+                                                       ? "raise object.model.damper"
+                                                       : "raise object.model.damping.stiffness"),
+                                            finer_cells(scene)}
+                              : std::vector{to_ours(scene)}}
+                      .at("", f.buzz, kNoticeableForce));
   return out;
 }
 
 void find_in_forces(const Scene& scene, const SessionResult& result, const MeasuredRun& measured,
                     std::vector<Finding>& out) {
   if (result.tools[0].missed_impacts > 0 && !keeps_outside(scene))
-    out.push_back({text("in ", result.tools[0].missed_impacts, " ticks without contact the tool ended inside the body"),
-                   is_ours(scene) ? sooner(scene, measured.pace) : std::vector{to_ours(scene)}});
+    out.push_back(
+        Finding{told("in ", result.tools[0].missed_impacts, " ticks without contact the tool ended inside the body"),
+                is_ours(scene) ? sooner(scene, measured.pace) : std::vector{to_ours(scene)}}
+            .at("tool", result.tools[0].missed_impacts, 0));
   for (std::size_t k = 0; k < measured.forces.size(); ++k)
     for (Finding& found : find_in_force(measured.forces[k], scene, measured.pace)) {
       found.what = which(k) + found.what;
+      if (found.where.empty()) found.where = tool_key(k);
       out.push_back(std::move(found));
     }
   const double bent = percentile(result.refresh.linearization_error, 0.5);
-  if (!(bent > kNoticeable)) return;
-  Finding found{text("outside the linear range: at the end of an interval the local model's force is off by ",
+  if (!(bent > kNoticeableForce)) return;
+  Finding found{told("outside the linear range: at the end of an interval the local model's force is off by ",
                      in_percent(bent), " (median)")};
+  found = std::move(found).at("global.rate_hz", bent, kNoticeableForce);
   found.cures =
       scene.global.early_refresh ? sooner(scene, measured.pace) : std::vector{set_to("global.early_refresh", "true")};
   out.push_back(std::move(found));

@@ -1,7 +1,7 @@
 #pragma once
 // The kinds of findings, one function each: they append what a run shows.
 #include "haptics/findings/run_findings.hpp"
-#include "haptics/touch/tick_words.hpp"
+#include "haptics/watch/tick_words.hpp"
 
 namespace kt {
 

@@ -21,12 +21,12 @@ void find_speed(const Scene& scene, const ToolRun& run, std::size_t k, std::vect
     fastest = i;
   }
   if (count == 0) return;
-  out.push_back(
-      {text(k == 0 ? "tool.path" : "second_tool.path", ": too fast in ", count, " of ", frames.size(),
-            " ticks, most of all in tick ", fastest, " (t = ", frames[fastest].t, " s) with ", short_number(most),
-            " m/s, ", short_number(most * h), " m in one tick: local models are made for up to ", kFollowedSpeed,
-            " m/s, contact beyond is coarse"),
-       {advise("give the path more time there")}});
+  out.push_back(Finding{
+      told(k == 0 ? "tool.path" : "second_tool.path", ": too fast in ", count, " of ", frames.size(),
+           " ticks, most of all in tick ", fastest, " (t = ", frames[fastest].t, " s) with ", most, " m/s, ", most * h,
+           " m in one tick: local models are made for up to ", kFollowedSpeed, " m/s, contact beyond is coarse"),
+      {advise("give the path more time there")}}
+                    .at(k == 0 ? "tool.path" : "second_tool.path", most, kFollowedSpeed));
 }
 
 /// What a limit cycle feeds on. Pressing at rest the hold gives next to nothing.
@@ -35,9 +35,10 @@ void find_activity(const Scene& scene, const ToolRun& run, std::size_t k, std::v
   if (!run.passivity) return;
   const PassivityRun& p = *run.passivity;
   if (!(p.least < -kShare * p.most || p.most_debt > kShare * p.most)) return;
-  Finding found{text(which(k), "the haptic loop gave the hand energy: holding the force over a tick gave ",
-                     short_number(1e3 * p.most_debt), " mJ that nothing took back, the hand had put in ",
-                     short_number(1e3 * p.most), " mJ at most: expect a limit cycle")};
+  Finding found{told(which(k), "the haptic loop gave the hand energy: holding the force over a tick gave ",
+                     1e3 * p.most_debt, " mJ that nothing took back, the hand had put in ", 1e3 * p.most,
+                     " mJ at most: expect a limit cycle")};
+  found = std::move(found).at(tool_key(k), p.most_debt, kShare * p.most);
   if (!run.device) found.cures.push_back(advise("raise tool.path.hand.damping"));
   found.cures.push_back(advise("raise local.rate_hz"));
   found.cures.push_back(

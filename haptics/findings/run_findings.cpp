@@ -75,13 +75,15 @@ std::vector<Finding> all_findings(const Session& session, const SessionResult& r
   find_in_motion(scene, result, out);
   find_in_forces(scene, result, measured, out);
   if (result.device_lost)
-    out.push_back({text("the device was lost in tick ", result.tools[0].frames.size(),
-                        ", after 10 s without it: the force was zero"),
-                   {advise("is it still plugged in and switched on?")},
-                   Finding::Weight::failure});
+    out.push_back(Finding{told("the device was lost in tick ", result.tools[0].frames.size(),
+                               ", after 10 s without it: the force was zero"),
+                          {advise("is it still plugged in and switched on?")},
+                          Finding::Weight::failure}
+                      .at("tool.path.device"));
   if (result.stopped)
     out.push_back(
-        {text("stopped early, after ", result.tools[0].frames.size(), " ticks"), {}, Finding::Weight::failure});
+        Finding{told("stopped early, after ", result.tools[0].frames.size(), " ticks"), {}, Finding::Weight::failure}
+            .at("duration"));
   return out;
 }
 
@@ -97,7 +99,7 @@ std::vector<Cure> sooner(const Scene& scene, const RealTime& pace) {
   if (fits || scene.link.type == "lockstep")
     out.push_back(set_to("global.rate_hz", text(2 * scene.global.rate_hz),
                          fits                       ? ""
-                         : pace.keeps == Keeps::yes ? text("a refresh then takes ", in_percent(twice), " of its time")
+                         : pace.keeps == Keeps::yes ? told("a refresh then takes ", in_percent(twice), " of its time")
                                                     : "further from real time"));
   out.push_back(advise("move the tool more slowly"));
   return out;

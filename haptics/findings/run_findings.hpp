@@ -4,9 +4,9 @@
 // and Python's trace.warnings take them from here.
 #include <optional>
 
-#include "haptics/predict/contact_width.hpp"
+#include "haptics/cells/contact_width.hpp"
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/real_time.hpp"
-#include "haptics/study/metrics.hpp"
 
 namespace kt {
 

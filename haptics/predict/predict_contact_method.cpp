@@ -62,51 +62,53 @@ std::optional<ToolMeeting> find_meeting(const BuiltScene& built) {
 }
 
 std::optional<Prediction> predict_tunnelling(const Scene& scene, const ToolMeeting& m) {
-  const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  const std::string& method = scene.local.method;
   const double h = 1 / scene.local.rate_hz, refresh = 1 / scene.global.rate_hz;
   const double radius = scene.tool.shape == "point" ? 0 : scene.tool.radius;
   const auto warn = [&](const std::string& why) {
-    return Prediction{"tunnelling",
-                      {text("local.method ", method, ": the tool may go through the body, ", why),
-                       {set_to("local.method", "multirate"), advise("move the tool more slowly")}}};
+    return Prediction{"tunnelling", Finding{told("local.method ", method, ": the tool may go through the body, ", why),
+                                            {set_to("local.method", "multirate"), advise("move the tool more slowly")}}
+                                        .at("local.method")};
   };
   if (method == "penalty" && m.thickness < radius)
-    return warn(text("which is ", 1e3 * m.thickness, " mm thin where a ball of ", 1e3 * radius,
+    return warn(told("which is ", 1e3 * m.thickness, " mm thin where a ball of ", 1e3 * radius,
                      " mm is pushed to the nearest side"));
   if ((method == "penalty" || method == "frozen") && radius > 0 && m.speed * h > 2 * radius)
-    return warn(text("its ", 1e3 * m.speed * h, " mm a tick are more than its own ", 2e3 * radius, " mm"));
+    return warn(told("its ", 1e3 * m.speed * h, " mm a tick are more than its own ", 2e3 * radius, " mm"));
   if (method == "legacy" && m.speed * refresh > radius)
-    return warn(text("its ", 1e3 * m.speed * refresh,
+    return warn(told("its ", 1e3 * m.speed * refresh,
                      " mm between two refreshes, when contact is looked for, are more ", "than its radius of ",
                      1e3 * radius, " mm"));
   return {};
 }
 
 std::optional<Prediction> predict_chatter(const Scene& scene, const ToolMeeting& m) {
-  const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  const std::string& method = scene.local.method;
   const double h = 1 / scene.local.rate_hz, refresh = 1 / scene.global.rate_hz;
   const double radius = scene.tool.shape == "point" ? 0 : scene.tool.radius;
   if (method == "penalty") {
     // The spring's force is a tick old: a node between it and nothing else swings up when omega h > 2.
     const double stiffest = 4 * m.mass / (h * h);
     if (scene.contact.penalty.stiffness > stiffest)
-      return Prediction{
-          "friction",
-          {text("contact.penalty.stiffness ", scene.contact.penalty.stiffness, " N/m chatters: surface nodes of ",
-                1e3 * m.mass, " g take at most ", stiffest, " N/m at ", scene.local.rate_hz, " Hz"),
-           {set_to("contact.penalty.stiffness", short_number(stiffest)), set_to("local.method", "multirate")}}};
+      return Prediction{"friction", Finding{told("contact.penalty.stiffness ", scene.contact.penalty.stiffness,
+                                                 " N/m chatters: surface nodes of ", 1e3 * m.mass, " g take at most ",
+                                                 stiffest, " N/m at ", scene.local.rate_hz, " Hz"),
+                                            {set_to("contact.penalty.stiffness", short_number(stiffest)),
+                                             set_to("local.method", "multirate")}}
+                                        .at("contact.penalty.stiffness", scene.contact.penalty.stiffness, stiffest)};
   }
   // Contact planes stay where they were at the refresh; a ball that has rolled off by its radius has left them.
   if (method == "frozen" && m.drag * refresh > std::max(radius, 1e-9))
-    return Prediction{"friction",
-                      {text("local.method frozen: the tool drags ", 1e3 * m.drag * refresh,
-                            " mm from refresh to refresh, more than its radius of ", 1e3 * radius, " mm, and sinks in"),
-                       {set_to("local.method", "multirate"), advise("raise global.rate_hz")}}};
+    return Prediction{"friction", Finding{told("local.method frozen: the tool drags ", 1e3 * m.drag * refresh,
+                                               " mm from refresh to refresh, more than its radius of ", 1e3 * radius,
+                                               " mm, and sinks in"),
+                                          {set_to("local.method", "multirate"), advise("raise global.rate_hz")}}
+                                      .at("local.method", m.drag * refresh, radius)};
   return {};
 }
 
 void predict_contact_method(const BuiltScene& built, std::vector<Prediction>& out) {
-  const std::string method = haptic_method_name(built.scene().local.method, built.scene().contact.law);
+  const std::string& method = built.scene().local.method;
   if (method != "penalty" && method != "frozen" && method != "legacy") return;
   const auto meeting = find_meeting(built);
   if (!meeting) return;

@@ -4,7 +4,7 @@
 
 #include "collision/held/surface_contacts.hpp"
 #include "collision/shape/closest_point.hpp"
-#include "haptics/predict/contact_width.hpp"
+#include "haptics/cells/contact_width.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/setup/built_scene.hpp"
 
@@ -47,13 +47,16 @@ void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, st
   });
   if (touched <= kMaxContacts) return;
   const double radius = tool.radius * kMaxContacts / static_cast<double>(touched);  // the area goes as the radius
-  const std::string line = text("tool: it touches about ", touched, " triangles of the surface at once, and ",
+  const std::string line = told("tool: it touches about ", touched, " triangles of the surface at once, and ",
                                 kMaxContacts, " places are resolved: ");
-  const Finding found{
-      line + "expect steps of the force, and the tool a little inside",
-      {{"tool.radius", short_number(radius), text("set tool.radius to ", short_number(radius), " or less")},
-       advise("press less deep"),
-       advise("take larger cells")}};
+  const Finding found{line + "expect steps of the force, and the tool a little inside",
+                      {{"tool.radius", short_number(radius), told("set tool.radius to ", radius, " or less")},
+                       advise("press less deep"),
+                       advise("take larger cells")},
+                      Finding::Weight::doubt,
+                      "tool.radius",
+                      static_cast<double>(touched),
+                      kMaxContacts};
   const double size = bounds(built.model().mesh()).size().maxCoeff();
   if (static_cast<double>(touched) > kMostTimes * kMaxContacts && tool.radius > 0.5 * size)
     throw InputError(text(line, "its force would leap; ", alternatives(found.cures)));

@@ -26,20 +26,25 @@ std::optional<Prediction> predict_flat_triangles(const VectorX& x, const std::ve
   if (first == triangles.end()) return {};
   const Vec3 at = node(x, (*first)[0]);
   return Prediction{"degenerate_contact",
-                    {text("object.mesh: ", std::ranges::count_if(triangles, is_flat),
-                          " surface triangles have no area, the first at (", at.x(), ", ", at.y(), ", ", at.z(),
-                          "): they have no normal, and a point tool may pass them unseen"),
-                     {set_to("object.repair", "true")}}};
+                    Finding{told("object.mesh: ", std::ranges::count_if(triangles, is_flat),
+                                 " surface triangles have no area, the first at (", at.x(), ", ", at.y(), ", ", at.z(),
+                                 "): they have no normal, and a point tool may pass them unseen"),
+                            {set_to("object.repair", "true")}}
+                        .at("object.mesh")};
 }
 
 std::optional<Prediction> predict_start_inside(double depth, const std::optional<Vec3>& way_out, bool touches_at_once,
                                                const std::string& key) {
   constexpr double kRoundoff = 1e-7;  // [m] as contact_check counts
   if (!(depth > kRoundoff)) return {};
-  Finding out{text(key, ": the tool starts ", short_number(1e3 * depth), " mm inside the body"),
-              {advise("start it outside"), advise("move the path's first point out by that much")}};
+  Finding out{told(key, ": the tool starts ", 1e3 * depth, " mm inside the body"),
+              {advise("start it outside"), advise("move the path's first point out by that much")},
+              Finding::Weight::doubt,
+              key,
+              depth,
+              0};
   if (way_out)
-    out.what += text(": the body is pushed off it, out by (", way_out->x(), ", ", way_out->y(), ", ", way_out->z(),
+    out.what += told(": the body is pushed off it, out by (", way_out->x(), ", ", way_out->y(), ", ", way_out->z(),
                      ") m, the nearest surface that is not clamped, in 60 ms or at 0.1 m/s; the force is not to be "
                      "trusted before, and grows slowly");
   else
@@ -69,7 +74,7 @@ std::optional<Prediction> predict_start(const BuiltScene& built, std::size_t k) 
   const double depth = penetration_depth(search.whole(), x, tool, start->x, start->r);
   // Of the other methods penalty and frozen find no contact there, and legacy does at once.
   const Scene& scene = built.scene();
-  const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  const std::string& method = scene.local.method;
   const std::string key = k == 0 ? "tool.path" : "second_tool.path";
   const bool is_pushed = (method == "multirate" || method == "hold") && !is_geometric(scene.contact.law);
   if (!is_pushed) return predict_start_inside(depth, {}, method == "legacy", key);

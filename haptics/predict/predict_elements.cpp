@@ -39,18 +39,19 @@ std::optional<Prediction> predict_locking(const DeformableModel& model, const st
     if (factor < kMost) return {};
     return Prediction{
         "poisson",
-        {text("object.model.element tet4 at object.model.poisson ", poisson, " with ", short_number(cells),
-              " elements across the body bends about ", short_number(factor), " times too little (limit ", kMost, ")"),
-         {set_to("object.model.element", "tet10", "about eight times the nodes"), advise("refine the mesh")}}};
+        Finding{told("object.model.element tet4 at object.model.poisson ", poisson, " with ", cells,
+                     " elements across the body bends about ", factor, " times too little (limit ", kMost, ")"),
+                {set_to("object.model.element", "tet10", "about eight times the nodes"), advise("refine the mesh")}}
+            .at("object.model.element", factor, kMost)};
   }
   if (!info.parameters.contains("calibration_residual")) return {};  // its springs mean no material
   const double factor = spring_stiffening(cells, 0.5 - poisson);
   if (factor < kMost) return {};
-  return Prediction{"poisson",
-                    {text("object.model.type msd at object.model.poisson ", poisson, " with ", short_number(cells),
-                          " springs across the body is about ", short_number(factor), " times too stiff (limit ", kMost,
-                          "): springs have a Poisson ratio of their own, near 1/4"),
-                     {set_to("object.model.poisson", "0.3"), set_to("object.model.type", "fem")}}};
+  return Prediction{"poisson", Finding{told("object.model.type msd at object.model.poisson ", poisson, " with ", cells,
+                                            " springs across the body is about ", factor, " times too stiff (limit ",
+                                            kMost, "): springs have a Poisson ratio of their own, near 1/4"),
+                                       {set_to("object.model.poisson", "0.3"), set_to("object.model.type", "fem")}}
+                                   .at("object.model.type", factor, kMost)};
 }
 
 std::optional<Prediction> predict_collapse(const std::string& model, double stretch) {
@@ -60,9 +61,10 @@ std::optional<Prediction> predict_collapse(const std::string& model, double stre
   if (!(stretch < least)) return {};
   return Prediction{
       "inversion",
-      {text(model == "msd" ? "object.model.type " : "object.model.material ", model, " crushed to ", stretch,
-            " of its height: below ", least, " elements turn inside out and stay so"),
-       {advise("press less deep"), advise("take object.model.type fem with object.model.material neo_hookean")}}};
+      Finding{told(model == "msd" ? "object.model.type " : "object.model.material ", model, " crushed to ", stretch,
+                   " of its height: below ", least, " elements turn inside out and stay so"),
+              {advise("press less deep"), advise("take object.model.type fem with object.model.material neo_hookean")}}
+          .at(model == "msd" ? "object.model.type" : "object.model.material", stretch, least)};
 }
 
 /// A solid that is loaded by a tool bends and bulges: what locks in bending locks there.

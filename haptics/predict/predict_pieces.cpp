@@ -9,9 +9,9 @@
 namespace kt {
 namespace {
 
-std::string place(const Vec3& p) { return text("(", p.x(), ", ", p.y(), ", ", p.z(), ")"); }
+std::string place(const Vec3& p) { return told("(", p.x(), ", ", p.y(), ", ", p.z(), ")"); }
 
-std::string nodes(std::size_t n) { return text(n, n == 1 ? " node" : " nodes"); }
+std::string nodes(std::size_t n) { return told(n, n == 1 ? " node" : " nodes"); }
 
 Bounds bounds_of(const Mesh& body, const std::vector<int>& nodes) {
   Mesh part;
@@ -29,12 +29,13 @@ void predict_pieces(const BuiltScene& built, std::vector<Prediction>& out) {
   const Mesh& body = built.model().mesh();
   const double size = bounds(body).size().maxCoeff();
   const auto seam = coincident_nodes(body, kSamePlace * size);
-  const std::string weld = text("kilotouch mesh repair ", built.scene().object.mesh, " --weld TOL -o OUT joins them");
+  const std::string weld = told("kilotouch mesh repair ", built.scene().object.mesh, " --weld TOL -o OUT joins them");
   if (static_cast<int>(seam.size()) >= kFace && !body.embedded)
-    out.push_back({"pieces",
-                   {text("object.mesh: at ", seam.size(), " places nodes coincide and are not shared, the first at ",
-                         place(node(body.x, seam[0][0])), " m: the body opens there"),
-                    {advise("where it should not, " + weld)}}});
+    out.push_back({"pieces", Finding{told("object.mesh: at ", seam.size(),
+                                          " places nodes coincide and are not shared, the first at ",
+                                          place(node(body.x, seam[0][0])), " m: the body opens there"),
+                                     {advise("where it should not, " + weld)}}
+                                 .at("object.mesh", static_cast<double>(seam.size()), 0)});
   if (still_nodes(built.model()).empty() || built.scene().global.self_contact) return;
 
   int count = 0;
@@ -49,15 +50,17 @@ void predict_pieces(const BuiltScene& built, std::vector<Prediction>& out) {
     if (is_sheet ? !held[p].empty() : holds_still(body, held[p], bounds_of(body, held[p]).size().norm())) continue;
     const Bounds box = bounds_of(body, of_piece[p]);
     const std::string which =
-        text(count == 1 ? "the body" : text("a piece of ", nodes(of_piece[p].size()), " of ", body.num_own_nodes()),
+        told(count == 1 ? "the body" : told("a piece of ", nodes(of_piece[p].size()), " of ", body.num_own_nodes()),
              ", from ", place(box.min), " to ", place(box.max), " m, is held ",
              held[p].empty() ? "by nothing and drifts off"
-                             : text("at ", nodes(held[p].size()), " only, on one line, and turns about it"),
+                             : told("at ", nodes(held[p].size()), " only, on one line, and turns about it"),
              " when it is touched");
     const bool is_seam = std::ranges::any_of(seam, [&](const std::vector<int>& group) {
       return std::ranges::any_of(group, [&](int i) { return piece[i] == p; });
     });
-    Finding found{"object.fixed: " + which, {advise("clamp some of it"), advise("leave it out of the mesh")}};
+    Finding found =
+        Finding{"object.fixed: " + which, {advise("clamp some of it"), advise("leave it out of the mesh")}}.at(
+            "object.fixed");
     if (is_seam) found.cures.push_back(advise("as nodes of it coincide with others: " + weld));
     out.push_back({"pieces", std::move(found)});
   }

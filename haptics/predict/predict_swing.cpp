@@ -132,16 +132,17 @@ void predict_swing(const BuiltScene& built, std::vector<Prediction>& out) {
   std::vector<Cure> cures;
   if (!scene.global.self_contact)  // its steps are backward Euler's
     cures.push_back(set_to("global.integrator", "sdirk2",
-                           text("a third of the error less for three times the work of a global step, with "
+                           told("a third of the error less for three times the work of a global step, with "
                                 "global.rate_hz ",
                                 2 * scene.global.rate_hz, " half of it")));
-  out.push_back({"swing",
-                 {text("global.integrator ", scene.global.integrator, ": under the tool the body swings as a whole at ",
-                       with_digits(swing->omega / (2 * std::numbers::pi), 2), " Hz; steps of ",
-                       with_digits(1e3 / scene.global.rate_hz, 3), " ms damp that by ", with_digits(numerical, 2),
-                       " of what is critical, the body itself by ", with_digits(swing->zeta, 2),
-                       ": the force swings less than it should"),
-                  cures}});
+  out.push_back({"swing", Finding{told("global.integrator ", scene.global.integrator,
+                                       ": under the tool the body swings as a whole at ",
+                                       with_digits(swing->omega / (2 * std::numbers::pi), 2), " Hz; steps of ",
+                                       with_digits(1e3 / scene.global.rate_hz, 3), " ms damp that by ",
+                                       with_digits(numerical, 2), " of what is critical, the body itself by ",
+                                       with_digits(swing->zeta, 2), ": the force swings less than it should"),
+                                  cures}
+                              .at("global.integrator", numerical, swing->zeta)});
 }
 
 }  // namespace kt

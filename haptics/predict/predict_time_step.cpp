@@ -12,9 +12,10 @@ std::optional<Prediction> predict_unstable_step(const FastestMode& mode, const s
   if (!(dt > limit)) return {};
   return Prediction{
       "time_step",
-      {text(setting, " ", integrator, ": a step of ", 1e3 * dt, " ms diverges, the body's fastest mode (", mode.omega,
-            " rad/s, damping ratio ", mode.zeta, ") allows ", 1e3 * limit, " ms"),
-       {set_to(setting, "implicit_euler"), advise(text("step at ", std::ceil(1 / limit), " Hz or more"))}}};
+      Finding{told(setting, " ", integrator, ": a step of ", 1e3 * dt, " ms diverges, the body's fastest mode (",
+                   mode.omega, " rad/s, damping ratio ", mode.zeta, ") allows ", 1e3 * limit, " ms"),
+              {set_to(setting, "implicit_euler"), advise(told("step at ", std::ceil(1 / limit), " Hz or more"))}}
+          .at(setting, dt, limit)};
 }
 
 std::optional<Prediction> predict_unstable_step(const DeformableModel& model, const State& state,

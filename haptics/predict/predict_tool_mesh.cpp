@@ -1,6 +1,6 @@
 // Mesh tools as a drawing program exports them: each refresh and each tick looks at all of their triangles.
 #include "core/base/error.hpp"
-#include "haptics/predict/mesh_cures.hpp"
+#include "haptics/cells/mesh_cures.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/setup/built_scene.hpp"
 
@@ -12,11 +12,12 @@ void predict_tool_mesh(const BuiltScene& built, std::vector<Prediction>& out) {
     const SceneTool& tool = k == 0 ? built.scene().tool : *built.scene().second_tool;
     if (shape.kind != ToolShape::Kind::mesh || shape.triangles.size() < kManyToolTriangles) continue;
     const std::string name = k == 0 ? "tool" : "second_tool";
-    out.push_back({"tool_mesh",
-                   {text(name, ".mesh: ", tool.mesh, " has ", shape.triangles.size(),
-                         " triangles, all of which each refresh looks at: expect refreshes of seconds"),
-                    {fewer_tool_triangles(name, shape.triangles.size())},
-                    Finding::Weight::note}});
+    out.push_back(
+        {"tool_mesh", Finding{told(name, ".mesh: ", tool.mesh, " has ", shape.triangles.size(),
+                                   " triangles, all of which each refresh looks at: expect refreshes of seconds"),
+                              {fewer_tool_triangles(name, shape.triangles.size())},
+                              Finding::Weight::note}
+                          .at(name + ".mesh", static_cast<double>(shape.triangles.size()))});
   }
 }
 

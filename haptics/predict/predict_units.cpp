@@ -16,14 +16,15 @@ constexpr double kDeepest = 0.3;                   // of the thickness
 
 Finding body_finding(const Scene& scene, const SceneSizes& s) {
   const double longest = s.body.size().maxCoeff();
-  Finding out{text("object.mesh: the body is ", short_number(longest), " m long, outside ", kSmallest, " to ", kLargest,
+  Finding out{told("object.mesh: the body is ", longest, " m long, outside ", kSmallest, " to ", kLargest,
                    " m; one unit of the file is taken as ", s.mesh_unit, " m")};
+  out = std::move(out).at("object.mesh", longest, longest < kSmallest ? kSmallest : kLargest);
   Bounds file = s.body;
   file.min /= s.mesh_unit;
   file.max /= s.mesh_unit;
   if (const double scale = likely_scale(file); !scene.object.size && scale != s.mesh_unit)
     out.cures.push_back(
-        {"object.scale", text(scale), text("set object.scale to ", scale, ": its unit is likely ", likely_unit(file))});
+        {"object.scale", text(scale), told("set object.scale to ", scale, ": its unit is likely ", likely_unit(file))});
   out.cures.push_back(advise("set object.size to the body's longest side in metres"));
   return out;
 }
@@ -32,18 +33,18 @@ Finding body_finding(const Scene& scene, const SceneSizes& s) {
 Cure tool_cure(const SceneTool& tool, const std::string& name, double longest, double body) {
   if (tool.shape != "mesh")
     return advise(
-        text("set ", name, ".radius", tool.shape == "capsule" ? " and " + name + ".length" : "", " in metres"));
-  if (tool.size) return advise(text("set ", name, ".size to its longest side in metres"));
+        told("set ", name, ".radius", tool.shape == "capsule" ? " and " + name + ".length" : "", " in metres"));
+  if (tool.size) return advise(told("set ", name, ".size to its longest side in metres"));
   const double scale = tool.scale.value_or(1);
   return set_to(name + ".scale", likely_tool_unit(longest / scale, body),
-                text("one unit of ", tool.mesh, " is taken as ", scale, " m"));
+                told("one unit of ", tool.mesh, " is taken as ", scale, " m"));
 }
 
 Finding tool_finding(const Scene& scene, const SceneTool& tool, const std::string& name, const Vec3& extents,
                      const SceneSizes& s) {
   const double longest = s.body.size().maxCoeff();
-  Finding out{text(name, ": it is ", short_number(1e3 * extents[1]), " mm wide, larger than the body of ",
-                   short_number(1e3 * longest), " mm")};
+  Finding out{told(name, ": it is ", 1e3 * extents[1], " mm wide, larger than the body of ", 1e3 * longest, " mm")};
+  out = std::move(out).at(name, extents[1], longest);
   const bool is_usual = longest >= kSmallest && longest <= kLargest;
   if (!is_usual) out.cures = body_finding(scene, s).cures;
   if (is_usual || extents[1] > kLargest) out.cures.push_back(tool_cure(tool, name, extents[2], longest));
@@ -91,16 +92,17 @@ std::vector<Prediction> predict_units(const Scene& scene, const SceneSizes& s) {
   if (scene.second_tool && s.second_tool && (*s.second_tool)[1] > longest)
     warn(tool_finding(scene, *scene.second_tool, "second_tool", *s.second_tool, s));
   if (s.thickness > 0 && s.depth > kDeepest * s.thickness)
-    warn({text("tool.path.press_drag.depth: ", short_number(1e3 * s.depth), " mm is ",
-               short_number(s.depth / s.thickness), " of the body's thickness there, ", short_number(1e3 * s.thickness),
-               " mm (usual: up to ", kDeepest, ")"),
-          {{"tool.path.press_drag.depth", text(kDeepest * s.thickness),
-            text("set tool.path.press_drag.depth to ", kDeepest * s.thickness, " or less")}}});
+    warn(Finding{told("tool.path.press_drag.depth: ", 1e3 * s.depth, " mm is ", s.depth / s.thickness,
+                      " of the body's thickness there, ", 1e3 * s.thickness, " mm (usual: up to ", kDeepest, ")"),
+                 {{"tool.path.press_drag.depth", text(kDeepest * s.thickness),
+                   told("set tool.path.press_drag.depth to ", kDeepest * s.thickness, " or less")}}}
+             .at("tool.path.press_drag.depth", s.depth, kDeepest * s.thickness));
   const bool is_read = scene.object.model.type != "msd" || !scene.object.model.stiffness;
   if (is_read && (young < kSoftest || young > kStiffest))
-    warn({text("object.model.young: ", young, " Pa is outside ", kSoftest, " to ", kStiffest,
-               " Pa (fat 1e3, muscle 1e4, rubber 1e6)"),
-          {advise("set object.model.young in pascal, not kPa or MPa")}});
+    warn(Finding{told("object.model.young: ", young, " Pa is outside ", kSoftest, " to ", kStiffest,
+                      " Pa (fat 1e3, muscle 1e4, rubber 1e6)"),
+                 {advise("set object.model.young in pascal, not kPa or MPa")}}
+             .at("object.model.young", young, young < kSoftest ? kSoftest : kStiffest));
   return out;
 }
 

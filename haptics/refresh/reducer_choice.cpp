@@ -33,8 +33,6 @@ double predict_grading_us(const ReducerCandidate& candidate, int num_nodes) {
   return share * kPerNode * std::max(0.0, num_nodes - kAllKept);
 }
 
-std::string percent(double x) { return with_digits(100 * x, 2) + " %"; }
-
 std::string short_ms(double ms) { return with_digits(ms, 3) + " ms"; }
 
 /// |Z| at a vertex, at kCertifiedHz [N/m]; NaN where the body has no finite answer.
@@ -272,11 +270,11 @@ void ReducerChoice::revise(const LocalModel& model, const ContactSite& site, int
     quiet_ = error < 0.5 * needs_.tolerance ? quiet_ + 1 : 0;
   if (error > needs_.tolerance) {
     if (const auto next = better_than_present())
-      go_to(*next, tick, text("a force error of ", percent(error), " was to be expected"));
+      go_to(*next, tick, text("a force error of ", in_percent(error, 2), " was to be expected"));
   } else if (quiet_ > kLongQuiet) {
     if (cheaper)
       go_to(*cheaper, tick,
-            text("for long, a force error of only ", percent(candidates_[*cheaper].force_error),
+            text("for long, a force error of only ", in_percent(candidates_[*cheaper].force_error, 2),
                  " was to be expected of it"));
   }
 }
@@ -342,16 +340,17 @@ std::string ReducerChoice::reason() const {
         text(": the most accurate within the budgets of ", needs_.budget_us, " us a tick",
              std::isfinite(needs_.refresh_budget_ms) ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
                                                      : std::string(),
-             ", but off by ", percent(c.force_error), " where ", percent(needs_.tolerance),
+             ", but off by ", in_percent(c.force_error, 2), " where ", in_percent(needs_.tolerance, 2),
              " are tolerated: the budget wins");
   else
-    out += text(": the cheapest within ", percent(needs_.tolerance), " (a force error of ", percent(c.force_error),
-                " is to be expected, certified ", percent(c.error), " at set-up)");
+    out += text(": the cheapest within ", in_percent(needs_.tolerance, 2), " (a force error of ",
+                in_percent(c.force_error, 2), " is to be expected, certified ", in_percent(c.error, 2), " at set-up)");
   const ReducerCandidate* cheaper = nullptr;
   for (std::size_t i = 0; i < chosen_; ++i)
     if (!cheaper || candidates_[i].force_error < cheaper->force_error) cheaper = &candidates_[i];
   if (cheaper && std::isfinite(cheaper->force_error))
-    out += text("; the best of the cheaper ones is off by ", percent(cheaper->force_error), " (", cheaper->name, ")");
+    out += text("; the best of the cheaper ones is off by ", in_percent(cheaper->force_error, 2), " (", cheaper->name,
+                ")");
   return out;
 }
 

@@ -41,7 +41,7 @@ RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& loc
   if (local.refine == "off") return {false, "local.refine is off"};
   if (local.refine != "auto" && local.refine != "follow")
     throw_unknown("local.refine", local.refine, {"auto", "follow", "off"});
-  const std::string method = haptic_method_name(local.method, contact.law);
+  const std::string& method = local.method;
   const bool goes_together = method == "multirate" && !is_geometric(contact.law);
   if (local.refine == "follow") {
     if (!goes_together)

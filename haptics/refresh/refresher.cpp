@@ -73,10 +73,8 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
                .motion = options.motion}),
       scheme_(local_scheme(options.local.integrator)),
       metric_(contact_metric(options.contact.metric)),
-      refreshes_early_(options.global.early_refresh &&
-                       haptic_method_name(options.local.method, options.contact.law) == "multirate"),
-      has_apron_(haptic_method_name(options.local.method, options.contact.law) == "multirate" &&
-                 !is_geometric(options.contact.law) && !surface.embedded),
+      refreshes_early_(options.global.early_refresh && options.local.method == "multirate"),
+      has_apron_(options.local.method == "multirate" && !is_geometric(options.contact.law) && !surface.embedded),
       known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {
   choice_.keep_set_ups(kept);
   if (choose_refine(model, surface, options, self_contact != nullptr).refines)

@@ -32,7 +32,7 @@ Smoothing contact_smoothing(const ContactSettings& contact, const LocalSettings&
   require_backend("contact.surface", contact.surface, contact_surface_backends());
   if (may_refine(contact, local).refines) return {};  // the refined cells' own surface
   if (contact.surface == "flat") return {};
-  const std::string method = haptic_method_name(local.method, contact.law);
+  const std::string& method = local.method;
   if (method != "multirate" || is_geometric(contact.law))
     throw InputError(text("contact.surface \"", contact.surface, "\" needs local.method \"multirate\" and contact.law ",
                           "\"coulomb\"; local.method \"", method, "\" with contact.law \"", contact.law,
@@ -57,17 +57,15 @@ std::unique_ptr<HapticMethod> make_method(const TouchOptions& touch, const Surfa
   HapticMethodOptions options;
   options.tools = shapes_of(touch);
   options.h = tick_length(touch);
-  if (c.law != "penalty") options.law = c.law;  // a method with friction of its own: Coulomb's
+  options.law = c.law;
   options.friction = friction.everywhere;
   options.friction_of_triangle = friction.of_triangle;
   options.blend = 1e-3 * touch.local.blend_ms;
   options.coupling = {c.penalty.stiffness, c.penalty.damping};
-  return make_haptic_method(haptic_method_name(touch.local.method, c.law), options);
+  return make_haptic_method(touch.local.method, options);
 }
 
-bool catches_up(const TouchOptions& options) {
-  return options.local.catch_up && haptic_method_name(options.local.method, options.contact.law) == "multirate";
-}
+bool catches_up(const TouchOptions& options) { return options.local.catch_up && options.local.method == "multirate"; }
 
 std::unique_ptr<ContactSolver> catch_up_solver(const TouchOptions& options, const SurfaceFriction& friction) {
   if (!catches_up(options)) return {};
@@ -80,8 +78,9 @@ void check_options(const TouchOptions& o) {
   require_backend("local.reducer", o.local.reducer, reducer_names());
   require_backend("global.integrator", o.global.integrator, integrator_backends());
   require_backend("global.solver", o.global.solver, step_solver_backends());
-  require_backend("contact.law", o.contact.law, contact_laws());
-  const std::string method = haptic_method_name(o.local.method, o.contact.law);
+  require_backend("contact.law", o.contact.law, contact_solver_backends());
+  require_backend("local.method", o.local.method, haptic_method_backends());
+  const std::string& method = o.local.method;
   if (o.tools.empty() || o.tools.size() > static_cast<std::size_t>(kMaxTools))
     throw InputError(text("tools: there are ", o.tools.size(), ", must be 1 to ", kMaxTools));
   if (local_scheme(o.local.integrator) == LocalScheme::exact && is_geometric(o.contact.law))

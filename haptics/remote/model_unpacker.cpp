@@ -131,7 +131,7 @@ std::string trouble_of(const SentBasis& b, std::size_t rows, std::size_t r) {
 void require_sendable(const TouchOptions& options) {
   if (options.local.refine == "follow")
     throw InputError("link.type network: local.refine is \"follow\", must be auto or off: refined cells do not travel");
-  const std::string method = haptic_method_name(options.local.method, options.contact.law);
+  const std::string& method = options.local.method;
   if (method != "multirate" || is_geometric(options.contact.law) || !options.local.catch_up)
     throw InputError(
         text("link.type network: needs local.method multirate, contact.law coulomb and local.catch_up true; "

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "core/base/percentile.hpp"
-#include "haptics/predict/mesh_cures.hpp"
+#include "haptics/cells/mesh_cures.hpp"
 
 namespace kt {
 namespace {
@@ -47,7 +47,7 @@ void add_reducer(const SessionResult& result, const std::string& reducer, std::v
   if (std::isnan(error) ? reducer != "condensed" : error > kMostError) return;
   out.push_back(
       set_to("local.reducer", reducer,
-             std::isnan(error) ? "" : text("force of the local model off by ", in_percent(error), " or more")));
+             std::isnan(error) ? "" : told("force of the local model off by ", in_percent(error), " or more")));
 }
 
 /// Of mesh tools with many triangles, first of all.
@@ -92,7 +92,7 @@ std::vector<Cure> cures_of_refresh(const Scene& scene, const SessionResult& resu
   const double rate = std::floor(std::min({1e3 * kRoom / r.refresh_ms, reached, kLess * r.wanted_hz}));
   if (rate >= 5)
     out.push_back(
-        {"global.rate_hz", text(rate), text("set global.rate_hz to ", rate, " and move the tool more slowly")});
+        {"global.rate_hz", text(rate), told("set global.rate_hz to ", rate, " and move the tool more slowly")});
   else if (limits.coarser && !r.is_crowded)
     out.push_back(coarser_cells(scene));
   else if (!r.is_crowded)
@@ -154,18 +154,17 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result, double
 
 std::string RealTime::told() const {
   std::string out = name_of(keeps);
-  if (lags) out += text(": ", short_number(refresh_hz), " of ", short_number(wanted_hz), " refreshes a second");
+  if (lags) out += kt::told(": ", refresh_hz, " of ", wanted_hz, " refreshes a second");
   if (slow_part == "link")
     out += " came over the link";
   else if (slow_part == "haptic tick")
-    out += text(lags ? ", " : ": ", "a haptic tick takes ", short_number(1e3 * part_ms), " us, ",
-                short_number(100 * tick_share), " % of its period, a refresh ", short_number(100 * refresh_share),
-                " % of its");
+    out += kt::told(lags ? ", " : ": ", "a haptic tick takes ", 1e3 * part_ms, " us, ", in_percent(tick_share),
+                    " of its period, a refresh ", in_percent(refresh_share), " of its");
   else
-    out += text(lags ? ", " : ": ", "a refresh takes ", short_number(refresh_ms), " ms of ", short_number(budget_ms),
-                ", ", short_number(100 * refresh_share), " % (",
-                is_crowded ? "other programs hold the processor" : text(slow_part, " ", short_number(part_ms)),
-                "), a haptic tick ", short_number(100 * tick_share), " % of its period");
+    out += kt::told(lags ? ", " : ": ", "a refresh takes ", refresh_ms, " ms of ", budget_ms, ", ",
+                    in_percent(refresh_share), " (",
+                    is_crowded ? "other programs hold the processor" : kt::told(slow_part, " ", part_ms),
+                    "), a haptic tick ", in_percent(tick_share), " of its period");
   return cures.empty() ? out : out + "; " + cure();
 }
 

@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "haptics/halves/touch_status.hpp"
 #include "haptics/refresh/inverted_tetrahedra.hpp"
 #include "haptics/refresh/refresh_record.hpp"
-#include "haptics/touch/touch_status.hpp"
 
 namespace kt {
 

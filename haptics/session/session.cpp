@@ -10,6 +10,7 @@
 #include "haptics/session/session_run.hpp"
 #include "haptics/setup/path_excitation.hpp"
 #include "haptics/setup/scene_safety.hpp"
+#include "haptics/touch/touch_halves.hpp"
 #include "self_contact/crossings.hpp"
 
 namespace kt {
@@ -52,7 +53,7 @@ void tell_of_reducer(const Touch& touch, bool is_remote, SessionResult& result) 
     result.certified_error = status.certified_error;
     return;
   }
-  const ReducerChoice& choice = touch.slow().refresher().choice();
+  const ReducerChoice& choice = TouchHalves::slow(touch).refresher().choice();
   result.reducer = choice.chosen().reducer;
   result.reducer_name = choice.chosen().name;
   result.reducer_reason = choice.reason();
@@ -219,9 +220,9 @@ SessionResult Session::run(const SessionOptions& options) {
   if (options.check_contacts) watch.emplace(body().surface(), tools(), threaded, h);
   RunRecorder recorder(watch ? &*watch : nullptr, options, result);
   Touch touch(body(), touched);
-  touch.observe(&recorder);
+  TouchHalves::observe(touch, &recorder);
   touch.check_contacts(false);  // it has its own watch
-  touch.slow().refresher().look_for_crossings = options.check_contacts && !threaded;
+  TouchHalves::slow(touch).refresher().look_for_crossings = options.check_contacts && !threaded;
   touch.place(start);
   std::vector<GuardedDevice> guarded;
   for (std::size_t k = 0; k < tools().size(); ++k)
@@ -242,11 +243,11 @@ SessionResult Session::run(const SessionOptions& options) {
     if (is_endless) result.stopped = !result.records_full.empty();  // else that is how it ends
   }
 
-  if (watch) watch->finish(touch.fast().model());
+  if (watch) watch->finish(TouchHalves::fast(touch).model());
   finish_tools(scene(), guarded, watch ? &*watch : nullptr, result);
-  result.last_dof = touch.fast().model().model.dof();
-  result.last_patch_vertices = touch.fast().model().model.patch.num_vertices();
-  const Refresher& refresher = touch.slow().refresher();
+  result.last_dof = TouchHalves::fast(touch).model().model.dof();
+  result.last_patch_vertices = TouchHalves::fast(touch).model().model.patch.num_vertices();
+  const Refresher& refresher = TouchHalves::slow(touch).refresher();
   for (RefreshEvent& event : result.refreshes)
     if (event.adopted_tick >= ticks) event.adopted_tick = -1;  // the run was over by then
   result.deadline_misses =

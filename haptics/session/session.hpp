@@ -5,16 +5,17 @@
 #include <vector>
 
 #include "core/base/record.hpp"
-#include "haptics/device/real_time_thread.hpp"
-#include "haptics/driver/safety_chain.hpp"
+#include "haptics/guard/safety_chain.hpp"
+#include "haptics/machine/real_time_thread.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/session/refresh_run.hpp"
 #include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/local_simulation.hpp"
-#include "haptics/touch/lost_contact.hpp"
+#include "haptics/touch/body_link.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/watch/lost_contact.hpp"
 #include "self_contact/touching_model.hpp"
 
 namespace kt {

@@ -9,10 +9,11 @@
 #include "core/base/cpu_time.hpp"
 #include "core/base/error.hpp"
 #include "core/base/ticks.hpp"
-#include "haptics/device/real_time_thread.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/link/ring.hpp"
+#include "haptics/machine/real_time_thread.hpp"
 #include "haptics/session/body_film.hpp"
+#include "haptics/touch/touch_halves.hpp"
 
 namespace kt {
 namespace {
@@ -79,7 +80,7 @@ class DeviceTick {
     const double dt = since_last(h);
     std::array<Pose, kMaxTools> poses;
     for (std::size_t k = 0; k < count; ++k) poses[k] = run_.devices[k].pose(t_end, dt);
-    if (refresh) run_.touch.refresh_if_due();
+    if (refresh) TouchHalves::refresh_if_due(run_.touch);
     const auto& counts = run_.options.count_allocations;
     const long long before = counts ? counts() : 0;
     const double start = thread_time_us();
@@ -87,7 +88,7 @@ class DeviceTick {
     row.step_us = thread_time_us() - start;
     row.allocations = counts ? counts() - before : 0;
     allocations_ += row.allocations;
-    if (run_.watch) run_.watch->ticked(run_.touch.fast(), frames);
+    if (run_.watch) run_.watch->ticked(TouchHalves::fast(run_.touch), frames);
     // What is recorded, counted as work and judged is what the hand is given.
     for (std::size_t k = 0; k < count; ++k) {
       row.frames[k] = frames[k];
@@ -180,7 +181,7 @@ class Pictures {
     Touch& touch = run_.touch;
     Snapshot out{touch.next_tick() * touch.h(), {}, {}};
     for (const ToolRun& tool : run_.result.tools) out.tools.push_back(tool.frames.back().pose.x);
-    touch.copy_positions_now(out.x);
+    TouchHalves::copy_positions_now(touch, out.x);
     return out;
   }
 
@@ -225,7 +226,7 @@ void run_lockstep(const RunParts& run) {
 
 void run_threads(const RunParts& run) {
   if (run.options.link)
-    run.touch.start(run.options.link);
+    TouchHalves::start(run.touch, run.options.link);
   else
     run.touch.start();
   DeviceTick devices(run);
@@ -280,7 +281,7 @@ void run_threads(const RunParts& run) {
   take_rows();
   run.touch.stop();
   run.result.allocations = devices.allocations();
-  if (const int lost = run.touch.lost_reports(); lost > 0)
+  if (const int lost = TouchHalves::lost_reports(run.touch); lost > 0)
     run.result.findings.push_back({text("link: ", lost, " reports were lost, the refresher fell too far behind")});
   if (unrecorded > 0)
     run.result.findings.push_back(

@@ -1,10 +1,10 @@
 #pragma once
 // What drives a touch in a session: devices in, devices out, records; in lockstep or against the wall clock.
-#include "haptics/driver/guarded_device.hpp"
+#include "haptics/guard/guarded_device.hpp"
+#include "haptics/halves/body_side.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/contact_watch.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/watch/contact_watch.hpp"
 
 namespace kt {
 

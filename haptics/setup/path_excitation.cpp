@@ -70,10 +70,10 @@ Vec3 FollowedMotion::move_to(const Vec3& place) {
 }
 
 BandPowers path_powers(const std::vector<TimedPoint>& path, FollowedMotion motion, double rate_hz, double use) {
-  constexpr double kLongest = 20;  // [s]
+  constexpr double kMostSpan = 20;  // [s]
   SpectrumMeter meter(rate_hz, use, std::numeric_limits<double>::infinity());
   if (path.empty()) return meter.powers();
-  const double end = std::min(path.back().t, path.front().t + kLongest);
+  const double end = std::min(path.back().t, path.front().t + kMostSpan);
   const auto ticks = static_cast<int>(std::llround((end - path.front().t) * rate_hz));
   for (int i = 0; i <= ticks; ++i) meter.add(motion.move_to(interpolate_path(path, path.front().t + i / rate_hz)));
   return meter.powers();

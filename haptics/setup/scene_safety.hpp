@@ -1,6 +1,6 @@
 #pragma once
 // From a tool's path.device in a scene to its safety chain.
-#include "haptics/driver/safety_chain.hpp"
+#include "haptics/guard/safety_chain.hpp"
 #include "io/scene/scene.hpp"
 
 namespace kt {

@@ -1,8 +1,8 @@
 #pragma once
 // From a scene to what a session is made of: tools, paths, devices, settings of the engine.
+#include "haptics/body/body.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/options/touch_options.hpp"
-#include "haptics/touch/body.hpp"
 
 namespace kt {
 

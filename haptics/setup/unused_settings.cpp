@@ -184,7 +184,7 @@ void look_at_link(const Scene& scene, Finder& out) {
 }  // namespace
 
 std::vector<std::string> unused_settings(const Scene& scene) {
-  const std::string method = haptic_method_name(scene.local.method, scene.contact.law);
+  const std::string& method = scene.local.method;
   Finder out;
   look_at_model(scene.object.model, out);
   const bool is_read = (method == "multirate" || method == "hold") && !is_geometric(scene.contact.law);

@@ -9,6 +9,18 @@ namespace kt {
 #include "haptics/tick/haptic_method.def"
 #undef HAPTIC_METHOD
 
+// A baseline that is not in this build must not be asked for by the linker.
+#define KT_MAKE_IF_1(method) return make_##method##_method(options);
+#define KT_MAKE_IF_0(method)
+#define KT_MAKE_IF_(available, method) KT_MAKE_IF_##available(method)
+#define KT_MAKE_IF(available, method) KT_MAKE_IF_(available, method)
+
+std::unique_ptr<HapticMethod> make_multirate_method(const HapticMethodOptions& options) {
+  return std::make_unique<LocalSimulation>(
+      options.tools, options.h, make_contact_solver(options.law, options.friction, options.friction_of_triangle),
+      options.blend);
+}
+
 void HapticMethod::step_tools(std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept {
   frames[0] = step(sweeps[0]);
 }
@@ -21,26 +33,12 @@ std::vector<BackendInfo> haptic_method_backends() {
   };
 }
 
-std::vector<BackendInfo> contact_laws() {
-  std::vector<BackendInfo> out = contact_solver_backends();
-  out.push_back({"penalty",
-                 "spring and damper to a proxy on the surface, with friction: the same as local.method penalty", true,
-                 ""});
-  return out;
-}
-
-std::string haptic_method_name(const std::string& method, const std::string& law) {
-  require_backend("local.method", method, haptic_method_backends());
-  if (law != "penalty" || method == "penalty") return method;
-  if (method == "multirate") return "penalty";
-  throw InputError(text("contact.law \"penalty\" is a method of its own; local.method \"", method,
-                        "\" needs contact.law \"coulomb\", or leave local.method out"));
-}
-
 std::unique_ptr<HapticMethod> make_haptic_method(const std::string& name, const HapticMethodOptions& options) {
   require_backend("local.method", name, haptic_method_backends());
 #define HAPTIC_METHOD(method, available, option, what) \
-  if (name == #method) return make_##method##_method(options);
+  if (name == #method) {                               \
+    KT_MAKE_IF(available, method)                      \
+  }
 #include "haptics/tick/haptic_method.def"
 #undef HAPTIC_METHOD
   return nullptr;

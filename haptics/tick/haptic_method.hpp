@@ -56,13 +56,6 @@ struct HapticMethodOptions {
 
 std::vector<BackendInfo> haptic_method_backends();
 
-/// The laws that contact.law takes: those of the contact solvers, and `penalty`, which stands for the method.
-std::vector<BackendInfo> contact_laws();
-
-/// The method that a scene's local.method and contact.law ask for together. Throws InputError when they exclude each
-/// other.
-std::string haptic_method_name(const std::string& method, const std::string& law);
-
 /// Throws InputError for an unknown name, and for a law or a value that the method cannot use.
 std::unique_ptr<HapticMethod> make_haptic_method(const std::string& name, const HapticMethodOptions& options);
 

@@ -4,9 +4,9 @@
 #include <functional>
 #include <memory>
 
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/haptic_side.hpp"
-#include "haptics/touch/model_observer.hpp"
+#include "haptics/halves/body_side.hpp"
+#include "haptics/halves/haptic_side.hpp"
+#include "haptics/halves/model_observer.hpp"
 
 namespace kt {
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <atomic>
 
+#include "haptics/halves/haptic_side.hpp"
+#include "haptics/halves/model_observer.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/link/ring.hpp"
-#include "haptics/touch/haptic_side.hpp"
-#include "haptics/touch/model_observer.hpp"
 
 namespace kt {
 

@@ -10,10 +10,11 @@
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/touch/body_link.hpp"
-#include "haptics/touch/flag_counts.hpp"
 #include "haptics/touch/keep_memory.hpp"
 #include "haptics/touch/patch_lead.hpp"
-#include "haptics/touch/touch_watch.hpp"
+#include "haptics/touch/touch_halves.hpp"
+#include "haptics/watch/flag_counts.hpp"
+#include "haptics/watch/touch_watch.hpp"
 #include "self_contact/touching_model.hpp"
 
 namespace kt {
@@ -111,7 +112,7 @@ void Touch::place(std::span<const Pose> tools) {
 
 void Touch::start() { parts_->start("thread", make_thread_link); }
 
-void Touch::start(const LinkMaker& make) { parts_->start("network", make); }
+void TouchHalves::start(Touch& touch, const LinkMaker& make) { touch.parts_->start("network", make); }
 
 void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
   if (link) throw MisuseError("start: called after the first tick, or twice; call it once, before");
@@ -190,7 +191,7 @@ void Touch::Parts::keep(SettingChange change) {
   changed.push_back(std::move(change));
 }
 
-void Touch::refresh_if_due() noexcept { parts_->refresh_if_due(); }
+void TouchHalves::refresh_if_due(Touch& touch) noexcept { touch.parts_->refresh_if_due(); }
 
 void Touch::Parts::refresh_if_due() noexcept {
   if (!is_placed) return;
@@ -299,8 +300,8 @@ void Touch::copy_positions(VectorX& x) {
   p.fade(before, x);
 }
 
-void Touch::copy_positions_now(VectorX& x) {
-  Parts& p = *parts_;
+void TouchHalves::copy_positions_now(Touch& touch, VectorX& x) {
+  Touch::Parts& p = *touch.parts_;
   const std::scoped_lock lock(p.watching);
   if (RemoteBody* remote = p.remote())
     remote->copy_positions(x);
@@ -341,7 +342,6 @@ void Touch::copy_refresh(RefreshPicture& picture) const {
   const std::scoped_lock lock(parts_->beginning);
   parts_->side->copy_refresh(picture);
 }
-std::span<const TickContact> Touch::last_samples() const noexcept { return parts_->haptic.samples(); }
 const Body& Touch::body() const { return parts_->body; }
 const TouchOptions& Touch::options() const { return parts_->options; }
 std::size_t Touch::num_tools() const { return parts_->haptic.num_tools(); }
@@ -349,10 +349,16 @@ int Touch::next_tick() const noexcept { return parts_->haptic.next_tick(); }
 int Touch::most_steps() const noexcept { return ticks_in(kMostTime, parts_->options.local.rate_hz, kMostSteps); }
 double Touch::h() const noexcept { return parts_->haptic.h(); }
 std::exception_ptr Touch::error() const noexcept { return parts_->link ? parts_->link->error() : nullptr; }
-void Touch::observe(ModelObserver* observer) { parts_->observer = observer; }
-BodySide& Touch::slow() { return *parts_->side; }
-const BodySide& Touch::slow() const { return *parts_->side; }
-const HapticSide& Touch::fast() const { return parts_->haptic; }
-int Touch::lost_reports() const { return parts_->link ? parts_->link->lost_reports() : 0; }
+
+void TouchHalves::observe(Touch& touch, ModelObserver* observer) { touch.parts_->observer = observer; }
+BodySide& TouchHalves::slow(Touch& touch) { return *touch.parts_->side; }
+const BodySide& TouchHalves::slow(const Touch& touch) { return *touch.parts_->side; }
+const HapticSide& TouchHalves::fast(const Touch& touch) { return touch.parts_->haptic; }
+int TouchHalves::lost_reports(const Touch& touch) {
+  return touch.parts_->link ? touch.parts_->link->lost_reports() : 0;
+}
+std::span<const TickContact> TouchHalves::last_samples(const Touch& touch) noexcept {
+  return touch.parts_->haptic.samples();
+}
 
 }  // namespace kt

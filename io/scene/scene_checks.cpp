@@ -107,6 +107,12 @@ Found check_contact(const ContactSettings& contact) {
   return std::nullopt;
 }
 
+Found check_law(const Scene& scene) {
+  if (scene.contact.law != "penalty") return std::nullopt;
+  return JsonProblem{"contact.law", text("penalty is a method of its own; local.method \"", scene.local.method,
+                                         "\" needs contact.law \"coulomb\", or leave local.method out")};
+}
+
 Found check_link(const LinkSettings& link) {
   if (link.basis_bits != 8 && link.basis_bits != 16)
     return JsonProblem{"link.basis_bits", text("is ", link.basis_bits, ", must be 8 or 16")};
@@ -136,9 +142,10 @@ Found check_rates(const Scene& scene) {
 }  // namespace
 
 std::optional<JsonProblem> find_scene_problem(const Scene& scene) {
-  for (const Found& found : {check_object(scene.object), check_tool(scene.tool, "tool"),
-                             scene.second_tool ? check_tool(*scene.second_tool, "second_tool") : Found(),
-                             check_contact(scene.contact), check_link(scene.link), check_rates(scene)})
+  for (const Found& found :
+       {check_object(scene.object), check_tool(scene.tool, "tool"),
+        scene.second_tool ? check_tool(*scene.second_tool, "second_tool") : Found(), check_contact(scene.contact),
+        check_law(scene), check_link(scene.link), check_rates(scene)})
     if (found) return found;
   return std::nullopt;
 }

@@ -363,12 +363,22 @@ void settle_integrator(nlohmann::json& document) {
   if (!global.contains("integrator")) global["integrator"] = "newton_euler";
 }
 
+/// contact.law penalty is local.method penalty with Coulomb's cone.
+void settle_penalty(nlohmann::json& document) {
+  const nlohmann::json::json_pointer law("/contact/law"), method("/local/method");
+  if (!document.contains(law) || document[law] != "penalty") return;
+  if (document.contains(method) && document[method] != "penalty" && document[method] != "multirate") return;
+  document[law] = "coulomb";
+  document[method] = "penalty";
+}
+
 }  // namespace
 
 Scene scene_from_json(const nlohmann::json& document) {
   nlohmann::json settled = document;
   split_all_mu(settled);
   settle_integrator(settled);
+  settle_penalty(settled);
   settle_calibrate(settled);
   for (const char* group : {"object", "tool", "second_tool"}) settle_unit(settled, group);
   for (const char* group : {"tool", "second_tool"}) settle_coupling(settled, group);

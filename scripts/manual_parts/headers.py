@@ -58,7 +58,7 @@ def title_of(block):
 def cpp_page(root):
     out = ["# C++", "", "What `#include <kilotouch/kilotouch.hpp>` declares, made from the headers. "
            "[embedding.md](/docs/embedding.md) shows its use; the [first program](/docs/tutorials/own_body.md) is a tutorial.", ""]
-    first = ["haptics/touch/touch.hpp", "haptics/touch/body.hpp", "haptics/options/touch_options.hpp", "haptics/tick/local_frame.hpp"]
+    first = ["haptics/touch/touch.hpp", "haptics/body/body.hpp", "haptics/options/touch_options.hpp", "haptics/tick/local_frame.hpp"]
     names = included(root)
     for name in [n for n in first if n in names] + [n for n in names if n not in first]:
         with open(os.path.join(root, name), encoding="utf-8") as file:

@@ -275,7 +275,7 @@ CASES = [
         ("advice within no error at all", ["advise", "ball.json", "--tolerance", "0"], ["--tolerance", "0", "above 0"]),
         ("advice in no time", ["advise", "ball.json", "--budget-seconds", "0"], ["--budget-seconds", "0", "1 .."]),
         ("advice on a method of another kind", ["advise", "ball.json", "--set", "contact.law=penalty"],
-         ["advise", "contact.law", "penalty"]),
+         ["advise", "local.method", "penalty"]),
         ("advice on a tool that does not touch", ["advise", "ball.json", "--budget-seconds", "900", "--set", "tool.path.press_drag.depth=0"],
          ["advise", "press"]),
         ("no session to replay", ["replay", "lost_session"], ["lost_session"]),

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "haptics/touch/live_settings.hpp"
+#include "haptics/halves/live_settings.hpp"
 
 namespace kt {
 namespace {

@@ -40,8 +40,8 @@ double speed(const CollisionQuery& q) {
   return out;
 }
 
-// What separates tool and triangle at the time of impact at most: the rounding allowance of ccd.cpp, twice (coordinates
-// relative to the tool stay below 8), and the way made during one resolution of the step.
+// What separates tool and triangle at the time of impact at most: the rounding allowance of tool_impact.cpp, twice
+// (coordinates relative to the tool stay below 8), and the way made during one resolution of the step.
 double allowed_gap(const CollisionQuery& q) { return 2 * 128 * 0x1p-53 * 8 + speed(q) * 0x1p-42; }
 
 struct Count {

@@ -12,9 +12,10 @@
 namespace kt {
 namespace {
 
-constexpr double kBar = 1e-9;                    // of the step
-constexpr double kRounding = 2 * 128 * 0x1p-53;  // of the largest relative coordinate: the allowance of ccd.cpp, twice
-constexpr double kResolution = 0x1p-42;          // of the step's motion
+constexpr double kBar = 1e-9;  // of the step
+constexpr double kRounding =
+    2 * 128 * 0x1p-53;                   // of the largest relative coordinate: the allowance of tool_impact.cpp, twice
+constexpr double kResolution = 0x1p-42;  // of the step's motion
 
 struct Sweep {
   CollisionQuery q;

@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "collision/impact/feature_toi.hpp"
-#include "io/files/ccd_queries.hpp"
 #include "io/files/child_process.hpp"
+#include "lab/ccd/ccd_queries.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace kt {

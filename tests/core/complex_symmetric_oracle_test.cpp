@@ -1,9 +1,9 @@
 // Complex symmetric block factors against LU with pivots.
-#include "core/linear/complex_symmetric.hpp"
+#include "core/linear/dense/complex_symmetric.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "core/base/error.hpp"
-#include "core/linear/dense_cholesky.hpp"
-#include "core/linear/symmetric_eigen.hpp"
+#include "core/linear/dense/dense_cholesky.hpp"
+#include "core/linear/dense/symmetric_eigen.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "core/base/error.hpp"
-#include "core/linear/dense_solvers.hpp"
-#include "core/linear/orthonormalizer.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
+#include "core/linear/dense/orthonormalizer.hpp"
 #include "core/linear/sparse_product.hpp"
 #include "core/local/graded_body.hpp"
 #include "tests/support/linearized_block.hpp"

@@ -1,5 +1,5 @@
 // Vectors and matrices in lanes of four, and the sweeps of conjugate gradients over them, against Eigen's.
-#include "core/linear/lane_matrix.hpp"
+#include "core/linear/dense/lane_matrix.hpp"
 
 #include <gtest/gtest.h>
 

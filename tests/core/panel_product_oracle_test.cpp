@@ -1,7 +1,7 @@
 // Products with a matrix in panels against sums in the order that is promised, so on every processor the same bits.
 #include <gtest/gtest.h>
 
-#include "core/linear/panel_product.hpp"
+#include "core/linear/dense/panel_product.hpp"
 #include "tests/support/numbers.hpp"
 
 namespace kt {

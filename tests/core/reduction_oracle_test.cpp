@@ -5,7 +5,7 @@
 #include <numeric>
 #include <set>
 
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "core/local/local_dynamics.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/linearized_block.hpp"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/global/global_simulation.hpp"
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "core/linear/free_dofs.hpp"
 #include "models/model.hpp"
 #include "tests/support/linear_model.hpp"

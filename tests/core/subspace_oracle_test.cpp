@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/base/error.hpp"
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "core/local/far_motions.hpp"
 #include "core/local/graded_body.hpp"
 #include "core/local/impedance.hpp"

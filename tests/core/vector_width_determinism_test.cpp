@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "core/linear/kernels.hpp"
+#include "core/linear/dense/kernels.hpp"
 
 namespace kt_width_2 {
 std::uint64_t kernel_bits();

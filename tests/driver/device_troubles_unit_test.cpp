@@ -1,5 +1,5 @@
 // What `kilotouch device test` says of what stands in the way: each cause once, and none that is not there.
-#include "haptics/driver/device_troubles.hpp"
+#include "haptics/guard/device_troubles.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ DeviceTest good() {
 
 std::string all(const DeviceTest& t) {
   std::string out;
-  for (const std::string& one : find_troubles("haply", {}, t, 1000)) out += one + "\n";
+  for (const std::string& one : lines(find_troubles("haply", {}, t, 1000))) out += one + "\n";
   return out;
 }
 

@@ -1,9 +1,9 @@
 // A tool never jumps: neither over a gap in the poses nor with a pose that no hand can have.
-#include "haptics/driver/followed_pose.hpp"
+#include "haptics/guard/followed_pose.hpp"
 
 #include <gtest/gtest.h>
 
-#include "haptics/driver/safety_chain.hpp"
+#include "haptics/guard/safety_chain.hpp"
 
 namespace kt {
 namespace {

@@ -1,5 +1,5 @@
 // Which name of a force Haply's service takes, and whether it takes any: from what it repeats, without a clock.
-#include "haptics/driver/haply_echo.hpp"
+#include "haptics/driver/haply/haply_echo.hpp"
 
 #include <gtest/gtest.h>
 

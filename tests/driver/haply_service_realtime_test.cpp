@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "haptics/driver/device_test.hpp"
-#include "haptics/driver/device_troubles.hpp"
 #include "haptics/driver/find_devices.hpp"
-#include "haptics/driver/guarded_device.hpp"
-#include "haptics/driver/sleep_until.hpp"
+#include "haptics/guard/device_test.hpp"
+#include "haptics/guard/device_troubles.hpp"
+#include "haptics/guard/guarded_device.hpp"
+#include "haptics/guard/sleep_until.hpp"
 #include "tests/fakes/fake_library.hpp"
 #include "tests/fakes/haply_service.hpp"
 #include "tests/support/input_errors.hpp"
@@ -102,7 +102,7 @@ TEST(HaplyService, Row1AServiceThatTakesNothingIsNeverArmedAndIsTold) {
     EXPECT_LE(test.safety.most_echoed.value_or(9), 0);
     EXPECT_EQ(test.gate, GateReason::no_echo);
     EXPECT_LT(service.heard_sum().most_force, 0.01) << "a few mN are the proof";
-    const auto troubles = find_troubles("haply", device->info(), test, 1000);
+    const auto troubles = lines(find_troubles("haply", device->info(), test, 1000));
     EXPECT_TRUE(says(troubles, "does not repeat the forces")) << troubles.front();
     EXPECT_FALSE(says(troubles, "press the device down")) << "no second cause";
   }
@@ -180,7 +180,7 @@ TEST(HaplyService, Row5AnUncalibratedOneHasOneCause) {
   service.set_fault(HaplyFault::uncalibrated);
   const auto device = make_device("haply", options_for(service));
   const DeviceTest test = test_device(*device, {.seconds = 1});
-  std::vector<std::string> troubles = find_troubles("haply", device->info(), test, 1000);
+  std::vector<std::string> troubles = lines(find_troubles("haply", device->info(), test, 1000));
   std::erase_if(troubles, [](const std::string& t) {  // a busy machine's own
     return t.find("--machine") != std::string::npos || t.find("fresh poses") != std::string::npos;
   });

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "haptics/driver/live_device.hpp"
-#include "haptics/driver/safety_chain.hpp"
+#include "haptics/guard/safety_chain.hpp"
 #include "tests/fakes/fake_library.hpp"
 
 namespace kt::fake {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "haptics/driver/haply_messages.hpp"
+#include "haptics/driver/haply/haply_messages.hpp"
 #include "tests/fuzz/require.hpp"
 
 using kt::fuzz::require;

@@ -20,7 +20,7 @@ using kt::Contact;
 using kt::Vec3;
 using kt::fuzz::Numbers;
 
-constexpr int kPoint = 0, kSphere = 1;  // tools of ccd.hpp; 2 .. 4: hulls of one to three corners
+constexpr int kPoint = 0, kSphere = 1;  // tools of tool_impact.hpp; 2 .. 4: hulls of one to three corners
 
 struct Case {
   int tool = kPoint;

@@ -8,7 +8,7 @@
 #include "core/base/error.hpp"
 #include "core/base/visible_text.hpp"
 #include "tests/fuzz/require.hpp"
-#include "view/page_message.hpp"
+#include "view/server/page_message.hpp"
 
 using kt::fuzz::require;
 

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "collision/shape/closest_point.hpp"
+#include "haptics/halves/haptic_side.hpp"
 #include "haptics/setup/session_parts.hpp"
 #include "haptics/tick/body_check.hpp"
-#include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/haptics_scene.hpp"

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "haptics/study/press.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/tetrahedralize.hpp"
+#include "lab/study/press.hpp"
 #include "models/model.hpp"
 
 namespace kt {

@@ -1,4 +1,4 @@
-#include "haptics/study/contact_events.hpp"
+#include "haptics/session/contact_events.hpp"
 
 #include <gtest/gtest.h>
 

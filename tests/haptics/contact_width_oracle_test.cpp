@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "haptics/predict/contact_width.hpp"
+#include "haptics/cells/contact_width.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/press.hpp"
+#include "lab/study/press.hpp"
 #include "models/model.hpp"
 #include "tests/support/axisymmetric_press.hpp"
 #include "tests/support/haptics_scene.hpp"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <random>
 
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/metrics.hpp"
 
 namespace kt {
 namespace {

@@ -77,6 +77,7 @@ TEST(Findings, TellHowManyTicksWereNotSolved) {
 TEST(Findings, TellHowDeepAToolWasInsideOnlyWhereItIsKeptOutside) {
   SessionResult result = calm_run();
   result.tools[0].penetration[5] = 2e-3;
+  EXPECT_EQ(in_ticks(result)[0].where, "tool");
   expect_parts(in_ticks(result), {"up to 2 mm inside the body, in 1 of 100 ticks"});
   Scene paper;
   paper.contact.law = "paper_stick";
@@ -214,6 +215,9 @@ TEST(Findings, NameJumpsAtEdgesWithTheirCure) {
              "contact.surface to loop");
   Scene smooth = flat;
   smooth.contact.surface = "loop";
+  const Finding jump = find_in_force(f, smooth, quick())[0];
+  EXPECT_EQ(jump.value, 0.6);
+  EXPECT_EQ(jump.limit, kNoticeableForce);
   expect_one(find_in_force(f, smooth, quick()), "60 %", "object.tetrahedralize.max_edge");
   smooth.object.mesh = "block.msh";  // it has its tetrahedra: no setting of ours refines them
   const Findings found = find_in_force(f, smooth, quick());

@@ -1,9 +1,9 @@
 // What a device is given: the force, limited; nothing while its poses cannot be relied upon.
 #include <gtest/gtest.h>
 
-#include "apps/allocation_counter.hpp"
+#include "apps/console/allocation_counter.hpp"
 #include "haptics/driver/device_slots.hpp"
-#include "haptics/driver/guarded_device.hpp"
+#include "haptics/guard/guarded_device.hpp"
 
 namespace kt {
 namespace {

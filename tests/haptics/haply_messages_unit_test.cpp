@@ -1,5 +1,5 @@
 // Messages of the Inverse Service as its documentation shows them, old and new, cut short, and with what is no number.
-#include "haptics/driver/haply_messages.hpp"
+#include "haptics/driver/haply/haply_messages.hpp"
 
 #include <gtest/gtest.h>
 

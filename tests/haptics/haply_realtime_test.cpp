@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "haptics/driver/device_slots.hpp"
-#include "haptics/driver/device_test.hpp"
-#include "haptics/driver/guarded_device.hpp"
+#include "haptics/guard/device_test.hpp"
+#include "haptics/guard/guarded_device.hpp"
 #include "tests/fakes/haply_service.hpp"
 
 namespace kt {

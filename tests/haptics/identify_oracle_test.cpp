@@ -1,5 +1,5 @@
 // What is found out about a device from its release, against the simulated one whose damping and delay are known.
-#include "haptics/device/identify.hpp"
+#include "haptics/safety/identify.hpp"
 
 #include <gtest/gtest.h>
 

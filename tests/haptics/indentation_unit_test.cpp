@@ -1,6 +1,6 @@
 // How far a surface is pushed in along the contact normal: hand values, and every triangle looked at by another
 // formula.
-#include "haptics/study/indentation.hpp"
+#include "haptics/session/indentation.hpp"
 
 #include <gtest/gtest.h>
 

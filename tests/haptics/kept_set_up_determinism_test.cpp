@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "haptics/halves/body_side.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/body_side.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/meshes.hpp"
 

@@ -1,9 +1,9 @@
 // A local model that came very late, as on a machine that is too busy, and the replay of such a run.
 #include <gtest/gtest.h>
 
+#include "haptics/halves/body_side.hpp"
+#include "haptics/halves/haptic_side.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/haptic_side.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

@@ -7,10 +7,11 @@
 #include <thread>
 
 #include "core/body/mesh.hpp"
+#include "haptics/halves/live_settings.hpp"
+#include "haptics/halves/model_observer.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/live_settings.hpp"
-#include "haptics/touch/model_observer.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {
@@ -33,7 +34,7 @@ class LiveChanges : public ::testing::Test {
   /// Forces of a drag in lockstep; `change` is called in the 60th tick.
   std::vector<Vec3> forces(const std::function<void(Touch&)>& change, Taken& taken) const {
     Touch touch(session_.body(), session_.options());
-    touch.observe(&taken);
+    TouchHalves::observe(touch, &taken);
     touch.place(pose(0));
     std::vector<Vec3> out;
     for (int i = 0; i < 120; ++i) {

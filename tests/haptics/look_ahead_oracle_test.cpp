@@ -5,7 +5,7 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "core/global/global_simulation.hpp"
-#include "haptics/study/reference.hpp"
+#include "lab/study/reference.hpp"
 #include "models/model.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/meshes.hpp"

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "haptics/findings/run_findings.hpp"
+#include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/study/metrics.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

@@ -1,5 +1,5 @@
 // What stands in the way of ticks on time: from files as real machines have them.
-#include "haptics/device/machine_test.hpp"
+#include "haptics/machine/machine_test.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Force metrics of made-up force histories against what they must be.
-#include "haptics/study/metrics.hpp"
+#include "haptics/session/metrics.hpp"
 
 #include <gtest/gtest.h>
 

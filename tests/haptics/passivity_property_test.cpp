@@ -3,7 +3,7 @@
 
 #include "haptics/device/hand_loop.hpp"
 #include "haptics/device/haptic_device.hpp"
-#include "haptics/device/passivity.hpp"
+#include "haptics/safety/passivity.hpp"
 #include "tests/support/random_sample.hpp"
 
 namespace kt {

@@ -6,11 +6,12 @@
 
 #include <random>
 
+#include "haptics/halves/body_side.hpp"
+#include "haptics/halves/haptic_side.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/meshes.hpp"
 
@@ -104,7 +105,7 @@ class PatchSizes final : public SessionWatcher {
  public:
   void begun(Touch& touch) override { touch_ = &touch; }
   void ticked(std::span<const LocalFrame>, double, long long) override {
-    const int vertices = touch_->fast().model().model.patch.num_vertices();
+    const int vertices = TouchHalves::fast(*touch_).model().model.patch.num_vertices();
     most = std::max(most, vertices);
     sum += vertices;
     ++ticks;

@@ -6,10 +6,10 @@
 #include <limits>
 #include <vector>
 
-#include "apps/allocation_counter.hpp"
-#include "haptics/device/measured_delay.hpp"
-#include "haptics/device/passivity.hpp"
+#include "apps/console/allocation_counter.hpp"
 #include "haptics/device/tool_turn.hpp"
+#include "haptics/safety/measured_delay.hpp"
+#include "haptics/safety/passivity.hpp"
 #include "tests/support/random_sample.hpp"
 
 namespace kt {

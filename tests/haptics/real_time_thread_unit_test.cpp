@@ -1,7 +1,7 @@
 // What a thread may have, and what is said where it may not. Rights are those of the machine: granted or not, it says
 // which.
-#include "apps/allocation_counter.hpp"
-#include "haptics/device/real_time_thread.hpp"
+#include "apps/console/allocation_counter.hpp"
+#include "haptics/machine/real_time_thread.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>

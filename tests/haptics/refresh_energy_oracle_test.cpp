@@ -1,8 +1,8 @@
 // Energy in a local model, and what a swap of two of them gives.
 #include <gtest/gtest.h>
 
+#include "haptics/halves/swap_energy.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/swap_energy.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "haptics/driver/safety_chain.hpp"
+#include "haptics/guard/safety_chain.hpp"
 
 namespace kt {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "bench/pressed_bodies.hpp"
 #include "haptics/findings/run_findings.hpp"
-#include "haptics/study/press.hpp"
+#include "lab/study/press.hpp"
 #include "tests/support/input_errors.hpp"
 
 namespace kt {

@@ -5,10 +5,11 @@
 #include <chrono>
 #include <thread>
 
+#include "haptics/halves/body_side.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/contact_watch.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
+#include "haptics/watch/contact_watch.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/input_errors.hpp"
@@ -107,7 +108,7 @@ TEST(Touch, AStylusTurnsByItsPosesAsByTheScript) {
     most = std::max(most, f.torque.norm());
     // The contacts' own forces about the reference point.
     Vec3 torque = Vec3::Zero(), force = Vec3::Zero();
-    for (const TickContact& s : touch.last_samples()) {
+    for (const TickContact& s : TouchHalves::last_samples(touch)) {
       force -= s.impulse / touch.h();
       torque += (s.point - mine.pose.x).cross(Vec3(-s.impulse / touch.h()));
     }
@@ -154,7 +155,7 @@ TEST(Touch, BeginsWithTheFirstPoseThatIsOne) {
   const Session session(small_scene());
   const Pose over{{0.03, 0.026, 0.0245}};
   Touch late(session.body(), session.options()), at_once(session.body(), session.options());
-  late.refresh_if_due();  // nobody has said where
+  TouchHalves::refresh_if_due(late);  // nobody has said where
   for (const Pose& bad : {Pose{{NAN, 0, 0}}, Pose{{1e300, 0, 0}}, Pose{over.x, Quaternion(0, 0, 0, 0)}}) {
     const LocalFrame& f = late.tick(bad);
     EXPECT_EQ(f.flags, kNoModel | kBadPose);
@@ -220,7 +221,7 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
     options.replay = replay;
     Records records;
     Touch touch(session.body(), options);
-    touch.observe(&records);
+    TouchHalves::observe(touch, &records);
     touch.place(Pose{interpolate_path(paths[0].points, 0)});
     std::vector<LocalFrame> frames;
     for (int i = 0; i < 600; ++i) {

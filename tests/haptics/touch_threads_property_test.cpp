@@ -6,11 +6,12 @@
 #include <chrono>
 #include <thread>
 
+#include "haptics/halves/body_side.hpp"
+#include "haptics/halves/haptic_side.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/body_side.hpp"
-#include "haptics/touch/contact_watch.hpp"
-#include "haptics/touch/haptic_side.hpp"
 #include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
+#include "haptics/watch/contact_watch.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/haptics_scene.hpp"
 #include "tests/support/held_up_model.hpp"
@@ -40,7 +41,7 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
     const Body body(std::move(slow));
     Touch touch(body, session_->options());
     ContactWatch watch(body.surface(), session_->tools(), true);
-    touch.observe(&watch);
+    TouchHalves::observe(touch, &watch);
     touch.place(pose(0));
     touch.start();
     double before = 0, sum = 0, most_step = 0;
@@ -50,7 +51,7 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
       std::this_thread::sleep_until(due += 1ms);
       if (i == 250) model.hold_ms = held_ms;
       const LocalFrame& f = touch.tick(pose((i + 1) * 1e-3));
-      watch.ticked(touch.fast(), {&f, 1});
+      watch.ticked(TouchHalves::fast(touch), {&f, 1});
       const double force = f.force.norm();
       if (i > 150) most_step = std::max(most_step, std::abs(force - before));
       if (i > 150) sum += force;
@@ -60,7 +61,7 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
       before = force;
     }
     touch.stop();
-    watch.finish(touch.fast().model());
+    watch.finish(TouchHalves::fast(touch).model());
     EXPECT_EQ(off, 0) << held_ms;
     EXPECT_EQ(watch.lost(0).free_ticks_inside, 0) << held_ms;
     EXPECT_LT(most_step, 0.1 * sum / 849) << held_ms;
@@ -101,7 +102,7 @@ TEST_F(TouchThreads, OthersMayLookAndChangeWhileItTicks) {
       ++refreshes;
     }
   } told;
-  touch.observe(&told);
+  TouchHalves::observe(touch, &told);
   touch.place(pose(0));
   touch.start();
   std::atomic<bool> stop{false};
@@ -167,7 +168,7 @@ struct TakenSettings final : ModelObserver {
 TEST_F(TouchThreads, WhatIsSetBeforeTheStartHolds) {
   TakenSettings settings;
   Touch touch(session_->body(), session_->options());
-  touch.observe(&settings);
+  TouchHalves::observe(touch, &settings);
   touch.place(pose(0));
   touch.set("contact.mu", 0.9);
   touch.start();

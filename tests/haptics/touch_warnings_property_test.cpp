@@ -6,7 +6,7 @@
 
 #include "haptics/findings/run_findings.hpp"
 #include "haptics/session/session.hpp"
-#include "haptics/touch/touch_watch.hpp"
+#include "haptics/watch/touch_watch.hpp"
 #include "tests/support/haptics_scene.hpp"
 
 namespace kt {

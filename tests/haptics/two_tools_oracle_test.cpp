@@ -5,8 +5,8 @@
 #include <random>
 
 #include "core/body/tangent_model.hpp"
-#include "haptics/study/metrics.hpp"
-#include "haptics/study/reference.hpp"
+#include "haptics/session/metrics.hpp"
+#include "lab/study/reference.hpp"
 #include "models/model.hpp"
 
 namespace kt {

@@ -1,5 +1,5 @@
 // Base64 against the examples of RFC 4648, and there and back.
-#include "io/mesh/base64.hpp"
+#include "io/mesh/format/base64.hpp"
 
 #include <gtest/gtest.h>
 

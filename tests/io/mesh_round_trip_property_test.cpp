@@ -1,5 +1,5 @@
 // What is written reads back: bit for bit, for every mesh at hand.
-#include "io/mesh/vtu.hpp"
+#include "io/mesh/format/vtu.hpp"
 #include "tests/io/mesh_samples.hpp"
 
 namespace kt {

@@ -63,6 +63,15 @@ TEST(Scene, DefaultsAreThoseOfTheStructs) {
   EXPECT_FALSE(expected.object.size.has_value());
 }
 
+TEST(Scene, TakesTheLawPenaltyAsTheMethodOfThatName) {
+  const Scene named = parse_scene(R"({"object": {"mesh": "m.off"}, "contact": {"law": "penalty"}})");
+  EXPECT_EQ(named.local.method, "penalty");
+  EXPECT_EQ(named.contact.law, "coulomb");
+  EXPECT_THROW(
+      parse_scene(R"({"object": {"mesh": "m.off"}, "contact": {"law": "penalty"}, "local": {"method": "hold"}})"),
+      InputError);
+}
+
 TEST(Scene, EveryKeyIsRead) {
   const Scene s = parse_scene(R"({
     "title": "all", "duration": 2, "seed": 7,

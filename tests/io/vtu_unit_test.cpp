@@ -1,4 +1,4 @@
-#include "io/mesh/vtu.hpp"
+#include "io/mesh/format/vtu.hpp"
 
 #include <cstring>
 

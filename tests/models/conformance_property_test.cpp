@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/global/integrator.hpp"
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "models/model.hpp"
 #include "tests/support/input_errors.hpp"
 #include "tests/support/meshes.hpp"

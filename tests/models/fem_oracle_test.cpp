@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "core/global/integrator.hpp"
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "models/fem/element.hpp"
 #include "models/fem/material.hpp"

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "core/global/integrator.hpp"
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "core/linear/free_dofs.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"

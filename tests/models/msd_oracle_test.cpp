@@ -5,7 +5,7 @@
 #include <set>
 
 #include "core/global/integrator.hpp"
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

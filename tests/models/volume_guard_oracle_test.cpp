@@ -1,5 +1,5 @@
 // Tetrahedra of springs that lost their volume: pushed back by the gradient of an energy, and back from inside out.
-#include "core/linear/dense_solvers.hpp"
+#include "core/linear/dense/dense_solvers.hpp"
 #include "models/msd/volume_guard.hpp"
 
 #include <gtest/gtest.h>

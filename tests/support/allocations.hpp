@@ -1,6 +1,6 @@
 #pragma once
 // How often a piece of code asks for memory.
-#include "apps/allocation_counter.hpp"
+#include "apps/console/allocation_counter.hpp"
 
 namespace kt {
 

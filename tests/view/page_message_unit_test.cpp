@@ -1,4 +1,4 @@
-#include "view/page_message.hpp"
+#include "view/server/page_message.hpp"
 
 #include <gtest/gtest.h>
 

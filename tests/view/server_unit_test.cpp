@@ -1,4 +1,4 @@
-#include "view/server.hpp"
+#include "view/server/server.hpp"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/base/error.hpp"
-#include "view/peer_user.hpp"
+#include "view/server/peer_user.hpp"
 
 namespace kt {
 namespace {

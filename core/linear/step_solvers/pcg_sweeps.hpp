@@ -1,7 +1,7 @@
 #pragma once
 // What conjugate gradients do between two products with the matrix, in one sweep over the nodes each. Vectors in lanes
-// (core/linear/lane_matrix.hpp), nodes in the order of their groups (core/linear/coarse_space.hpp).
-#include "core/linear/lane_matrix.hpp"
+// (core/linear/dense/lane_matrix.hpp), nodes in the order of their groups (core/linear/coarse_space.hpp).
+#include "core/linear/dense/lane_matrix.hpp"
 
 namespace kt {
 

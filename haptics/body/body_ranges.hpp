@@ -1,0 +1,10 @@
+#pragma once
+#include "haptics/body/body.hpp"
+
+namespace kt {
+
+/// Throws InputError for a number that is out of the range that the scene's schema has for it: options may come from
+/// code.
+void check_ranges(const BodyOptions& options);
+
+}  // namespace kt

@@ -1,0 +1,282 @@
+#include "haptics/halves/body_side.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "core/base/cpu_time.hpp"
+#include "haptics/contact/scene_friction.hpp"
+#include "haptics/halves/live_settings.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
+
+namespace kt {
+
+namespace {
+
+/// What a surface that is embedded in cells does not go with.
+void check_embedded(const Body& body, const TouchOptions& o) {
+  if (!body.surface().embedded) return;
+  const std::string& method = o.local.method;
+  if (method != "multirate" || is_geometric(o.contact.law))
+    throw InputError(text("object.body lattice: local.method \"", o.local.method, "\" with contact.law \"",
+                          o.contact.law, "\" touches nodes; take multirate with coulomb"));
+  if (o.contact.surface != "flat")
+    throw InputError(text("contact.surface \"", o.contact.surface,
+                          "\": object.body lattice is touched at the triangles of its file; set it to flat"));
+  if (o.link.type == "network")
+    throw InputError("link.type \"network\": object.body lattice does not travel over a network yet");
+}
+
+}  // namespace
+
+BodySide::BodySide(const Body& body, const TouchOptions& options)
+    : body_(body),
+      options_(options),
+      material_(body.options().object.model),
+      wanted_rate_hz_(options.global.rate_hz),
+      wanted_(options),
+      wanted_material_(material_) {
+  check_embedded(body, options);
+  radius_.fill(-1);
+  refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact(),
+                                           body.kept_set_up());
+  if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
+  x_ = body.start().x;
+  status_.reducer = options.local.reducer;
+}
+
+void BodySide::set(const std::string& key, double value) {
+  const std::scoped_lock lock(guard_);
+  const SettingChange change{0, key, value, ""};
+  const Renews renews = live_setting(key).renews;
+  const std::string& method = options_.local.method;
+  if ((renews == Renews::friction || renews == Renews::radius) && method != "multirate" && method != "hold")
+    throw InputError(text(key, ": local.method \"", method, "\" keeps it as it was at the start"));
+  if (renews == Renews::model) {
+    if (body_.self_contact()) throw InputError(text(key, ": not while global.self_contact is on"));
+    if (body_.is_own())
+      throw InputError(text(key, ": the body's model is the caller's own; its material is not a setting"));
+  }
+  change_setting(change, {wanted_, wanted_material_});
+  wanted_rate_hz_ = wanted_.global.rate_hz;
+  keep_last(change);
+}
+
+void BodySide::set(const std::string& key, const std::string& word) {
+  const std::scoped_lock lock(guard_);
+  if (!live_setting(key).word) throw InputError(text(key, " is \"", word, "\", must be a number"));
+  const SettingChange change{0, key, 0, word};
+  TouchOptions wanted = wanted_;
+  change_setting(change, {wanted, wanted_material_});
+  contact_smoothing(wanted.contact, wanted.local);  // they have to go together
+  check_embedded(body_, wanted);
+  wanted_ = std::move(wanted);
+  keep_last(change);
+}
+
+/// No more changes wait than there are settings. The friction coefficients, which move one another, wait as the two
+/// values that they have come to.
+void BodySide::keep_last(const SettingChange& change) {
+  const auto is_friction = [](const SettingChange& c) {
+    return c.key == "contact.mu" || c.key == "contact.mu_static" || c.key == "contact.mu_kinetic";
+  };
+  const bool is_again = std::ranges::any_of(waiting_, [&](const SettingChange& c) { return c.key == change.key; });
+  const bool moves_others = is_friction(change);
+  if (is_again)
+    std::erase_if(waiting_,
+                  [&](const SettingChange& c) { return moves_others ? is_friction(c) : c.key == change.key; });
+  if (!is_again || !moves_others || change.key == "contact.mu") {
+    waiting_.push_back(change);
+    return;
+  }
+  waiting_.push_back({0, "contact.mu_static", wanted_.contact.mu_static, ""});
+  waiting_.push_back({0, "contact.mu_kinetic", wanted_.contact.mu_kinetic, ""});
+}
+
+int BodySide::interval(int planned) const {
+  const double rate = wanted_rate_hz_.load(std::memory_order_relaxed);
+  if (!(rate > options_.global.rate_hz)) return planned;
+  return std::min(planned, std::max(1, static_cast<int>(std::llround(options_.local.rate_hz / rate))));
+}
+
+std::vector<SettingChange> BodySide::waiting() const {
+  const std::scoped_lock lock(guard_);
+  return waiting_;
+}
+
+double BodySide::number(const std::string& key) const {
+  const std::scoped_lock lock(guard_);
+  const LiveSetting& s = live_setting(key);
+  if (!s.number) throw InputError(text(key, ": is a name"));
+  auto& self = const_cast<BodySide&>(*this);
+  return *s.number({self.wanted_, self.wanted_material_});
+}
+
+std::string BodySide::word(const std::string& key) const {
+  const std::scoped_lock lock(guard_);
+  const LiveSetting& s = live_setting(key);
+  if (!s.word) throw InputError(text(key, ": is a number"));
+  auto& self = const_cast<BodySide&>(*this);
+  return *s.word({self.wanted_, self.wanted_material_});
+}
+
+/// With the body as it is: where it moves to and how fast goes on.
+void BodySide::renew_refresher() {
+  const DeformableModel& model = model_ ? *model_ : body_.model();
+  auto next = std::make_unique<Refresher>(model, body_.surface(), options_, refresher_->state(), body_.self_contact(),
+                                          body_.kept_set_up());
+  if (options_.replay.reducer_changes) next->follow(*options_.replay.reducer_changes);
+  next->go_on_from(*refresher_);
+  refresher_ = std::move(next);
+}
+
+/// In their order; what they ask for is made anew once, however many ask for it.
+void BodySide::apply(const std::vector<SettingChange>& changes) {
+  std::array<bool, 4> asked{};
+  for (const SettingChange& change : changes) {
+    change_setting(change, {options_, material_});
+    asked[static_cast<std::size_t>(live_setting(change.key).renews)] = true;
+    applied_.push_back(change);
+  }
+  const auto is_asked = [&](Renews what) { return asked[static_cast<std::size_t>(what)]; };
+  if (is_asked(Renews::friction)) {
+    std::vector<std::string> none;
+    friction_ = std::make_shared<const SurfaceFriction>(
+        scene_friction(options_.contact, body_.surface(), body_.model().mesh().x, none));
+  }
+  if (is_asked(Renews::radius)) radius_[0] = options_.tools[0].shape.radius;
+  std::unique_ptr<DeformableModel> before;
+  if (is_asked(Renews::model)) before = std::exchange(model_, body_.model_like(material_));
+  if (is_asked(Renews::model) || is_asked(Renews::radius) || is_asked(Renews::refresher))
+    renew_refresher();  // the old one still reads the model before
+}
+
+/// Those that a user has made, or those of the run that is repeated.
+void BodySide::apply_changes(int tick) {
+  const std::vector<SettingChange>& replayed = options_.replay.changes;
+  std::vector<SettingChange> now;
+  for (; next_replayed_ < replayed.size() && replayed[next_replayed_].tick <= tick; ++next_replayed_)
+    now.push_back(replayed[next_replayed_]);
+  const std::size_t old = now.size();
+  {
+    const std::scoped_lock lock(guard_);
+    now.insert(now.end(), waiting_.begin(), waiting_.end());
+    waiting_.clear();
+  }
+  for (std::size_t i = old; i < now.size(); ++i) now[i].tick = tick;
+  if (!now.empty()) apply(now);
+}
+
+/// Until a local model that is begun at this tick is in use [s]: where ticks do not wait for it, about as long as from
+/// the refresh before to this one. More than half as much again as the usual interval is not followed: a larger patch
+/// would make the next refresh slower still. From the schedule alone, so that a replay has the same.
+double BodySide::delay(int tick) const {
+  if (told_delay_) return *told_delay_;
+  const double simulated = 1e-3 * options_.link.latency_ms;
+  if (!models_come_late(options_)) return simulated;
+  const double usual = 1 / options_.global.rate_hz, since = (tick - last_tick_) / options_.local.rate_hz;
+  return simulated + std::clamp(since, usual, 1.5 * usual);
+}
+
+std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::span<const Pose> at,
+                                                      std::span<const LocalReport> reports, const LocalMotion* motion,
+                                                      const std::function<double()>& other_ms) {
+  const double start = process_time_ms() - other_ms();
+  apply_changes(event.linearized_tick);
+  const double expected = delay(event.linearized_tick);
+  refresher_->expect_delay(expected);
+  auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion);
+  model->linearized_tick = event.linearized_tick;
+  model->friction = friction_;
+  if (friction_) model->base_friction = base_friction(options_.contact);
+  model->tool_radius = radius_;
+  const double took = process_time_ms() - other_ms() - start;
+  tell_of_settled();
+  RefreshRecord& record = open_.emplace_back(refresher_->record());
+  record.event = event;
+  record.delay = expected;
+  record.cpu_ms = took + record.before_ms;
+  record.beside_ms += record.before_ms;
+  record.settings = std::exchange(applied_, {});
+  record.reducers = refresher_->take_changes();
+  last_tick_ = event.linearized_tick;
+  ++num_refreshes_;
+  const std::scoped_lock lock(guard_);
+  x_ = refresher_->state().x;
+  status_.refreshes = num_refreshes_;
+  status_.linearized_tick = event.linearized_tick;
+  status_.dof = model->model.dof();
+  status_.patch_vertices = model->model.patch.num_vertices();
+  status_.refresh_ms = took;
+  status_.expected_force_error = refresher_->choice().force_error();
+  status_.certified_error = refresher_->choice().certified_error();
+  status_.reducer = refresher_->choice().chosen().name;
+  show(model->model, motion);
+  return model;
+}
+
+/// @param motion  of the local model before, at the same tick; none: there was no other
+void BodySide::show(const LocalModel& model, const LocalMotion* motion) {
+  picture_.refreshes = status_.refreshes;
+  picture_.triangles = model.patch.global_triangle;
+  picture_.nodes.clear();
+  picture_.distance.clear();
+  if (!motion) return;
+  for (int i = 0; i < static_cast<int>(motion->row.size()); ++i)
+    if (const int row = motion->row[static_cast<std::size_t>(i)]; row >= 0) {
+      picture_.nodes.push_back(i);
+      picture_.distance.push_back((node(motion->x, row) - node(x_, i)).norm());
+    }
+}
+
+/// The last one stays: what the refresh after it does may still belong to it.
+void BodySide::tell_of_settled() {
+  constexpr std::size_t kMostOpen = 256;
+  while (!open_.empty() && (open_.size() > kMostOpen || open_.front().event.adopted_tick >= 0 ||
+                            open_.front().event.linearized_tick <= overtaken_)) {
+    if (observer_) observer_->refreshed(open_.front());
+    open_.pop_front();
+  }
+}
+
+void BodySide::finish() {
+  if (!open_.empty()) std::ranges::move(refresher_->take_changes(), std::back_inserter(open_.back().reducers));
+  for (const RefreshRecord& record : open_)
+    if (observer_) observer_->refreshed(record);
+  open_.clear();
+}
+
+void BodySide::adopted(int linearized_tick, int tick, const PreparedLocalModel* old) {
+  const auto record =
+      std::ranges::find(open_, linearized_tick, [](const RefreshRecord& r) { return r.event.linearized_tick; });
+  if (record != open_.end()) record->event.adopted_tick = tick;
+  overtaken_ = linearized_tick;
+  const std::scoped_lock lock(guard_);
+  if (old) swaps_.add(*old);
+  status_.late_ticks = tick - linearized_tick;
+}
+
+void BodySide::failed(const std::string& why) {
+  const std::scoped_lock lock(guard_);
+  status_.error = why;
+}
+
+TouchStatus BodySide::status() const {
+  const std::scoped_lock lock(guard_);
+  TouchStatus out = status_;
+  out.energy = swaps_.booked();
+  return out;
+}
+
+void BodySide::copy_refresh(RefreshPicture& picture) const {
+  const std::scoped_lock lock(guard_);
+  picture = picture_;
+}
+
+void BodySide::copy_positions(VectorX& x) const {
+  const std::scoped_lock lock(guard_);
+  x = x_;
+}
+
+}  // namespace kt

@@ -1,0 +1,46 @@
+#include "haptics/watch/flag_counts.hpp"
+
+namespace kt {
+namespace {
+
+/// What an own loop can do about it; flags that speak of the whole touch are told with its first tool.
+struct FlagKind {
+  LocalFlag flag;
+  std::vector<Cure> cures;
+  bool is_of_all = false;
+};
+
+std::vector<FlagKind> flag_kinds(bool is_remote) {
+  const std::vector<Cure> sooner = sooner_models();
+  std::vector<Cure> quicker{advise("take a coarser mesh"), advise("leave the processor to this program")};
+  if (is_remote) quicker = {advise("look at the network")};
+  return {
+      {kEventsExhausted, {advise("move the tool more slowly")}},
+      {kContactsExhausted, {advise("take a smaller tool"), advise("take a coarser surface")}},
+      {kOnApron, sooner},
+      {kUnrefined, sooner},
+      {kLeftPatch, sooner},
+      {kLostAnchor, sooner},
+      {kPushedOut, {}},
+      {kRigidContact, {advise("clamp less")}},
+      {kNotFinite, {advise("lower object.model.young"), advise("raise local.rate_hz")}},
+      {kStaleModel, quicker, true},
+      {kBodyFailed, {}, true},
+      {kNoModel, {advise("call place() and start() before")}, true},
+      {kBadPose, {}},
+      {kLateTick, {advise("call more often")}, true},
+  };
+}
+
+}  // namespace
+
+std::vector<Cure> sooner_models() { return {advise("move the tool more slowly"), advise("raise global.rate_hz")}; }
+
+void FlagCounts::tell(std::size_t tool, bool is_remote, std::vector<Finding>& out) const {
+  for (const FlagKind& kind : flag_kinds(is_remote))
+    if (const TickCount found = ticks(kind.flag); found.count > 0 && (tool == 0 || !kind.is_of_all))
+      out.push_back(flag_finding(kind.flag, found, tool, kind.cures));
+  if (const TickCount found = unsolved(); found.count > 0 && tool == 0) out.push_back(unsolved_finding(found));
+}
+
+}  // namespace kt

@@ -1,0 +1,27 @@
+// Figures for people: three digits, the same everywhere.
+#include "core/base/numbers.hpp"
+
+#include <gtest/gtest.h>
+
+namespace kt {
+namespace {
+
+TEST(Figures, HaveThreeDigitsAndNoExponentBelowAMillion) {
+  EXPECT_EQ(short_number(0.00260561), "0.00261");
+  EXPECT_EQ(short_number(8.68538), "8.69");
+  EXPECT_EQ(short_number(2380.4), "2380");
+  EXPECT_EQ(short_number(44100), "44100");
+  EXPECT_EQ(short_number(2e6), "2e+06");
+  EXPECT_EQ(short_number(0.345408, 2), "0.35");
+  EXPECT_EQ(in_percent(23.8), "2380 %");
+  EXPECT_EQ(in_percent(0.0376), "3.76 %");
+  EXPECT_EQ(in_percent(5e-5), "< 0.01 %");
+  EXPECT_EQ(in_percent(0), "0 %");
+}
+
+TEST(Figures, AreThoseOfWhatIsTold) {
+  EXPECT_EQ(told("in ", 12345678, " of ", 8.68538, " mm, ", std::string("twice")), "in 12345678 of 8.69 mm, twice");
+}
+
+}  // namespace
+}  // namespace kt
