@@ -6,9 +6,9 @@
 static double length(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 int main(void) {
-  const char* settings[] = {"tool.path.device.name=pushed",
-                            "tool.path.device.max_force=0.1", "tool.path.device.deadman=1"};
-  kt_touch* touch = kt_open_mesh("meshes/block.msh", settings, 4);
+  const char* settings[] = {"tool.path.device.name=pushed", "tool.path.device.max_force=0.1",
+                            "tool.path.device.deadman=1"};
+  kt_touch* touch = kt_open_mesh("meshes/block.msh", settings, sizeof settings / sizeof *settings);
   kt_pose pose = {sizeof(kt_pose), 0, {0.03, 0.026, 0.03}, {1, 0, 0, 0}};
   kt_device device = {sizeof(kt_device), 1, KT_DEVICE_OK, 0, 0, 0};
   kt_frame frame = {sizeof(kt_frame), 0};

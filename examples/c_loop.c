@@ -5,7 +5,7 @@
 
 int main(void) {
   const char* settings[] = {"contact.mu=0.3", "object.model.young=8000"};
-  kt_touch* touch = kt_open_mesh("meshes/block.msh", settings, 3);
+  kt_touch* touch = kt_open_mesh("meshes/block.msh", settings, sizeof settings / sizeof *settings);
   kt_pose pose = {sizeof(kt_pose), 0, {0.03, 0.026, 0.03}, {1, 0, 0, 0}};
   kt_frame frame = {sizeof(kt_frame), 0};
   kt_stats stats = {sizeof(kt_stats), 0};

@@ -107,7 +107,7 @@ double left_of_inversion(const std::string& material) {
       clamped({"fem", material}, kuhn_block(2, 2, 2, kCell), {.damping_mass = 5, .damping_stiffness = 2e-3});
   State state = rest_state(*model);
   for (int i = 0; i < model->mesh().num_nodes(); ++i) node(state.x, i).z() *= -0.5;
-  state.x += shaken(*model, 0.01 * kCell);
+  state.x += shaken_positions(*model, 0.01 * kCell);
   const auto integrator = make_integrator("newton_euler", {.solver = "direct"});
   for (int i = 0; i < 100; ++i) integrator->step(*model, VectorX::Zero(state.x.size()), 0.02, state);
   return (state.x - model->mesh().x).lpNorm<Eigen::Infinity>() / (2 * kCell);
@@ -148,7 +148,7 @@ TEST(Sliver, HasTheAngleAskedForAndShortensExplicitStepsOnly) {
     }
     before = limit;
     State start = rest_state(*model);
-    start.x += shaken(*model, 1e-5 * kCell);
+    start.x += shaken_positions(*model, 1e-5 * kCell);
     const auto implicit = make_integrator("implicit_euler");
     EXPECT_FALSE(run_steps(*model, *implicit, start, 0.01, 20, 10).diverged(10)) << angle;
   }

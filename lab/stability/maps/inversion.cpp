@@ -21,7 +21,7 @@ constexpr double kMostTime = 4.0;  // [s]
 State crushed(const DeformableModel& model, double share) {
   State out = rest_state(model);
   for (int i = 0; i < model.mesh().num_nodes(); ++i) node(out.x, i).z() *= share;
-  out.x += shaken(model, 0.01 * kCell);
+  out.x += shaken_positions(model, 0.01 * kCell);
   return out;
 }
 

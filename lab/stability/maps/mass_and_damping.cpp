@@ -59,7 +59,7 @@ RayResult explicit_ray(const Ray& ray, const MapOptions& options) {
     p.predicted_failure = prediction.has_value();
     if (prediction) p.prediction = prediction->message();
     State start = rest_state(body);
-    start.x += shaken(body, 1e-6 * kCell);
+    start.x += shaken_positions(body, 1e-6 * kCell);
     const auto integrator = make_integrator(ray.integrator);
     const StepRun run = run_steps(body, *integrator, start, kStep, kSteps, kGrowth);
     judge_growth(run, kGrowth, p);
@@ -84,7 +84,7 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
     const auto block_model = block(ray, damping, options);
     const UnevenMass body(*block_model, ray.ratio);
     State start = rest_state(body);
-    start.x += shaken(body, 0.01 * kCell);
+    start.x += shaken_positions(body, 0.01 * kCell);
     State exact = start, state = start;
     const auto direct = make_integrator(ray.integrator, {.solver = "direct"});
     const auto tested = make_integrator(ray.integrator, {.solver = ray.solver});

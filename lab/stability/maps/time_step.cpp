@@ -80,7 +80,7 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
 /// Without inertia there is no step to be too long: a load's equilibrium is the same at any.
 RayResult static_ray(const Ray& ray, const MapOptions& options) {
   const auto model = body_of(ray, options);
-  const VectorX load = shaken(*model, 1e-3 * ray.young * kCell * kCell);
+  const VectorX load = shaken_positions(*model, 1e-3 * ray.young * kCell * kCell);
   RayResult out;
   for (double dt : {1e-5, 1e-3, 1e-1, 10.0}) {
     MapPoint p = point_of(ray, dt);

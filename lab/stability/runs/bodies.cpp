@@ -23,7 +23,7 @@ std::unique_ptr<DeformableModel> clamped(const ModelChoice& choice, Mesh mesh, M
   return make_model(choice.type, std::move(mesh), std::move(options));
 }
 
-VectorX shaken(const DeformableModel& model, double size, unsigned seed) {
+VectorX shaken_positions(const DeformableModel& model, double size, unsigned seed) {
   std::mt19937_64 random(seed);
   VectorX out(model.mesh().x.size());
   for (double& value : out) value = size * (2 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1);

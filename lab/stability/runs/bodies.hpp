@@ -22,7 +22,7 @@ std::unique_ptr<DeformableModel> clamped(const ModelChoice& choice, Mesh mesh, M
 
 /// Small motions in all directions, without symmetry and the same on every machine: entries in [-size, size], zero for
 /// fixed nodes.
-VectorX shaken(const DeformableModel& model, double size, unsigned seed = 1);
+VectorX shaken_positions(const DeformableModel& model, double size, unsigned seed = 1);
 
 /// A vibration of the linearized body at rest.
 struct Vibration {

@@ -17,7 +17,7 @@ RayResult find_explicit_limit(const DeformableModel& model, const std::string& i
   constexpr int kSteps = 2000;
   const FastestMode mode = fastest_mode(model, rest_state(model));
   State start = rest_state(model);
-  start.x += shaken(model, kShake * bounds(model.mesh()).size().maxCoeff());
+  start.x += shaken_positions(model, kShake * bounds(model.mesh()).size().maxCoeff());
   RayResult out;
   const auto fails = [&](double dt) {
     MapPoint p;
