@@ -13,10 +13,8 @@ namespace {
 constexpr std::size_t kMostBatches = 4096;  // of a body that takes seconds for a refresh: the sums say the rest
 constexpr std::size_t kMostKept = 256, kAges = 20;
 
-/// Refined cells do not travel.
-TouchOptions with_own_cells(TouchOptions options) {
+TouchOptions sendable(TouchOptions options) {
   require_sendable(options);
-  options.local.refine = "off";
   return options;
 }
 
@@ -24,7 +22,7 @@ TouchOptions with_own_cells(TouchOptions options) {
 
 BodyEnd::BodyEnd(const Body& body, TouchOptions options, ModelObserver* observer)
     : h_(tick_length(options)),
-      side_(body, with_own_cells(options)),
+      side_(body, sendable(options)),
       inbox_(h_),
       due_(ticks_per_refresh(options)),
       interval_(due_),

@@ -133,6 +133,7 @@ class HandLink final : public BodyLink, private RemoteBody {
     port_ = connection_->open_port(welcome);
     figures_.data_place = connection_->data_place(welcome);
     session_ = welcome.session;
+    worker_.forget();
     is_over_ = false;
     outbox_.emplace(static_cast<std::size_t>(kCopies) * 64, tick_length(options_));
     tick0_ = tick;
@@ -216,6 +217,7 @@ class HandLink final : public BodyLink, private RemoteBody {
     std::unique_ptr<LocalMotion> motion = std::move(motion_);
     const int before = motion->tick - tick0_ - 1;
     if (!is_lost_ && outbox_->has(before)) {
+      worker_.note(*motion);
       MotionMessage out;
       out.frame = motion->frame;
       // Those whose other datagrams are still to come: the body closes the interval with this message.

@@ -15,7 +15,7 @@ constexpr std::size_t kMostWaiting = 8;  // local models whose ticks are not loo
 
 ModelWorker::ModelWorker(const Body& body, const TouchOptions& options, const SurfaceFriction& friction,
                          ModelObserver* observer, TickEnd& ticks, const SharedHistory& history)
-    : unpacker_(body.model(), body.surface(), options),
+    : unpacker_(body, options),
       tools_(options.tools.size()),
       observer_(observer),
       ticks_(ticks),
@@ -27,7 +27,9 @@ std::unique_ptr<PreparedLocalModel> ModelWorker::first(const ModelMessage& messa
   if (!wrong.empty()) throw RunError("the server's first local model: " + wrong);
   show(message);
   ++arrived_;
-  return unpacker_.unpack(message.model);
+  auto model = unpacker_.unpack(message.model);
+  yields_.add(*model);
+  return model;
 }
 
 void ModelWorker::start() {
@@ -62,6 +64,16 @@ std::optional<ModelWorker::Way> ModelWorker::take_way(int frame) {
   const Way out = found->second;
   ways_.erase(ways_.begin(), std::next(found));
   return out;
+}
+
+void ModelWorker::note(const LocalMotion& motion) {
+  const std::scoped_lock lock(guard_);
+  yields_.note(motion);
+}
+
+void ModelWorker::forget() {
+  const std::scoped_lock lock(guard_);
+  yields_.clear();
 }
 
 void ModelWorker::look_back_on(std::unique_ptr<PreparedLocalModel> model) {
@@ -142,6 +154,11 @@ void ModelWorker::unpack(const Bytes& bytes, int tick0, int came_at) {
   parcel->model = unpacker_.unpack(message->model);
   parcel->frame = message->model.frame;
   parcel->linearized_tick = parcel->at_tick = parcel->model->linearized_tick += tick0;
+  {
+    const std::scoped_lock lock(guard_);
+    yields_.add(*parcel->model);
+    yields_.start(*parcel->model, parcel->linearized_tick);
+  }
   for (int round = 0; round < 8; ++round) {
     const std::vector<ToolSweep> sweeps = history_.from(parcel->at_tick);
     if (sweeps.empty()) break;
@@ -159,11 +176,10 @@ void ModelWorker::unpack(const Bytes& bytes, int tick0, int came_at) {
 
 void ModelWorker::show(const ModelMessage& message) {
   const SentModel& m = message.model;
+  VectorX x = unpacker_.positions_of(m);
   const std::scoped_lock lock(guard_);
   loss_ = message.loss;
-  x_.resize(static_cast<Eigen::Index>(m.body.at.size()));
-  for (Eigen::Index i = 0; i < x_.size(); ++i)
-    x_[i] = m.body.low[i % 3] + m.body.step[i % 3] * m.body.at[static_cast<std::size_t>(i)];
+  x_ = std::move(x);
   status_.refreshes = m.frame + 1;
   status_.linearized_tick = m.linearized_tick;
   status_.dof = m.dof();

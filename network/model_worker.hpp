@@ -11,6 +11,7 @@
 #include "haptics/halves/swap_energy.hpp"
 #include "haptics/halves/touch_status.hpp"
 #include "haptics/remote/model_unpacker.hpp"
+#include "haptics/remote/yield_memory.hpp"
 #include "haptics/tick/catch_up.hpp"
 #include "haptics/touch/tick_end.hpp"
 #include "network/hand_link.hpp"
@@ -39,6 +40,10 @@ class ModelWorker {
   };
   /// How a model came, once.
   std::optional<Way> take_way(int frame);
+  /// The ticks' motion goes to the body. From any thread.
+  void note(const LocalMotion& motion);
+  /// Another session begins: what was noted is of the one before.
+  void forget();
   /// A model that was in use.
   void look_back_on(std::unique_ptr<PreparedLocalModel> model);
 
@@ -67,6 +72,7 @@ class ModelWorker {
   std::condition_variable came_;
   bool stop_ = false;
   Bytes bytes_;
+  YieldMemory yields_;
   std::map<int, Way> ways_;  // by frame, of models that were not adopted yet
   int tick0_ = 0, came_at_ = 0, arrived_ = 0, wrong_ = 0;
   std::optional<double> loss_;

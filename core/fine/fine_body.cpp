@@ -1,5 +1,7 @@
 #include "core/fine/fine_body.hpp"
 
+#include "core/fine/isotropic_cells.hpp"
+
 namespace kt {
 namespace {
 
@@ -37,6 +39,21 @@ FineBody make_fine_body(const DeformableModel& model, const Refinable& material)
   if (out.mesh->embedded) return out;
   for (std::size_t t = 0; t < out.mesh->triangles.size(); ++t)
     out.triangle[ascending(out.mesh->triangles[t])] = static_cast<int>(t);
+  return out;
+}
+
+RefinableBody make_refinable_body(const DeformableModel& model, const Surface& surface) {
+  RefinableBody out;
+  const Refinable* material = told_by(model);
+  if (!material) {
+    out.isotropic = isotropic_cells(model);
+    material = out.isotropic.get();
+  }
+  out.fine = make_fine_body(model, *material);
+  if (surface.embedded) return out;
+  out.fine.triangle.clear();
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    out.fine.triangle[ascending(surface.triangles[t])] = static_cast<int>(t);
   return out;
 }
 

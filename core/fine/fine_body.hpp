@@ -1,8 +1,10 @@
 #pragma once
 // What the fine patches of one body are made of, found once.
 #include <map>
+#include <memory>
 
 #include "core/body/refinable.hpp"
+#include "core/body/surface.hpp"
 
 namespace kt {
 
@@ -18,6 +20,14 @@ struct FineBody {
 
 /// Borrows both.
 FineBody make_fine_body(const DeformableModel& model, const Refinable& material);
+
+/// A body whose material tells itself or is taken as isotropic.
+struct RefinableBody {
+  std::unique_ptr<Refinable> isotropic;  ///< of a model that tells nothing but "young" and "poisson"
+  FineBody fine;
+};
+/// Borrows both. Throws InputError where the model tells no material.
+RefinableBody make_refinable_body(const DeformableModel& model, const Surface& surface);
 
 /// Corners of a cell's face as seen from outside, counter-clockwise; opposite corner 0, 1, 2, 3.
 inline constexpr int kFaceCorners[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};

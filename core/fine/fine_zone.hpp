@@ -13,6 +13,7 @@ namespace kt {
 struct FineSize {
   double edge = 0, flat = 0, slope = 1;
   double at(double distance) const { return edge + slope * std::max(0.0, distance - flat); }
+  bool operator==(const FineSize&) const = default;
 };
 
 struct FineZoneOptions {
@@ -23,6 +24,7 @@ struct FineZoneOptions {
   FineSize size;
   int most_nodes = 900;  ///< unknown ones; beyond it `size.edge` grows by a quarter, again and again
 
+  bool operator==(const FineZoneOptions&) const = default;
   /// Of all places where it touches the least of what `of(place)` gives.
   template <class Of>
   double least(const Of& of) const {

@@ -136,6 +136,30 @@ void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) 
 
 }  // namespace
 
+std::vector<int> zone_nodes(const FineBody& body, const FineZone& zone) {
+  std::vector<int> out;
+  for (const int c : zone.cells) {
+    const std::span<const int> nodes = body.material->cell_nodes(c);
+    out.insert(out.end(), nodes.begin(), nodes.end());
+  }
+  std::ranges::sort(out);
+  const auto [end, last] = std::ranges::unique(out);
+  out.erase(end, last);
+  return out;
+}
+
+FineOrigin fine_origin(const FineBody& body, const FineZone& zone, FineZoneOptions options, const FineState& state) {
+  options.size.edge = zone.edge;
+  const std::vector<int> nodes = zone_nodes(body, zone);
+  const auto size = 3 * static_cast<Eigen::Index>(nodes.size());
+  FineOrigin out{.options = std::move(options), .kind = state.kind, .x = VectorX(size), .v = VectorX(size)};
+  for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
+    node(out.x, i) = node(state.coarse.x, nodes[i]);
+    node(out.v, i) = node(state.coarse.v, nodes[i]);
+  }
+  return out;
+}
+
 std::shared_ptr<FinePatch> make_fine_patch(const FineBody& body, const FineZone& zone,
                                            std::span<const Triangle> triangles, FineYield yield) {
   auto out = std::make_shared<FinePatch>();

@@ -1,6 +1,7 @@
 #pragma once
 // The surface of refined cells over a patch (core/fine/), and how far it yields beyond what the patch's vertices do: a
 // compliance R in series with the local model's, with the material's retardation.
+#include <memory>
 #include <utility>
 
 #include "core/body/node_weights.hpp"
@@ -14,6 +15,8 @@ struct SurfacePlace {
   int triangle = -1;            ///< -1: none
   Vec3 weights = Vec3::Zero();  ///< of its corners, sum 1
 };
+
+struct FineOrigin;  // core/fine/make_fine_patch.hpp
 
 struct FinePatch {
   std::vector<Triangle> facets;  ///< vertices, counter-clockwise seen from outside
@@ -30,6 +33,7 @@ struct FinePatch {
   MatrixX R;                           ///< of these points [m/N], (3y x 3y), symmetric, positive semidefinite
   double retardation = 0;              ///< [s]
   double fineness = 0;                 ///< size of the cells under the tool over the contact radius
+  std::shared_ptr<const FineOrigin> origin;  ///< what it can be made from again; null: not kept
 
   int num_vertices() const noexcept { return static_cast<int>(first.size()) - 1; }
   int num_yielding() const noexcept { return static_cast<int>(yielding.size()); }

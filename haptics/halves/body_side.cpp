@@ -24,8 +24,6 @@ void check_embedded(const Body& body, const TouchOptions& o) {
   if (o.contact.surface != "flat")
     throw InputError(text("contact.surface \"", o.contact.surface,
                           "\": object.body lattice is touched at the triangles of its file; set it to flat"));
-  if (o.link.type == "network")
-    throw InputError("link.type \"network\": object.body lattice does not travel over a network yet");
 }
 
 }  // namespace
@@ -191,6 +189,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   model->friction = friction_;
   if (friction_) model->base_friction = base_friction(options_.contact);
   model->tool_radius = radius_;
+  if (model_) model->material = LiveMaterial{material_.young, material_.damping.mass, material_.damping.stiffness};
   const double took = process_time_ms() - other_ms() - start;
   tell_of_settled();
   RefreshRecord& record = open_.emplace_back(refresher_->record());

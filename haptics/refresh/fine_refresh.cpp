@@ -7,7 +7,6 @@
 #include "collision/shape/closest_point.hpp"
 #include "collision/shape/tool_shape.hpp"
 #include "core/base/stages.hpp"
-#include "core/fine/isotropic_cells.hpp"
 #include "haptics/refresh/refine_choice.hpp"
 
 namespace kt {
@@ -51,18 +50,11 @@ double pressed_radius(const ToolShape& shape, double radius, double way) {
 }  // namespace
 
 FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local)
-    : surface_(surface), fineness_(local.fineness), most_nodes_(local.refine_nodes), solver_(make_block_solver()) {
-  const Refinable* material = told_by(model);
-  if (!material) {
-    isotropic_ = isotropic_cells(model);
-    material = isotropic_.get();
-  }
-  body_ = make_fine_body(model, *material);
-  if (surface.embedded) return;
-  body_.triangle.clear();
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-    body_.triangle[ascending(surface.triangles[t])] = static_cast<int>(t);
-}
+    : surface_(surface),
+      refinable_(make_refinable_body(model, surface)),
+      fineness_(local.fineness),
+      most_nodes_(local.refine_nodes),
+      solver_(make_block_solver()) {}
 
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                                         std::span<const FineTool> places) const {
@@ -137,7 +129,7 @@ void FineRefresh::make_zone(const FineContact& contact, double late) {
   FineZoneOptions options = fine_options(body_, contact, is_alone ? fineness : kOfTwo * fineness);
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / std::pow(late, 1.5));
   options.most_nodes = static_cast<int>(nodes) * (1 + static_cast<int>(contact.others.size()));
-  zone_ = Zone{make_fine_zone(body_, options), contact, {}, cell_size_at(body_, contact.centre)};
+  zone_ = Zone{make_fine_zone(body_, options), options, contact, {}, cell_size_at(body_, contact.centre)};
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
     zone_->nodes.insert(zone_->nodes.end(), t.begin(), t.end());
@@ -175,9 +167,12 @@ std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, 
   if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(ahead(now), now.late);
   if (zone_->zone.num_yielding == 0) return nullptr;
   if (patch_ && kind_ == kind && bend(x) <= kStrain) return patch_;
+  const FineState state{tangent.state, kind};
   const auto made = make_fine_patch(body_, zone_->zone, surface_.triangles,
-                                    find_yield(body_, zone_->zone, {tangent.state, kind}, tangent.dfdx, *solver_));
-  made->fineness = zone_->zone.edge / zone_->contact.contact_radius;
+                                    find_yield(body_, zone_->zone, state, tangent.dfdx, *solver_));
+  FineOrigin origin = fine_origin(body_, zone_->zone, zone_->options, state);
+  made->fineness = origin.fineness = zone_->zone.edge / zone_->contact.contact_radius;
+  made->origin = std::make_shared<const FineOrigin>(std::move(origin));
   patch_ = made;
   x_ = x;
   kind_ = kind;

@@ -38,8 +38,9 @@ class FineRefresh {
  private:
   struct Zone {
     FineZone zone;
+    FineZoneOptions options;
     FineContact contact;
-    std::vector<int> nodes;  // of its cells
+    std::vector<int> nodes;  // of its cells' corners
     double cell = 0;         // [m]
   };
   struct Wanted {
@@ -54,8 +55,8 @@ class FineRefresh {
   void make_zone(const FineContact& contact, double late);
   double bend(const VectorX& x) const;
   const Surface& surface_;
-  std::unique_ptr<Refinable> isotropic_;  // of a model that tells nothing but "young" and "poisson"
-  FineBody body_;
+  RefinableBody refinable_;
+  const FineBody& body_ = refinable_.fine;
   double fineness_;
   int most_nodes_;
   std::optional<Zone> zone_;

@@ -67,7 +67,6 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
   const auto is_point = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::point; };
   if (std::ranges::any_of(options.tools, is_point)) return {false, "a tool is a point"};
   if (options.local.refine == "follow") return out;
-  if (options.link.type == "network") return {false, "refined cells do not travel over a network"};
   double least = std::numeric_limits<double>::infinity();
   for (const TouchTool& tool : options.tools) least = std::min(least, expected_contact_radius(tool.shape));
   const double cell = surface.embedded ? surface.embedded->edge : mean_edge(surface, model.mesh().x);

@@ -21,7 +21,7 @@ double expected_contact_radius(const ToolShape& shape);
 RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local);
 
 /// auto refines where the cells of the surface are wider than half the expected contact, the material has a name, no
-/// tool is a point, and the body is on this computer and not in contact with itself. Throws as may_refine().
+/// tool is a point, and the body is not in contact with itself. Throws as may_refine().
 RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
                            bool touches_itself = false);
 

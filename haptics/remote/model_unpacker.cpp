@@ -6,10 +6,13 @@
 #include <cmath>
 #include <functional>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "core/base/error.hpp"
 #include "haptics/contact/scene_friction.hpp"
+#include "haptics/halves/live_settings.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 
 namespace kt {
@@ -38,6 +41,12 @@ bool is_weight(const Vec3& bary) {
 }
 
 bool is_unit(const Vec3& v) { return std::abs(v.norm() - 1) < 1e-3; }
+
+/// A value that the setting may have.
+bool is_setting(const char* key, double value) {
+  const LiveSetting& s = live_setting(key);
+  return (s.above ? value > s.least : value >= s.least) && value <= s.most;
+}
 
 /// The whole matrix of lower columns.
 MatrixX full(const SentMatrix& m, Eigen::Index r) {
@@ -129,8 +138,6 @@ std::string trouble_of(const SentBasis& b, std::size_t rows, std::size_t r) {
 }  // namespace
 
 void require_sendable(const TouchOptions& options) {
-  if (options.local.refine == "follow")
-    throw InputError("link.type network: local.refine is \"follow\", must be auto or off: refined cells do not travel");
   const std::string& method = options.local.method;
   if (method != "multirate" || is_geometric(options.contact.law) || !options.local.catch_up)
     throw InputError(
@@ -140,28 +147,41 @@ void require_sendable(const TouchOptions& options) {
              options.local.catch_up ? "true" : "false", ": their local models need maps that do not travel"));
 }
 
-ModelUnpacker::ModelUnpacker(const DeformableModel& model, const Surface& surface, const TouchOptions& options)
+ModelUnpacker::ModelUnpacker(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                             MakeLike make_like)
     : model_(model),
       surface_(surface),
       options_(options),
       smoothing_(contact_smoothing(options.contact, options.local)),
       metric_(contact_metric(options.contact.metric)),
-      method_(make_method(options, {})) {
+      method_(make_method(options, {})),
+      make_like_(std::move(make_like)) {
   require_sendable(options);
+  if (may_refine(options.contact, options.local).refines) try {
+      cells_.emplace(model_, surface_, options_.local.refine_nodes);
+    } catch (const InputError&) {  // the model tells no material: it is not refined on the body's computer either
+    }
 }
 
+ModelUnpacker::ModelUnpacker(const Body& body, const TouchOptions& options)
+    : ModelUnpacker(body.model(), body.surface(), options, [&body](const LiveMaterial& now) {
+        SceneModel material = body.options().object.model;
+        material.young = now.young;
+        material.damping.mass = now.damping_mass;
+        material.damping.stiffness = now.damping_stiffness;
+        return body.model_like(material);
+      }) {}
+
 std::string ModelUnpacker::trouble(const SentModel& m) const {
-  const int nodes = model_.mesh().num_nodes(), triangles = static_cast<int>(surface_.triangles.size());
+  const int nodes = model_.mesh().num_own_nodes(), triangles = static_cast<int>(surface_.triangles.size());
   const auto r = static_cast<std::size_t>(m.dof());
   if (r == 0 || r > kMostDof) return text("it has ", r, " coordinates, must be 1 .. ", kMostDof);
   if (m.triangles.empty() || !are_below(m.triangles, triangles) || !is_ascending(m.triangles))
     return "a triangle of the patch is out of range";
   std::vector<char> seen(static_cast<std::size_t>(nodes), 0);
-  std::size_t recovered = m.more_nodes.size();
-  for (const int t : m.triangles)
-    for (const int v : surface_.triangles[static_cast<std::size_t>(t)])
-      if (!std::exchange(seen[static_cast<std::size_t>(v)], 1)) ++recovered;
-  const std::size_t patch = recovered - m.more_nodes.size();
+  const std::vector<int> of_patch = patch_of(surface_, m.triangles, smoothing_.levels > 0).global_node;
+  for (const int i : of_patch) seen[static_cast<std::size_t>(i)] = 1;
+  const std::size_t patch = of_patch.size(), recovered = patch + m.more_nodes.size();
   if (!are_below(m.more_nodes, nodes)) return "a node is out of range";
   for (const int i : m.more_nodes)
     if (std::exchange(seen[static_cast<std::size_t>(i)], 1)) return "a node is there twice";
@@ -218,7 +238,32 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   if (m.friction && !(m.friction->mu_kinetic >= 0 && m.friction->mu_static >= m.friction->mu_kinetic &&
                       m.friction->mu_static <= 100 && m.friction->stribeck >= 0 && m.friction->stribeck <= 100))
     return "the friction is wrong";
-  return "";
+  if (m.material && !(make_like_ && is_setting("object.model.young", m.material->young) &&
+                      is_setting("object.model.damping.mass", m.material->damping_mass) &&
+                      is_setting("object.model.damping.stiffness", m.material->damping_stiffness)))
+    return "the material is wrong";
+  if (!m.fine) return "";
+  return cells_ ? cells_->trouble(*m.fine) : "refined cells: the scene has none";
+}
+
+VectorX ModelUnpacker::positions_of(const SentModel& sent) const {
+  VectorX out = model_.mesh().x;
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(sent.body.at.size()); ++i)
+    out[i] = sent.body.low[i % 3] + sent.body.step[i % 3] * sent.body.at[static_cast<std::size_t>(i)];
+  if (surface_.embedded) surface_.embedded->follow(out);
+  return out;
+}
+
+/// Null: it has none.
+std::shared_ptr<const FinePatch> ModelUnpacker::refine(const SentModel& sent) {
+  if (!sent.fine) return nullptr;
+  if (sent.material != material_) {
+    std::unique_ptr<DeformableModel> like = sent.material ? make_like_(*sent.material) : nullptr;
+    cells_.emplace(like ? *like : model_, surface_, options_.local.refine_nodes);
+    like_ = std::move(like);
+    material_ = sent.material;
+  }
+  return cells_->find(sent.fine);
 }
 
 std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent) {
@@ -241,9 +286,10 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   local.definite_tangent = sent.definite_tangent;
   local.reducer = sent.reducer;
   local.certified_error = sent.certified_error;
+  local.fine = refine(sent);
 
   auto out = prepare(std::move(local), sent.scheme, metric_, tick_length(options_), options_.collision.backend,
-                     model_.mesh().num_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
+                     model_.mesh().num_own_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
   out->scheme = sent.scheme;
   out->site = sent.site;
   out->places = sent.places;
@@ -251,15 +297,15 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   out->way_out = sent.way_out;
   out->linearized_tick = sent.linearized_tick;
   out->tool_radius = sent.tool_radius;
-  out->body_x.resize(static_cast<Eigen::Index>(sent.body.at.size()));
-  for (Eigen::Index i = 0; i < out->body_x.size(); ++i)
-    out->body_x[i] = sent.body.low[i % 3] + sent.body.step[i % 3] * sent.body.at[static_cast<std::size_t>(i)];
+  out->body_x = positions_of(sent);
   out->unloaded =
       Eigen::Map<const Eigen::VectorXf>(sent.unloaded.data(), static_cast<Eigen::Index>(sent.unloaded.size()))
           .cast<double>();
-  std::vector<double> radii;
-  for (const TouchTool& tool : options_.tools) radii.push_back(tool.shape.radius);
-  lay_apron(*out, surface_, model_.fixed_nodes(), radii, options_.collision.backend);
+  if (!surface_.embedded) {
+    std::vector<double> radii;
+    for (const TouchTool& tool : options_.tools) radii.push_back(tool.shape.radius);
+    lay_apron(*out, surface_, model_.fixed_nodes(), radii, options_.collision.backend);
+  }
   method_->prepare_method_data(*out, 1 / options_.global.rate_hz);
 
   LocalState& s = out->state;
@@ -267,11 +313,14 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   s.q_rate = sent.q_rate;
   s.sliding = sent.sliding;
   s.overlap = sent.overlap;
-  out->work.du = sent.du;
+  out->work.du.head(sent.du.size()) = sent.du;
   s.anchors.count = 0;
   for (const SentAnchor& a : sent.anchors) {
     Contact contact = a.contact;
-    contact.triangle = out->local_facet(contact.triangle);
+    if (out->surface.fine)
+      std::tie(contact.triangle, contact.bary) = out->facet_at({contact.triangle, contact.bary});
+    else
+      contact.triangle = out->local_facet(contact.triangle);
     if (contact.triangle < 0) continue;
     s.impulse[static_cast<std::size_t>(s.anchors.count)] = a.impulse;
     s.anchors.contacts[static_cast<std::size_t>(s.anchors.count++)] = contact;
@@ -290,6 +339,7 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   }
   out->friction = friction_;
   out->base_friction = friction_of_;
+  out->material = sent.material;
   return out;
 }
 

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "core/local/damping.hpp"
+#include "core/local/fine_patch.hpp"
 #include "haptics/remote/sent_model.hpp"
 
 namespace kt {
@@ -102,18 +103,27 @@ SentModel pack_model(const PreparedLocalModel& model, int basis_bits) {
   out.way_out = model.way_out;
   out.q = s.q;
   out.q_rate = s.q_rate;
-  out.du = model.work.du;
+  out.du = model.work.du.head(model.patch_basis.rows());
   for (int i = 0; i < s.anchors.count; ++i) {
     SentAnchor anchor{s.anchors.contacts[static_cast<std::size_t>(i)], s.impulse[static_cast<std::size_t>(i)]};
-    anchor.contact.triangle = model.surface.global_facet(anchor.contact.triangle);  // aprons may differ
+    Contact& contact = anchor.contact;  // by its place on the body: aprons may differ
+    if (model.surface.fine) {
+      const SurfacePlace place = model.surface.place_of(contact.triangle, contact.bary);
+      contact.triangle = place.triangle;
+      contact.bary = place.weights;
+    } else {
+      contact.triangle = model.surface.global_facet(contact.triangle);
+    }
     out.anchors.push_back(anchor);
   }
   for (const double v : model.unloaded) out.unloaded.push_back(static_cast<float>(v));
   out.sliding = s.sliding;
   out.overlap = s.overlap;
-  out.body = pack_positions(model.body_x);
+  out.body = pack_positions(model.body_x.head(3 * static_cast<Eigen::Index>(model.recovered_row.size())));
   out.friction = model.base_friction;
   out.tool_radius = model.tool_radius;
+  out.material = model.material;
+  if (m.fine) out.fine = m.fine->origin;
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fine/make_fine_patch.hpp"
 #include "haptics/tick/prepared_local_model.hpp"
 
 namespace kt {
@@ -60,10 +61,12 @@ struct SentModel {
   std::vector<SentAnchor> anchors;
   std::array<bool, kMaxTools> sliding{};
   std::array<Overlap, kMaxTools> overlap{};
-  SentPositions body;                                 ///< the whole body
+  SentPositions body;                                 ///< the whole body's own nodes
   std::vector<float> unloaded;                        ///< PreparedLocalModel::unloaded
   std::optional<Friction> friction;                   ///< outside of regions; none: as at the start
   std::array<double, kMaxTools> tool_radius{-1, -1};  ///< [m]; below 0: as at the start
+  std::optional<LiveMaterial> material;               ///< PreparedLocalModel::material
+  std::shared_ptr<const FineOrigin> fine;  ///< the hand's computer makes the refined cells itself; null: there are none
   int dof() const { return static_cast<int>(f0.size()); }
 };
 

@@ -64,7 +64,8 @@ void carry_motion(const LocalMotion& motion, PreparedLocalModel& model, const Fi
   s.q_rate = m.q_rate0;
   s.q_rate.noalias() += m.fit_rate * w.v_recovered;
   s.overlap = motion.overlap;
-  if (model.surface.fine) carry_yield(fine, motion.yielded, *model.surface.fine, s.yielded);
+  if (model.surface.fine)
+    carry_yield(motion.yielded.size() > 0 ? fine : nullptr, motion.yielded, *model.surface.fine, s.yielded);
   w.du.tail(s.yielded.size()).setZero();
   // The motion that contact causes goes on: the first guess of the next tick.
   for (int i = 0; i < m.patch.num_vertices(); ++i) {

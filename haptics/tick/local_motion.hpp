@@ -13,7 +13,7 @@ struct LocalMotion {
   int frame = -1;   ///< of the model
   VectorX x, v;     ///< of the recovered nodes [m], [m/s], (3 recovered); storage may be longer
   VectorX du;       ///< of the patch vertices: motion that contact causes [m/s], (3p)
-  VectorX yielded;  ///< of the points of a fine patch [m], (3y); storage may be longer
+  VectorX yielded;  ///< of the points of a fine patch [m], (3y); storage may be longer; empty: not told
   std::array<Overlap, kMaxTools> overlap{};  ///< of each tool
   std::vector<int> row;                      ///< (n) global node -> its place in x and v, -1
   int num_patch = 0;                         ///< patch vertices come first

@@ -78,6 +78,14 @@ struct LocalWorkspace {
   VectorX fitted, followed;          ///< a carried motion: in coordinates, (r), and of the nodes, (3 recovered)
 };
 
+/// What of a body's material can change while it is touched.
+struct LiveMaterial {
+  double young = 0;              ///< [Pa]
+  double damping_mass = 0;       ///< [1/s]
+  double damping_stiffness = 0;  ///< [s]
+  bool operator==(const LiveMaterial&) const = default;
+};
+
 /// What one haptic method adds to a local model; it alone knows the type.
 struct MethodData {
   virtual ~MethodData() = default;
@@ -112,6 +120,7 @@ struct PreparedLocalModel {
   std::optional<Friction> base_friction;                       ///< that `friction` was made with, outside of regions
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};  ///< global triangle that a tool inside goes out through
   std::shared_ptr<const SurfaceFriction> friction;             ///< in use with this model; none: that of the method
+  std::optional<LiveMaterial> material;                        ///< that it was made of; none: as at the start
   std::array<double, kMaxTools> tool_radius{-1, -1};           ///< [m] in use with this model; below 0: as it was
   double mobility = 0;  ///< of the patch vertex that gives way most: velocity per impulse in the metric [1/kg]
   std::unique_ptr<MethodData> data;  ///< by HapticMethod::prepare_method_data

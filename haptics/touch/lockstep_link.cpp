@@ -9,6 +9,7 @@
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/remote/model_unpacker.hpp"
 #include "haptics/remote/report_box.hpp"
+#include "haptics/remote/yield_memory.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/report_list.hpp"
 
@@ -102,7 +103,7 @@ class AsOverNetwork {
   AsOverNetwork(const Body& body, const TouchOptions& options)
       : outbox_(1, tick_length(options)),
         inbox_(tick_length(options)),
-        unpacker_(body.model(), body.surface(), options),
+        unpacker_(body, options),
         bits_(options.link.basis_bits) {}
   void add(const LocalReport& report, bool is_lost) {
     outbox_.add(report);
@@ -112,14 +113,19 @@ class AsOverNetwork {
     if (outbox_.empty()) return {};
     return inbox_.close(outbox_.batch(1));
   }
+  void note(const LocalMotion& motion) { yields_.note(motion); }
   std::unique_ptr<PreparedLocalModel> carry(const PreparedLocalModel& model) {
-    return unpacker_.unpack(pack_model(model, bits_));
+    auto out = unpacker_.unpack(pack_model(model, bits_));
+    yields_.add(*out);
+    yields_.start(*out, out->linearized_tick);
+    return out;
   }
 
  private:
   ReportOutbox outbox_;
   ReportInbox inbox_;
   ModelUnpacker unpacker_;
+  YieldMemory yields_;
   int bits_;
 };
 
@@ -188,7 +194,10 @@ class LockstepLink final : public BodyLink {
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
     const std::span<const LocalReport> reports = network_ ? network_->reports() : reports_.all();
-    if (network_ && goes_on) round_as_sent(motion_);
+    if (network_ && goes_on) {
+      network_->note(motion_);
+      round_as_sent(motion_);
+    }
     if (network_ && event.delay_ticks >= 0) body_.expect(event.delay_ticks * side.h());
     auto model =
         body_.refresh(event, places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, [] { return 0.0; });

@@ -49,6 +49,36 @@ wire::Site to_wire(const ContactSite& s) {
   return {wire::to_wire(s.centre), wire::to_wire(s.way), s.reach, s.triangle};
 }
 
+Offset<wire::Refined> write(FlatBufferBuilder& to, const FineOrigin& origin) {
+  const FineZoneOptions& o = origin.options;
+  const wire::D3 centre = wire::to_wire(o.centre);
+  std::vector<wire::D3> others;
+  for (const Vec3& other : o.others) others.push_back(wire::to_wire(other));
+  const auto other_vector = to.CreateVectorOfStructs(others);
+  const auto x = doubles(to, origin.x), v = doubles(to, origin.v);
+  return wire::CreateRefined(to, &centre, other_vector, o.radius, o.reach, o.size.edge, o.size.flat, o.size.slope,
+                             o.most_nodes, static_cast<std::uint8_t>(origin.kind), origin.fineness, x, v);
+}
+
+/// Null: it is none.
+std::shared_ptr<const FineOrigin> read(const wire::Refined& r) {
+  if (!r.centre() || r.kind() > static_cast<std::uint8_t>(TangentKind::definite)) return nullptr;
+  auto out = std::make_shared<FineOrigin>();
+  FineZoneOptions& o = out->options;
+  o.centre = wire::from_wire(*r.centre());
+  if (r.others())
+    for (const wire::D3* other : *r.others()) o.others.push_back(wire::from_wire(*other));
+  o.radius = r.radius();
+  o.reach = r.reach();
+  o.size = {.edge = r.edge(), .flat = r.flat(), .slope = r.slope()};
+  o.most_nodes = r.most_nodes();
+  out->kind = static_cast<TangentKind>(r.kind());
+  out->fineness = r.fineness();
+  out->x = wire::copied_x(r.x());
+  out->v = wire::copied_x(r.v());
+  return out;
+}
+
 }  // namespace
 
 Bytes encode(const ModelMessage& message) {
@@ -78,6 +108,11 @@ Bytes encode(const ModelMessage& message) {
   const auto unloaded = to.CreateVector(m.unloaded);
   const wire::D3 low = wire::to_wire(m.body.low), step = wire::to_wire(m.body.step);
   wire::Friction friction;
+  Offset<wire::Refined> refined;
+  if (m.fine) refined = write(to, *m.fine);
+  wire::Material material;
+  if (m.material)
+    material = wire::Material(m.material->young, m.material->damping_mass, m.material->damping_stiffness);
   if (m.friction) friction = wire::Friction(m.friction->mu_static, m.friction->mu_kinetic, m.friction->stribeck);
 
   wire::ModelBuilder out(to);
@@ -111,6 +146,8 @@ Bytes encode(const ModelMessage& message) {
   out.add_body(body);
   out.add_unloaded(unloaded);
   if (m.friction) out.add_friction(&friction);
+  if (m.fine) out.add_refined(refined);
+  if (m.material) out.add_material(&material);
   out.add_loss(wire::loss_sent(message.loss));
   out.add_body_ms(static_cast<float>(message.body_ms));
   to.Finish(out.Finish());
@@ -178,6 +215,9 @@ std::optional<ModelMessage> decode_model(std::span<const std::uint8_t> bytes) {
   out.body.step = wire::from_wire(*m->body_step());
   out.body.at = wire::copied(m->body());
   out.unloaded = wire::copied(m->unloaded());
+  if (m->refined() && !(out.fine = read(*m->refined()))) return {};
+  if (const wire::Material* s = m->material())
+    out.material = LiveMaterial{s->young(), s->damping_mass(), s->damping_stiffness()};
   if (const wire::Friction* f = m->friction()) out.friction = Friction{f->mu_static(), f->mu_kinetic(), f->stribeck()};
   return message;
 }

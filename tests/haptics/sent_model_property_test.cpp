@@ -12,17 +12,19 @@ namespace {
 
 /// The local model of a pressed block.
 struct Pressed {
-  explicit Pressed(const std::string& reducer, const std::string& surface = "flat") : scene(make(reducer, surface)) {
+  explicit Pressed(const std::string& reducer, const std::string& surface = "flat", const std::string& refine = "off")
+      : scene(make(reducer, surface, refine)) {
     const TouchOptions& o = scene.options();
     Refresher refresher(scene.model(), scene.surface(), o, scene.start());
     const Pose at{{0.03, 0.026, 0.038}, Quaternion::Identity()};
     model = refresher.refresh(0, std::span(&at, 1), {});
   }
-  static BuiltScene make(const std::string& reducer, const std::string& surface) {
+  static BuiltScene make(const std::string& reducer, const std::string& surface, const std::string& refine) {
     Scene s = small_scene();
     s.link.type = "network";
     s.local.reducer = reducer;
     s.contact.surface = surface;
+    s.local.refine = refine;
     return BuiltScene(s);
   }
   ModelUnpacker unpacker() const { return {scene.model(), scene.surface(), scene.options()}; }
@@ -154,6 +156,94 @@ TEST(SentModel, WhatDoesNotFitIsNamedAndNothingElse) {
     wrongs[i](wrong);
     EXPECT_NE(unpacker.trouble(wrong), "") << "number " << i;
   }
+}
+
+/// Refined cells are made on the hand's computer from some nodes' places: R is that of the body's, bit for bit.
+TEST(SentModel, RefinedCellsAreMadeAgainWithTheSameBits) {
+  for (const char* reducer : {"krylov", "condensed"}) {
+    const Pressed p(reducer, "flat", "follow");
+    const FinePatch& here = *p.model->surface.fine;
+    ASSERT_GT(here.num_yielding(), 20);
+    ModelUnpacker unpacker = p.unpacker();
+    const SentModel sent = pack_model(*p.model, 16);
+    ASSERT_EQ(unpacker.trouble(sent), "") << reducer;
+    const auto there = unpacker.unpack(sent);
+    ASSERT_TRUE(there->surface.fine);
+    EXPECT_EQ(there->surface.fine->R, here.R);
+    EXPECT_EQ(there->surface.fine->facets, here.facets);
+    EXPECT_EQ(there->surface.fine->retardation, here.retardation);
+    EXPECT_EQ(there->surface.fine->fineness, here.fineness);
+    EXPECT_EQ(there->state.yielded.size(), p.model->state.yielded.size());
+    EXPECT_EQ(unpacker.unpack(sent)->surface.fine, there->surface.fine) << "nothing has changed";
+  }
+}
+
+/// Of a body that has been made twice as stiff while it was touched.
+TEST(SentModel, RefinedCellsAreOfTheMaterialThatTheModelWasMadeOf) {
+  const Pressed p("krylov", "flat", "follow");
+  const BodyOptions& body = p.scene.body().options();
+  ModelUnpacker unpacker(p.scene.body(), p.scene.options());
+  SentModel sent = pack_model(*p.model, 16);
+  const SceneModel& material = body.object.model;
+  sent.material = LiveMaterial{2 * material.young, material.damping.mass, 3 * material.damping.stiffness};
+  ASSERT_EQ(unpacker.trouble(sent), "");
+  const auto there = unpacker.unpack(sent);
+  const FinePatch& here = *p.model->surface.fine;
+  EXPECT_LT(relative(2 * there->surface.fine->R, here.R), 1e-9);
+  EXPECT_DOUBLE_EQ(there->surface.fine->retardation, 3 * here.retardation);
+  sent.material.reset();
+  EXPECT_EQ(unpacker.unpack(sent)->surface.fine->R, here.R);
+}
+
+TEST(SentModel, RefinedCellsThatDoNotFitAreNamed) {
+  const Pressed p("krylov", "flat", "follow");
+  ModelUnpacker unpacker = p.unpacker();
+  const SentModel right = pack_model(*p.model, 16);
+  ASSERT_EQ(unpacker.trouble(right), "");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::function<void(FineOrigin&)>> wrongs{
+      [&](FineOrigin& f) { f.options.centre.y() = nan; },
+      [&](FineOrigin& f) { f.options.radius = nan; },
+      [](FineOrigin& f) { f.options.reach = -1; },
+      [](FineOrigin& f) { f.options.size.edge = 0; },
+      [](FineOrigin& f) { f.options.size.edge = 1e-9; },  // would not fit into memory
+      [](FineOrigin& f) { f.options.size.flat = 1; },
+      [](FineOrigin& f) { f.options.size.slope = 0; },
+      [](FineOrigin& f) { f.options.most_nodes = 1 << 20; },
+      [](FineOrigin& f) { f.options.most_nodes = 0; },
+      [](FineOrigin& f) { f.options.others.assign(50, f.options.centre); },
+      [&](FineOrigin& f) { f.fineness = nan; },
+      [&](FineOrigin& f) { f.x[2] = nan; },
+      [](FineOrigin& f) { f.v[0] = std::numeric_limits<double>::infinity(); },
+      [](FineOrigin& f) { f.v = VectorX(); },
+  };
+  for (std::size_t i = 0; i < wrongs.size(); ++i) {
+    SentModel wrong = right;
+    auto origin = std::make_shared<FineOrigin>(*right.fine);
+    wrongs[i](*origin);
+    wrong.fine = origin;
+    EXPECT_NE(unpacker.trouble(wrong), "") << "number " << i;
+  }
+  auto fewer = std::make_shared<FineOrigin>(*right.fine);
+  fewer->x = fewer->v = VectorX::Zero(3);
+  SentModel wrong = right;
+  wrong.fine = fewer;
+  EXPECT_THROW(unpacker.unpack(wrong), RunError);
+  auto inside_out = std::make_shared<FineOrigin>(*right.fine);
+  inside_out->x = -inside_out->x;
+  wrong.fine = inside_out;
+  try {  // whatever comes of it is finite
+    EXPECT_TRUE(unpacker.unpack(wrong)->surface.fine->R.allFinite());
+  } catch (const std::runtime_error&) {
+  }
+  wrong = right;
+  wrong.material = LiveMaterial{-1, 0, 0};
+  EXPECT_NE(unpacker.trouble(wrong), "");
+  const Pressed off("krylov");
+  ModelUnpacker without = off.unpacker();
+  SentModel with = pack_model(*off.model, 16);
+  with.fine = right.fine;
+  EXPECT_NE(without.trouble(with), "");
 }
 
 TEST(SentModel, MethodsThatNeedTheRefreshesMapsDoNotTravel) {

@@ -55,6 +55,7 @@ struct Talk {
     Scene s = small_scene();
     s.link.type = "network";
     s.local.reducer = "krylov";
+    s.local.refine = "follow";
     return BuiltScene(s);
   }
   BuiltScene scene;
@@ -132,6 +133,13 @@ TEST(Messages, ALocalModelComesBackAndSaysHowManyBytesItHas) {
   EXPECT_EQ(a->body_x, b->body_x);
   EXPECT_EQ(a->state.q, b->state.q);
   EXPECT_EQ(a->way_out, b->way_out);
+  ASSERT_TRUE(a->surface.fine && b->surface.fine);
+  EXPECT_EQ(a->surface.fine, b->surface.fine) << "what it is made from came bit for bit";
+  ModelMessage stiffer = sent;
+  stiffer.model.material = LiveMaterial{3e4, 1, 0.002};
+  const auto stiffer_come = decode_model(encode(stiffer));
+  ASSERT_TRUE(stiffer_come);
+  EXPECT_EQ(stiffer_come->model.material, stiffer.model.material);
 }
 
 TEST(Messages, ControlComesBack) {

@@ -109,6 +109,28 @@ TEST(TwoEnds, ThroughABadNetworkTheReplayHasTheSameBitsToo) {
   EXPECT_EQ(ended[0].wrong_messages, 0);
 }
 
+/// Refined cells are made on both sides, and what they had yielded by stays at the hand's.
+TEST(TwoEnds, RefinedCellsAreFeltAndTheReplayHasTheSameBits) {
+  Scene scene = one_second();
+  scene.local.refine = "follow";
+  scene.local.refine_nodes = 300;
+  ServedBody body(scene);
+  UdpRelay relay({.host_port = body.port(), .delay_ms = 10, .jitter_ms = 5, .loss = 0.2, .duplicate = 0.1, .seed = 36});
+  Session session(scene);
+  const TouchedRun run = touch(session, body.port(), {}, relay.port());
+  ASSERT_EQ(run.result.tools[0].frames.size(), 1000u);
+  EXPECT_EQ(run.report.models_wrong, 0) << run.report.last_trouble;
+  EXPECT_GT(run.report.models_adopted, 2);
+  double most = 0;
+  for (const LocalFrame& f : run.result.tools[0].frames) most = std::max(most, f.f_n);
+  EXPECT_GT(most, 0.01);
+  SessionOptions replay = replay_of(run.result);
+  EXPECT_EQ(session.run(replay).hash, run.result.hash);
+  const auto& ended = body.end();
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_EQ(ended[0].wrong_messages, 0);
+}
+
 /// The hand tells of a loss when it has got some models, and that takes its way back: parity is there from the start.
 TEST(TwoEnds, ModelsArriveBeforeTheirLossIsKnown) {
   Scene scene = one_second();
