@@ -5,20 +5,20 @@
 namespace kt {
 namespace {
 
-constexpr std::size_t kMost = 256;  // as many models as the body's computer keeps
+constexpr std::size_t kMostKept = 256;  // as many models as the body's computer keeps
 
 }  // namespace
 
 void YieldMemory::add(const PreparedLocalModel& model) {
   patches_[model.model.frame] = model.surface.fine;
-  while (patches_.size() > kMost) patches_.erase(patches_.begin());
+  while (patches_.size() > kMostKept) patches_.erase(patches_.begin());
 }
 
 void YieldMemory::note(const LocalMotion& motion) {
   const auto patch = patches_.find(motion.frame);
   if (patch == patches_.end() || !patch->second) return;
   kept_.push_back({motion.tick, patch->second, motion.yielded.head(3 * patch->second->num_yielding())});
-  if (kept_.size() > kMost) kept_.pop_front();
+  if (kept_.size() > kMostKept) kept_.pop_front();
 }
 
 void YieldMemory::start(PreparedLocalModel& model, int tick) const {
