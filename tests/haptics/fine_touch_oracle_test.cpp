@@ -17,7 +17,7 @@ struct Press {
   double cell = 0.005, depth = 0.0015;
   double x = 0, y = 0;  // from the middle, in cells
   double speed = 0, mu = 0;
-  double duration = 0.5, latency_ms = 0, loss = 0;
+  double duration = 0.5;
   std::string refine = "follow", type = "fem", element = "tet4", link = "lockstep";
 };
 
@@ -41,8 +41,6 @@ Scene scene_of(const Press& p) {
   s.local.refine = p.refine;
   s.local.reducer = "condensed";
   s.link.type = p.link;
-  s.link.latency_ms = p.latency_ms;
-  s.link.loss = p.loss;
   s.collision.backend = "brute_force";
   return s;
 }
@@ -106,15 +104,6 @@ Shear shear(double way, double mu, const std::string& refine) {
 }
 
 // Mindlin 1949: 8 a G / (2 - nu) of a circle that sticks, here a = sqrt(R d).
-TEST(FineTouch, GivesTheContinuumsForceOverANetwork) {
-  for (const Press& over : {Press{.x = 0.6, .y = 0.3, .link = "network"},
-                            Press{.x = 0.6, .y = 0.3, .duration = 0.8, .latency_ms = 25, .loss = 0.2, .link = "network"}}) {
-    const double factor = force_over_continuum(over);
-    EXPECT_GE(factor, 0.97) << over.latency_ms;
-    EXPECT_LE(factor, 1.12) << over.latency_ms;
-  }
-}
-
 TEST(FineTouch, GivesWayAsideAsMindlinsContact) {
   const double mindlin = 8 * std::sqrt(kRadius * 0.0015) * (1e4 / 2.6) / 1.7;
   const Shear fine = shear(3e-4, 10, "auto");

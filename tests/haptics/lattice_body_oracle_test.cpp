@@ -36,9 +36,8 @@ Scene scene_of_lattice() {
 constexpr double kCell = 0.005;
 
 /// A block that a lattice fits exactly: its cells, and its surface's vertices, are those of the block's own mesh.
-SessionResult press_block(const std::string& body, double speed, const std::string& link = "lockstep") {
+SessionResult press_block(const std::string& body, double speed) {
   Scene s = scene_of_lattice();
-  s.link.type = link;
   s.object.body = body;
   if (body == "lattice") s.object.lattice = SceneLattice{.edge = kCell, .nodes = {}};
   s.tool.path.press_drag = PressDrag{
@@ -58,19 +57,6 @@ TEST(LatticeBody, IsTheMeshOfItsCellsWhereItFitsThem) {
   EXPECT_GT(largest, 0.05);
   EXPECT_LT(most, 3e-4 * largest);  // its triangles are in smaller pieces
   EXPECT_EQ(lattice.tools[0].missed_impacts, 0);
-}
-
-/// Its own nodes travel; the surface is placed where they are.
-TEST(LatticeBody, IsTheSameOverANetwork) {
-  const SessionResult here = press_block("lattice", 0.02), there = press_block("lattice", 0.02, "network");
-  double most = 0, largest = 0;
-  for (std::size_t i = 0; i < here.tools[0].frames.size(); ++i) {
-    most = std::max(most, (here.tools[0].frames[i].force - there.tools[0].frames[i].force).norm());
-    largest = std::max(largest, here.tools[0].frames[i].force.norm());
-  }
-  EXPECT_GT(largest, 0.05);
-  EXPECT_LT(most, 2e-3 * largest);  // of 16 bits
-  EXPECT_EQ(there.tools[0].missed_impacts, 0);
 }
 
 // ---- refined cells ----

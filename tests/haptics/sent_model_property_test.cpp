@@ -4,6 +4,7 @@
 #include "core/local/local_dynamics.hpp"
 #include "haptics/refresh/refresher.hpp"
 #include "haptics/remote/model_unpacker.hpp"
+#include "haptics/remote/yield_memory.hpp"
 #include "haptics/setup/built_scene.hpp"
 #include "tests/support/haptics_scene.hpp"
 
@@ -176,6 +177,25 @@ TEST(SentModel, RefinedCellsAreMadeAgainWithTheSameBits) {
     EXPECT_EQ(there->state.yielded.size(), p.model->state.yielded.size());
     EXPECT_EQ(unpacker.unpack(sent)->surface.fine, there->surface.fine) << "nothing has changed";
   }
+}
+
+/// What had yielded by the tick of the linearization goes on, by its place; nothing is made up where it is not known.
+TEST(SentModel, GoesOnFromWhatHadYielded) {
+  const Pressed p("krylov", "flat", "follow");
+  ModelUnpacker unpacker = p.unpacker();
+  const auto before = unpacker.unpack(pack_model(*p.model, 16)), after = unpacker.unpack(pack_model(*p.model, 16));
+  YieldMemory memory;
+  memory.add(*before);
+  LocalMotion motion = make_local_motion(p.scene.model().mesh().num_nodes());
+  for (const int tick : {7, 20}) {
+    before->state.yielded.setConstant(1e-4 * tick);
+    record_motion(*before, tick, motion);
+    memory.note(motion);
+  }
+  memory.start(*after, 7);
+  EXPECT_LT((after->state.yielded.array() - 7e-4).abs().maxCoeff(), 1e-12);
+  memory.start(*after, 8);
+  EXPECT_EQ(after->state.yielded.norm(), 0);
 }
 
 /// Of a body that has been made twice as stiff while it was touched.
