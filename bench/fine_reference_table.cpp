@@ -77,8 +77,7 @@ std::vector<double> by_reference(const Body& body, const ToolShape& shape, const
 
 Heights pressed(const ShapedTool& tool, double depth) {
   Heights out;
-  for (int i = 0; i <= 500; ++i)
-    out.push_back(kThick + tool.above + 1e-4 - (depth + 1e-4) * std::min(1.0, i / 250.0));
+  for (int i = 0; i <= 500; ++i) out.push_back(kThick + tool.above + 1e-4 - (depth + 1e-4) * std::min(1.0, i / 250.0));
   return out;
 }
 
@@ -98,11 +97,12 @@ void print_presses(double reference_cell) {
   const Body fine = block("tet10", reference_cell, 0.005), five = block("tet4", 0.005, 0.005),
              ten = block("tet4", 0.01, 0.005);
   const ToolShape ball{ToolShape::Kind::sphere, 0.008};
-  const ShapedTool tools[] = {{"ball of 8 mm", ball, 0.008},
-                              {"capsule of 4 x 20 mm, lying", lying_capsule(0.004, 0.02), 0.004},
-                              {"capsule of 4 x 20 mm, upright", make_capsule(0.004, 0.02), 0.014},
-                              {"ball of 8 mm in 224 triangles", ball_tool(0.008, 8, 0.001), 0.008},
-                              {"box of 10 x 10 x 6 mm, rounded by 1 mm", box_tool({0.004, 0.004, 0.002}, 2, 0.001), 0.003}};
+  const ShapedTool tools[] = {
+      {"ball of 8 mm", ball, 0.008},
+      {"capsule of 4 x 20 mm, lying", lying_capsule(0.004, 0.02), 0.004},
+      {"capsule of 4 x 20 mm, upright", make_capsule(0.004, 0.02), 0.014},
+      {"ball of 8 mm in 224 triangles", ball_tool(0.008, 8, 0.001), 0.008},
+      {"box of 10 x 10 x 6 mm, rounded by 1 mm", box_tool({0.004, 0.004, 0.002}, 2, 0.001), 0.003}};
   std::puts("| tool | depth mm | reference N | 5 mm: as they are | refined | 10 mm: as they are | refined |");
   std::puts("|---|---|---|---|---|---|---|");
   for (const ShapedTool& tool : tools)
@@ -129,7 +129,8 @@ Heights shaken() {
     double z = kThick + 0.008 + 1e-4 - 0.0016 * std::min(1.0, i / 250.0);
     if (i > 500)
       for (std::size_t k = 0; k < std::size(kTones); ++k)
-        z += 2e-5 * std::sin(2 * std::numbers::pi * (kTones[k] * (i - 500) * kTick + 0.37 * static_cast<double>(k * k)));
+        z +=
+            2e-5 * std::sin(2 * std::numbers::pi * (kTones[k] * (i - 500) * kTick + 0.37 * static_cast<double>(k * k)));
     out.push_back(z);
   }
   return out;
@@ -148,11 +149,11 @@ void print_impedance(double reference_cell, double retardation) {
   const Body fine = block("tet10", reference_cell, retardation), five = block("tet4", 0.005, retardation),
              ten = block("tet4", 0.01, retardation);
   const Heights way = shaken();
-  const std::vector<double> truth = by_reference(fine, ball, way),
-                            refined5 = by_engine(five, ball, way, "follow"), as5 = by_engine(five, ball, way, "off"),
-                            refined10 = by_engine(ten, ball, way, "follow");
+  const std::vector<double> truth = by_reference(fine, ball, way), refined5 = by_engine(five, ball, way, "follow"),
+                            as5 = by_engine(five, ball, way, "off"), refined10 = by_engine(ten, ball, way, "follow");
   std::printf(
-      "\nretardation %g ms\n| Hz | reference N/m, phase deg | 5 mm as they are | refined | phase deg | 10 mm refined | phase "
+      "\nretardation %g ms\n| Hz | reference N/m, phase deg | 5 mm as they are | refined | phase deg | 10 mm refined | "
+      "phase "
       "deg |\n|---|---|---|---|---|---|---|\n",
       1e3 * retardation);
   for (const double hz : kTones) {

@@ -111,8 +111,7 @@ Bytes encode(const ModelMessage& message) {
   Offset<wire::Refined> refined;
   if (m.fine) refined = write(to, *m.fine);
   wire::Material material;
-  if (m.material)
-    material = wire::Material(m.material->young, m.material->damping_mass, m.material->damping_stiffness);
+  if (m.material) material = wire::Material(m.material->young, m.material->damping_mass, m.material->damping_stiffness);
   if (m.friction) friction = wire::Friction(m.friction->mu_static, m.friction->mu_kinetic, m.friction->stribeck);
 
   wire::ModelBuilder out(to);
