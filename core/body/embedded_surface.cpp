@@ -4,31 +4,6 @@
 
 namespace kt {
 
-bool MaterialSamples::at(const Vec3& place) const {
-  std::array<int, 3> at{};
-  for (int c = 0; c < 3; ++c) {
-    const auto i = static_cast<std::size_t>(c);
-    at[i] = static_cast<int>(std::clamp((place[c] - origin[c]) / spacing[c], 0.0, count[i] - 0.5));
-  }
-  return is_inside[index(at)];
-}
-
-Eigen::Vector4d MaterialSamples::shares(const std::array<Vec3, 4>& corners) const {
-  constexpr int kEdge = 4;  // of a cube of 64 places, folded into the tetrahedron
-  Eigen::Vector4d inside = Eigen::Vector4d::Zero(), all = inside;
-  for (int k = 0; k < kEdge; ++k)
-    for (int j = 0; j < kEdge; ++j)
-      for (int i = 0; i < kEdge; ++i) {
-        // Three numbers in ascending order cut the unit length into shares that are spread evenly.
-        std::array<double, 3> cut{(i + 0.5) / kEdge, (j + 0.5 + 0.1) / kEdge, (k + 0.5 - 0.1) / kEdge};
-        std::ranges::sort(cut);
-        const Eigen::Vector4d w(cut[0], cut[1] - cut[0], cut[2] - cut[1], 1 - cut[2]);
-        all += w;
-        if (at(w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2] + w[3] * corners[3])) inside += w;
-      }
-  return 0.25 * inside.cwiseQuotient(all);
-}
-
 void EmbeddedSurface::follow(VectorX& x) const {
   for (int v = 0; v < num_vertices(); ++v) {
     const auto i = static_cast<std::size_t>(v);

@@ -1,28 +1,25 @@
 #pragma once
 // A surface inside the cells of a body: its vertices are nodes of the mesh that are no unknowns, but move with the
 // corners of one cell each. Linear: a force on a vertex goes to these corners with the same weights.
+#include <memory>
 #include <vector>
 
 #include "core/body/node_weights.hpp"
 
 namespace kt {
 
-/// Where the material is, on a grid finer than the cells.
-struct MaterialSamples {
-  Vec3 origin = Vec3::Zero();   ///< of the first sample's box
-  Vec3 spacing = Vec3::Ones();  ///< [m]
-  std::array<int, 3> count{0, 0, 0};
-  std::vector<bool> is_inside;  ///< along x, then y, then z
-
-  std::size_t index(const std::array<int, 3>& at) const {
-    return static_cast<std::size_t>(at[0]) +
-           static_cast<std::size_t>(count[0]) *
-               (static_cast<std::size_t>(at[1]) + static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(at[2]));
-  }
-  bool at(const Vec3& place) const;  ///< of the nearest sample
-  /// Share of a tetrahedron that is material, split among its corners by how near it is to each: the means of their
-  /// weights over the material. Sum: the share.
-  Eigen::Vector4d shares(const std::array<Vec3, 4>& corners) const;
+/// Where the material of each cell is. Const, and asked from any number of threads.
+class MaterialField {
+ public:
+  MaterialField() = default;
+  MaterialField(const MaterialField&) = delete;
+  MaterialField& operator=(const MaterialField&) = delete;
+  virtual ~MaterialField() = default;
+  /// Whether a cell is material all through.
+  virtual bool is_whole(int cell) const = 0;
+  /// How far inside the cell's material a place of it is, from the surface; below 0 outside [m].
+  /// @param most  beyond it, it is this
+  virtual double depth(int cell, const Vec3& place, double most) const = 0;
 };
 
 /// Triangles whose first vertices are in one cell, and the corners of the cells of all of their vertices.
@@ -39,8 +36,8 @@ struct EmbeddedSurface {
   std::vector<double> share;                   ///< of each tetrahedron, how much of it is material, in (0, 1]
   double edge = 0;                             ///< of the cubes that the tetrahedra fill [m]
 
-  MaterialSamples samples;  ///< as those that `share` comes from
-  EmbeddedGroups groups;    ///< of the mesh's triangles, group_triangles() of them
+  std::shared_ptr<const MaterialField> material;  ///< of which `share` is made
+  EmbeddedGroups groups;                          ///< of the mesh's triangles, group_triangles() of them
 
   int num_vertices() const { return static_cast<int>(corners.size()); }
   /// Fills `groups`.

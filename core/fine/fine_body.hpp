@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 
+#include "core/body/cut_tetrahedron.hpp"
 #include "core/body/refinable.hpp"
 #include "core/body/surface.hpp"
 
@@ -31,8 +32,6 @@ RefinableBody make_refinable_body(const DeformableModel& model, const Surface& s
 
 /// Corners of a cell's face as seen from outside, counter-clockwise; opposite corner 0, 1, 2, 3.
 inline constexpr int kFaceCorners[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-/// Edges of a cell in the order of their middles.
-inline constexpr int kCellEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 
 inline Triangle face_of(const Tetrahedron& t, int f) {
   return {t[kFaceCorners[f][0]], t[kFaceCorners[f][1]], t[kFaceCorners[f][2]]};

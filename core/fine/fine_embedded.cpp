@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <unordered_map>
 
 #include "core/body/near_triangles.hpp"
 #include "core/fine/leaf_stiffness.hpp"
@@ -14,24 +15,31 @@ namespace {
 using Eigen::Matrix4d;
 using Eigen::Vector4d;
 
-/// The eight tetrahedra between a leaf's corners and the middles of its edges: four at the corners, four around the
-/// diagonal between the middles of edges 20 and 13.
-constexpr std::array<std::array<int, 4>, 8> kEighths{
-    {{0, 4, 6, 7}, {1, 4, 5, 8}, {2, 5, 6, 9}, {3, 7, 8, 9}, {6, 8, 4, 5}, {6, 8, 5, 9}, {6, 8, 9, 7}, {6, 8, 7, 4}}};
-
-/// Shares of a leaf's corners to those of the corners of each eighth.
+/// The corners of each eighth as shares of the leaf's, a column each.
 std::array<Matrix4d, 8> make_eighths() {
   std::array<Vector4d, 10> node;
   for (int c = 0; c < 4; ++c) node[static_cast<std::size_t>(c)] = Vector4d::Unit(c);
   for (std::size_t e = 0; e < 6; ++e)
     node[4 + e] = 0.5 * (Vector4d::Unit(kCellEdges[e][0]) + Vector4d::Unit(kCellEdges[e][1]));
   std::array<Matrix4d, 8> out;
-  for (std::size_t i = 0; i < 8; ++i) {
-    Matrix4d corners;
+  for (std::size_t i = 0; i < 8; ++i)
     for (int c = 0; c < 4; ++c)
-      corners.col(c) = node[static_cast<std::size_t>(kEighths[i][static_cast<std::size_t>(c)])];
-    out[i] = corners.inverse();
-  }
+      out[i].col(c) = node[static_cast<std::size_t>(kEighths[i][static_cast<std::size_t>(c)])];
+  return out;
+}
+
+const std::array<Matrix4d, 8>& eighths() {
+  static const std::array<Matrix4d, 8> out = make_eighths();
+  return out;
+}
+
+/// Shares of a leaf's corners to those of the corners of each eighth.
+const std::array<Matrix4d, 8>& to_eighths() {
+  static const std::array<Matrix4d, 8> out = [] {
+    std::array<Matrix4d, 8> inverse;
+    std::ranges::transform(eighths(), inverse.begin(), [](const Matrix4d& m) { return Matrix4d(m.inverse()); });
+    return inverse;
+  }();
   return out;
 }
 
@@ -77,7 +85,6 @@ class EmbeddedFacetMaker {
   }
 
   void locate(int global) {
-    static const std::array<Matrix4d, 8> kInEighth = make_eighths();
     const auto v = static_cast<std::size_t>(global - surface_.first);
     const Vector4d place(surface_.weights[v].data());
     double best = -std::numeric_limits<double>::infinity();
@@ -94,7 +101,7 @@ class EmbeddedFacetMaker {
     std::array<int, 4> node{};
     std::array<double, 4> weight{};
     for (std::size_t i = 0; i < 8; ++i) {
-      const Vector4d its = kInEighth[i] * shares;
+      const Vector4d its = to_eighths()[i] * shares;
       if (!(its.minCoeff() > best)) continue;
       best = its.minCoeff();
       for (std::size_t c = 0; c < 4; ++c) {
@@ -137,20 +144,93 @@ void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const Fin
   for (const int t : reached) maker.add(t);
 }
 
-std::vector<Eigen::Vector4d> leaf_weights(const FineBody& body, const FineNodes& nodes, const FineZone& zone) {
-  constexpr double kLeast = 1e-3;
-  std::vector<Vector4d> out;
+namespace {
+
+/// How deep in the material of their cells the nodes of leaves are.
+class NodeDepths {
+ public:
+  NodeDepths(const FineBody& body, const FineNodes& nodes, const FineZone& zone)
+      : body_(body), nodes_(nodes), zone_(zone), of_cell_(zone.cells.size()) {}
+
+  bool is_whole(const FineLeaf& leaf) const { return material().is_whole(zone_.cells[cell(leaf)]); }
+
+  double on_surface() const { return 1e-7 * body_.mesh->embedded->edge; }
+
+  double at_middle(const FineLeaf& leaf, const std::array<int, 4>& corners) const {
+    Vec3 middle = Vec3::Zero();
+    for (const int c : corners) middle += 0.25 * nodes_[leaf.node[static_cast<std::size_t>(c)]].of(body_.mesh->x);
+    return material().depth(zone_.cells[cell(leaf)], middle, body_.mesh->embedded->edge);
+  }
+
+  double at(const FineLeaf& leaf, int n) {
+    const auto [found, is_new] = of_cell_[cell(leaf)].try_emplace(leaf.node[static_cast<std::size_t>(n)], 0);
+    if (is_new)
+      found->second =
+          material().depth(zone_.cells[cell(leaf)], nodes_[found->first].of(body_.mesh->x), body_.mesh->embedded->edge);
+    return found->second;
+  }
+
+ private:
+  static std::size_t cell(const FineLeaf& leaf) { return static_cast<std::size_t>(leaf.cell); }
+  const MaterialField& material() const { return *body_.mesh->embedded->material; }
+
+  const FineBody& body_;
+  const FineNodes& nodes_;
+  const FineZone& zone_;
+  std::vector<std::unordered_map<int, double>> of_cell_;
+};
+
+/// Weights of the four points of a tetrahedron by which constant and linear functions are integrated over its
+/// material. Where material in a corner asks for a negative weight elsewhere, there is none.
+/// @param material  as cut_tetrahedron() gives it
+Vector4d point_weights(const Vector4d& material) {
+  const Vector4d weights =
+      ((material.array() - kFarShare * material.sum()) / (kNearShare - kFarShare)).matrix().cwiseMax(0);
+  return material.sum() / weights.sum() * weights;
+}
+
+/// The surface is flat in each eighth.
+std::vector<LeafPoint> points_of(const FineLeaf& leaf, NodeDepths& depths) {
+  constexpr double kLeast = 1e-3, kNone = 1e-6;
+  std::vector<LeafPoint> out;
+  double share = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    Vector4d depth;
+    for (int c = 0; c < 4; ++c) depth[c] = depths.at(leaf, kEighths[i][static_cast<std::size_t>(c)]);
+    if (depth.lpNorm<Eigen::Infinity>() <= depths.on_surface())  // in an edge of the surface that fits the cells
+      depth.setConstant(depths.at_middle(leaf, kEighths[i]));
+    const Vector4d material = cut_tetrahedron(depth);
+    if (material.sum() < kNone) continue;
+    share += material.sum() / 8;
+    if (material.sum() > 1 - kNone) {
+      out.push_back({eighths()[i] * Vector4d::Constant(0.25), 1.0 / 8});
+      continue;
+    }
+    const Vector4d weights = point_weights(material);
+    for (int q = 0; q < 4; ++q) {
+      Vector4d at = Vector4d::Constant(kFarShare);
+      at[q] = kNearShare;
+      if (weights[q] > 0) out.push_back({eighths()[i] * at, weights[q] / 8});
+    }
+  }
+  if (share > 1 - kNone) return {};
+  for (int q = 0; q < 4; ++q) {  // what is no material is next to nothing
+    Vector4d at = Vector4d::Constant(kFarShare);
+    at[q] = kNearShare;
+    out.push_back({at, 0.25 * kLeast});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const FineNodes& nodes, const FineZone& zone) {
+  std::vector<std::vector<LeafPoint>> out;
   if (!body.mesh->embedded) return out;
+  NodeDepths depths(body, nodes, zone);
   for (const FineLeaf& leaf : zone.leaves) {
-    std::array<Vec3, 4> corners;
-    for (std::size_t c = 0; c < 4; ++c) corners[c] = nodes[leaf.node[c]].of(body.mesh->x);
-    const Vector4d shares = body.mesh->embedded->samples.shares(corners);
-    const double share = std::max(kLeast, shares.sum());
-    // Point q is at kNearShare of corner q and kFarShare of the others. Where material in a corner asks for a negative
-    // weight elsewhere, there is none.
-    Vector4d weights = (shares.array() - kFarShare * shares.sum()) / (kNearShare - kFarShare);
-    weights = weights.cwiseMax(0.25 * kLeast);
-    out.push_back(share / weights.sum() * weights);
+    out.emplace_back();
+    if (!depths.is_whole(leaf)) out.back() = points_of(leaf, depths);
   }
   return out;
 }

@@ -8,8 +8,8 @@ namespace kt {
 /// eighth of a leaf that holds it.
 void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const FineZoneOptions& options, FineZone& zone);
 
-/// Weights of each leaf's points, so that constant and linear functions are integrated over its material: their sum is
-/// how much of it is, a thousandth at least. Empty: the cells are whole.
-std::vector<Eigen::Vector4d> leaf_weights(const FineBody& body, const FineNodes& nodes, const FineZone& zone);
+/// Where each leaf is integrated over its material: none where it is whole. In each of its eighths that the surface
+/// cuts, constant and linear functions exactly; where it holds none, all over with a thousandth.
+std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const FineNodes& nodes, const FineZone& zone);
 
 }  // namespace kt

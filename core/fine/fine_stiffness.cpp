@@ -221,15 +221,6 @@ class Blocks {
 
 SparseMatrix fine_stiffness(const FineBody& body, const FineZone& zone, const FineState& state) {
   LeafModuli moduli(body, zone, state);
-  std::array<Moduli, kLeafPoints> own;
-  const auto weighted = [&](const std::array<const Moduli*, kLeafPoints>& all, const Eigen::Vector4d& weights) {
-    std::array<const Moduli*, kLeafPoints> out;
-    for (std::size_t q = 0; q < kLeafPoints; ++q) {
-      own[q] = kLeafPoints * weights[static_cast<Eigen::Index>(q)] * *all[q];
-      out[q] = &own[q];
-    }
-    return out;
-  };
   LeafShapes shapes;
   const Followed followed(zone);
   Blocks sum(zone.num_unknown(), followed);
@@ -251,14 +242,10 @@ SparseMatrix fine_stiffness(const FineBody& body, const FineZone& zone, const Fi
                 sum.add(zone.from[i], zone.from[j], factor * zone.weight[i] * zone.weight[j],
                         K.block<3, 3>(3 * a, 3 * b));
     };
-    double factor = body.material->stiffness_factor(middle);
-    if (!zone.leaf_weights.empty()) {
-      const Eigen::Vector4d& weights = zone.leaf_weights[l];
-      if (weights.maxCoeff() - weights.minCoeff() > 1e-9 * weights.sum()) {
-        add(factor, leaf_stiffness(corners, weighted(moduli.of(leaf), weights)));
-        continue;
-      }
-      factor *= weights.sum();
+    const double factor = body.material->stiffness_factor(middle);
+    if (!zone.leaf_points.empty() && !zone.leaf_points[l].empty()) {
+      add(factor, leaf_stiffness(corners, *moduli.of(leaf)[0], zone.leaf_points[l]));
+      continue;
     }
     if (!moduli.is_even(leaf)) {
       add(factor, leaf_stiffness(corners, moduli.of(leaf)));

@@ -69,7 +69,7 @@ class ZoneMaker {
       add_embedded_facets(body_, nodes_, options_, zone_);
     else
       add_facets(body_, nodes_, options_, zone_);
-    zone_.leaf_weights = leaf_weights(body_, nodes_, zone_);
+    zone_.leaf_points = leaf_points(body_, nodes_, zone_);
     number_unknown();
     return std::move(zone_);
   }

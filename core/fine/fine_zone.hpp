@@ -5,6 +5,7 @@
 // one; leaves are quadratic, and where a leaf meets smaller ones the nodes between its own hang on these.
 #include "core/fine/fine_body.hpp"
 #include "core/fine/fine_nodes.hpp"
+#include "core/fine/leaf_stiffness.hpp"
 
 namespace kt {
 
@@ -71,8 +72,8 @@ struct FineZone {
   std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of; all pieces of it are there
   std::vector<char> facet_in_reach;
   EmbeddedFacets embedded;  ///< in the place of facets, of a surface that is embedded in the body's cells
-  std::vector<Eigen::Vector4d> leaf_weights;  ///< of each leaf's points, leaf_weights(); empty: a quarter each
-  double edge = 0;                            ///< that was taken [m]
+  std::vector<std::vector<LeafPoint>> leaf_points;  ///< of leaves that a surface cuts, leaf_points(); none: whole ones
+  double edge = 0;                                  ///< that was taken [m]
   int num_unknown() const { return static_cast<int>(unknown.size()); }
   std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
 };

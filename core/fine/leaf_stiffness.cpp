@@ -59,4 +59,15 @@ LeafMatrix leaf_stiffness(const std::array<Vec3, 4>& corners, const std::array<c
   return out;
 }
 
+LeafMatrix leaf_stiffness(const std::array<Vec3, 4>& corners, const Moduli& moduli, std::span<const LeafPoint> points) {
+  const Eigen::Matrix<double, 3, 4> gradients = share_gradients(corners);
+  const double volume =
+      std::abs((corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(corners[3] - corners[0])) / 6;
+  LeafMatrix out = LeafMatrix::Zero();
+  for (const LeafPoint& p : points) add_point(quadratic_gradients(gradients, p.shares), moduli, p.weight * volume, out);
+  const LeafMatrix upper = out;
+  out.triangularView<Eigen::StrictlyLower>() = upper.transpose();
+  return out;
+}
+
 }  // namespace kt

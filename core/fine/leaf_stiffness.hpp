@@ -1,5 +1,7 @@
 #pragma once
 // Stiffness of a quadratic tetrahedron with straight edges.
+#include <span>
+
 #include "core/body/refinable.hpp"
 
 namespace kt {
@@ -13,6 +15,14 @@ using LeafMatrix = Eigen::Matrix<double, 30, 30>;
 /// @param corners  at rest [m]
 /// @param moduli   of each point
 LeafMatrix leaf_stiffness(const std::array<Vec3, 4>& corners, const std::array<const Moduli*, kLeafPoints>& moduli);
+
+/// A place where a leaf is integrated, as shares of its corners, and its share of the leaf's volume.
+struct LeafPoint {
+  Eigen::Vector4d shares;
+  double weight;
+};
+/// Of a leaf that is material in part, and strained alike everywhere.
+LeafMatrix leaf_stiffness(const std::array<Vec3, 4>& corners, const Moduli& moduli, std::span<const LeafPoint> points);
 
 /// Gradients of the ten shape functions at a place, given as shares of the corners, (3 x 10) [1/m].
 /// @param gradients  of the shares, (3 x 4) [1/m]

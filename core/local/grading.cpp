@@ -9,8 +9,9 @@
 namespace kt {
 namespace {
 
-constexpr double kLevel = 0.84;  // radius of a level of ranks to that of the one before, 2^(-1/4)
-constexpr double kSupport = 2;   // so many spacings away a kept node is still followed
+constexpr double kLevel = 0.84;    // radius of a level of ranks to that of the one before, 2^(-1/4)
+constexpr double kNearest = 0.01;  // of the way to where weights end: nodes in one place, on two sides of a gap
+constexpr double kSupport = 2;     // so many spacings away a kept node is still followed
 
 /// Points in cells of a given size; far apart cells may share a list, so every hit's cell is compared.
 class PointCells {
@@ -100,7 +101,7 @@ VectorX follow(const VectorX& x, int i, const std::vector<Neighbour>& near, std:
   VectorX importance(used);
   for (Eigen::Index a = 0; a < used; ++a) {
     const Neighbour& n = near[static_cast<std::size_t>(a)];
-    const double q = n.distance / reach;
+    const double q = std::max(n.distance / reach, kNearest);
     basis.row(a) << 1, (node(x, n.kept) - node(x, i)).transpose() / (reach * spacing);
     importance[a] = (1 - q) * (1 - q) / (q * q);  // infinite at the kept node itself: there its motion is taken over
   }

@@ -1,31 +1,27 @@
 #include "io/solid/lattice.hpp"
 
-#include <bitset>
 #include <cmath>
 
 #include "core/base/error.hpp"
 #include "core/base/finding.hpp"
-#include "core/base/parallel.hpp"
 #include "io/solid/lattice_grid.hpp"
+#include "io/solid/lattice_material.hpp"
 #include "io/solid/lattice_surface.hpp"
-#include "io/surface/winding_number.hpp"
 
 namespace kt {
 namespace {
 
 constexpr double kLeastShare = 1e-3;  // of a tetrahedron that holds a vertex: it must not move freely
-constexpr int kSamples = 6;           // of a cube along each edge
-constexpr int kAllSamples = kSamples * kSamples * kSamples;
-using Samples = std::bitset<kAllSamples>;
 
 // ---- how large the cubes are ----
 
 /// Corners of cubes that are touched, or have their middle inside.
-int count_nodes(const LatticeGrid& grid, const Mesh& surface, const WindingNumber& winding) {
-  const std::vector<char> touched = touched_cubes(grid, surface);
+int count_nodes(const LatticeGrid& grid, const LatticeMaterial& material) {
+  const std::vector<char> touched = touched_cubes(grid, material.surface());
+  const std::vector<char> full = material.full_cubes(grid, touched);
   std::vector<char> is_node(static_cast<std::size_t>(grid.num_nodes()), 0);
   for (int cube = 0; cube < grid.num_cubes(); ++cube) {
-    if (!touched[static_cast<std::size_t>(cube)] && !winding.is_inside(grid.middle(cube))) continue;
+    if (!touched[static_cast<std::size_t>(cube)] && !full[static_cast<std::size_t>(cube)]) continue;
     const auto [x, y, z] = grid.place_of(cube);
     for (int c = 0; c < 8; ++c)
       is_node[static_cast<std::size_t>(grid.node({x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)}))] = 1;
@@ -34,242 +30,154 @@ int count_nodes(const LatticeGrid& grid, const Mesh& surface, const WindingNumbe
 }
 
 /// The largest edge with about as many nodes as are wanted.
-double find_edge(const Bounds& box, const Mesh& surface, const WindingNumber& winding, int nodes) {
+double find_edge(const Bounds& box, const LatticeMaterial& material, int nodes) {
   constexpr int kTries = 12;
   constexpr double kFinest = 1e-2;  // of the longest extent: a million cubes at most
   double high = box.size().maxCoeff(), low = kFinest * high;
   for (int i = 0; i < kTries; ++i) {
     const double middle = std::sqrt(low * high);
-    (count_nodes(make_lattice_grid(box, middle), surface, winding) > nodes ? low : high) = middle;
+    (count_nodes(make_lattice_grid(box, middle), material) > nodes ? low : high) = middle;
   }
   return high;
-}
-
-// ---- how much of a cube is material ----
-
-/// To which tetrahedra of a cube each sample counts, and how much: on their common faces to all of them alike.
-struct SampleShares {
-  std::array<std::vector<std::pair<int, double>>, kAllSamples> of;
-  std::array<double, 6> all{};
-  std::array<Vec3, kAllSamples> place;
-  SampleShares() {
-    for (int i = 0; i < kAllSamples; ++i) {
-      const std::array<int, 3> at{i % kSamples, i / kSamples % kSamples, i / kSamples / kSamples};
-      const auto s = static_cast<std::size_t>(i);
-      place[s] = (Vec3(at[0], at[1], at[2]).array() + 0.5) / kSamples;
-      for (int t = 0; t < 6; ++t) {
-        const auto& axes = kKuhnAxes[static_cast<std::size_t>(t)];
-        const auto along = [&](int k) { return at[static_cast<std::size_t>(axes[static_cast<std::size_t>(k)])]; };
-        if (along(0) >= along(1) && along(1) >= along(2)) of[s].emplace_back(t, 1);
-      }
-      for (auto& [t, weight] : of[s]) {
-        weight /= static_cast<double>(of[s].size());
-        all[static_cast<std::size_t>(t)] += weight;
-      }
-    }
-  }
-};
-
-struct CutCube {
-  std::array<double, 6> share{};
-  Samples samples;
-  int unsure = 0, pieces = 0;
-};
-
-/// Connected pieces of the samples that are inside.
-int count_pieces(Samples left) {
-  int count = 0;
-  std::vector<int> open;
-  for (int seed = 0; seed < kAllSamples; ++seed) {
-    if (!left[static_cast<std::size_t>(seed)]) continue;
-    ++count;
-    open.assign(1, seed);
-    left.reset(static_cast<std::size_t>(seed));
-    while (!open.empty()) {
-      const int i = open.back();
-      open.pop_back();
-      for (const auto& [step, at] : {std::pair{1, i % kSamples}, std::pair{kSamples, i / kSamples % kSamples},
-                                     std::pair{kSamples * kSamples, i / kSamples / kSamples}})
-        for (const int other : {at > 0 ? i - step : -1, at + 1 < kSamples ? i + step : -1}) {
-          if (other < 0 || !left[static_cast<std::size_t>(other)]) continue;
-          left.reset(static_cast<std::size_t>(other));
-          open.push_back(other);
-        }
-    }
-  }
-  return count;
-}
-
-/// Two cubes side by side have material, and none goes through their common face: the gap between is joined there.
-/// @param axis  along which the second one follows the first
-bool are_apart(const Samples& first, const Samples& second, int axis) {
-  constexpr std::size_t kSome = kAllSamples / 10;
-  if (first.count() < kSome || second.count() < kSome) return false;
-  const std::array<int, 3> step{1, kSamples, kSamples * kSamples};
-  const int along = step[static_cast<std::size_t>(axis)], a = step[static_cast<std::size_t>((axis + 1) % 3)],
-            b = step[static_cast<std::size_t>((axis + 2) % 3)];
-  for (int i = 0; i < kSamples; ++i)
-    for (int j = 0; j < kSamples; ++j) {
-      const int low = i * a + j * b, high = low + (kSamples - 1) * along;
-      if (first[static_cast<std::size_t>(high)] && second[static_cast<std::size_t>(low)]) return false;
-    }
-  return true;
-}
-
-CutCube sample(const LatticeGrid& grid, int cube, const SampleShares& shares, const WindingNumber& winding) {
-  CutCube out;
-  const Vec3 corner = grid.corner(grid.place_of(cube));
-  for (std::size_t s = 0; s < kAllSamples; ++s) {
-    const double turns = std::abs(winding.at(corner + grid.edge.cwiseProduct(shares.place[s])));
-    out.unsure += turns > 0.25 && turns < 0.75;
-    if (turns <= 0.5) continue;
-    out.samples.set(s);
-    for (const auto& [t, weight] : shares.of[s]) out.share[static_cast<std::size_t>(t)] += weight;
-  }
-  for (std::size_t t = 0; t < 6; ++t) out.share[t] /= shares.all[t];
-  out.pieces = count_pieces(out.samples);
-  return out;
 }
 
 // ---- the lattice ----
 
 class LatticeMaker {
  public:
-  LatticeMaker(const LatticeGrid& grid, const Mesh& surface, const WindingNumber& winding, LatticeReport& report)
-      : grid_(grid), surface_(surface), share_(static_cast<std::size_t>(grid.num_cubes()), std::array<double, 6>{}) {
-    fill(winding, report);
-    embed();
-    report.volume = volume_;
+  /// @param surface  the material's, with short edges
+  LatticeMaker(const LatticeGrid& grid, const Mesh& surface, LatticeMaterial& material)
+      : grid_(grid), surface_(surface), material_(material), embedded_(std::make_shared<EmbeddedSurface>()) {
+    material_.cut(grid);
+    const std::vector<Vec3> below = places_below();
+    piece_ = material_.hold(below, surface.triangles);
+    material_.measure();
+    corner_ = material_.join_corners();
+    share_.resize(material_.pieces().size());
+    for (std::size_t i = 0; i < share_.size(); ++i) share_[i] = material_.pieces()[i].share;
+    const double volume = grid_.edge.prod() / 6;
+    for (const auto& shares : share_)
+      for (const double share : shares) volume_ += share * volume;
+    find_tetrahedra(below);
   }
 
-  Mesh mesh() {
-    auto embedded = std::make_shared<EmbeddedSurface>();
+  double volume() const { return volume_; }
+
+  Mesh mesh(std::shared_ptr<const MaterialField> material) {
     Mesh out;
-    std::vector<int> number(static_cast<std::size_t>(grid_.num_nodes()), -1);
-    for (int cube = 0; cube < grid_.num_cubes(); ++cube)
-      for (int t = 0; t < 6; ++t)
-        if (share_of(cube, t) > 0)
-          for (const int i : corners_of(cube, t)) number[static_cast<std::size_t>(i)] = 0;
-    int nodes = 0;
-    for (int& n : number)
-      if (n == 0) n = nodes++;
-    out.x.resize(3 * nodes + surface_.x.size());
-    for (int i = 0; i < grid_.num_nodes(); ++i)
-      if (const int n = number[static_cast<std::size_t>(i)]; n >= 0) {
-        const int wide = grid_.count[0] + 1, high = grid_.count[1] + 1;
-        node(out.x, n) = grid_.corner({i % wide, i / wide % high, i / wide / high});
-      }
-    std::vector<int> cell_number(6 * share_.size(), -1);
-    const auto numbered = [&](std::array<int, 4> corners) {
-      for (int& i : corners) i = number[static_cast<std::size_t>(i)];
-      return corners;
-    };
-    for (int cube = 0; cube < grid_.num_cubes(); ++cube)
-      for (int t = 0; t < 6; ++t)
-        if (share_of(cube, t) > 0) {
-          cell_number[static_cast<std::size_t>(6 * cube + t)] = static_cast<int>(out.tetrahedra.size());
-          out.tetrahedra.push_back(numbered(corners_of(cube, t)));
-          embedded->share.push_back(share_of(cube, t));
-        }
-    out.x.tail(surface_.x.size()) = surface_.x;
-    for (const Triangle& t : surface_.triangles) out.triangles.push_back({t[0] + nodes, t[1] + nodes, t[2] + nodes});
-    embedded->first = nodes;
-    embedded->edge = grid_.edge.mean();
-    for (const auto& corners : corners_) embedded->corners.push_back(numbered(corners));
-    for (const int c : cell_) embedded->cell.push_back(cell_number[static_cast<std::size_t>(c)]);
-    embedded->weights = std::move(weights_);
-    embedded->samples = std::move(samples_);
-    embedded->group_triangles(out.triangles);
-    out.embedded = std::move(embedded);
+    number_nodes(out);
+    add_tetrahedra(out);
+    add_surface(out);
+    embedded_->edge = grid_.edge.mean();
+    embedded_->material = std::move(material);
+    out.embedded = std::move(embedded_);
     return out;
   }
 
  private:
-  double& share_of(int cube, int t) { return share_[static_cast<std::size_t>(cube)][static_cast<std::size_t>(t)]; }
-  std::array<int, 4> corners_of(int cube, int t) const {
-    const auto at = grid_.place_of(cube);
-    std::array<int, 4> out{};
-    const auto steps = kuhn_corners(t);
-    for (std::size_t c = 0; c < 4; ++c)
-      out[c] = grid_.node({at[0] + steps[c][0], at[1] + steps[c][1], at[2] + steps[c][2]});
+  /// Where the surface's vertices belong: on a face between two tetrahedra to the one with the material.
+  std::vector<Vec3> places_below() const {
+    constexpr double kBelow = 0.02;  // of an edge
+    const VectorX normals = node_normals(surface_.x, surface_.triangles);
+    std::vector<Vec3> out;
+    for (int v = 0; v < surface_.num_nodes(); ++v)
+      out.emplace_back(node(surface_.x, v) - kBelow * grid_.edge.minCoeff() * node(normals, v));
     return out;
   }
 
-  void fill(const WindingNumber& winding, LatticeReport& report) {
-    const std::vector<char> touched = touched_cubes(grid_, surface_);
-    const SampleShares shares;
-    std::vector<CutCube> cut(touched.size());
-    parallel_for(grid_.num_cubes(), [&](int cube) {
-      const auto i = static_cast<std::size_t>(cube);
-      if (touched[i])
-        cut[i] = sample(grid_, cube, shares, winding);
-      else if (winding.is_inside(grid_.middle(cube))) {
-        cut[i].share.fill(1);
-        cut[i].samples.set();
+  void find_tetrahedra(const std::vector<Vec3>& below) {
+    for (std::size_t v = 0; v < below.size(); ++v) {
+      const Vec3 corner = grid_.corner(grid_.place_of(cube_of(piece_[v])));
+      const int t = kuhn_holding((below[v] - corner).cwiseQuotient(grid_.edge));
+      tetrahedron_.push_back(t);
+      share_of(piece_[v], t) = std::max(share_of(piece_[v], t), kLeastShare);
+    }
+    for (auto& shares : share_)
+      for (double& share : shares)
+        if (share > 0) share = std::max(share, kLeastShare);
+  }
+
+  int cube_of(int piece) const { return material_.pieces()[static_cast<std::size_t>(piece)].cube; }
+  double& share_of(int piece, int t) { return share_[static_cast<std::size_t>(piece)][static_cast<std::size_t>(t)]; }
+  /// Of a piece's tetrahedron, each as the first of those that are the same.
+  std::array<int, 4> corners_of(int piece, int t) const {
+    std::array<int, 4> out{};
+    const auto steps = kuhn_corners(t);
+    for (std::size_t c = 0; c < 4; ++c)
+      out[c] = corner_[static_cast<std::size_t>(8 * piece + steps[c][0] + 2 * steps[c][1] + 4 * steps[c][2])];
+    return out;
+  }
+  std::array<int, 4> nodes_of(int piece, int t) const {
+    std::array<int, 4> out = corners_of(piece, t);
+    for (int& i : out) i = node_[static_cast<std::size_t>(i)];
+    return out;
+  }
+  template <class Give>
+  void for_tetrahedra(const Give& give) {
+    for (int piece = 0; piece < static_cast<int>(share_.size()); ++piece)
+      for (int t = 0; t < 6; ++t)
+        if (share_of(piece, t) > 0) give(piece, t);
+  }
+
+  /// In the order of the lattice's corners.
+  void number_nodes(Mesh& out) {
+    std::vector<std::pair<int, int>> used;  // corner of the lattice, of pieces
+    node_.assign(corner_.size(), -1);
+    for_tetrahedra([&](int piece, int t) {
+      const auto at = grid_.place_of(cube_of(piece));
+      const auto steps = kuhn_corners(t), corners = steps;
+      const auto first = corners_of(piece, t);
+      for (std::size_t c = 0; c < 4; ++c) {
+        if (node_[static_cast<std::size_t>(first[c])] == 0) continue;
+        node_[static_cast<std::size_t>(first[c])] = 0;
+        used.emplace_back(grid_.node({at[0] + corners[c][0], at[1] + corners[c][1], at[2] + corners[c][2]}), first[c]);
       }
     });
-    samples_.origin = grid_.origin;
-    samples_.spacing = grid_.edge / kSamples;
-    for (std::size_t c = 0; c < 3; ++c) samples_.count[c] = kSamples * grid_.count[c];
-    samples_.is_inside.assign(cut.size() * kAllSamples, false);
-    int unsure = 0, inside = 0;
-    const double volume = grid_.edge.prod() / 6;
-    for (std::size_t i = 0; i < cut.size(); ++i) {
-      share_[i] = cut[i].share;
-      for (const double share : cut[i].share) volume_ += share * volume;
-      unsure += cut[i].unsure;
-      if (touched[i]) inside += static_cast<int>(cut[i].samples.count());
-      keep_samples(static_cast<int>(i), cut[i].samples);
-      report.cut_cubes += touched[i] != 0;
-      report.joining_cubes += joins(cut, static_cast<int>(i));
+    std::ranges::sort(used);
+    out.x.resize(3 * static_cast<Eigen::Index>(used.size()) + surface_.x.size());
+    const int wide = grid_.count[0] + 1, high = grid_.count[1] + 1;
+    for (std::size_t n = 0; n < used.size(); ++n) {
+      const int i = used[n].first;
+      node_[static_cast<std::size_t>(used[n].second)] = static_cast<int>(n);
+      node(out.x, static_cast<int>(n)) = grid_.corner({i % wide, i / wide % high, i / wide / high});
     }
-    report.unsure = static_cast<double>(unsure) / std::max(1, inside);
+    embedded_->first = static_cast<int>(used.size());
   }
 
-  /// Whether a cube, or its face to the next one along an axis, joins what is apart.
-  bool joins(const std::vector<CutCube>& cut, int cube) const {
-    const CutCube& own = cut[static_cast<std::size_t>(cube)];
-    if (own.pieces > 1) return true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      auto next = grid_.place_of(cube);
-      if (++next[axis] == grid_.count[axis]) continue;
-      if (are_apart(own.samples, cut[static_cast<std::size_t>(grid_.cube(next))].samples, static_cast<int>(axis)))
-        return true;
-    }
-    return false;
+  void add_tetrahedra(Mesh& out) {
+    std::vector<int> piece_of_cell;
+    cell_.assign(6 * share_.size(), -1);
+    for_tetrahedra([&](int piece, int t) {
+      cell_[static_cast<std::size_t>(6 * piece + t)] = static_cast<int>(out.tetrahedra.size());
+      out.tetrahedra.push_back(nodes_of(piece, t));
+      embedded_->share.push_back(share_of(piece, t));
+      piece_of_cell.push_back(piece);
+    });
+    material_.name_cells(std::move(piece_of_cell));
   }
 
-  void keep_samples(int cube, const Samples& inside) {
-    const auto corner = grid_.place_of(cube);
-    for (int s = 0; s < kAllSamples; ++s)
-      samples_.is_inside[samples_.index(
-          {kSamples * corner[0] + s % kSamples, kSamples * corner[1] + s / kSamples % kSamples,
-           kSamples * corner[2] + s / kSamples / kSamples})] = inside[static_cast<std::size_t>(s)];
-  }
-
-  /// Each vertex goes with the tetrahedron just below it: on a face between two the one with the material.
-  void embed() {
-    constexpr double kBelow = 0.02;  // of an edge
-    const VectorX normals = node_normals(surface_.x, surface_.triangles);
-    for (int v = 0; v < surface_.num_nodes(); ++v) {
-      const Vec3 place = node(surface_.x, v), below = place - kBelow * grid_.edge.minCoeff() * node(normals, v);
-      const auto at = grid_.holding(below);
-      const Vec3 corner = grid_.corner(at);
-      const int cube = grid_.cube(at), t = kuhn_holding((below - corner).cwiseQuotient(grid_.edge));
-      cell_.push_back(6 * cube + t);
-      corners_.push_back(corners_of(cube, t));
-      weights_.push_back(kuhn_weights(t, (place - corner).cwiseQuotient(grid_.edge)));
-      share_of(cube, t) = std::max(share_of(cube, t), kLeastShare);
+  void add_surface(Mesh& out) {
+    const int nodes = embedded_->first;
+    out.x.tail(surface_.x.size()) = surface_.x;
+    for (const Triangle& t : surface_.triangles) out.triangles.push_back({t[0] + nodes, t[1] + nodes, t[2] + nodes});
+    for (std::size_t v = 0; v < piece_.size(); ++v) {
+      const int piece = piece_[v], t = tetrahedron_[v];
+      const Vec3 off = node(surface_.x, static_cast<int>(v)) - grid_.corner(grid_.place_of(cube_of(piece)));
+      embedded_->corners.push_back(nodes_of(piece, t));
+      embedded_->cell.push_back(cell_[static_cast<std::size_t>(6 * piece + t)]);
+      embedded_->weights.push_back(kuhn_weights(t, off.cwiseQuotient(grid_.edge)));
     }
+    embedded_->group_triangles(out.triangles);
   }
 
   const LatticeGrid& grid_;
   const Mesh& surface_;
-  std::vector<std::array<double, 6>> share_;  // of each cube's tetrahedra
-  std::vector<std::array<int, 4>> corners_;   // of the lattice, that each vertex goes with
-  std::vector<std::array<double, 4>> weights_;
-  std::vector<int> cell_;  // its tetrahedron among the six of every cube
-  MaterialSamples samples_;
+  LatticeMaterial& material_;
+  std::shared_ptr<EmbeddedSurface> embedded_;
+  std::vector<int> piece_, tetrahedron_;      // of each vertex
+  std::vector<std::array<double, 6>> share_;  // of each piece's tetrahedra
+  std::vector<int> corner_, node_;            // of pieces' corners: the first that is the same, the mesh's node
+  std::vector<int> cell_;                     // of pieces' tetrahedra
   double volume_ = 0;
 };
 
@@ -288,10 +196,9 @@ std::vector<std::string> LatticeReport::lines() const {
     if (i == 0) out.push_back("object.body lattice: ");
     out.back() += (i > 0 ? ", " : "") + assumed[i];
   }
-  if (joining_cubes > 0)
-    out.push_back(text("object.body lattice: ", joining_cubes, " of ", cut_cubes,
-                       " cubes join pieces of the surface that are apart in them: a gap narrower than ",
-                       short_number(1e3 * edge), " mm does not open; lower object.lattice.edge"));
+  if (parted_cubes > 0)
+    out.push_back(text("object.body lattice: ", parted_cubes, " of ", cut_cubes,
+                       " cubes hold pieces of material that are apart in them, each with cells of its own"));
   return out;
 }
 
@@ -300,19 +207,26 @@ Mesh make_lattice(const Mesh& surface, const LatticeOptions& options, LatticeRep
   LatticeReport& said = report ? *report : own;
   const Mesh clean = clean_surface(surface, said);
   if (clean.triangles.empty()) throw InputError(text(options.name, ": no triangle has an area: there is no body"));
-  const Mesh turned = turn_outward(clean, said);
-  const WindingNumber winding(turned);
+  auto material = std::make_shared<LatticeMaterial>(clean, said.closes);
+  if (auto turned = turn_outward(material->surface(), material->winding(), said))
+    material = std::make_shared<LatticeMaterial>(std::move(*turned), said.closes);
+  const Mesh& turned = material->surface();
   const Bounds box = bounds(clean);
   constexpr double kEmpty = 0.8;  // of the corners of these cubes, those of tetrahedra with material in them
   const int corners = static_cast<int>(options.nodes / kEmpty);
-  const double edge = options.edge > 0 ? options.edge : find_edge(box, turned, winding, corners);
+  const double edge = options.edge > 0 ? options.edge : find_edge(box, *material, corners);
   const Vec3 cubes = (box.size() / edge).cwiseMax(1);
   if (!(cubes.prod() <= 50.0 * kMostLatticeNodes))
     throw InputError(text("object.lattice.edge: ", edge, " m makes ", short_number(cubes.prod()),
                           " cubes of the body's box, at most ", 50 * kMostLatticeNodes, ": enlarge it"));
   const LatticeGrid grid = make_lattice_grid(box, edge);
   const Mesh surface_in_it = with_short_edges(turned, options.longest * grid.edge.minCoeff());
-  Mesh out = LatticeMaker(grid, surface_in_it, winding, said).mesh();
+  LatticeMaker maker(grid, surface_in_it, *material);
+  Mesh out = maker.mesh(material);
+  said.volume = maker.volume();
+  said.unsure = material->unsure();
+  said.cut_cubes = material->cut_cubes();
+  said.parted_cubes = material->parted_cubes();
   said.nodes = out.num_own_nodes();
   said.tetrahedra = static_cast<int>(out.tetrahedra.size());
   said.edge = grid.edge.mean();

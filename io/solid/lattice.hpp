@@ -22,14 +22,15 @@ constexpr int kMostLatticeNodes = 20000;
 /// What was made of a surface.
 struct LatticeReport {
   int nodes = 0, tetrahedra = 0;
-  double edge = 0;        ///< mean of the cubes' [m]
-  double volume = 0;      ///< of the material [m^3]
-  int open_edges = 0;     ///< of one triangle each
-  int turned = 0;         ///< triangles that faced inward
-  int degenerate = 0;     ///< triangles without area, left out
-  double unsure = 0;      ///< share of the volume near the surface that this winds around 1/4 to 3/4 times
-  int joining_cubes = 0;  ///< hold pieces of material that are apart in them
-  int cut_cubes = 0;      ///< that the surface passes through
+  double edge = 0;       ///< mean of the cubes' [m]
+  double volume = 0;     ///< of the material [m^3]
+  int open_edges = 0;    ///< of one triangle each
+  bool closes = false;   ///< every edge is passed as often one way as the other: it winds around places whole times
+  int turned = 0;        ///< triangles that faced inward
+  int degenerate = 0;    ///< triangles without area, left out
+  double unsure = 0;     ///< share of the volume near the surface that this winds around 1/4 to 3/4 times
+  int cut_cubes = 0;     ///< that the surface passes through
+  int parted_cubes = 0;  ///< of these, with pieces of material that are apart in them
   std::vector<std::string> lines() const;
 };
 

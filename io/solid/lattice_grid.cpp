@@ -15,9 +15,8 @@ bool is_odd(const std::array<int, 3>& axes) {
 std::array<int, 3> LatticeGrid::holding(const Vec3& place) const {
   std::array<int, 3> out{};
   for (int c = 0; c < 3; ++c)
-    out[static_cast<std::size_t>(c)] =
-        static_cast<int>(std::clamp(std::floor((place[c] - origin[c]) / edge[c]), 0.0,
-                                    static_cast<double>(count[static_cast<std::size_t>(c)] - 1)));
+    out[static_cast<std::size_t>(c)] = static_cast<int>(
+        std::clamp((place[c] - origin[c]) / edge[c], 0.0, static_cast<double>(count[static_cast<std::size_t>(c)] - 1)));
   return out;
 }
 

@@ -1,28 +1,30 @@
 #include "io/solid/lattice_surface.hpp"
 
 #include <cmath>
+#include <cstdint>
 
 #include "core/body/pieces.hpp"
 #include "io/mesh/weld.hpp"
-#include "io/surface/winding_number.hpp"
 
 namespace kt {
 namespace {
 
-int count_open_edges(const Mesh& surface) {
-  std::vector<std::array<int, 2>> edges;
+void look_at_edges(const Mesh& surface, LatticeReport& report) {
+  std::vector<std::uint64_t> edges;  // lower end, upper end, and whether it is passed downwards
+  edges.reserve(3 * surface.triangles.size());
   for (const Triangle& t : surface.triangles)
     for (std::size_t c = 0; c < 3; ++c) {
-      const int a = t[c], b = t[(c + 1) % 3];
-      edges.push_back({std::min(a, b), std::max(a, b)});
+      const auto a = static_cast<std::uint64_t>(t[c]), b = static_cast<std::uint64_t>(t[(c + 1) % 3]);
+      edges.push_back(std::min(a, b) << 32 | std::max(a, b) << 1 | (a > b));
     }
   std::ranges::sort(edges);
-  int open = 0;
+  report.closes = true;
   for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
-    while (end < edges.size() && edges[end] == edges[i]) ++end;
-    open += end - i == 1;
+    std::size_t down = 0;
+    for (; end < edges.size() && edges[end] >> 1 == edges[i] >> 1; ++end) down += edges[end] & 1;
+    report.open_edges += end - i == 1;
+    report.closes = report.closes && 2 * down == end - i;
   }
-  return open;
 }
 
 }  // namespace
@@ -54,7 +56,7 @@ Mesh clean_surface(const Mesh& surface, LatticeReport& report) {
   }
   out.x.resize(3 * static_cast<Eigen::Index>(places.size()));
   for (std::size_t i = 0; i < places.size(); ++i) node(out.x, static_cast<int>(i)) = places[i];
-  report.open_edges = count_open_edges(out);
+  look_at_edges(out, report);
   return out;
 }
 
@@ -124,11 +126,10 @@ Mesh with_short_edges(Mesh surface, double longest) {
   }
 }
 
-Mesh turn_outward(const Mesh& surface, LatticeReport& report) {
+std::optional<Mesh> turn_outward(const Mesh& surface, const WindingNumber& winding, LatticeReport& report) {
   constexpr std::size_t kAsked = 16;  // triangles of a piece
   constexpr double kOff = 0.05;       // of the root of a triangle's area: to either side
-  const WindingNumber winding(surface);
-  Mesh out = surface;
+  std::optional<Mesh> out;
   int count = 0;
   const std::vector<int> piece = pieces_of(surface, count);
   std::vector<std::vector<std::size_t>> of_piece(static_cast<std::size_t>(count));
@@ -146,7 +147,8 @@ Mesh turn_outward(const Mesh& surface, LatticeReport& report) {
       if (above != below) inward += above ? area.norm() : -area.norm();
     }
     if (!(inward > 0)) continue;
-    for (const std::size_t t : triangles) std::swap(out.triangles[t][1], out.triangles[t][2]);
+    if (!out) out = surface;
+    for (const std::size_t t : triangles) std::swap(out->triangles[t][1], out->triangles[t][2]);
     report.turned += static_cast<int>(triangles.size());
   }
   return out;

@@ -1,6 +1,9 @@
 #pragma once
 // A surface made ready to be embedded.
+#include <optional>
+
 #include "io/solid/lattice.hpp"
+#include "io/surface/winding_number.hpp"
 
 namespace kt {
 
@@ -11,7 +14,8 @@ Mesh clean_surface(const Mesh& surface, LatticeReport& report);
 Mesh with_short_edges(Mesh surface, double longest);
 
 /// The same with connected pieces turned whose triangles have the material on their outside: judged at some of each
-/// piece's triangles. Counts these.
-Mesh turn_outward(const Mesh& surface, LatticeReport& report);
+/// piece's triangles. Counts these; none: they are right as they are.
+/// @param winding  of the surface
+std::optional<Mesh> turn_outward(const Mesh& surface, const WindingNumber& winding, LatticeReport& report);
 
 }  // namespace kt

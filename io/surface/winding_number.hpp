@@ -3,6 +3,7 @@
 // surfaces that overlap, cross themselves or are no more than a heap of triangles (Jacobson, Kavan and Sorkine-Hornung
 // 2013). Far triangles count as one dipole with its first derivative (Barill, Dickson, Schmidt, Levin and Jacobson
 // 2018).
+#include <optional>
 #include <vector>
 
 #include "core/body/mesh.hpp"
@@ -20,6 +21,12 @@ class WindingNumber {
   double at(const Vec3& place) const;
   /// Of a surface that is inside out, too.
   bool is_inside(const Vec3& place) const { return std::abs(at(place)) > 0.5; }
+  /// The nearest place of the surface; none within `most`.
+  std::optional<Vec3> nearest(const Vec3& place, double most) const;
+  /// To it [m]; `most` where there is none.
+  double distance(const Vec3& place, double most) const;
+  /// Whether the surface lies between two places that are inside: the way from one to the other leaves the material.
+  bool parts(const Vec3& a, const Vec3& b) const;
 
  private:
   struct Branch {
@@ -30,6 +37,8 @@ class WindingNumber {
     int begin = 0, end = 0, right = 0;  // triangles in order_; the second half, 0: a leaf
   };
   int build(int begin, int end);
+  template <class IsNear, class Take>
+  void visit(const IsNear& is_near, const Take& take) const;
   const Mesh& surface_;
   std::vector<int> order_;
   std::vector<Vec3> centroid_, area_;

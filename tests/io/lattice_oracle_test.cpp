@@ -146,20 +146,64 @@ TEST(Lattice, LeavesAHollowEmpty) {
   EXPECT_NEAR(filled_volume(lattice), (1 - 0.343) * volume, 0.01 * volume);
 }
 
-/// Two blocks with a slit of a fifth of a cube between them.
-TEST(Lattice, SaysThatItJoinsANarrowGap) {
+// ---- gaps narrower than a cube ----
+
+/// Of each node of the cells: the first one that it hangs together with.
+std::vector<int> parts_of(const Mesh& lattice) {
+  std::vector<int> same(static_cast<std::size_t>(lattice.num_own_nodes()));
+  std::iota(same.begin(), same.end(), 0);
+  const auto root = [&](int i) {
+    while (same[static_cast<std::size_t>(i)] != i) i = same[static_cast<std::size_t>(i)];
+    return i;
+  };
+  for (const Tetrahedron& t : lattice.tetrahedra)
+    for (const int i : t) same[static_cast<std::size_t>(root(i))] = root(t[0]);
+  for (int& i : same) i = root(i);
+  return same;
+}
+
+int count_parts(const Mesh& lattice) {
+  std::vector<int> part = parts_of(lattice);
+  std::ranges::sort(part);
+  return static_cast<int>(std::unique(part.begin(), part.end()) - part.begin());
+}
+
+/// Two blocks of 4 x 4 x 2 cubes of 1 cm, one above the other, and further along x.
+Mesh stacked(double gap, double shift = 0) {
   const double h = 0.01;
   Mesh low = kuhn_block(4, 4, 2, h), high = low;
   low.tetrahedra.clear();
   high.tetrahedra.clear();
-  for (int i = 0; i < high.num_nodes(); ++i) high.x[3 * i + 2] += 2 * h + 0.25 * h;
-  const Mesh surface = both(low, high);
-  LatticeReport joined, apart;
-  make_lattice(surface, {.edge = 1.4 * h}, &joined);
-  EXPECT_EQ(joined.joining_cubes, 9);  // all that meet at the slit
-  EXPECT_NE(joined.lines().back().find("a gap narrower than"), std::string::npos);
-  make_lattice(low, {.edge = 1.4 * h}, &apart);
-  EXPECT_EQ(apart.joining_cubes, 0);
+  for (int i = 0; i < high.num_nodes(); ++i) node(high.x, i) += Vec3(shift, 0, 2 * h + gap);
+  return both(low, high);
+}
+
+TEST(Lattice, KeepsApartWhatANarrowGapParts) {
+  for (const double gap : {2.5e-3, 1e-4, 2e-6}) {
+    LatticeReport report;
+    const Mesh surface = stacked(gap, 0.003), lattice = make_lattice(surface, {.edge = 0.014}, &report);
+    EXPECT_EQ(count_parts(lattice), 2) << gap;
+    EXPECT_GT(report.parted_cubes, gap < 1e-3 ? 5 : -1) << gap;
+    if (gap < 1e-3) {
+      EXPECT_NE(report.lines().back().find("apart"), std::string::npos) << report.lines().back();
+    }
+    const double volume = enclosed_volume(surface);
+    EXPECT_NEAR(filled_volume(lattice), volume, 0.02 * volume) << gap;
+    // Every vertex goes with cells of its own block.
+    const std::vector<int> part = parts_of(lattice);
+    std::array<int, 2> of_block{-1, -1};
+    for (int v = 0; v < lattice.embedded->num_vertices(); ++v) {
+      int& its = of_block[node(lattice.x, lattice.embedded->first + v).z() > 0.02 + 0.5 * gap];
+      for (const int i : lattice.embedded->corners[static_cast<std::size_t>(v)]) {
+        if (its < 0) its = part[static_cast<std::size_t>(i)];
+        EXPECT_EQ(part[static_cast<std::size_t>(i)], its) << gap;
+      }
+    }
+    EXPECT_NE(of_block[0], of_block[1]) << gap;
+  }
+  LatticeReport one;
+  EXPECT_EQ(count_parts(make_lattice(sphere(), {}, &one)), 1);
+  EXPECT_EQ(one.parted_cubes, 0);
 }
 
 TEST(Lattice, FitsABoxExactly) {
