@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 #include "collision/held/first_contact.hpp"
 #include "core/base/error.hpp"
@@ -15,33 +17,80 @@ constexpr double kThinnest = 3.0;   // thickness of the body under the tool, in 
 constexpr double kEase = 0.1;       // [s] in which an eased tool takes up its speed
 constexpr double kEaseStep = 1e-3;  // [s] between points of an eased path
 
-/// First touch of a tool moving from one end of a line to the other.
-std::optional<Vec3> sweep_touch(const Mesh& mesh, MovingTool& tool, const ToolSweep& sweep) {
-  tool.move(sweep);
-  const double radius = tool.shape().radius;
-  Box box = tool.box();
-  box.low.array() -= radius;
-  box.high.array() += radius;
-  double first = 2;
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = node(mesh.x, t[0]), b = node(mesh.x, t[1]), c = node(mesh.x, t[2]);
-    if (is_apart(box, {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) continue;
-    const Vec3 triangle[3] = {a, b, c};
-    if (const auto hit = find_tool_impact(tool, triangle, triangle)) first = std::min(first, hit->toi);
+/// A body that is touched along an axis, again and again: its triangles by where they are across it, the
+/// highest first.
+class Touched {
+ public:
+  Touched(const Mesh& mesh, int axis) : mesh_(mesh), axis_(axis), box_(bounds(mesh)), bins_(kBins * kBins) {
+    std::vector<int> order(mesh.triangles.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, std::greater{},
+                             [&](int t) { return box_of(mesh.triangles[static_cast<std::size_t>(t)]).high[axis]; });
+    for (const int t : order) {
+      for_bins(box_of(mesh.triangles[static_cast<std::size_t>(t)]), [&](std::size_t bin) { bins_[bin].push_back(t); });
+    }
   }
-  if (first > 1) return std::nullopt;
-  return Vec3(sweep.x_t0 + first * (sweep.x_t1 - sweep.x_t0));
-}
 
-/// A line along the axis through the whole body, from above.
-ToolSweep line_through(const Mesh& mesh, const MovingTool& tool, int axis, const Vec3& over, const Quaternion& turn) {
-  const Bounds box = bounds(mesh);
-  const double above = tool_reach(tool.shape()) + 0.01 * box.size().norm();
-  ToolSweep sweep{over, over, turn, turn};
-  sweep.x_t0[axis] = box.max[axis] + above;
-  sweep.x_t1[axis] = box.min[axis] - above;
-  return sweep;
-}
+  const Bounds& box() const { return box_; }
+
+  /// First touch of a tool moving from one end of a line along the axis to the other.
+  std::optional<Vec3> sweep(MovingTool& tool, const ToolSweep& sweep) const {
+    tool.move(sweep);
+    constexpr double kRounding = 1e-6;
+    const double radius = tool.shape().radius;
+    Box box = tool.box();
+    box.low.array() -= radius;
+    box.high.array() += radius;
+    const double from = sweep.x_t0[axis_], way = sweep.x_t1[axis_] - from, reach = tool_reach(tool.shape());
+    double first = 2;
+    for_bins(box, [&](std::size_t bin) {
+      const std::size_t count = bins_[bin].size();
+      for (std::size_t i = 0; i < count; ++i) {  // what lies nearest first
+        const int t = bins_[bin][way < 0 ? i : count - 1 - i];
+        const Triangle& v = mesh_.triangles[static_cast<std::size_t>(t)];
+        const Box its = box_of(v);
+        const double ahead = way < 0 ? from - its.high[axis_] : its.low[axis_] - from;
+        if (is_apart(box, its) || ahead - reach > (first + kRounding) * std::abs(way)) continue;
+        const Vec3 triangle[3] = {node(mesh_.x, v[0]), node(mesh_.x, v[1]), node(mesh_.x, v[2])};
+        if (const auto hit = find_tool_impact(tool, triangle, triangle)) first = std::min(first, hit->toi);
+      }
+    });
+    if (first > 1) return std::nullopt;
+    return Vec3(sweep.x_t0 + first * (sweep.x_t1 - sweep.x_t0));
+  }
+
+  /// A line through the whole body, from above.
+  ToolSweep line_through(const MovingTool& tool, const Vec3& over, const Quaternion& turn) const {
+    const double above = tool_reach(tool.shape()) + 0.01 * box_.size().norm();
+    ToolSweep sweep{over, over, turn, turn};
+    sweep.x_t0[axis_] = box_.max[axis_] + above;
+    sweep.x_t1[axis_] = box_.min[axis_] - above;
+    return sweep;
+  }
+
+ private:
+  static constexpr int kBins = 64;  // along each of the other two axes
+
+  Box box_of(const Triangle& t) const {
+    const Vec3 a = node(mesh_.x, t[0]), b = node(mesh_.x, t[1]), c = node(mesh_.x, t[2]);
+    return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+  }
+  int bin(double x, int along) const {
+    const double share = (x - box_.min[along]) / std::max(box_.size()[along], 1e-300);
+    return static_cast<int>(std::clamp(share * kBins, 0.0, kBins - 1.0));
+  }
+  template <class Take>
+  void for_bins(const Box& box, const Take& take) const {
+    const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
+    for (int j = bin(box.low[v], v); j <= bin(box.high[v], v); ++j)
+      for (int i = bin(box.low[u], u); i <= bin(box.high[u], u); ++i) take(static_cast<std::size_t>(i + kBins * j));
+  }
+
+  const Mesh& mesh_;
+  int axis_;
+  Bounds box_;
+  std::vector<std::vector<int>> bins_;
+};
 
 /// Extent of the tool along an axis [m].
 double height(const MovingTool& tool, int axis) {
@@ -54,16 +103,16 @@ double height(const MovingTool& tool, int axis) {
 }
 
 /// Touch points along a line, as far as the surface goes on, is not steep, and the body is thick enough to press into.
-std::vector<Vec3> touch_line(const Mesh& mesh, MovingTool& tool, int axis, double depth, Vec3 over,
+std::vector<Vec3> touch_line(const Touched& body, MovingTool& tool, int axis, double depth, Vec3 over,
                              const Vec3& direction, double length, const Quaternion& turn) {
   std::vector<Vec3> out;
   const int points = 1 + static_cast<int>(std::min(1e9, std::ceil(length / kSpacing)));  // it ends with the body
   for (int i = 0; i < points; ++i) {
-    const auto touch = sweep_touch(mesh, tool, line_through(mesh, tool, axis, over + i * kSpacing * direction, turn));
+    const auto touch = body.sweep(tool, body.line_through(tool, over + i * kSpacing * direction, turn));
     if (!touch) break;
     if (!out.empty() && std::abs((*touch)[axis] - out.back()[axis]) > kSteepest * kSpacing) break;
-    const ToolSweep down = line_through(mesh, tool, axis, *touch, turn);
-    const auto bottom = sweep_touch(mesh, tool, {down.x_t1, down.x_t0, turn, turn});
+    const ToolSweep down = body.line_through(tool, *touch, turn);
+    const auto bottom = body.sweep(tool, {down.x_t1, down.x_t0, turn, turn});
     const double thickness = bottom ? (*touch)[axis] - (*bottom)[axis] - height(tool, axis) : 0;
     if (!out.empty() && thickness < kThinnest * depth) break;
     out.push_back(*touch);
@@ -148,9 +197,10 @@ bool is_clear(const std::vector<Vec3>& line, const PressDragOptions& o) {
 }
 
 /// Of a grid of places, the one with the longest drag; ties go to the place nearest to the middle.
-Vec3 choose_place(const Mesh& mesh, MovingTool& tool, const PressDragOptions& o, const Vec3& direction, double length) {
+Vec3 choose_place(const Touched& body, MovingTool& tool, const PressDragOptions& o, const Vec3& direction,
+                  double length) {
   const int axis = o.axis;
-  const Bounds box = bounds(mesh);
+  const Bounds& box = body.box();
   const Vec3 side = Vec3::Unit(axis).cross(direction);
   const double along = box.size().dot(direction.cwiseAbs()), across = box.size().dot(side.cwiseAbs());
   Vec3 best = box.centre();
@@ -158,7 +208,7 @@ Vec3 choose_place(const Mesh& mesh, MovingTool& tool, const PressDragOptions& o,
   for (int i = -3; i <= 3; ++i)
     for (int k = -3; k <= 3; ++k) {
       const Vec3 over = box.centre() + 0.11 * (i * along * direction + k * across * side);
-      const auto line = touch_line(mesh, tool, axis, o.depth, over, direction, length, o.turn);
+      const auto line = touch_line(body, tool, axis, o.depth, over, direction, length, o.turn);
       if (line.empty() || !is_clear(line, o)) continue;
       const double height = (line.front()[axis] - box.min[axis]) / box.size()[axis];
       const double score = static_cast<double>(line.size()) * (0.5 + height) / (1 + 0.02 * (i * i + k * k));
@@ -178,7 +228,8 @@ Vec3 choose_place(const Mesh& mesh, MovingTool& tool, const PressDragOptions& o,
 std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over,
                               const Quaternion& turn) {
   MovingTool moving(tool);
-  return sweep_touch(mesh, moving, line_through(mesh, moving, axis, over, turn));
+  const Touched body(mesh, axis);
+  return body.sweep(moving, body.line_through(moving, over, turn));
 }
 
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& o) {
@@ -190,19 +241,20 @@ std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool,
   const double drag_time = std::max(0.0, o.duration - o.press_time);
 
   MovingTool moving(tool);
-  Vec3 over = bounds(mesh).centre();
+  const Touched body(mesh, o.axis);
+  Vec3 over = body.box().centre();
   if (o.at)
     for (int k = 0, i = 0; k < 3; ++k) {
       if (k != o.axis) over[k] = (*o.at)[i++];
     }
   else
-    over = choose_place(mesh, moving, o, direction, o.speed * drag_time);
+    over = choose_place(body, moving, o, direction, o.speed * drag_time);
   const std::vector<Vec3> line =
-      touch_line(mesh, moving, o.axis, o.depth, over, direction, o.speed * drag_time, o.turn);
+      touch_line(body, moving, o.axis, o.depth, over, direction, o.speed * drag_time, o.turn);
   if (line.empty())
     throw InputError(text("tool.path.press_drag.at: a tool dropped along ", "xyz"[o.axis], " over (", over.transpose(),
-                          ") misses the body, which spans (", bounds(mesh).min.transpose(), ") to (",
-                          bounds(mesh).max.transpose(), ") m"));
+                          ") misses the body, which spans (", body.box().min.transpose(), ") to (",
+                          body.box().max.transpose(), ") m"));
 
   return path_along(line, o);
 }
