@@ -6,6 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.hpp"
+#include "haptics/body/body_ranges.hpp"
+#include "haptics/halves/body_side.hpp"
+#include "haptics/setup/session_parts.hpp"
 #include "io/files/json_file.hpp"
 #include "io/mesh/mesh_io.hpp"
 
@@ -50,14 +53,20 @@ Given kind_of_file(const std::string& file) {
       text(file, ": neither a scene (.json), nor a mesh (", known.substr(1), "), nor the folder of a run"));
 }
 
-Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set) {
-  // Settings are applied to a scene that already names the mesh, so that --set can change everything.
+namespace {
+
+/// Settings are applied to a scene that already names the mesh, so that --set can change everything.
+Scene scene_with_body(const std::string& mesh, const std::string& body, const std::vector<std::string>& set) {
   Scene base = default_scene();
   base.title = "drag over " + fs::path(mesh).filename().string();
   base.duration = 1.2;
   base.object.mesh = mesh;
   base.object.size = 0.1;
-  base.object.repair = true;
+  base.object.body = body;
+  if (body == "lattice")
+    base.object.model.type = "fem";
+  else
+    base.object.repair = true;
   base.object.fixed.below = FixedBelow{"z", 0.2};
   base.tool.radius = 0.004;
   base.tool.path.press_drag->depth = 0.003;
@@ -66,8 +75,36 @@ Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set
   return parse_scene(to_json(base), set, mesh);
 }
 
-Scene scene_of_file(const std::string& file, const std::vector<std::string>& set) {
-  return kind_of_file(file) == Given::mesh ? scene_of_mesh(file, set) : load_scene(file, set);
+bool sets(const std::vector<std::string>& set, const std::string& key) {
+  return std::ranges::any_of(set, [&](const std::string& s) { return s.starts_with(key + "="); });
+}
+
+bool holds_tetrahedra(const std::string& mesh) {
+  const std::string extension = mesh_extension(mesh);
+  for (const char* surface : {".obj", ".off", ".ply", ".stl"})
+    if (extension == surface) return false;
+  return !load_mesh(mesh).tetrahedra.empty();
+}
+
+}  // namespace
+
+Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set, bool travels) {
+  if (sets(set, "object.body")) {
+    Scene asked = scene_with_body(mesh, "mesh", set);
+    return asked.object.body == "lattice" ? scene_with_body(mesh, "lattice", set) : asked;
+  }
+  if (!travels && !holds_tetrahedra(mesh)) {
+    Scene scene = scene_with_body(mesh, "lattice", set);
+    const SceneObject& o = scene.object;
+    if (o.mesh == mesh && !o.tetrahedralize && !o.repair && why_no_lattice(body_options(scene)).empty() &&
+        why_no_lattice(touch_options(scene)).empty())
+      return scene;
+  }
+  return scene_with_body(mesh, "mesh", set);
+}
+
+Scene scene_of_file(const std::string& file, const std::vector<std::string>& set, bool travels) {
+  return kind_of_file(file) == Given::mesh ? scene_of_mesh(file, set, travels) : load_scene(file, set);
 }
 
 }  // namespace kt

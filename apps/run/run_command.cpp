@@ -83,6 +83,7 @@ CLI::App* add_run(CLI::App& app, const std::string& word, const std::string& pur
       ->check(CLI::IsMember({"svg", "pdf"}));
   command->footer(
       "A mesh is scaled to 0.1 m (--set object.size=...), clamped in its lowest fifth, pressed and dragged over.\n"
+      "A surface is put into a lattice of cubes; --set object.body=mesh repairs and fills it instead.\n"
       "Examples:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab\n"
       "  kilotouch run meshes/organ.off --out out/organ\n  kilotouch run out/slab");
   command->callback([a, out, &exit_code] {

@@ -31,22 +31,10 @@ void check_shape(const SceneObject& o) {
     require_within({{.key = "object.gravity", .value = o.gravity[i], .least = -1e6, .most = 1e6}});
 }
 
-/// What a lattice does not go with.
 void check_body(const BodyOptions& options) {
-  const SceneObject& o = options.object;
-  if (o.body != "mesh" && o.body != "lattice") throw_unknown("object.body", o.body, {"mesh", "lattice"});
-  if (o.body == "mesh") return;
-  if (o.model.type != "fem")
-    throw InputError(text("object.model.type \"", o.model.type,
-                          "\": object.body lattice is made of finite elements; set it to fem"));
-  if (o.model.element != "tet4")
-    throw InputError(text("object.model.element \"", o.model.element, "\": object.body lattice has tet4 only"));
-  if (o.layers) throw InputError("object.layers: object.body lattice is filled; leave one of both out");
-  if (o.fixed.nodes)
-    throw InputError(
-        "object.fixed.nodes: the nodes of object.body lattice have no numbers of the file; use below or box");
-  if (options.global.self_contact)
-    throw InputError("global.self_contact: not with object.body lattice yet; leave one of both out");
+  const std::string& body = options.object.body;
+  if (body != "mesh" && body != "lattice") throw_unknown("object.body", body, {"mesh", "lattice"});
+  if (const std::string why = body == "lattice" ? why_no_lattice(options) : ""; !why.empty()) throw InputError(why);
 }
 
 void check_material(const SceneModel& m) {
@@ -68,6 +56,21 @@ void check_material(const SceneModel& m) {
 }
 
 }  // namespace
+
+std::string why_no_lattice(const BodyOptions& options) {
+  const SceneObject& o = options.object;
+  if (o.model.type != "fem")
+    return text("object.model.type \"", o.model.type,
+                "\": object.body lattice is made of finite elements; set it to fem");
+  if (o.model.element != "tet4")
+    return text("object.model.element \"", o.model.element, "\": object.body lattice has tet4 only");
+  if (o.layers) return "object.layers: object.body lattice is filled; leave one of both out";
+  if (o.fixed.nodes)
+    return "object.fixed.nodes: the nodes of object.body lattice have no numbers of the file; use below or box";
+  if (options.global.self_contact)
+    return "global.self_contact: not with object.body lattice yet; leave one of both out";
+  return "";
+}
 
 void check_ranges(const BodyOptions& o) {
   check_shape(o.object);

@@ -7,4 +7,7 @@ namespace kt {
 /// code.
 void check_ranges(const BodyOptions& options);
 
+/// What a body of a lattice does not go with, one line with the cure; empty: nothing.
+std::string why_no_lattice(const BodyOptions& options);
+
 }  // namespace kt

@@ -12,18 +12,21 @@
 
 namespace kt {
 
+std::string why_no_lattice(const TouchOptions& o) {
+  if (o.local.method != "multirate" || is_geometric(o.contact.law))
+    return text("object.body lattice: local.method \"", o.local.method, "\" with contact.law \"", o.contact.law,
+                "\" touches nodes; take multirate with coulomb");
+  if (o.contact.surface != "flat")
+    return text("contact.surface \"", o.contact.surface,
+                "\": object.body lattice is touched at the triangles of its file; set it to flat");
+  return "";
+}
+
 namespace {
 
-/// What a surface that is embedded in cells does not go with.
-void check_embedded(const Body& body, const TouchOptions& o) {
-  if (!body.surface().embedded) return;
-  const std::string& method = o.local.method;
-  if (method != "multirate" || is_geometric(o.contact.law))
-    throw InputError(text("object.body lattice: local.method \"", o.local.method, "\" with contact.law \"",
-                          o.contact.law, "\" touches nodes; take multirate with coulomb"));
-  if (o.contact.surface != "flat")
-    throw InputError(text("contact.surface \"", o.contact.surface,
-                          "\": object.body lattice is touched at the triangles of its file; set it to flat"));
+void check_embedded(const Body& body, const TouchOptions& options) {
+  const std::string why = body.surface().embedded ? why_no_lattice(options) : "";
+  if (!why.empty()) throw InputError(why);
 }
 
 }  // namespace

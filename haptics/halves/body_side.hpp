@@ -14,6 +14,9 @@
 
 namespace kt {
 
+/// What touching a body of a lattice does not go with, one line with the cure; empty: nothing.
+std::string why_no_lattice(const TouchOptions& options);
+
 class BodySide {
  public:
   /// @param body  borrowed

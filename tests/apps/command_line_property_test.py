@@ -294,6 +294,19 @@ class CommandLine(unittest.TestCase):
         self.kilotouch("drag", os.path.join(MESHES, "sphere.off"), *SHORT, "--set", "local.reducer=condensed", "--no-report", "--out", "drag")
         self.assertEqual(load(self.path("drag", "summary.json"))["hash"], summary["hash"])  # its former word
 
+    def test_a_surface_alone_becomes_a_lattice_and_tetrahedra_stay(self):
+        ball, block = os.path.join(MESHES, "sphere.off"), os.path.join(MESHES, "block.msh")
+        for mesh, settings, body, model in ((ball, [], "lattice", "fem"),
+                                            (ball, ["object.body=mesh"], "mesh", "msd"),
+                                            (ball, ["object.model.type=msd"], "mesh", "msd"),  # what a lattice has not
+                                            (ball, ["contact.surface=loop"], "mesh", "msd"),
+                                            (block, [], "mesh", "msd"),
+                                            (block, ["object.body=lattice"], "lattice", "fem")):
+            given = [word for setting in ("duration=0.05", "local.reducer=condensed", *settings) for word in ("--set", setting)]
+            self.kilotouch("run", mesh, *given, "--no-report", "--force", "--out", "out")
+            summary = load(self.path("out", "summary.json"))
+            self.assertEqual((summary["settings"]["object"]["body"], summary["model"]["type"]), (body, model), settings)
+
     def test_runs_and_replays_are_equal(self):
         for out in ("one", "two"):
             self.kilotouch("run", SCENE, *QUICK, "--no-report", "--out", out)
