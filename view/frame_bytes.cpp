@@ -123,6 +123,17 @@ std::string refresh_bytes(const RefreshPicture& picture, const BodyShape& shape)
   out.count(places.size());
   out.put_all(places);
   out.put_all(distances);
+  out.count(picture.refined.size());
+  for (const SurfacePlace& place : picture.refined) {
+    out.put(static_cast<std::uint32_t>(std::max(place.triangle, 0)));
+    out.put(static_cast<float>(place.weights[1]));
+    out.put(static_cast<float>(place.weights[2]));
+  }
+  out.count(picture.refined_edges.size());
+  for (const auto& [a, b] : picture.refined_edges) {
+    out.put(static_cast<std::uint32_t>(a));
+    out.put(static_cast<std::uint32_t>(b));
+  }
   return out.take();
 }
 

@@ -41,7 +41,7 @@ std::string frame_bytes(const PageFrame& frame);
 /// Type 2: the surface at rest and its clamped nodes, once.
 std::string body_bytes(const BodyShape& shape, const VectorX& x_rest);
 
-/// Type 3: patch and error of the last refresh.
+/// Type 3: patch, error and refined cells of the last refresh.
 std::string refresh_bytes(const RefreshPicture& picture, const BodyShape& shape);
 
 /// Type 4: every tick of a session, for its time line.

@@ -29,6 +29,20 @@ void check_embedded(const Body& body, const TouchOptions& options) {
   if (!why.empty()) throw InputError(why);
 }
 
+void show_refined(const FinePatch& fine, RefreshPicture& out) {
+  out.refined.resize(static_cast<std::size_t>(fine.num_vertices()));
+  for (std::size_t f = 0; f < fine.facets.size(); ++f)
+    for (int c = 0; c < 3; ++c) {
+      const int a = fine.facets[f][static_cast<std::size_t>(c)],
+                b = fine.facets[f][static_cast<std::size_t>(c + 1) % 3];
+      out.refined[static_cast<std::size_t>(a)] = {fine.triangle[f], fine.corners[f].col(c)};
+      out.refined_edges.push_back({std::min(a, b), std::max(a, b)});
+    }
+  std::ranges::sort(out.refined_edges);
+  const auto [end, last] = std::ranges::unique(out.refined_edges);
+  out.refined_edges.erase(end, last);
+}
+
 }  // namespace
 
 BodySide::BodySide(const Body& body, const TouchOptions& options)
@@ -210,6 +224,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   status_.linearized_tick = event.linearized_tick;
   status_.dof = model->model.dof();
   status_.patch_vertices = model->model.patch.num_vertices();
+  status_.fineness = model->model.fine ? model->model.fine->fineness : std::numeric_limits<double>::quiet_NaN();
   status_.refresh_ms = took;
   status_.expected_force_error = refresher_->choice().force_error();
   status_.certified_error = refresher_->choice().certified_error();
@@ -224,6 +239,9 @@ void BodySide::show(const LocalModel& model, const LocalMotion* motion) {
   picture_.triangles = model.patch.global_triangle;
   picture_.nodes.clear();
   picture_.distance.clear();
+  picture_.refined.clear();
+  picture_.refined_edges.clear();
+  if (model.fine) show_refined(*model.fine, picture_);
   if (!motion) return;
   for (int i = 0; i < static_cast<int>(motion->row.size()); ++i)
     if (const int row = motion->row[static_cast<std::size_t>(i)]; row >= 0) {

@@ -1,8 +1,11 @@
 #pragma once
 // How a touch goes: for gauges and logs.
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
+
+#include "core/local/fine_patch.hpp"
 
 namespace kt {
 
@@ -23,8 +26,9 @@ struct TouchStatus {
   double late_ticks = 0;            ///< from the linearization until the local model was in use, of the last adopted
   double expected_force_error = std::numeric_limits<double>::quiet_NaN();  ///< relative; NaN: not certified
   double certified_error =
-      std::numeric_limits<double>::quiet_NaN();  ///< of the impedance, 0-500 Hz; NaN: not certified
-  RefreshEnergy energy{};                        ///< of all swaps so far
+      std::numeric_limits<double>::quiet_NaN();                ///< of the impedance, 0-500 Hz; NaN: not certified
+  double fineness = std::numeric_limits<double>::quiet_NaN();  ///< refined cells over the contact radius; NaN: none
+  RefreshEnergy energy{};                                      ///< of all swaps so far
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
 };
@@ -35,6 +39,8 @@ struct RefreshPicture {
   std::vector<int> triangles;    ///< of the body's surface, in the patch of the new local model
   std::vector<int> nodes;        ///< of the body, that the local model before it moved
   std::vector<double> distance;  ///< of each, where that had it from where the body has it [m]: the local model's error
+  std::vector<SurfacePlace> refined;              ///< vertices of the refined cells' surface
+  std::vector<std::array<int, 2>> refined_edges;  ///< between them, each once
 };
 
 }  // namespace kt

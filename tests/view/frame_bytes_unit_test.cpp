@@ -99,7 +99,8 @@ TEST(FrameBytes, AFrameReadsBack) {
 
 TEST(FrameBytes, ErrorsOfNodesInsideAreLeftOut) {
   const BodyShape shape = make_body_shape(surface_of(square()), 5, {1, 4});
-  const std::string bytes = refresh_bytes({3, {1}, {0, 4}, {0.5, 0.25}}, shape);
+  const std::string bytes =
+      refresh_bytes({3, {1}, {0, 4}, {0.5, 0.25}, {{7, {0.5, 0.25, 0.25}}, {7, {0, 1, 0}}}, {{0, 1}}}, shape);
   Reader r{bytes};
   EXPECT_EQ(r.take<std::uint32_t>(), 3u);
   EXPECT_EQ(r.take<std::uint32_t>(), 3u);
@@ -108,6 +109,15 @@ TEST(FrameBytes, ErrorsOfNodesInsideAreLeftOut) {
   EXPECT_EQ(r.take<std::uint32_t>(), 1u);
   EXPECT_EQ(r.take<std::uint32_t>(), 3u);
   EXPECT_EQ(r.take<float>(), 0.25f);
+  EXPECT_EQ(r.take<std::uint32_t>(), 2u);  // of refined cells
+  for (const auto& [b, c] : {std::pair(0.25f, 0.25f), {1.f, 0.f}}) {
+    EXPECT_EQ(r.take<std::uint32_t>(), 7u);
+    EXPECT_EQ(r.take<float>(), b);
+    EXPECT_EQ(r.take<float>(), c);
+  }
+  EXPECT_EQ(r.take<std::uint32_t>(), 1u);
+  EXPECT_EQ(r.take<std::uint32_t>(), 0u);
+  EXPECT_EQ(r.take<std::uint32_t>(), 1u);
   EXPECT_EQ(r.at, bytes.size());
 }
 

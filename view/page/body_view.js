@@ -189,7 +189,7 @@ class BodyView {
       this.marks.add(l);
       return l;
     };
-    this.outline = null;
+    this.outline = this.cells = null;
     this.spring = line(2 * 24, 0x777777, true);
     const ball = (r, colour) => {
       const m = new THREE.Mesh(new THREE.SphereGeometry(r, 16, 12), new THREE.MeshBasicMaterial({color: colour, depthTest: false, transparent: true, opacity: 0.8}));
@@ -305,10 +305,35 @@ class BodyView {
     this.outline = new THREE.LineSegments(g, new THREE.LineBasicMaterial({color: paletteOf('force'), transparent: true, opacity: 0.75}));
     this.outline.frustumCulled = false;
     this.marks.add(this.outline);
+    this.setRefined(refresh);
     this.patch = new Set(refresh.triangles);
     this.distance.fill(0);
     refresh.nodes.forEach((node, k) => { this.distance[node] = refresh.distance[k]; });
     this.isOld = true;
+  }
+
+  // Edges of the refined cells, on the surface as it is drawn: how far they yield beyond it is not sent.
+  setRefined(refresh) {
+    if (this.cells) {
+      this.marks.remove(this.cells);
+      this.cells.geometry.dispose();
+    }
+    this.refined = refresh.refined;
+    const g = new THREE.BufferGeometry();
+    g.setIndex(new THREE.BufferAttribute(refresh.edges, 1));
+    g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * this.refined.length), 3));
+    this.cells = new THREE.LineSegments(g, new THREE.LineBasicMaterial({color: paletteOf('force'), transparent: true, opacity: 0.3}));
+    this.cells.frustumCulled = false;
+    this.marks.add(this.cells);
+  }
+
+  placeRefined() {
+    const out = this.cells.geometry.attributes.position.array, x = this.x;
+    this.refined.forEach(({triangle, b, c}, k) => {
+      const [i, j, l] = [0, 1, 2].map(corner => 3 * this.triangles[3 * triangle + corner]);
+      for (let d = 0; d < 3; ++d) out[3 * k + d] = (1 - b - c) * x[i + d] + b * x[j + d] + c * x[l + d];
+    });
+    this.cells.geometry.attributes.position.needsUpdate = true;
   }
 
   // frame: as readMessage() gives it. options.hand: the tool is held to frame.target by a spring.
@@ -444,6 +469,7 @@ class BodyView {
       this.rim.forEach((node, k) => { for (let c = 0; c < 3; ++c) out[3 * k + c] = this.x[3 * node + c]; });
       this.outline.geometry.attributes.position.needsUpdate = true;
     }
+    if (this.cells) this.placeRefined();
     this.lamp.position.copy(this.camera.position).add(new THREE.Vector3(0, 0, this.size || 0));
     this.camera.updateMatrixWorld();
     if (this.renderer) this.renderer.render(this.scene, this.camera);

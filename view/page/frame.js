@@ -39,7 +39,10 @@ function readMessage(buffer) {
   }
   if (type === 3) {
     const refreshes = r.u32(), triangles = r.uints(r.u32()), nodes = r.u32();
-    return {type: 'refresh', refreshes, triangles, nodes: r.uints(nodes), distance: r.floats(nodes)};
+    const refresh = {type: 'refresh', refreshes, triangles, nodes: r.uints(nodes), distance: r.floats(nodes), refined: []};
+    for (let n = r.u32(); n > 0; --n) refresh.refined.push({triangle: r.u32(), b: r.f32(), c: r.f32()});
+    refresh.edges = r.uints(2 * r.u32());
+    return refresh;
   }
   if (type === 4) {
     const h = r.f64();

@@ -89,7 +89,7 @@ function list(box, rows) {
 const FLAGS = [[2, 'the tool is at the edge of the patch'], [16, 'the local model broke down: force 0'], [64, 'the body is being pushed off the tool'],
                [128, 'the local model is old'], [256, "the body's simulation has ended"], [1024, 'a pose was not usable'],
                [4096, 'the gate is not open: the hand is given less than this'], [8192, 'held back from changing too fast'],
-               [16384, "the device's pose is too old"]];
+               [16384, "the device's pose is too old"], [65536, 'the tool is beside the refined cells: the force is that of larger ones']];
 
 function showHello(hello) {
   state.hello = hello;
@@ -155,6 +155,7 @@ function showStatus(s) {
   list(element('rates'), [
     ['refreshes a second', `${s.refresh_hz.toFixed(1)} of ${s.wanted_hz}`, isSlow], ['a refresh takes', s.refresh_ms.toFixed(1) + ' ms'],
     ['model age at its adoption', s.late_ticks + ' ticks'], ['reducer', s.reducer], ['coordinates', s.dof], ['patch', s.patch_vertices + ' vertices'],
+    ['cells under the tool', s.fineness === null ? 'as they are' : `refined, ${s.fineness.toFixed(2)} of the contact radius`],
     ['force error, local model alone', percent(s.expected_force_error), s.expected_force_error > 0.08], ['its worst case, 0–500 Hz', percent(s.certified_error)],
     ['tick, median / 99 %', `${s.tick_p50_us.toFixed(0)} / ${s.tick_p99_us.toFixed(0)} µs`], ['ticks over their period', `${s.misses} of ${s.ticks}`, s.misses > 0],
     ...(s.gate ? [['the device\'s gate', s.gate, s.gate !== 'open']] : []), ['allocations in ticks', s.allocations, s.allocations > 0], ['pages', s.pages], ['pointer to picture', state.lag.length ? state.lag[state.lag.length >> 1].toFixed(0) + ' ms' : '–']]);
