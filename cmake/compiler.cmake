@@ -69,6 +69,16 @@ function(kt_unity target)
   endforeach()
 endfunction()
 
+# kt_quick(target...): what neither a tick nor a refresh runs (readers, reports, commands, pages) is compiled by -O1 where
+# KT_QUICK_BUILD asks for it. Not for what multiplies matrices by Eigen: of a template that two files instantiate the linker keeps one.
+function(kt_quick)
+  if(KT_QUICK_BUILD)
+    foreach(target ${ARGN})
+      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    endforeach()
+  endif()
+endfunction()
+
 # kt_precompile(target [FROM other] [header...]): Eigen, the standard library and the headers named are compiled once for all
 # files of a target; FROM: they were, for another with the same flags, which defines no macro that this one does not. Each
 # file saves 1 to 4 s (docs/architecture.md#build-and-tests).

@@ -1,7 +1,7 @@
 # One static library per line of the dependency order (docs/architecture.md). A new backend is one .cpp in its folder:
 # the globs pick it up at the next build. A .cpp that needs an optional package is left out when the package is off.
 function(kt_library name)
-  cmake_parse_arguments(ARG "" "" "DIRS;DEPENDS;WITHOUT;ALONE" ${ARGN})
+  cmake_parse_arguments(ARG "" "QUICK" "DIRS;DEPENDS;WITHOUT;ALONE" ${ARGN})
   set(sources)
   foreach(dir ${ARG_DIRS})
     file(GLOB found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${dir}/*.cpp)
@@ -10,7 +10,21 @@ function(kt_library name)
   foreach(pattern ${ARG_WITHOUT})
     list(FILTER sources EXCLUDE REGEX "${pattern}")
   endforeach()
+  set(quick)
+  if(KT_QUICK_BUILD AND ARG_QUICK)
+    set(quick ${sources})
+    list(FILTER quick INCLUDE REGEX "${ARG_QUICK}")
+    list(FILTER sources EXCLUDE REGEX "${ARG_QUICK}")
+  endif()
   add_library(kt_${name} STATIC ${sources})
+  if(quick)  # in the same archive, with flags of its own
+    add_library(kt_${name}_quick OBJECT ${quick})
+    target_include_directories(kt_${name}_quick PRIVATE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(kt_${name}_quick PRIVATE ${ARG_DEPENDS} kt_arithmetic kt_flags)
+    kt_unity(kt_${name}_quick EXCEPT ${ARG_ALONE})
+    kt_quick(kt_${name}_quick)
+    target_sources(kt_${name} PRIVATE $<TARGET_OBJECTS:kt_${name}_quick>)
+  endif()
   add_library(kilotouch::${name} ALIAS kt_${name})
   set_target_properties(kt_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(kt_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
@@ -24,7 +38,7 @@ endfunction()
 set(kt_off)
 foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
              "CGAL=io/([a-z]+/)*[a-z_]*cgal" "CGAL=collision/broad/cgal" "TETGEN=io/([a-z]+/)*[a-z_]*tetgen"
-             "NETGEN=io/([a-z]+/)*[a-z_]*netgen" "ZLIB=io/([a-z]+/)*[a-z_]*zlib" "BEAST=(haptics|driver)/haply")
+             "NETGEN=io/([a-z]+/)*[a-z_]*netgen" "ZLIB=io/([a-z]+/)*[a-z_]*zlib" "HAPLY=(haptics|driver)/haply")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
   list(GET pair 1 path)
@@ -58,6 +72,7 @@ endif()
 kt_library(haptics DIRS haptics/contact haptics/device haptics/safety haptics/machine haptics/driver haptics/driver/haply haptics/guard haptics/link haptics/tick
                             haptics/refresh haptics/remote haptics/body haptics/halves haptics/watch haptics/touch
                             haptics/setup haptics/cells haptics/predict haptics/session haptics/findings ${kt_baselines}
+           QUICK "haptics/(driver|setup|predict|session|findings)/"
            WITHOUT ${kt_off}
            ALONE "haptics/tick/(tick_|free_motion|first_impact|coulomb_|paper_tick|model_change|local_simulation)"
                  haptics/contact/ haptics/touch/thread_link haptics/touch/lockstep_link
@@ -86,7 +101,11 @@ foreach(option CHOLMOD TBB EMBREE OPENMESH CGAL TETGEN NETGEN BEAST)
   target_compile_definitions(kt_core PUBLIC KT_WITH_${option}=$<BOOL:${KT_WITH_${option}}>)
 endforeach()
 
-# Of one file only: the others need not be compiled anew for it.
+# Of single files: the others need not be compiled anew for it.
+if(NOT KT_WITH_HAPLY)  # else as KT_WITH_BEAST
+  set_source_files_properties(haptics/device/haptic_device.cpp haptics/driver/find_devices.cpp PROPERTIES
+                              COMPILE_DEFINITIONS KT_WITH_HAPLY=0)
+endif()
 set_source_files_properties(haptics/setup/session_parts.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_NETWORK=$<BOOL:${KT_WITH_NETWORK}>)
 set_source_files_properties(haptics/tick/haptic_method.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_LAB=$<BOOL:${KT_WITH_LAB}>)
 
@@ -94,9 +113,12 @@ target_link_libraries(kt_io PRIVATE $<BUILD_INTERFACE:kt_hardened>)
 target_link_libraries(kt_haptics PRIVATE ${CMAKE_DL_LIBS})  # vendors' libraries of devices are loaded where they are used
 
 kt_precompile(kt_core)
-foreach(name collision self_contact models haptics)
-  kt_precompile(kt_${name} FROM kt_core)
+foreach(name collision self_contact models haptics haptics_quick)
+  if(TARGET kt_${name})
+    kt_precompile(kt_${name} FROM kt_core)
+  endif()
 endforeach()
+kt_quick(kt_io)
 kt_precompile(kt_io)  # its own: CGAL brings -frounding-math
 
 if(KT_WITH_CHOLMOD)
