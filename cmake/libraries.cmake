@@ -64,6 +64,7 @@ kt_library(collision DIRS collision/shape collision/impact collision/broad colli
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
 kt_library(io DIRS io/files io/mesh io/mesh/format io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
+           QUICK "io/(files|mesh|mesh/format|scene)/"
            ALONE _cgal io/mesh/format/ply.cpp io/mesh/format/stl.cpp io/mesh/format/vtk.cpp io/mesh/format/medit io/files/json_batch io/files/json_file io/scene/json_rules)
 set(kt_baselines)
 if(KT_WITH_LAB)
@@ -110,15 +111,17 @@ set_source_files_properties(haptics/setup/session_parts.cpp PROPERTIES COMPILE_D
 set_source_files_properties(haptics/tick/haptic_method.cpp PROPERTIES COMPILE_DEFINITIONS KT_WITH_LAB=$<BOOL:${KT_WITH_LAB}>)
 
 target_link_libraries(kt_io PRIVATE $<BUILD_INTERFACE:kt_hardened>)
+if(TARGET kt_io_quick)
+  target_link_libraries(kt_io_quick PRIVATE kt_hardened)
+endif()
 target_link_libraries(kt_haptics PRIVATE ${CMAKE_DL_LIBS})  # vendors' libraries of devices are loaded where they are used
 
 kt_precompile(kt_core)
-foreach(name collision self_contact models haptics haptics_quick)
+foreach(name collision self_contact models haptics haptics_quick io_quick)
   if(TARGET kt_${name})
     kt_precompile(kt_${name} FROM kt_core)
   endif()
 endforeach()
-kt_quick(kt_io)
 kt_precompile(kt_io)  # its own: CGAL brings -frounding-math
 
 if(KT_WITH_CHOLMOD)
