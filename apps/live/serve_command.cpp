@@ -164,7 +164,7 @@ void serve(const ServeArguments& a) {
     if (a.keys.empty()) throw InputError("--authorized: needs --keys, this computer's own");
     options.authorized = read_authorized(a.authorized);
   }
-  Scene scene = scene_of_file(a.scene, a.set, true);
+  Scene scene = scene_of_file(a.scene, a.set);
   scene.link.type = "network";
   const Session built(scene);
   for (const std::string& line : lines(built.findings())) std::cerr << "kilotouch: warning: " << line << '\n';

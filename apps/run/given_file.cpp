@@ -88,12 +88,12 @@ bool holds_tetrahedra(const std::string& mesh) {
 
 }  // namespace
 
-Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set, bool travels) {
+Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set) {
   if (sets(set, "object.body")) {
     Scene asked = scene_with_body(mesh, "mesh", set);
     return asked.object.body == "lattice" ? scene_with_body(mesh, "lattice", set) : asked;
   }
-  if (!travels && !holds_tetrahedra(mesh)) {
+  if (!holds_tetrahedra(mesh)) {
     Scene scene = scene_with_body(mesh, "lattice", set);
     const SceneObject& o = scene.object;
     if (o.mesh == mesh && !o.tetrahedralize && !o.repair && why_no_lattice(body_options(scene)).empty() &&
@@ -103,8 +103,8 @@ Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set
   return scene_with_body(mesh, "mesh", set);
 }
 
-Scene scene_of_file(const std::string& file, const std::vector<std::string>& set, bool travels) {
-  return kind_of_file(file) == Given::mesh ? scene_of_mesh(file, set, travels) : load_scene(file, set);
+Scene scene_of_file(const std::string& file, const std::vector<std::string>& set) {
+  return kind_of_file(file) == Given::mesh ? scene_of_mesh(file, set) : load_scene(file, set);
 }
 
 }  // namespace kt

@@ -16,11 +16,10 @@ Given kind_of_file(const std::string& file);
 /// the near side. Sizes follow the body's own size, so that any mesh in any unit gives a sensible first contact.
 /// A surface is put into a lattice (object.body), unless a setting asks for something that a lattice has not; a file
 /// with tetrahedra keeps them.
-/// @param set      KEY=VALUE
-/// @param travels  the body is to be touched from another computer
-Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set, bool travels = false);
+/// @param set  KEY=VALUE
+Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set);
 
 /// Of a scene file or of a mesh. @throws InputError
-Scene scene_of_file(const std::string& file, const std::vector<std::string>& set, bool travels = false);
+Scene scene_of_file(const std::string& file, const std::vector<std::string>& set);
 
 }  // namespace kt

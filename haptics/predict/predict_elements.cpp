@@ -15,7 +15,11 @@ double cells_across(const Mesh& mesh) {
   for (const Tetrahedron& t : mesh.tetrahedra)
     for (int i = 0; i < 4; ++i)
       for (int k = i + 1; k < 4; ++k, ++edges) length += (node(mesh.x, t[i]) - node(mesh.x, t[k])).norm();
-  return bounds(mesh).size().minCoeff() * static_cast<double>(edges) / length;
+  // Cubes of a lattice reach beyond the body.
+  const auto body = mesh.x.tail(mesh.x.size() - (mesh.embedded ? 3 * mesh.embedded->first : 0))
+                        .reshaped(3, mesh.embedded ? mesh.embedded->num_vertices() : mesh.num_nodes());
+  const Vec3 size = body.rowwise().maxCoeff() - body.rowwise().minCoeff();
+  return size.minCoeff() * static_cast<double>(edges) / length;
 }
 
 double tet4_stiffening(double cells, double distance) { return 1 + (2.0 + 0.19 / distance) / (cells * cells); }
@@ -37,6 +41,12 @@ std::optional<Prediction> predict_locking(const DeformableModel& model, const st
   if (info.type == "fem" && element == "tet4") {
     const double factor = tet4_stiffening(cells, 0.5 - poisson);
     if (factor < kMost) return {};
+    if (model.mesh().embedded)
+      return Prediction{"poisson", Finding{told("object.body lattice at object.model.poisson ", poisson, " with ",
+                                                cells, " cells across the body bends at least ", factor,
+                                                " times too little (limit ", kMost, ")"),
+                                           {set_to("object.body", "mesh"), advise("set object.lattice.nodes higher")}}
+                                       .at("object.body", factor, kMost)};
     return Prediction{
         "poisson",
         Finding{told("object.model.element tet4 at object.model.poisson ", poisson, " with ", cells,
