@@ -20,6 +20,7 @@ struct Works {
   std::list<std::function<void()>> stops;  // of what runs
   std::atomic<std::thread::id> last{};     // the thread that ends Python
   std::atomic<bool> is_ending{false};
+  std::atomic<int> returning{0};  // threads that take the interpreter's lock again
 };
 
 Works& works() {
@@ -35,8 +36,14 @@ void begin_ending() noexcept {
 }
 
 NoGil::~NoGil() {
-  while (works().is_ending && std::this_thread::get_id() != works().last.load()) pause();
+  Works& all = works();
+  ++all.returning;  // before it is asked whether Python ends: see end_background()
+  if (all.is_ending && std::this_thread::get_id() != all.last.load()) {
+    --all.returning;
+    for (;;) pause();
+  }
   PyEval_RestoreThread(state_);
+  --all.returning;
 }
 
 void in_background(std::function<void()> work, std::function<void()> stop) {
@@ -62,10 +69,16 @@ void end_background() {
   Works& all = works();
   constexpr std::chrono::seconds kLongest{30};
   const NoGil no_gil;
-  std::unique_lock lock(all.mutex);
-  for (const auto& stop : all.stops)
-    if (stop) stop();
-  all.changed.wait_for(lock, kLongest, [&] { return all.stops.empty(); });
+  const auto end = std::chrono::steady_clock::now() + kLongest;
+  {
+    std::unique_lock lock(all.mutex);
+    for (const auto& stop : all.stops)
+      if (stop) stop();
+    all.changed.wait_until(lock, end, [&] { return all.stops.empty(); });
+  }
+  // A thread that waits for the interpreter already gets it now: later it would be ended within a destructor.
+  while (all.returning > 0 && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 bool& was_interrupted() noexcept {

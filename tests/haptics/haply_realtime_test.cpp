@@ -75,6 +75,8 @@ TEST(Haply, PosesComeAndForcesArrive) {
     EXPECT_GT(device.chain().counts().ticks - device.chain().counts().stale, 50) << "fresh poses, however busy";
     if (!is_open) GTEST_SKIP() << kTooBusy;
     tick_for(device, 0.3, [](const LocalFrame&) {});
+    for (int i = 0; i < 50 && std::abs(device.pose(0, 1e-3).x.z() - 2.0 / 300) > 5e-4; ++i)  // on a busy machine
+      tick_for(device, 0.1, [](const LocalFrame&) {});
     if (device.chain().gate() < 1) GTEST_SKIP() << kTooBusy;
     EXPECT_NEAR(device.pose(0, 1e-3).x.z(), 2.0 / 300, 5e-4) << "2 N against a grip of 300 N/m";
     EXPECT_EQ(device.state().buttons, 1u);
