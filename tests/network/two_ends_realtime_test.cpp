@@ -134,7 +134,8 @@ void press_on_refined_cells(const std::string& body_kind) {
   EXPECT_GT(std::ranges::count_if(run.result.tools[0].frames, is_refined), 0);
   const LocalFrame& last = run.result.tools[0].frames.back();
   if (is_refined(last)) {                      // a busy machine may be late with the cells
-    EXPECT_NEAR(last.f_n, here, 0.15 * here);  // on its way to rest; of the cells as they are it is twice as large
+    // Another delay refines other cells: 1.01 to 1.06 of it at rest. The cells as they are give 2.5 times.
+    EXPECT_NEAR(last.f_n, here, 0.15 * here);
   }
   SessionOptions replay = replay_of(run.result);
   EXPECT_EQ(session.run(replay).hash, run.result.hash);
