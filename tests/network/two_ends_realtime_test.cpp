@@ -133,7 +133,7 @@ void press_on_refined_cells(const std::string& body_kind) {
   const auto is_refined = [](const LocalFrame& f) { return f.f_n > 0 && !(f.flags & kUnrefined); };
   EXPECT_GT(std::ranges::count_if(run.result.tools[0].frames, is_refined), 0);
   const LocalFrame& last = run.result.tools[0].frames.back();
-  if (is_refined(last)) {                      // a busy machine may be late with the cells
+  if (is_refined(last)) {  // a busy machine may be late with the cells
     // Another delay refines other cells: 1.01 to 1.06 of it at rest. The cells as they are give 2.5 times.
     EXPECT_NEAR(last.f_n, here, 0.15 * here);
   }
