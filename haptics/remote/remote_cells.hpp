@@ -1,6 +1,6 @@
 #pragma once
-// Refined cells on the hand's computer. Their compliance R grows with the square of its points, 50 KB at 50 points. What
-// it is made from is some 50 nodes of the body, 2.8 KB: those travel, and R is made again. docs/network.md.
+// Refined cells on the hand's computer. Their compliance R grows with the square of its points, 50 KB at 50 points.
+// What it is made from is some 50 nodes of the body, 2.8 KB: those travel, and R is made again. docs/network.md.
 #include "core/fine/fine_body.hpp"
 #include "core/fine/make_fine_patch.hpp"
 #include "core/linear/sparse_solver.hpp"
