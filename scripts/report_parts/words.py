@@ -54,7 +54,7 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("force.mean_t", "tangential force, mean", FORCE, "resists the drag"),
         ("force.max_t", "tangential force, largest", FORCE, ""),
         ("force.max_t_over_mu_n", "use of the friction cone", PLAIN, "largest tangential force over µ × normal force; Coulomb friction allows at most 1"),
-        ("force.felt_t_over_mu_n", "… by the force that is felt", PLAIN, "the same of the force written to the device; the fade from one local model to the next may pass 1"),
+        ("force.felt_t_over_mu_n", "… by the force that is felt", PLAIN, "the same of the force written to the device, in ticks with one contact; the fade from one local model to the next may pass 1"),
         ("force.buzz", "buzz", percent, "vibration above 100 Hz over the mean force; people notice forces that differ by 7–10 %"),
         ("force.crossing_jump", "jump at a mesh line", percent, "largest change in one tick when the contact enters another triangle, over the mean force"),
         ("force.refresh_jump", "jump at a new local model", percent, "the same when the slow side delivers a new model"),
