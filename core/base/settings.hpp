@@ -75,8 +75,8 @@ struct LocalSettings {
   /// Cells around the contact finer than the body's, in series with the local model: "follow" the tool, "off", or
   /// "auto", which follows it where that can be and the body's cells are wider than half the contact.
   std::string refine = "auto";
-  double fineness = 1.4;             ///< size of these cells under the tool over the contact radius, at most [-]
-  int refine_nodes = 900;            ///< of these cells at most; where more are needed they are larger
+  double fineness = 1.4;   ///< size of these cells under the tool over the contact radius, at most, 1.35 or more [-]
+  int refine_nodes = 900;  ///< of these cells at most; where more are needed they are larger
   double passivity_damping = 0;      ///< most that passivity control may add [N s/m]; 0: the energy is only watched
   std::string integrator = "auto";   ///< exact, implicit_euler, symplectic_euler, or whichever fits
   std::string method = "multirate";  ///< name in haptics/tick/haptic_method.def: this engine or a baseline

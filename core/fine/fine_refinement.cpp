@@ -55,8 +55,8 @@ class Refinement {
   void refine(const CornerLeaf& leaf) {
     std::array<Vec3, 4> p;
     for (int c = 0; c < 4; ++c) p[c] = nodes_[leaf.corner[c]].of(x_);
-    const double size = leaf_size(p), away = options_.distance(0.25 * (p[0] + p[1] + p[2] + p[3])) - 0.5 * size;
-    if (leaf.level == kMostLevels || size <= (1 + 1e-9) * size_.at(away)) {
+    const double size = leaf_size(p);
+    if (leaf.level == kMostLevels || size <= (1 + 1e-9) * size_.at(away(p, size, options_))) {
       leaves_.push_back(leaf);
       return;
     }
@@ -108,6 +108,10 @@ double leaf_size(const std::array<Vec3, 4>& p) {
     for (int j = i + 1; j < 4; ++j) longest = std::max(longest, (p[i] - p[j]).norm());
   const double cube = std::abs((p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]));
   return std::max(std::cbrt(cube), longest / std::sqrt(3.0));
+}
+
+double away(const std::array<Vec3, 4>& p, double size, const FineZoneOptions& options) {
+  return options.distance(0.25 * (p[0] + p[1] + p[2] + p[3])) - 0.5 * size;
 }
 
 double least_distance(const std::array<Vec3, 4>& p, const Vec3& place) {

@@ -17,6 +17,9 @@ std::vector<CornerLeaf> refine_cells(const VectorX& x, std::span<const Tetrahedr
 /// Edge of the cube that six leaves of this size fill [m]; of a flat one what its longest edge comes to.
 double leaf_size(const std::array<Vec3, 4>& corners);
 
+/// About how far a leaf is from where a tool touches, of that leaf_size(); below 0: there [m].
+double away(const std::array<Vec3, 4>& corners, double size, const FineZoneOptions& options);
+
 /// At least how far a place is from a leaf [m]: 0 inside.
 double least_distance(const std::array<Vec3, 4>& corners, const Vec3& place);
 

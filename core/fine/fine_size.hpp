@@ -20,6 +20,9 @@ struct FineContact {
 /// cells within 1.6 cell sizes of the centre, and half a cell beyond the way, so that what is held is far enough.
 FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness);
 
+/// Cells that may be half as large as that give as many places to touch as a tick holds (kMaxContacts).
+constexpr double kLeastFineness = 1.35;
+
 /// Force over the continuum's to expect at leaves of that size over the contact radius, 0.5 to 1.4, and a Poisson's
 /// ratio of 0.3 or less: a fit to presses (bench/fine_press_table.cpp), which lie within 0.03 of it where the size is 1
 /// or less.

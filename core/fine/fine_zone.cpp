@@ -65,6 +65,7 @@ class ZoneMaker {
   FineZone take() {
     for (int i = 0; i < nodes_.size(); ++i) zone_.nodes.push_back(nodes_[i]);
     find_inner();
+    zone_.largest = largest_leaf();
     if (body_.mesh->embedded)
       add_embedded_facets(body_, nodes_, options_, zone_);
     else
@@ -75,6 +76,16 @@ class ZoneMaker {
   }
 
  private:
+  double largest_leaf() const {
+    double out = 0;
+    for (const FineLeaf& leaf : zone_.leaves) {
+      std::array<Vec3, 4> p;
+      for (int c = 0; c < 4; ++c) p[c] = nodes_[leaf.node[c]].of(x_);
+      if (const double size = leaf_size(p); away(p, size, options_) <= options_.size.flat) out = std::max(out, size);
+    }
+    return out;
+  }
+
   /// Faces, edges and corners that the zone shares with the rest: they are held.
   void find_walls() {
     std::vector<char> is_zone(static_cast<std::size_t>(x_.size() / 3), 0);

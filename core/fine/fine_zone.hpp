@@ -74,6 +74,7 @@ struct FineZone {
   EmbeddedFacets embedded;  ///< in the place of facets, of a surface that is embedded in the body's cells
   std::vector<std::vector<LeafPoint>> leaf_points;  ///< of leaves that a surface cuts, leaf_points(); none: whole ones
   double edge = 0;                                  ///< that was taken [m]
+  double largest = 0;                               ///< leaf within size.flat of where a tool touches [m]
   int num_unknown() const { return static_cast<int>(unknown.size()); }
   std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
 };

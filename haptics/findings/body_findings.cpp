@@ -52,6 +52,23 @@ void find_self_crossing(const SessionResult& result, std::vector<Finding>& out) 
             .at("global.self_contact", own.pairs, 0));
 }
 
+/// Between nodes that are so far apart a tool is not held: two thirds to 1.2 of the continuum's force.
+void find_coarse_refinement(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
+  constexpr double kCoarse = 1.65;  // contact radii
+  constexpr double kSome = 0.1;     // of the refreshes
+  const std::vector<double>& fineness = result.refresh.fineness;
+  const auto coarse = std::ranges::count_if(fineness, [](double f) { return f > kCoarse; });
+  if (!(static_cast<double>(coarse) > kSome * static_cast<double>(fineness.size()))) return;
+  const double largest = std::ranges::max(fineness);
+  Finding found{told("refined cells under the tool were up to ", largest, " contact radii large, above ", kCoarse,
+                     " in ", coarse, " of ", fineness.size(),
+                     " refreshes: there the force may be two thirds to 1.2 times that of the continuum")};
+  found.cures = {scene.local.refine_nodes < LocalSettings().refine_nodes
+                     ? set_to("local.refine_nodes", text(LocalSettings().refine_nodes))
+                     : set_to("local.refine_nodes", text(std::min(5000, 2 * scene.local.refine_nodes)))};
+  out.push_back(std::move(found).at("local.refine_nodes", largest, kCoarse));
+}
+
 /// The wall clock does not wait for a body that takes longer than its interval.
 void find_lag(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
   constexpr double kEnough = 0.8;
@@ -72,6 +89,7 @@ void find_in_body(const Session& session, const SessionResult& result, std::vect
   find_in_steps(session.scene(), result, out);
   find_in_elements(session, result, out);
   find_self_crossing(result, out);
+  find_coarse_refinement(session.scene(), result, out);
   find_lag(session.scene(), result, out);
 }
 

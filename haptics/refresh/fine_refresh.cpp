@@ -101,13 +101,23 @@ FineContact FineRefresh::ahead(const Wanted& wanted) {
   return out;
 }
 
+/// Cells that may be this large, in contact radii: there is less than half the room for the contacts of each of two.
+double FineRefresh::largest_fineness(std::size_t tools) const {
+  constexpr double kOfTwo = 1.4;
+  return (tools > 1 ? kOfTwo : 1) * std::max(kLeastFineness, fineness_);
+}
+
 /// The zone that is there is large and fine enough for it: the contacts stay within its travel.
 bool FineRefresh::serves(const Wanted& wanted) const {
-  constexpr double kGrown = 1.15, kShrunk = 0.6;
+  constexpr double kGrown = 1.15, kShrunk = 0.6, kShrunkFewer = 0.85;
   if (!zone_) return false;
   const FineContact& has = zone_->contact;
+  const bool is_capped = zone_->zone.edge > zone_->options.size.edge;  // a smaller one may have smaller cells
   const double grown = wanted.contact_radius / has.contact_radius;
-  if (grown > kGrown || grown < kShrunk || has.others.size() + 1 != wanted.from.size()) return false;
+  if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk) || has.others.size() + 1 != wanted.from.size())
+    return false;
+  const double most = largest_fineness(wanted.from.size()) * wanted.contact_radius;
+  if (!is_capped && zone_->zone.largest > (1 + 1e-6) * most) return false;
   bool stays = true;
   for (std::size_t k = 0; k < wanted.from.size(); ++k) {
     const Vec3& centre = k == 0 ? has.centre : has.others[k - 1];
@@ -120,15 +130,14 @@ bool FineRefresh::serves(const Wanted& wanted) const {
 /// on.
 void FineRefresh::make_zone(const FineContact& contact, double late) {
   constexpr double kLeastNodes = 150;
-  constexpr double kOfTwo = 1.4;   // there is less than half the room for the contacts of each
-  constexpr double kSteady = 1.2;  // cells are halved: a size that follows each measured radius would jump to and fro
-  const double grown = sized_for_ > 0 ? contact.contact_radius / sized_for_ : 0;
-  if (grown < 1 / kSteady || grown > kSteady) sized_for_ = contact.contact_radius;
-  const double fineness = fineness_ * sized_for_ / contact.contact_radius;
-  const bool is_alone = contact.others.empty();
-  FineZoneOptions options = fine_options(body_, contact, is_alone ? fineness : kOfTwo * fineness);
+  const std::size_t tools = contact.others.size() + 1;
+  const double most = largest_fineness(tools), least = most / largest_fineness(1) * kLeastFineness;
+  // Cells are halved: a size that follows each measured radius would jump to and fro.
+  sized_ = std::clamp(sized_, least * contact.contact_radius, most * contact.contact_radius);
+  FineZoneOptions options = fine_options(body_, contact, most);
+  options.size.edge = sized_;
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / std::pow(late, 1.5));
-  options.most_nodes = static_cast<int>(nodes) * (1 + static_cast<int>(contact.others.size()));
+  options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
   zone_ = Zone{make_fine_zone(body_, options), options, contact, {}, cell_size_at(body_, contact.centre)};
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
@@ -171,7 +180,7 @@ std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, 
   const auto made = make_fine_patch(body_, zone_->zone, surface_.triangles,
                                     find_yield(body_, zone_->zone, state, tangent.dfdx, *solver_));
   FineOrigin origin = fine_origin(body_, zone_->zone, zone_->options, state);
-  made->fineness = origin.fineness = zone_->zone.edge / zone_->contact.contact_radius;
+  made->fineness = origin.fineness = zone_->zone.largest / zone_->contact.contact_radius;
   made->origin = std::make_shared<const FineOrigin>(std::move(origin));
   patch_ = made;
   x_ = x;

@@ -1,5 +1,6 @@
 #pragma once
 // The refined cells around the tools, from refresh to refresh: where they are, how small, and how they yield.
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -52,6 +53,7 @@ class FineRefresh {
                 std::span<const FineTool> places) const;
   static FineContact ahead(const Wanted& wanted);
   bool serves(const Wanted& wanted) const;
+  double largest_fineness(std::size_t tools) const;
   void make_zone(const FineContact& contact, double late);
   double bend(const VectorX& x) const;
   const Surface& surface_;
@@ -60,7 +62,7 @@ class FineRefresh {
   double fineness_;
   int most_nodes_;
   std::optional<Zone> zone_;
-  double sized_for_ = 0;  // contact radius that the cells' size was chosen for [m]
+  double sized_ = std::numeric_limits<double>::infinity();  // that the cells were to have at most [m]
   std::unique_ptr<SparseSolver> solver_;
   std::shared_ptr<const FinePatch> patch_;  // of the zone, in the state that follows
   VectorX x_;                               // of the whole body [m]

@@ -83,7 +83,9 @@ std::vector<Cure> cures_of_refresh(const Scene& scene, const SessionResult& resu
     else if (result.reducer == "condensed")
       add_reducer(result, "wall", out);
   } else if (r.slow_part == "refine") {
-    out.push_back(set_to("local.refine_nodes", text(std::max(100, scene.local.refine_nodes / 2))));
+    constexpr double kRoomFor = 1;  // contact radii: cells of half as many nodes are up to twice as large
+    if (percentile(result.refresh.fineness, 0.9) <= kRoomFor)
+      out.push_back(set_to("local.refine_nodes", text(std::max(100, scene.local.refine_nodes / 2))));
   } else if (limits.linear_elements && scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
     out.push_back(set_to("object.model.element", "tet4"));
   }

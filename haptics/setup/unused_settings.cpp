@@ -1,6 +1,7 @@
 #include "haptics/setup/unused_settings.hpp"
 
 #include "core/base/error.hpp"
+#include "core/fine/fine_size.hpp"
 #include "haptics/refresh/refresher.hpp"
 #include "haptics/tick/haptic_method.hpp"
 
@@ -152,7 +153,11 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
   if (l.refine == "off") {
     out.unread("local.fineness", l.fineness, d.fineness, "local.refine is off; auto and follow read it");
     out.unread("local.refine_nodes", l.refine_nodes, d.refine_nodes, "local.refine is off; auto and follow read it");
-  } else if (l.refine == "follow") {
+  } else if (l.fineness < kLeastFineness) {
+    out.unread("local.fineness", l.fineness, d.fineness,
+               text(kLeastFineness, " is taken: nodes of smaller cells are more places to touch than a tick holds"));
+  }
+  if (l.refine == "follow") {
     const std::string reason = text("local.refine is ", l.refine, "; the refined cells' own surface is touched");
     out.unread("contact.surface", scene.contact.surface, kDefault.contact.surface, reason);
     out.unread("contact.surface_levels", scene.contact.surface_levels, kDefault.contact.surface_levels, reason);

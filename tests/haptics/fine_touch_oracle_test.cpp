@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/body/mesh.hpp"
+#include "haptics/findings/run_findings.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"
@@ -18,6 +19,9 @@ struct Press {
   double x = 0, y = 0;  // from the middle, in cells
   double speed = 0, mu = 0;
   double duration = 0.5;
+  double fineness = 1.4;
+  int nodes = 900;
+  double latency_ms = 0, press_time = 0.3;
   std::string refine = "follow", type = "fem", element = "tet4", link = "lockstep";
 };
 
@@ -32,13 +36,16 @@ Scene scene_of(const Press& p) {
   s.tool.radius = kRadius;
   s.tool.path.press_drag = PressDrag{.at = std::array{0.5 * kWide + p.x * p.cell, 0.5 * kWide + p.y * p.cell},
                                      .depth = p.depth,
-                                     .press_time = 0.3,
+                                     .press_time = p.press_time,
                                      .direction = {1, 0.3, 0},
                                      .speed = p.speed};
   s.duration = p.duration;
   s.contact.mu_static = s.contact.mu_kinetic = p.mu;
   s.contact.surface = "flat";
   s.local.refine = p.refine;
+  s.local.fineness = p.fineness;
+  s.local.refine_nodes = p.nodes;
+  s.link.latency_ms = p.latency_ms;
   s.local.reducer = "condensed";
   s.link.type = p.link;
   s.collision.backend = "brute_force";
@@ -124,6 +131,40 @@ TEST(FineTouch, ABallThatPressesFastStaysOutside) {
   EXPECT_GT(r.tools[0].frames.back().f_n, 0.3);
 }
 
+// Nodes of cells that are ever smaller would be more places to touch than a tick holds (kMaxContacts): the force of a
+// tick that leaves some out is 0.8 to 0.95 of the continuum's.
+TEST(FineTouch, TakesNoSmallerCellsThanATickHolds) {
+  for (const auto& [depth, x] : {std::pair(0.0008, 0.5), std::pair(0.0011, 0.0)}) {
+    const double factor = force_over_continuum({.depth = depth, .x = x, .fineness = 0.5, .nodes = 3000});
+    EXPECT_GE(factor, 0.99) << depth;
+    EXPECT_LE(factor, 1.14) << depth;
+  }
+}
+
+// A fast press whose models come late is expected to go on: cells made for that contact are too large for the one that
+// is there.
+TEST(FineTouch, RefinesAnewWhereTheContactIsSmallerThanExpected) {
+  Press p{.depth = 0.002, .x = 0.6, .y = 0.3, .duration = 0.8};
+  p.latency_ms = 60;
+  p.press_time = 0.1;
+  const double factor = force_over_continuum(p);
+  EXPECT_GE(factor, 0.97);
+  EXPECT_LE(factor, 1.08);
+}
+
+// Cells that local.refine_nodes leaves too large: the force is far off, and the run says so.
+TEST(FineTouch, SaysWhereTheRefinedCellsAreTooLarge) {
+  const auto says = [](int nodes) {
+    const Press p{.cell = 0.01, .depth = 0.0005, .duration = 0.45, .nodes = nodes};
+    Session session(scene_of(p), block_of(p));
+    const SessionResult r = session.run();
+    return std::ranges::any_of(all_findings(session, r),
+                               [](const Finding& f) { return f.where == "local.refine_nodes"; });
+  };
+  EXPECT_TRUE(says(300));
+  EXPECT_FALSE(says(900));
+}
+
 // A tool that stays on the refined cells, and one that outruns them: the ticks say so, and the run.
 TEST(FineTouch, SaysWhereAToolOutrunsTheRefinedCells) {
   const auto unrefined_ticks = [](double speed, double rate_hz) {
@@ -196,7 +237,7 @@ TEST(FineTouch, IsRepeatedBitForBit) {
 // Where models come late, most refreshes do not wait for refined cells: they were made while the model before was in
 // use. The tool stays on them, the force at rest is the same, and so are the bits.
 TEST(FineTouch, CellsAreMadeARefreshAheadWhereModelsComeLate) {
-  const Press p{.mu = 0.4, .duration = 0.6};
+  const Press p{.depth = 0.0011, .mu = 0.4, .duration = 0.6};  // whose cells are of one size, however late they are
   Scene scene = scene_of(p);
   scene.link.charge_refreshes = "given";
   scene.link.refresh_ms = 25;
