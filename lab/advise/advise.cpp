@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "collision/shape/closest_point.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "lab/advise/advise_parts.hpp"
 
@@ -56,6 +57,8 @@ AdviceScene prepare(const Scene& given, const AdviceClock& clock) {
   AdviceScene out{.scene = scene};
   std::vector<std::string> notes;
   out.mesh = load_body_mesh(body_options(scene), notes);
+  out.may_refine =
+      given.local.refine != "off" && given.tool.shape != "point" && may_refine(given.contact, given.local).refines;
   out.from_surface = load_mesh(scene.object.mesh).tetrahedra.empty() && !scene.object.layers;
   Scene plain = scene;
   plain.link.type = "lockstep";
@@ -125,6 +128,7 @@ std::vector<std::string> settings_of(const Advice& a) {
   const AdviceBody& b = a.bodies[r.body];
   std::vector<std::string> out{text("object.model.type=", b.model == "msd" ? "msd" : "fem")};
   if (b.model != "msd") out.push_back("object.model.element=" + b.model);
+  out.push_back(text("local.refine=", b.refined ? "follow" : "off"));
   if (b.mesh_name != "own" && b.filled.max_volume)
     out.push_back(text("object.tetrahedralize.max_volume=", *b.filled.max_volume));
   if (b.mesh_name != "own" && b.filled.max_edge)

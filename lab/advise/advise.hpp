@@ -46,6 +46,7 @@ struct AdviceBody {
   std::string model = "msd";        ///< msd, tet4, tet10
   std::string mesh_name = "own";    ///< in words
   SceneTetrahedralize filled = {};  ///< what makes that mesh
+  bool refined = false;             ///< cells under the tool (local.refine)
   Mesh mesh = {};
   int nodes = 0;
   double force = kUnknown;                     ///< on the pressed tool [N]

@@ -47,9 +47,10 @@ struct AdviceScene {
   PosePath tool = {};         ///< at the ends of the ticks, before them the start
   PressSite site = {};        ///< where the tool presses hardest
   bool from_surface = false;  ///< other meshes can be made for it
+  bool may_refine = false;    ///< cells under the tool, by what the scene says
 };
 
-/// The scene with another model (msd, tet4, tet10) and mesh.
+/// The scene with another model (msd, tet4, tet10) and mesh, its cells refined under the tool or as they are.
 Scene with_body(Scene scene, const AdviceBody& body);
 
 /// The scene at that rate, with that reducer, repeatable.

@@ -22,6 +22,13 @@ constexpr double kShortest = 0.1;        // [s] of the path that say something
 /// By size and not by the clock, so that equal scenes get equal references: what ten seconds or so of drag take.
 int steps_per_tick(int nodes) { return nodes <= 1000 ? 10 : nodes <= 2500 ? 4 : 2; }
 
+/// Against a full model of the same cells: those of the body as it is.
+Session with_own_cells(const Scene& scene, const Mesh& mesh) {
+  Scene own = scene;
+  own.local.refine = "off";
+  return Session(own, mesh);
+}
+
 Reference find_reference(const AdviceScene& scene, const Session& session, const AdviceClock& clock) {
   const double end = 1 - (1 - kReferenceShare) * clock.left() / (clock.left() + clock.seconds());
   std::atomic<bool> over{false};
@@ -32,16 +39,26 @@ Reference find_reference(const AdviceScene& scene, const Session& session, const
   return run_reference(session, {&scene.tool, 1}, options);
 }
 
-void measure_row(Session& session, const Reference& reference, const AdviceClock& clock, AdviceRow& row) {
+/// @param had  becomes the share of a core that it had
+SessionResult run_row(Session session, const AdviceClock& clock, double& had) {
   std::atomic<bool> over{false};
   SessionOptions options;
   options.check_contacts = false;
   options.stop = &over;
   options.progress = watch(clock, 1, over);
-  SessionResult result;
-  const double had = share_of_core([&] { with_threads(1, [&] { result = session.run(options); }); });
-  if (result.stopped) throw RunError("beyond the time budget");
-  const double rate_hz = session.scene().local.rate_hz;
+  SessionResult out;
+  had = share_of_core([&] { with_threads(1, [&] { out = session.run(options); }); });
+  if (out.stopped) throw RunError("beyond the time budget");
+  return out;
+}
+
+void measure_row(const Scene& scene, const Mesh& mesh, const Reference& reference, const AdviceClock& clock,
+                 AdviceRow& row) {
+  double had = 1;
+  const SessionResult own = run_row(with_own_cells(scene, mesh), clock, had);
+  row.rates_error = compare_forces(tick_forces(own.tools[0].frames), reference).force_error;
+  const SessionResult result = scene.local.refine == "off" ? own : run_row(Session(scene, mesh), clock, had);
+  const double rate_hz = scene.local.rate_hz;
   row.global_ms = had * percentile(result.refresh.global_ms, 0.5);
   row.refresh_ms = had * percentile(result.refresh.refresh_ms, 0.5);
   row.tick_us = percentile(result.step_us, 0.99);
@@ -49,7 +66,6 @@ void measure_row(Session& session, const Reference& reference, const AdviceClock
       static_cast<double>(result.refreshes.size()) * rate_hz / static_cast<double>(result.tools[0].frames.size());
   row.core_share = 1e-6 * percentile(result.step_us, 0.5) * rate_hz +
                    1e-3 * (row.global_ms + row.refresh_ms) * row.refreshes_per_second;
-  row.rates_error = compare_forces(tick_forces(result.tools[0].frames), reference).force_error;
 }
 
 }  // namespace
@@ -79,7 +95,7 @@ void measure_rates(const AdviceScene& scene, int body, const AdviceClock& clock,
   std::string why_none;
   if (judged.nodes > kMostNodes) why_none = text("no reference for more than ", kMostNodes, " nodes");
   if (why_none.empty()) try {
-      reference = find_reference(scene, Session(row_scene(with, kRates[0], "condensed"), judged.mesh), clock);
+      reference = find_reference(scene, with_own_cells(row_scene(with, kRates[0], "condensed"), judged.mesh), clock);
     } catch (const std::runtime_error& e) {
       why_none = text("no reference: ", e.what());
     }
@@ -96,8 +112,7 @@ void measure_rates(const AdviceScene& scene, int body, const AdviceClock& clock,
       if (why_not.empty()) try {
           if (clock.is_over() || kMargin * last > clock.left()) throw RunError("beyond the time budget");
           const double started = clock.seconds();
-          Session session(row_scene(with, rate, reducer), judged.mesh);
-          measure_row(session, reference, clock, row);
+          measure_row(row_scene(with, rate, reducer), judged.mesh, reference, clock, row);
           last = clock.seconds() - started;
           row.error = own_error + row.rates_error;
           if (!is_real_time(candidate_of(row, with.local.rate_hz))) why_not = text("too slow at ", rate, " Hz already");

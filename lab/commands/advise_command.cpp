@@ -46,7 +46,9 @@ std::string real_time(const Candidate& c) {
               form(", tick %.2g %%", 100 * c.tick_load));
 }
 
-std::string body_name(const AdviceBody& b) { return b.model + ", mesh " + b.mesh_name; }
+std::string mesh_name(const AdviceBody& b) { return b.mesh_name + (b.refined ? ", refined" : ""); }
+
+std::string body_name(const AdviceBody& b) { return b.model + ", mesh " + mesh_name(b); }
 
 void print_bodies(const Advice& a) {
   const AdviceTruth& truth = a.truth;
@@ -55,12 +57,12 @@ void print_bodies(const Advice& a) {
     std::cout << ", pressed " << form("%.3g mm", 1e3 * truth.depth)
               << " at rest; truth: " << form("%.4g N", truth.force) << " +- " << percent(truth.uncertainty)
               << " (tet10, " << truth.nodes << " nodes)";
-  std::printf("\n    %-6s %-14s %6s %6s %7s %9s %8s %8s  %s\n", "model", "mesh", "nodes", "cell/a", "expect", "force N",
+  std::printf("\n    %-6s %-22s %6s %6s %7s %9s %8s %8s  %s\n", "model", "mesh", "nodes", "cell/a", "expect", "force N",
               "error", "ms/refr.", "verdict");
   for (const AdviceBody& b : a.bodies)
-    std::printf("  %s %-6s %-14s %6s %6s %7s %9s %8s %8s  %s\n",
+    std::printf("  %s %-6s %-22s %6s %6s %7s %9s %8s %8s  %s\n",
                 a.row.index >= 0 && &b == &a.bodies[a.rows[a.row.index].body] ? "*" : " ", b.model.c_str(),
-                b.mesh_name.c_str(), b.nodes > 0 ? std::to_string(b.nodes).c_str() : "-",
+                mesh_name(b).c_str(), b.nodes > 0 ? std::to_string(b.nodes).c_str() : "-",
                 form("%.2g", b.cell_over_contact_radius).c_str(), form("x %.3g", b.expected_factor).c_str(),
                 form("%.4g", b.force).c_str(), percent(b.error).c_str(), form("%.3g", b.refresh_ms).c_str(),
                 verdict(candidate_of(b), a.tolerance, b.note).c_str());
@@ -154,6 +156,7 @@ Json advice_json(const Advice& a, const Scene& scene) {
   for (const AdviceBody& b : a.bodies)
     out["bodies"].push_back({{"model", b.model},
                              {"mesh", b.mesh_name},
+                             {"refined", b.refined},
                              {"nodes", b.nodes},
                              {"force", number(b.force)},
                              {"error", number(b.error)},

@@ -92,6 +92,15 @@ class Advise(unittest.TestCase):
                              cwd=self.temporary.name, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(run.returncode, 0, run.stderr)
 
+    def test_cells_refined_under_the_tool_are_judged_beside_the_cells_as_they_are(self):
+        _, _, answer = self.advise("--tolerance", "0.15", "--budget-seconds", "400")
+        errors = {(b["model"], b["refined"]): b["error"] for b in answer["bodies"] if b["mesh"] == "own"}
+        self.assertLess(errors["tet4", True], 0.15)
+        self.assertGreater(errors["tet4", False], 2 * errors["tet4", True])
+        self.assertIn("local.refine=follow", answer["settings"])
+        _, _, answer = self.advise("--set", "local.refine=off", "--budget-seconds", "10")
+        self.assertFalse(any(b["refined"] for b in answer["bodies"]))
+
     def test_no_row_within_a_tiny_tolerance_names_the_nearest(self):
         code, text, answer = self.advise("--tolerance", "1e-6", "--budget-seconds", "400")
         self.assert_shape(answer)
