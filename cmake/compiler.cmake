@@ -69,6 +69,24 @@ function(kt_unity target)
   endforeach()
 endfunction()
 
+# kt_join(target name pattern): of a target's sources those that match are compiled as one file, apart from their other neighbours
+# (KT_UNITY). For files that kt_unity leaves alone because they share the name of a local helper with one of those.
+function(kt_join target name pattern)
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources INCLUDE REGEX "${pattern}")
+  list(LENGTH sources count)
+  if(NOT KT_UNITY OR count LESS 2)
+    return()
+  endif()
+  set_source_files_properties(${sources} PROPERTIES HEADER_FILE_ONLY ON)
+  list(TRANSFORM sources REPLACE "(.+)" "#include \"\\1\"\n")
+  list(JOIN sources "" content)
+  set(joined ${PROJECT_BINARY_DIR}/joined/${target}_${name}.cpp)
+  file(CONFIGURE OUTPUT ${joined} CONTENT "${content}" @ONLY)
+  set_source_files_properties(${joined} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  target_sources(${target} PRIVATE ${joined})
+endfunction()
+
 # kt_quick(target...): what neither a tick nor a refresh runs (readers, reports, commands, pages) is compiled by -O1 where
 # KT_QUICK_BUILD asks for it. Not for what multiplies matrices by Eigen: of a template that two files instantiate the linker keeps one.
 function(kt_quick)

@@ -83,6 +83,22 @@ kt_library(haptics DIRS haptics/contact haptics/device haptics/safety haptics/ma
                  haptics/refresh/kept_set_up
            DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io Threads::Threads)
 
+# Rooms of which nothing is a loop of the tick, and which a tick's files do not include.
+foreach(name haptics haptics_quick)
+  if(TARGET kt_${name})
+    kt_join(kt_${name} findings "haptics/(findings/|session/(metrics|real_time)\\.|predict/predict_tool_mesh|cells/mesh_cures)")
+    kt_join(kt_${name} watch "haptics/(watch/|guard/(device_identify|device_test|followed_pose)\\.|refresh/kept_set_up)")
+  endif()
+endforeach()
+if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")  # no machine code there whose speed matters
+  kt_join(kt_haptics contact "haptics/contact/")
+  kt_join(kt_collision impact "collision/impact/(bernstein|expansion|feature_toi|four_points|touch)\\.")
+  kt_join(kt_collision broad "collision/broad/(brute_force|refit_bvh|surface_pairs|triangle_index|wide_tree)\\.")
+  kt_join(kt_collision held "collision/(held/(chosen_places|moving_tool|pair_distance|surface_contacts|vertex_contacts)|shape/closest_point)\\.")
+  kt_join(kt_core linear "core/linear/(block_cholesky|sparse_product|supernodes|dense/(complex_symmetric|dense_cholesky|dense_product|panel_product))\\.")
+  kt_join(kt_core local "core/(local/(block_confinement|graded_body|local_dynamics|node_blocks)|global/newton|base/(finding|temporary_folder))\\.")
+endif()
+
 kt_library(api DIRS api DEPENDS kt_core kt_collision kt_self_contact kt_models kt_io kt_haptics)
 
 # The C interface as one shared library: everything inside, nothing but kt_* outside.
