@@ -67,6 +67,7 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
     const double expected = expected_contact_radius(shape);
     double own = std::max(tool.contact_radius, expected);
     Vec3 from;
+    out.touches = out.touches || tool.touched.has_value();
     if (tool.touched) {
       own = pressed_radius(shape, own, -way.dot(tool.normal));
       from = *tool.touched;
@@ -85,9 +86,13 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
   return out;
 }
 
-/// A zone for it, ahead of the tools, so that it serves for as long as possible.
-FineContact FineRefresh::ahead(const Wanted& wanted) {
+/// A zone for it, ahead of the tools, so that it serves for as long as possible. A contact that jumps between two
+/// places, or at the rim of a zone, has one radius now and another one next: zones shrink by steps.
+FineContact FineRefresh::ahead(const Wanted& wanted) const {
+  constexpr double kShrinks = 0.85;
   FineContact out{.contact_radius = wanted.contact_radius, .travel = wanted.travel};
+  if (zone_ && wanted.touches)
+    out.contact_radius = std::max(out.contact_radius, kShrinks * zone_->contact.contact_radius);
   for (std::size_t k = 0; k < wanted.from.size(); ++k) {
     const Vec3 way = wanted.to[k] - wanted.from[k];
     const double length = way.norm(), most = wanted.travel;

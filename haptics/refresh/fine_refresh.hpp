@@ -47,11 +47,12 @@ class FineRefresh {
   struct Wanted {
     double contact_radius = 0, travel = 0;  // [m]
     double late = 1;                        // see FineTool
+    bool touches = false;
     std::vector<Vec3> from, to;  // of each tool's contact until the next model is in use, on the body at rest
   };
   Wanted wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                 std::span<const FineTool> places) const;
-  static FineContact ahead(const Wanted& wanted);
+  FineContact ahead(const Wanted& wanted) const;
   bool serves(const Wanted& wanted) const;
   double largest_fineness(std::size_t tools) const;
   void make_zone(const FineContact& contact, double late);

@@ -20,10 +20,12 @@ std::vector<Vec3> core_points(const ToolShape& shape, const Pose& pose) {
 }
 
 /// Radius of the contact of a tool from where its force was distributed over in the last tick [m]: of a ball
-/// a^2 = 2.5 times the mean square distance from the middle (Hertz's pressure); 0: of fewer than three contacts.
+/// a^2 = 2.5 times the mean square distance from the middle (Hertz's pressure), and no less than the farthest that
+/// pushes is away, since nodes of a scan lie unevenly; 0: of fewer than three contacts.
 double measured_contact_radius(std::span<const TickContact> contacts, int tool) {
   constexpr double kLeast = 0.25;
-  double force = 0, spread = 0;
+  constexpr double kPushes = 0.01;  // of the mean force of a contact
+  double force = 0, spread = 0, farthest_sq = 0;
   Vec3 middle = Vec3::Zero();
   int count = 0;
   const auto push = [](const TickContact& c) { return std::max(0.0, -c.impulse.dot(c.normal)); };
@@ -41,10 +43,11 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
     for (const TickContact& other : contacts)
       if (other.tool == tool && &other != &c) spacing_sq = std::min(spacing_sq, (other.point - c.point).squaredNorm());
     const double apart_sq = (c.point - middle).squaredNorm();
+    if (push(c) * count > kPushes * force) farthest_sq = std::max(farthest_sq, apart_sq);
     // A node stands for what lies around it: a pressure shared out to nodes s apart is spread by s^2 / 3 more.
     spread += push(c) * std::max(apart_sq - spacing_sq / 3, kLeast * apart_sq);
   }
-  return std::sqrt(2.5 * spread / force);
+  return std::sqrt(std::max(2.5 * spread / force, farthest_sq));
 }
 
 /// Mean normal of the contacts of a tool by force, unit; zero: none pushes.

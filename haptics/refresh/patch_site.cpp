@@ -90,9 +90,16 @@ ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Ve
       site.triangle = t;
     }
   };
-  if (triangle >= 0)
+  if (triangle >= 0) {
     consider(triangle);
-  else
+    // Triangles of a scan are smaller than the contact, and the one that is told may be at its rim: down to the nearest
+    // one beside it.
+    for (int from = -1; surface.embedded && from != site.triangle;) {
+      from = site.triangle;
+      for (const int v : surface.triangles[from])
+        for (const int t : surface.topology.triangles_of(v)) consider(t);
+    }
+  } else
     for_each_near(surface, x, tool, nearest, consider);
   return site;
 }

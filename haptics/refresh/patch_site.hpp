@@ -29,8 +29,8 @@ double patch_reach(const Surface& surface, const VectorX& x, const TouchTool& to
 /// @param velocity  measured [m/s]      @param way  expected in that time [m]      @param delay  that time [s]
 void expect_late(const TouchTool& tool, const Vec3& velocity, const Vec3& way, double delay, ToolPlace& place);
 
-/// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), not on the
-/// other side of a thin body.
+/// The place on the surface at x that is nearest to the tool: on `triangle` when that is in contact (>= 0), or of an
+/// embedded surface near it, not on the other side of a thin body.
 ContactSite find_contact_site(const Surface& surface, const VectorX& x, const Vec3& tool, int triangle, double reach);
 
 /// The sites of all tools in one, the first one's first. Left out are those that are further from the surface than

@@ -42,7 +42,12 @@ FAILED = 1000  # %: larger errors are drawn here, with their number; they would 
 
 
 def short(point):
-    return point["body"] if point["family"] == "mesh" else point["label"]
+    return point["body"] + (", refined" if point["is_ours"] else "") if point["family"] == "mesh" else point["label"]
+
+
+def is_hollow(point):
+    """Bodies are drawn twice: filled with refined cells, hollow as they are."""
+    return point["family"] == "mesh" and not point["is_ours"]
 
 
 def panels_of(chart):
@@ -68,9 +73,13 @@ def draw_panel(axes, points, cost, error, titles, jnd):
     for name in FAMILIES:
         if name in families:
             colour, marker, _ = FAMILIES[name]
-            axes.scatter([p[cost] for p in families[name]], [min(p[error], FAILED) for p in families[name]], c=colour, marker=marker,
-                         s=110 if name == "ours" else 42, label=name, zorder=4 if name == "ours" else 3, linewidths=0.5,
-                         edgecolors="white" if marker not in "xX" else None)
+            size, above = (110, 4) if name == "ours" else (42, 3)
+            hollow, filled = [p for p in families[name] if is_hollow(p)], [p for p in families[name] if not is_hollow(p)]
+            axes.scatter([p[cost] for p in filled], [min(p[error], FAILED) for p in filled], c=colour, marker=marker, s=size,
+                         label=name + (", refined" if hollow else ""), zorder=above, linewidths=0.5, edgecolors="white" if marker not in "xX" else None)
+            if hollow:
+                axes.scatter([p[cost] for p in hollow], [min(p[error], FAILED) for p in hollow], facecolors="none", marker=marker, s=size,
+                             label=name + ", as they are", zorder=above, linewidths=1.2, edgecolors=colour)
     front = front_of(points, cost, error)
     if front:
         axes.step([p[cost] for p in front], [p[error] for p in front], where="post", color=GREY, lw=1.2, ls="-", zorder=2)
@@ -121,7 +130,8 @@ def draw_chart(folder, chart, titles, jnd):
     # matplotlib 3.6 cannot lay a figure's legend outside: room is left below.
     figure.get_layout_engine().set(rect=(0, 0.5 / figure.get_figheight(), 1, 1 - 0.5 / figure.get_figheight()))
     if handles:  # none: no run of it has an error to draw, as when its truth failed
-        figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=min(8, len(handles)), fontsize=10)
+        rows = 2 if sum(map(len, handles)) > 110 else 1
+        figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=math.ceil(len(handles) / rows), fontsize=11 - rows)
     for extension in ("png", "svg"):
         save_figure(figure, os.path.join(folder, f"chart_{chart['name']}.{extension}"))
     plt.close(figure)
