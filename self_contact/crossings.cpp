@@ -33,19 +33,43 @@ bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const V
 using Pairs = std::map<std::array<int, 2>, Crossing>;
 
 /// Triangles of each edge, by its nodes in ascending order.
-using EdgeOwners = std::map<std::array<int, 2>, std::vector<int>>;
-
-EdgeOwners edge_owners(std::span<const Triangle> triangles) {
-  EdgeOwners out;
-  for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int a = triangles[t][k], b = triangles[t][(k + 1) % 3];
-      out[{std::min(a, b), std::max(a, b)}].push_back(t);
+class EdgeOwners {
+ public:
+  explicit EdgeOwners(std::span<const Triangle> triangles) {
+    std::vector<std::array<int, 3>> all;  // edge, triangle
+    all.reserve(3 * triangles.size());
+    for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const int a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+        all.push_back({std::min(a, b), std::max(a, b), t});
+      }
+    std::ranges::sort(all);
+    owner_.reserve(all.size());
+    for (const auto& [a, b, t] : all) {
+      if (edge_.empty() || edge_.back() != std::array{a, b}) {
+        edge_.push_back({a, b});
+        first_.push_back(owner_.size());
+      }
+      owner_.push_back(t);
     }
-  return out;
-}
+    first_.push_back(owner_.size());
+  }
+  const std::vector<std::array<int, 2>>& edges() const { return edge_; }
+  /// Of the edge with this number.
+  std::span<const int> of(std::size_t i) const {
+    return std::span(owner_).subspan(first_[i], first_[i + 1] - first_[i]);
+  }
+  std::span<const int> at(const std::array<int, 2>& edge) const {
+    return of(static_cast<std::size_t>(std::ranges::lower_bound(edge_, edge) - edge_.begin()));
+  }
 
-void note(const std::vector<int>& some, const std::vector<int>& others, const Vec3& at, bool touches, Pairs& found) {
+ private:
+  std::vector<std::array<int, 2>> edge_;  // ascending
+  std::vector<std::size_t> first_;
+  std::vector<int> owner_;
+};
+
+void note(std::span<const int> some, std::span<const int> others, const Vec3& at, bool touches, Pairs& found) {
   for (int a : some)
     for (int b : others) {
       const std::array<int, 2> pair{std::min(a, b), std::max(a, b)};
@@ -58,15 +82,15 @@ void find_pierced(std::span<const Triangle> triangles, const VectorX& x, const E
                   Pairs& found) {
   index.build(triangles, x);
   std::vector<int> near(triangles.size());
-  for (const auto& [edge, its] : owners) {
-    const auto [i, k] = edge;
+  for (std::size_t e = 0; e < owners.edges().size(); ++e) {
+    const auto [i, k] = owners.edges()[e];
     const Vec3 p = node(x, i), q = node(x, k);
     const int count = index.candidates({p.cwiseMin(q), p.cwiseMax(q)}, 0, near);
     for (int t : std::span(near).first(static_cast<std::size_t>(count))) {
       const Triangle& v = triangles[t];
       if (std::ranges::find(v, i) != v.end() || std::ranges::find(v, k) != v.end()) continue;
       Vec3 at;
-      if (pierces(p, q, node(x, v[0]), node(x, v[1]), node(x, v[2]), at)) note(its, {t}, at, false, found);
+      if (pierces(p, q, node(x, v[0]), node(x, v[1]), node(x, v[2]), at)) note(owners.of(e), {&t, 1}, at, false, found);
     }
   }
 }
@@ -81,12 +105,12 @@ std::vector<Crossing> listed(const Pairs& found) {
 
 std::vector<Crossing> find_piercings(std::span<const Triangle> triangles, const VectorX& x) {
   Pairs found;
-  find_pierced(triangles, x, edge_owners(triangles), *make_triangle_index("refit_bvh"), found);
+  find_pierced(triangles, x, EdgeOwners(triangles), *make_triangle_index("refit_bvh"), found);
   return listed(found);
 }
 
 std::vector<Crossing> find_crossings(SelfContact& contact, std::span<const Triangle> triangles, const VectorX& x) {
-  const EdgeOwners of_edge = edge_owners(triangles);
+  const EdgeOwners of_edge(triangles);
   std::map<int, std::vector<int>> of_node;
   std::map<std::array<int, 3>, std::vector<int>> of_face;
   const auto sorted = [](auto nodes) {

@@ -25,11 +25,9 @@ std::vector<int> still_nodes(const DeformableModel& model) {
       out.push_back(i);
     }
   for (int v = 0; v < embedded->num_vertices(); ++v) {
-    bool is_still = true;
-    for (std::size_t c = 0; c < 4; ++c) {
-      const auto i = static_cast<std::size_t>(v);
-      is_still &= embedded->weights[i][c] == 0 || is_fixed[static_cast<std::size_t>(embedded->corners[i][c])] != 0;
-    }
+    const NodeWeights its = embedded->carried_by(v);
+    const bool is_still = std::all_of(its.node.begin(), its.node.begin() + its.count,
+                                      [&](int i) { return is_fixed[static_cast<std::size_t>(i)] != 0; });
     if (is_still) out.push_back(embedded->first + v);
   }
   return out;

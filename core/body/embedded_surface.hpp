@@ -1,6 +1,7 @@
 #pragma once
 // A surface inside the cells of a body: its vertices are nodes of the mesh that are no unknowns, but move with the
-// corners of one cell each. Linear: a force on a vertex goes to these corners with the same weights.
+// nodes of one cell each: its corners, or the ten of a quadratic cell. Linear: a force on a vertex goes to these nodes
+// with the same weights.
 #include <memory>
 #include <vector>
 
@@ -22,7 +23,11 @@ class MaterialField {
   virtual double depth(int cell, const Vec3& place, double most) const = 0;
 };
 
-/// Triangles whose first vertices are in one cell, and the corners of the cells of all of their vertices.
+/// Four places of a cell, as weights of its corners, a column each: with a quarter of the material each they integrate
+/// functions up to the second degree over it.
+using CellPoints = Eigen::Matrix4d;
+
+/// Triangles whose first vertices are in one cell, and the nodes of the cells of all of their vertices.
 struct EmbeddedGroups {
   std::vector<int> first_triangle{0}, triangle, first_node{0}, node;
   int count() const { return static_cast<int>(first_triangle.size()) - 1; }
@@ -39,7 +44,17 @@ struct EmbeddedSurface {
   std::shared_ptr<const MaterialField> material;  ///< of which `share` is made
   EmbeddedGroups groups;                          ///< of the mesh's triangles, group_triangles() of them
 
+  double thickness = 0;  ///< of the material below most of the surface [m]; at most a few edges
+  /// Of each tetrahedron, of ten nodes, those in the middles of its edges (kCellEdges); none: they have four.
+  std::vector<std::array<int, 6>> middles;
+  std::vector<CellPoints> points;  ///< of each tetrahedron of ten nodes: of its material
+
   int num_vertices() const { return static_cast<int>(corners.size()); }
+  bool is_quadratic() const { return !middles.empty(); }
+  /// Between nodes, mean [m].
+  double spacing() const { return is_quadratic() ? 0.5 * edge : edge; }
+  /// The nodes that carry a vertex, without those of weight 0; corners first.
+  NodeWeights carried_by(int vertex) const;
   /// Fills `groups`.
   void group_triangles(const std::vector<Triangle>& triangles);
   /// Places the vertices of positions or velocities (3n) where their cells have them.

@@ -8,7 +8,8 @@ namespace kt {
 
 /// Weights of a surface point on a body's nodes, sum 1.
 struct NodeWeights {
-  static constexpr int kMost = 32;
+  static constexpr int kMost =
+      64;  // refined triangles whose corners are in three ten-node cells: 30, and as many of leaves
   int count = 0;
   std::array<int, kMost> node;  // entries from count on: anything
   std::array<double, kMost> weight;

@@ -26,6 +26,17 @@ Crease crease_between(std::span<const Triangle> triangles, const VectorX& x, int
   return turn < ridge * full ? Crease::ridge : Crease::none;
 }
 
+/// Which edges are grooves does not depend on the least angle of ridges.
+std::vector<std::array<int, 3>> walls_of(std::span<const Triangle> triangles,
+                                         const std::vector<std::array<Crease, 3>>& creases,
+                                         const SurfaceTopology& topology) {
+  std::vector<std::array<bool, 3>> groove;
+  groove.reserve(creases.size());
+  for (const auto& c : creases)
+    groove.push_back({c[0] == Crease::groove, c[1] == Crease::groove, c[2] == Crease::groove});
+  return number_walls(triangles, groove, topology);
+}
+
 }  // namespace
 
 SurfaceTopology make_topology(std::span<const Triangle> triangles, int num_nodes) {
@@ -75,19 +86,17 @@ void make_topology(std::span<const Triangle> triangles, int num_nodes, TopologyR
 std::vector<std::array<Crease, 3>> find_creases(std::span<const Triangle> triangles, const VectorX& x,
                                                 const SurfaceTopology& topology, double ridge_angle) {
   std::vector<std::array<Crease, 3>> out(triangles.size(), {Crease::none, Crease::none, Crease::none});
+  const double ridge = std::cos(ridge_angle);
   for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
     for (int c = 0; c < 3; ++c)
       if (const int other = topology.across[t][c]; other >= 0)
-        out[t][c] = crease_between(triangles, x, t, other, std::cos(ridge_angle));
+        out[t][c] = crease_between(triangles, x, t, other, ridge);
   return out;
 }
 
 std::vector<std::array<int, 3>> find_walls(std::span<const Triangle> triangles, const VectorX& x,
                                            const SurfaceTopology& topology) {
-  std::vector<std::array<bool, 3>> groove;
-  for (const auto& c : find_creases(triangles, x, topology, std::numbers::pi))
-    groove.push_back({c[0] == Crease::groove, c[1] == Crease::groove, c[2] == Crease::groove});
-  return number_walls(triangles, groove, topology);
+  return walls_of(triangles, find_creases(triangles, x, topology, std::numbers::pi), topology);
 }
 
 std::vector<std::array<int, 3>> number_walls(std::span<const Triangle> triangles,
@@ -133,8 +142,8 @@ std::vector<std::array<int, 3>> number_walls(std::span<const Triangle> triangles
 
 Surface make_surface(const Mesh& mesh, double ridge_angle) {
   Surface out{mesh.triangles, make_topology(mesh.triangles, mesh.num_nodes()), {}, {}, mesh.embedded};
-  out.wall = find_walls(out.triangles, mesh.x, out.topology);
   out.crease = find_creases(out.triangles, mesh.x, out.topology, ridge_angle);
+  out.wall = walls_of(out.triangles, out.crease, out.topology);
   return out;
 }
 

@@ -2,13 +2,13 @@
 // Stiffness of a quadratic tetrahedron with straight edges.
 #include <span>
 
+#include "core/body/cut_tetrahedron.hpp"
 #include "core/body/refinable.hpp"
 
 namespace kt {
 
-/// Where a leaf is integrated, as shares of its corners: exact for polynomials of degree two.
+/// Where a leaf is integrated: kNearShare and kFarShare.
 constexpr int kLeafPoints = 4;
-constexpr double kNearShare = 0.58541019662496845, kFarShare = 0.13819660112501051;
 
 using LeafMatrix = Eigen::Matrix<double, 30, 30>;
 /// Of the four corners and the middles of the edges 01 12 20 03 13 23, (30 x 30) [N/m]; of either orientation.

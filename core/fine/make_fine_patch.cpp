@@ -107,13 +107,11 @@ void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) 
   out.first.push_back(0);
   out.first_from.push_back(0);
   for (std::size_t v = 0; v < e.vertex.size(); ++v) {
-    const auto global = static_cast<std::size_t>(e.vertex[v] - surface.first);
+    const NodeWeights carried = surface.carried_by(e.vertex[v] - surface.first);
+    out.node.insert(out.node.end(), carried.node.begin(), carried.node.begin() + carried.count);
+    out.weight.insert(out.weight.end(), carried.weight.begin(), carried.weight.begin() + carried.count);
     std::map<int, double> yields;
     for (std::size_t c = 0; c < 4; ++c) {
-      if (surface.weights[global][c] != 0) {
-        out.node.push_back(surface.corners[global][c]);
-        out.weight.push_back(surface.weights[global][c]);
-      }
       for (int k = zone.first[e.node[v][c]]; k < zone.first[e.node[v][c] + 1]; ++k)
         if (zone.from[k] >= begin) yields[zone.from[k] - begin] += e.weight[v][c] * zone.weight[k];
     }

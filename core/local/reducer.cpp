@@ -101,12 +101,11 @@ void embed(const EmbeddedSurface& surface, SurfacePatch& patch) {
   of_vertices->global_vertex = std::move(patch.global_node);
   const std::vector<char> vertex_in_reach = std::move(patch.in_reach);
   std::map<int, int> local;  // of nodes
-  const auto for_each_corner = [&](int global, const auto& work) {
-    const auto i = static_cast<std::size_t>(global - surface.first);
-    for (std::size_t c = 0; c < 4; ++c)
-      if (surface.weights[i][c] != 0) work(surface.corners[i][c], surface.weights[i][c]);
+  const auto for_each_carrier = [&](int global, const auto& work) {
+    const NodeWeights its = surface.carried_by(global - surface.first);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(its.count); ++k) work(its.node[k], its.weight[k]);
   };
-  for (const int v : of_vertices->global_vertex) for_each_corner(v, [&](int node, double) { local.emplace(node, 0); });
+  for (const int v : of_vertices->global_vertex) for_each_carrier(v, [&](int node, double) { local.emplace(node, 0); });
   patch.global_node.clear();
   for (auto& [global, index] : local) {
     index = patch.num_vertices();
@@ -114,7 +113,7 @@ void embed(const EmbeddedSurface& surface, SurfacePatch& patch) {
   }
   patch.in_reach.assign(patch.global_node.size(), 0);
   for (std::size_t v = 0; v < of_vertices->global_vertex.size(); ++v) {
-    for_each_corner(of_vertices->global_vertex[v], [&](int node, double weight) {
+    for_each_carrier(of_vertices->global_vertex[v], [&](int node, double weight) {
       const int at = local[node];
       of_vertices->from.push_back(at);
       of_vertices->weight.push_back(weight);

@@ -5,6 +5,7 @@
 
 #include "core/base/error.hpp"
 #include "core/body/check_mesh.hpp"
+#include "core/body/cut_tetrahedron.hpp"
 #include "haptics/body/body.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/lattice.hpp"
@@ -99,6 +100,7 @@ Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vecto
   LatticeOptions options;
   options.name = object.mesh;
   options.edge = wanted.edge.value_or(0);
+  options.is_quadratic = object.model.type == "fem" && object.model.element == "tet10";
   options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kMost)));
   LatticeReport report;
   Mesh out = make_lattice(mesh, options, &report);
@@ -155,9 +157,25 @@ std::vector<int> clamped_cells(const Mesh& mesh, const ClampedPlace& place) {
     }
   }
   if (!there.empty()) return there;
-  for (int i = 0; i < surface.first; ++i)
-    if (place.holds(node(mesh.x, i))) there.push_back(i);
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (const int i : t)
+      if (place.holds(node(mesh.x, i))) there.push_back(i);
   return there.empty() ? all : there;
+}
+
+/// With the nodes between clamped ones.
+std::vector<int> with_middles(const Mesh& mesh, std::vector<int> corners) {
+  std::vector<char> is_clamped(static_cast<std::size_t>(mesh.num_own_nodes()), 0);
+  for (const int i : corners) is_clamped[static_cast<std::size_t>(i)] = 1;
+  for (std::size_t t = 0; t < mesh.embedded->middles.size(); ++t)
+    for (std::size_t e = 0; e < 6; ++e) {
+      const auto clamped = [&](int end) {
+        return is_clamped[static_cast<std::size_t>(mesh.tetrahedra[t][static_cast<std::size_t>(kCellEdges[e][end])])] !=
+               0;
+      };
+      if (clamped(0) && clamped(1)) corners.push_back(mesh.embedded->middles[t][e]);
+    }
+  return corners;
 }
 
 }  // namespace
@@ -174,7 +192,7 @@ std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed) {
     const ClampedPlace place = clamped_place(mesh, fixed);
     choice = place.choice;
     if (mesh.embedded)
-      out = clamped_cells(mesh, place);
+      out = with_middles(mesh, clamped_cells(mesh, place));
     else
       for (int i = 0; i < mesh.num_nodes(); ++i)
         if (place.holds(node(mesh.x, i))) out.push_back(i);

@@ -59,11 +59,6 @@ void check_material(const SceneModel& m) {
 
 std::string why_no_lattice(const BodyOptions& options) {
   const SceneObject& o = options.object;
-  if (o.model.type != "fem")
-    return text("object.model.type \"", o.model.type,
-                "\": object.body lattice is made of finite elements; set it to fem");
-  if (o.model.element != "tet4")
-    return text("object.model.element \"", o.model.element, "\": object.body lattice has tet4 only");
   if (o.layers) return "object.layers: object.body lattice is filled; leave one of both out";
   if (o.fixed.nodes)
     return "object.fixed.nodes: the nodes of object.body lattice have no numbers of the file; use below or box";

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/body/near_triangles.hpp"
 #include "core/fine/fine_size.hpp"
 #include "haptics/cells/mesh_cures.hpp"
 #include "haptics/device/tool_turn.hpp"
@@ -49,18 +50,18 @@ struct Pressed {
   int triangle = -1;
 };
 
-Pressed pressed_in(const VectorX& x, const std::vector<Triangle>& triangles, const Vec3& place, double radius) {
+Pressed pressed_in(const VectorX& x, const Surface& surface, const Vec3& place, double radius) {
   ClosestPoint nearest{.distance_sq = std::numeric_limits<double>::infinity()};
   Pressed out;
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const Triangle& t = triangles[i];
+  for_each_near(surface, x, place, nearest.distance_sq, [&](int i) {
+    const Triangle& t = surface.triangles[static_cast<std::size_t>(i)];
     const ClosestPoint at = closest_point_on_triangle(place, node(x, t[0]), node(x, t[1]), node(x, t[2]));
-    if (!(at.distance_sq < nearest.distance_sq)) continue;
+    if (!(at.distance_sq < nearest.distance_sq)) return;
     nearest = at;
-    out.triangle = static_cast<int>(i);
-  }
+    out.triangle = i;
+  });
   if (out.triangle < 0) return out;
-  const Triangle& t = triangles[static_cast<std::size_t>(out.triangle)];
+  const Triangle& t = surface.triangles[static_cast<std::size_t>(out.triangle)];
   const Vec3 a = node(x, t[0]), normal = (node(x, t[1]) - a).cross(node(x, t[2]) - a);
   const double distance = std::sqrt(nearest.distance_sq);
   out.depth = radius - (normal.dot(place - nearest.point) < 0 ? -distance : distance);
@@ -122,18 +123,18 @@ PressedTip press_tip(const BuiltScene& built, const Pose& pose) {
   const VectorX& x = built.start().x;
   const ToolShape& tool = built.tool();
   if (tool.corners.empty()) {
-    const Pressed p = pressed_in(x, triangles, pose.x, tool.radius);
+    const Pressed p = pressed_in(x, built.surface(), pose.x, tool.radius);
     return {p, std::sqrt(tool.radius * std::clamp(p.depth, 0.0, tool.radius))};
   }
   const auto normal_of = [&](int triangle) {
     const Triangle& t = triangles[static_cast<std::size_t>(triangle)];
     return Vec3((node(x, t[1]) - node(x, t[0])).cross(node(x, t[2]) - node(x, t[0])).normalized());
   };
-  const Pressed middle = pressed_in(x, triangles, pose.x, tool.radius);
+  const Pressed middle = pressed_in(x, built.surface(), pose.x, tool.radius);
   if (middle.triangle < 0) return {};
   const Vec3 up = pose.r.conjugate() * normal_of(middle.triangle);
   const Tip lowest = find_tip(tool, up, 0);
-  const Pressed p = pressed_in(x, triangles, pose.x + pose.r * lowest.at, tool.radius);
+  const Pressed p = pressed_in(x, built.surface(), pose.x + pose.r * lowest.at, tool.radius);
   if (!(p.depth > 0)) return {p, 0};
   const Tip tip = find_tip(tool, up, p.depth);
   if (tip.is_edge) return {p, 0};
@@ -206,7 +207,7 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
     if (tip.pressed.depth < 0.5 * deepest || !(tip.contact > 0)) continue;
     const Triangle& t = triangles[static_cast<std::size_t>(tip.pressed.triangle)];
     const auto& embedded = built.surface().embedded;
-    const double cell = embedded ? embedded->edge : std::sqrt(2 * (area[t[0]] + area[t[1]] + area[t[2]]) / 3);
+    const double cell = embedded ? embedded->spacing() : std::sqrt(2 * (area[t[0]] + area[t[1]] + area[t[2]]) / 3);
     const double ratio = cell / tip.contact;
     ++count;
     out.cell += cell;
@@ -262,7 +263,7 @@ Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, 
     out.cures.push_back(set_to("local.refine", "auto"));
   if (width.factor < 1) {
     const std::string to_tet10 = "object.model.element to tet10";
-    if (element != "tet10" && !built.surface().embedded)
+    if (element != "tet10")
       out.cures.push_back(
           advise((built.model().info().type == "fem" ? "set " : "set object.model.type to fem and ") + to_tet10));
     return out;

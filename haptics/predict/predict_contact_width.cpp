@@ -4,6 +4,7 @@
 
 #include "collision/held/surface_contacts.hpp"
 #include "collision/shape/closest_point.hpp"
+#include "core/body/near_triangles.hpp"
 #include "haptics/cells/contact_width.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/setup/built_scene.hpp"
@@ -15,8 +16,10 @@ namespace {
 double distance_from_surface(const BuiltScene& built, const Vec3& place) {
   const VectorX& x = built.start().x;
   double least = std::numeric_limits<double>::infinity();
-  for (const Triangle& t : built.surface().triangles)
+  for_each_near(built.surface(), x, place, least, [&](int i) {
+    const Triangle& t = built.surface().triangles[static_cast<std::size_t>(i)];
     least = std::min(least, closest_point_on_triangle(place, node(x, t[0]), node(x, t[1]), node(x, t[2])).distance_sq);
+  });
   return std::sqrt(least);
 }
 

@@ -19,7 +19,8 @@ double cells_across(const Mesh& mesh) {
   const auto body = mesh.x.tail(mesh.x.size() - (mesh.embedded ? 3 * mesh.embedded->first : 0))
                         .reshaped(3, mesh.embedded ? mesh.embedded->num_vertices() : mesh.num_nodes());
   const Vec3 size = body.rowwise().maxCoeff() - body.rowwise().minCoeff();
-  return size.minCoeff() * static_cast<double>(edges) / length;
+  const double thinnest = mesh.embedded ? std::min(size.minCoeff(), mesh.embedded->thickness) : size.minCoeff();
+  return thinnest * static_cast<double>(edges) / length;
 }
 
 double tet4_stiffening(double cells, double distance) { return 1 + (2.0 + 0.19 / distance) / (cells * cells); }
@@ -45,7 +46,8 @@ std::optional<Prediction> predict_locking(const DeformableModel& model, const st
       return Prediction{"poisson", Finding{told("object.body lattice at object.model.poisson ", poisson, " with ",
                                                 cells, " cells across the body bends at least ", factor,
                                                 " times too little (limit ", kMost, ")"),
-                                           {set_to("object.body", "mesh"), advise("set object.lattice.nodes higher")}}
+                                           {set_to("object.model.element", "tet10", "as many nodes, in larger cubes"),
+                                            advise("set object.lattice.nodes higher")}}
                                        .at("object.body", factor, kMost)};
     return Prediction{
         "poisson",

@@ -7,7 +7,8 @@
 
 namespace kt {
 
-/// The body's thinnest extent over its mean edge: how many elements lie across it. 0 without tetrahedra.
+/// The body's thinnest extent over its mean edge: how many elements lie across it. 0 without tetrahedra. Of a lattice
+/// what is thin all over counts, too: a bowl, a tube.
 double cells_across(const Mesh& mesh);
 
 /// How much too stiff a cantilever is, with `cells` across it and Poisson's ratio `distance` below 1/2: laws fitted to

@@ -8,6 +8,7 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "core/base/numbers.hpp"
+#include "core/body/near_triangles.hpp"
 #include "core/global/newton.hpp"
 #include "core/local/contact_surface.hpp"
 #include "haptics/predict/predict.hpp"
@@ -44,15 +45,15 @@ Deepest find_deepest(const BuiltScene& built) {
     if (path[i].t > built.scene().duration) break;
     double nearest = std::numeric_limits<double>::infinity(), depth = 0;
     int triangle = -1;
-    for (std::size_t m = 0; m < built.surface().triangles.size(); ++m) {
-      const Triangle& t = built.surface().triangles[m];
+    for_each_near(built.surface(), x, path[i].x, nearest, [&](int m) {
+      const Triangle& t = built.surface().triangles[static_cast<std::size_t>(m)];
       const ClosestPoint at = closest_point_on_triangle(path[i].x, node(x, t[0]), node(x, t[1]), node(x, t[2]));
-      if (at.distance_sq >= nearest) continue;
+      if (at.distance_sq >= nearest) return;
       nearest = at.distance_sq;
-      triangle = static_cast<int>(m);
+      triangle = m;
       const bool is_inside = area_of(x, t).dot(path[i].x - at.point) < 0;
       depth = built.tool().radius + (is_inside ? 1 : -1) * std::sqrt(at.distance_sq);
-    }
+    });
     if (depth > out.depth) out = {depth, path[i].t, triangle};
   }
   return out;

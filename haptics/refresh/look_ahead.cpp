@@ -46,9 +46,10 @@ ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const Contac
     yields.push_back(at[i].patch ? at[i].patch->yields_with(at[i].facet, at[i].bary) : NodeWeights());
   }
   std::vector<std::pair<int, double>> heaviest(moves.begin(), moves.end());
-  if (heaviest.size() > NodeWeights::kMost) {
+  constexpr std::size_t kHeaviest = 32;
+  if (heaviest.size() > kHeaviest) {
     std::ranges::stable_sort(heaviest, std::ranges::greater{}, &std::pair<int, double>::second);
-    heaviest.resize(NodeWeights::kMost);
+    heaviest.resize(kHeaviest);
   }
   double sum = 0;
   for (const auto& [node, weight] : heaviest) sum += weight;

@@ -69,7 +69,7 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
   if (options.local.refine == "follow") return out;
   double least = std::numeric_limits<double>::infinity();
   for (const TouchTool& tool : options.tools) least = std::min(least, expected_contact_radius(tool.shape));
-  const double cell = surface.embedded ? surface.embedded->edge : mean_edge(surface, model.mesh().x);
+  const double cell = surface.embedded ? surface.embedded->spacing() : mean_edge(surface, model.mesh().x);
   if (cell <= kWideCell * least) return {false, "the cells are finer than half the contact"};
   if (model.info().type == "msd")
     return {false, "springs come out too soft in refined cells: local.refine follow does it"};

@@ -82,12 +82,14 @@ class Watched {
 SelfCrossing find_self_crossing(const Body& body, const Refresher& refresher) {
   SelfCrossing out{.pairs = 0};
   const std::vector<Triangle>& triangles = body.surface().triangles;
-  const std::vector<Crossing> before = find_piercings(triangles, body.start().x);
+  std::optional<std::vector<Crossing>> before;
   for (const State* s : {&refresher.most_deformed(), &refresher.state()}) {
     if (s->x.size() != body.start().x.size() || s->t == body.start().t) continue;
     std::vector<Crossing> now = find_piercings(triangles, s->x);
+    if (now.empty()) continue;
+    if (!before) before = find_piercings(triangles, body.start().x);
     std::erase_if(now, [&](const Crossing& c) {
-      return std::ranges::find(before, c.triangles, &Crossing::triangles) != before.end();
+      return std::ranges::find(*before, c.triangles, &Crossing::triangles) != before->end();
     });
     if (static_cast<int>(now.size()) > out.pairs) out = {static_cast<int>(now.size()), s->t, now.front().at};
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/body/near_triangles.hpp"
 
 namespace kt {
 namespace {
@@ -26,17 +27,19 @@ FollowedMotion::FollowedMotion(const Surface& surface, const VectorX& x, double 
 /// All triangles that can become the closest one while the tool is not far from here.
 void FollowedMotion::look_around(const Vec3& place) {
   constexpr double kLeast = 2e-3;  // [m]
-  std::vector<double> distances;
-  distances.reserve(surface_.triangles.size());
-  for (int t = 0; t < static_cast<int>(surface_.triangles.size()); ++t)
-    distances.push_back(std::sqrt(closest_on(surface_, x_, t, place).distance_sq));
-  const double nearest = *std::ranges::min_element(distances);
+  double nearest_sq = std::numeric_limits<double>::infinity();
+  for_each_near(surface_, x_, place, nearest_sq,
+                [&](int t) { nearest_sq = std::min(nearest_sq, closest_on(surface_, x_, t, place).distance_sq); });
+  const double nearest = std::sqrt(nearest_sq);
   looked_from_ = place;
   searched_ = std::max({kLeast, radius_, 0.5 * (nearest - radius_)});
   near_.clear();
   if (nearest > radius_ + searched_) return;  // it does not get there
-  for (int t = 0; t < static_cast<int>(distances.size()); ++t)
-    if (distances[static_cast<std::size_t>(t)] <= nearest + 2 * searched_) near_.push_back(t);
+  const double farthest = nearest + 2 * searched_;
+  for_each_near(surface_, x_, place, (1 + 1e-9) * farthest * farthest, [&](int t) {
+    if (std::sqrt(closest_on(surface_, x_, t, place).distance_sq) <= farthest) near_.push_back(t);
+  });
+  std::ranges::sort(near_);
 }
 
 Vec3 FollowedMotion::move_to(const Vec3& place) {

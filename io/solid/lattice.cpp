@@ -1,9 +1,11 @@
 #include "io/solid/lattice.hpp"
 
 #include <cmath>
+#include <map>
 
 #include "core/base/error.hpp"
 #include "core/base/finding.hpp"
+#include "core/body/cut_tetrahedron.hpp"
 #include "io/solid/lattice_grid.hpp"
 #include "io/solid/lattice_material.hpp"
 #include "io/solid/lattice_surface.hpp"
@@ -11,34 +13,71 @@
 namespace kt {
 namespace {
 
+constexpr double kThick = 6;          // edges: four-node cells bend as they should
 constexpr double kLeastShare = 1e-3;  // of a tetrahedron that holds a vertex: it must not move freely
 
 // ---- how large the cubes are ----
 
-/// Corners of cubes that are touched, or have their middle inside.
-int count_nodes(const LatticeGrid& grid, const LatticeMaterial& material) {
+/// Nodes of cubes that are touched, or have their middle inside.
+/// @param steps  between them along an edge of a cube: one, or two with the middles of edges
+int count_nodes(const LatticeGrid& grid, const LatticeMaterial& material, int steps) {
   const std::vector<char> touched = touched_cubes(grid, material.surface());
   const std::vector<char> full = material.full_cubes(grid, touched);
-  std::vector<char> is_node(static_cast<std::size_t>(grid.num_nodes()), 0);
+  LatticeGrid nodes = grid;
+  for (int& count : nodes.count) count *= steps;
+  std::vector<char> is_node(static_cast<std::size_t>(nodes.num_nodes()), 0);
   for (int cube = 0; cube < grid.num_cubes(); ++cube) {
     if (!touched[static_cast<std::size_t>(cube)] && !full[static_cast<std::size_t>(cube)]) continue;
     const auto [x, y, z] = grid.place_of(cube);
-    for (int c = 0; c < 8; ++c)
-      is_node[static_cast<std::size_t>(grid.node({x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)}))] = 1;
+    for (int k = 0; k <= steps; ++k)
+      for (int j = 0; j <= steps; ++j)
+        for (int i = 0; i <= steps; ++i)
+          is_node[static_cast<std::size_t>(nodes.node({steps * x + i, steps * y + j, steps * z + k}))] = 1;
   }
   return static_cast<int>(std::ranges::count(is_node, 1));
 }
 
 /// The largest edge with about as many nodes as are wanted.
-double find_edge(const Bounds& box, const LatticeMaterial& material, int nodes) {
+double find_edge(const Bounds& box, const LatticeMaterial& material, int nodes, int steps) {
   constexpr int kTries = 12;
   constexpr double kFinest = 1e-2;  // of the longest extent: a million cubes at most
   double high = box.size().maxCoeff(), low = kFinest * high;
   for (int i = 0; i < kTries; ++i) {
     const double middle = std::sqrt(low * high);
-    (count_nodes(make_lattice_grid(box, middle), material) > nodes ? low : high) = middle;
+    (count_nodes(make_lattice_grid(box, middle), material, steps) > nodes ? low : high) = middle;
   }
   return high;
+}
+
+/// Median of the ways through the material from the surface inward, of triangles by their area.
+/// @param most  ways are no longer than that
+double find_thickness(const WindingNumber& winding, const Mesh& surface, double most) {
+  constexpr int kAsked = 255;
+  constexpr double kOff = 1e-6;  // of the way: the triangle that it begins at
+  std::vector<Vec3> area;
+  double all = 0;
+  for (const Triangle& t : surface.triangles) {
+    const Vec3 a = node(surface.x, t[0]);
+    area.emplace_back(0.5 * (node(surface.x, t[1]) - a).cross(node(surface.x, t[2]) - a));
+    all += area.back().norm();
+  }
+  std::vector<double> ways;
+  double sum = 0;
+  for (std::size_t t = 0; t < area.size(); ++t) {
+    sum += area[t].norm();
+    const Triangle& v = surface.triangles[t];
+    const Vec3 middle = (node(surface.x, v[0]) + node(surface.x, v[1]) + node(surface.x, v[2])) / 3;
+    const Vec3 end = middle - most * area[t].normalized(), begin = middle + kOff * (end - middle);
+    double way = 0;
+    for (bool is_known = false; sum > (static_cast<double>(ways.size()) + 0.5) / kAsked * all; is_known = true) {
+      if (!is_known) way = most * winding.first_crossing(begin, end).value_or(1);
+      ways.push_back(way);
+    }
+  }
+  if (ways.empty()) return most;
+  const auto half = ways.begin() + static_cast<std::ptrdiff_t>(ways.size() / 2);
+  std::ranges::nth_element(ways, half);
+  return *half;
 }
 
 // ---- the lattice ----
@@ -46,15 +85,19 @@ double find_edge(const Bounds& box, const LatticeMaterial& material, int nodes) 
 class LatticeMaker {
  public:
   /// @param surface  the material's, with short edges
-  LatticeMaker(const LatticeGrid& grid, const Mesh& surface, LatticeMaterial& material)
-      : grid_(grid), surface_(surface), material_(material), embedded_(std::make_shared<EmbeddedSurface>()) {
+  LatticeMaker(const LatticeGrid& grid, const Mesh& surface, LatticeMaterial& material, bool is_quadratic)
+      : grid_(grid),
+        surface_(surface),
+        material_(material),
+        is_quadratic_(is_quadratic),
+        embedded_(std::make_shared<EmbeddedSurface>()) {
     material_.cut(grid);
     const std::vector<Vec3> below = places_below();
     piece_ = material_.hold(below, surface.triangles);
     material_.measure();
     corner_ = material_.join_corners();
-    share_.resize(material_.pieces().size());
-    for (std::size_t i = 0; i < share_.size(); ++i) share_[i] = material_.pieces()[i].share;
+    for (const CubePiece& piece : material_.pieces())
+      for (std::size_t t = 0; t < 6; ++t) (t == 0 ? share_.emplace_back() : share_.back())[t] = piece.cell[t].share;
     const double volume = grid_.edge.prod() / 6;
     for (const auto& shares : share_)
       for (const double share : shares) volume_ += share * volume;
@@ -67,8 +110,10 @@ class LatticeMaker {
     Mesh out;
     number_nodes(out);
     add_tetrahedra(out);
+    if (is_quadratic_) add_middles(out);
     add_surface(out);
     embedded_->edge = grid_.edge.mean();
+    embedded_->thickness = find_thickness(material_.winding(), material_.surface(), kThick * embedded_->edge);
     embedded_->material = std::move(material);
     out.embedded = std::move(embedded_);
     return out;
@@ -134,7 +179,7 @@ class LatticeMaker {
       }
     });
     std::ranges::sort(used);
-    out.x.resize(3 * static_cast<Eigen::Index>(used.size()) + surface_.x.size());
+    out.x.resize(3 * static_cast<Eigen::Index>(used.size()));
     const int wide = grid_.count[0] + 1, high = grid_.count[1] + 1;
     for (std::size_t n = 0; n < used.size(); ++n) {
       const int i = used[n].first;
@@ -156,8 +201,30 @@ class LatticeMaker {
     material_.name_cells(std::move(piece_of_cell));
   }
 
+  /// Cells that share two corners share the node between them.
+  void add_middles(Mesh& out) {
+    std::map<std::array<int, 2>, int> middle;
+    std::vector<Vec3> places;
+    for (const Tetrahedron& t : out.tetrahedra) {
+      std::array<int, 6>& its = embedded_->middles.emplace_back();
+      for (std::size_t e = 0; e < 6; ++e) {
+        const auto [a, b] = std::minmax(t[kCellEdges[e][0]], t[kCellEdges[e][1]]);
+        const auto [found, is_new] = middle.try_emplace({a, b}, embedded_->first + static_cast<int>(places.size()));
+        if (is_new) places.push_back(0.5 * (node(out.x, a) + node(out.x, b)));
+        its[e] = found->second;
+      }
+    }
+    out.x.conservativeResize(out.x.size() + 3 * static_cast<Eigen::Index>(places.size()));
+    for (const Vec3& place : places) node(out.x, embedded_->first++) = place;
+    for_tetrahedra([&](int piece, int t) {
+      embedded_->points.push_back(
+          cell_points(t, material_.pieces()[static_cast<std::size_t>(piece)].cell[static_cast<std::size_t>(t)]));
+    });
+  }
+
   void add_surface(Mesh& out) {
     const int nodes = embedded_->first;
+    out.x.conservativeResize(out.x.size() + surface_.x.size());
     out.x.tail(surface_.x.size()) = surface_.x;
     for (const Triangle& t : surface_.triangles) out.triangles.push_back({t[0] + nodes, t[1] + nodes, t[2] + nodes});
     for (std::size_t v = 0; v < piece_.size(); ++v) {
@@ -173,6 +240,7 @@ class LatticeMaker {
   const LatticeGrid& grid_;
   const Mesh& surface_;
   LatticeMaterial& material_;
+  bool is_quadratic_;
   std::shared_ptr<EmbeddedSurface> embedded_;
   std::vector<int> piece_, tetrahedron_;      // of each vertex
   std::vector<std::array<double, 6>> share_;  // of each piece's tetrahedra
@@ -184,7 +252,8 @@ class LatticeMaker {
 }  // namespace
 
 std::vector<std::string> LatticeReport::lines() const {
-  std::vector<std::string> out{text("object.body lattice: ", nodes, " nodes, ", tetrahedra, " tetrahedra in cubes of ",
+  std::vector<std::string> out{text("object.body lattice: ", nodes, " nodes, ", tetrahedra,
+                                    is_quadratic ? " tetrahedra of ten nodes in cubes of " : " tetrahedra in cubes of ",
                                     short_number(1e3 * edge), " mm, ", short_number(1e6 * volume), " cm3 of material")};
   std::vector<std::string> assumed;
   if (open_edges > 0)
@@ -214,14 +283,15 @@ Mesh make_lattice(const Mesh& surface, const LatticeOptions& options, LatticeRep
   const Bounds box = bounds(clean);
   constexpr double kEmpty = 0.8;  // of the corners of these cubes, those of tetrahedra with material in them
   const int corners = static_cast<int>(options.nodes / kEmpty);
-  const double edge = options.edge > 0 ? options.edge : find_edge(box, *material, corners);
+  const double edge =
+      options.edge > 0 ? options.edge : find_edge(box, *material, corners, options.is_quadratic ? 2 : 1);
   const Vec3 cubes = (box.size() / edge).cwiseMax(1);
   if (!(cubes.prod() <= 50.0 * kMostLatticeNodes))
     throw InputError(text("object.lattice.edge: ", edge, " m makes ", short_number(cubes.prod()),
                           " cubes of the body's box, at most ", 50 * kMostLatticeNodes, ": enlarge it"));
   const LatticeGrid grid = make_lattice_grid(box, edge);
   const Mesh surface_in_it = with_short_edges(turned, options.longest * grid.edge.minCoeff());
-  LatticeMaker maker(grid, surface_in_it, *material);
+  LatticeMaker maker(grid, surface_in_it, *material, options.is_quadratic);
   Mesh out = maker.mesh(material);
   said.volume = maker.volume();
   said.unsure = material->unsure();
@@ -230,6 +300,7 @@ Mesh make_lattice(const Mesh& surface, const LatticeOptions& options, LatticeRep
   said.nodes = out.num_own_nodes();
   said.tetrahedra = static_cast<int>(out.tetrahedra.size());
   said.edge = grid.edge.mean();
+  said.is_quadratic = options.is_quadratic;
   if (!(said.volume > 0))
     throw InputError(text(options.name,
                           ": the surface holds no material: nowhere does it wind around a place more "

@@ -14,6 +14,7 @@ struct LatticeOptions {
   int nodes = 600;  ///< of the lattice, about; without an edge
   /// Longest edge of the surface over that of the cubes: its triangles move with cells at their corners alone.
   double longest = 0.25;
+  bool is_quadratic = false;         ///< cells of ten nodes; `nodes` counts them
   std::string name = "the surface";  ///< in messages
 };
 
@@ -22,9 +23,10 @@ constexpr int kMostLatticeNodes = 20000;
 /// What was made of a surface.
 struct LatticeReport {
   int nodes = 0, tetrahedra = 0;
-  double edge = 0;       ///< mean of the cubes' [m]
-  double volume = 0;     ///< of the material [m^3]
-  int open_edges = 0;    ///< of one triangle each
+  bool is_quadratic = false;  ///< tetrahedra of ten nodes
+  double edge = 0;            ///< mean of the cubes' [m]
+  double volume = 0;          ///< of the material [m^3]
+  int open_edges = 0;         ///< of one triangle each
   bool closes = false;   ///< every edge is passed as often one way as the other: it winds around places whole times
   int turned = 0;        ///< triangles that faced inward
   int degenerate = 0;    ///< triangles without area, left out

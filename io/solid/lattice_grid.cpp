@@ -69,6 +69,10 @@ std::vector<char> touched_cubes(const LatticeGrid& grid, const Mesh& surface) {
     const Vec3 margin = kNearly * grid.edge;
     const auto low = grid.holding(a.cwiseMin(b).cwiseMin(c) - margin),
                high = grid.holding(a.cwiseMax(b).cwiseMax(c) + margin);
+    if (low == high) {
+      out[static_cast<std::size_t>(grid.cube(low))] = 1;
+      continue;
+    }
     const Vec3 normal = (b - a).cross(c - a);
     const double half = (0.5 + kNearly) * normal.cwiseAbs().dot(grid.edge);
     for (int z = low[2]; z <= high[2]; ++z)

@@ -5,18 +5,9 @@
 #include <numeric>
 
 #include "core/base/parallel.hpp"
-#include "core/body/cut_tetrahedron.hpp"
 
 namespace kt {
 namespace {
-
-// ---- points of a cube ----
-
-constexpr std::array<int, 3> at_point(int point) {
-  return {point % kWide, point / kWide % kWide, point / kWide / kWide};
-}
-constexpr int point_at(const std::array<int, 3>& at) { return at[0] + kWide * (at[1] + kWide * at[2]); }
-std::size_t as_size(int i) { return static_cast<std::size_t>(i); }
 
 /// Sets that grow together.
 int root_of(std::vector<int>& same, int i) {
@@ -33,36 +24,6 @@ std::vector<int> each_alone(std::size_t count) {
   std::iota(out.begin(), out.end(), 0);
   return out;
 }
-
-/// The small tetrahedra that fill a cube's six: corners, and of which of the six.
-struct SmallTetrahedron {
-  std::array<int, 4> point;
-  int of;
-};
-const std::vector<SmallTetrahedron>& small_tetrahedra() {
-  static const std::vector<SmallTetrahedron> out = [] {
-    std::vector<SmallTetrahedron> all;
-    for (int z = 0; z < kCubePoints; ++z)
-      for (int y = 0; y < kCubePoints; ++y)
-        for (int x = 0; x < kCubePoints; ++x)
-          for (int t = 0; t < 6; ++t) {
-            SmallTetrahedron& its = all.emplace_back();
-            Vec3 middle = Vec3::Zero();
-            const auto steps = kuhn_corners(t);
-            for (std::size_t c = 0; c < 4; ++c) {
-              const std::array<int, 3> at{x + steps[c][0], y + steps[c][1], z + steps[c][2]};
-              its.point[c] = point_at(at);
-              middle += 0.25 / kCubePoints * Vec3(at[0], at[1], at[2]);
-            }
-            its.of = kuhn_holding(middle);
-          }
-    return all;
-  }();
-  return out;
-}
-
-/// Nearer to the surface than so much of an edge is on it: rounding.
-constexpr double kOnSurface = 1e-7;
 
 template <class Work>
 void for_batches(std::size_t count, const Work& work) {
@@ -111,7 +72,10 @@ void LatticeMaterial::cut(const LatticeGrid& grid) {
   pieces_of_cube_.assign(touched.size(), {});
   is_full_ = full_cubes(grid, touched);
   for (int cube = 0; cube < grid.num_cubes(); ++cube) {
-    if (is_full_[as_size(cube)]) pieces_[as_size(new_piece(cube))].share.fill(1);
+    if (is_full_[as_size(cube)]) {
+      CubePiece& whole = pieces_[as_size(new_piece(cube))];
+      for (int t = 0; t < 6; ++t) whole.cell[as_size(t)] = whole_cell(t);
+    }
     if (!touched[as_size(cube)]) continue;
     cut_of_cube_[as_size(cube)] = static_cast<int>(cut_.size());
     cut_.emplace_back().cube = cube;
@@ -390,89 +354,6 @@ std::vector<int> LatticeMaterial::hold(const std::vector<Vec3>& below, const std
 
 int LatticeMaterial::parted_cubes() const {
   return static_cast<int>(std::ranges::count_if(pieces_of_cube_, [](const auto& p) { return p.size() > 1; }));
-}
-
-// ---- how much of a cube is material ----
-
-/// Of a small tetrahedron that is a piece's. Depths in the middles of its edges from those at their ends, and the
-/// slopes there, cut its eighths by a plane each: a round surface has its volume to a higher order.
-double LatticeMaterial::share_of(const CutCube& cube, const std::array<int, 4>& points, int piece) const {
-  constexpr double kRound = 0.8;  // of the cosine between slopes: below it there is a crease
-  std::array<double, 10> depth;
-  std::array<Vec3, 4> slope;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t p = as_size(points[k]);
-    const bool is_others = cube.depth[p] > 0 && cube.piece[p] != piece;
-    depth[k] = is_others ? -cube.depth[p] : cube.depth[p];
-    slope[k] = (is_others ? -cube.slope[p] : cube.slope[p]).cast<double>();
-  }
-  if (std::all_of(depth.begin(), depth.begin() + 4, [](double d) { return d > 0; })) return 1;
-  for (std::size_t e = 0; e < 6; ++e) {
-    const auto a = static_cast<std::size_t>(kCellEdges[e][0]), b = static_cast<std::size_t>(kCellEdges[e][1]);
-    depth[4 + e] = 0.5 * (depth[a] + depth[b]);
-    if (slope[a].dot(slope[b]) < kRound) continue;
-    depth[4 + e] += 0.125 * (slope[a] - slope[b]).dot(step(points[a], points[b]));
-  }
-  double out = 0;
-  for (const auto& eighth : kEighths)
-    out += cut_tetrahedron({depth[as_size(eighth[0])], depth[as_size(eighth[1])], depth[as_size(eighth[2])],
-                            depth[as_size(eighth[3])]})
-               .sum() /
-           8;
-  return out;
-}
-
-void LatticeMaterial::measure_by_depth(const CutCube& cube) {
-  constexpr double kAll = 1.0 / (kCubePoints * kCubePoints * kCubePoints);
-  const double on_surface = kOnSurface * grid_.edge.minCoeff();
-  for (const SmallTetrahedron& t : small_tetrahedra()) {
-    if (std::ranges::all_of(t.point, [&](int p) { return std::abs(cube.depth[as_size(p)]) <= on_surface; })) {
-      // In an edge of the surface that fits the cubes: its middle tells.
-      Vec3 middle = Vec3::Zero();
-      for (const int p : t.point) middle += 0.25 * place_of(cube.cube, p);
-      const int near = winding_.is_inside(middle) ? nearest_to(cube, middle) : -1;
-      if (near >= 0) pieces_[as_size(near)].share[as_size(t.of)] += kAll;
-      continue;
-    }
-    std::array<int, 4> done{-1, -1, -1, -1};
-    for (std::size_t c = 0; c < 4; ++c) {
-      const int own = cube.piece[as_size(t.point[c])];
-      if (own < 0 || std::ranges::find(done, own) != done.end()) continue;
-      done[c] = own;
-      pieces_[as_size(own)].share[as_size(t.of)] += kAll * share_of(cube, t.point, own);
-    }
-  }
-}
-
-/// Where the material is thinner than the points are apart: at many more places, each with the piece of the nearest
-/// point.
-void LatticeMaterial::measure_by_samples(const CutCube& cube) {
-  constexpr int kSamples = 6;
-  constexpr double kEach = 6.0 / (kSamples * kSamples * kSamples);
-  const Vec3 corner = grid_.corner(grid_.place_of(cube.cube));
-  for (int i = 0; i < kSamples * kSamples * kSamples; ++i) {
-    const std::array<int, 3> at{i % kSamples, i / kSamples % kSamples, i / kSamples / kSamples};
-    // Shifted against one another so that none lies on a face between two tetrahedra.
-    const Vec3 in = (Vec3(at[0], at[1], at[2]) + Vec3(0.5, 0.5 + 1e-3, 0.5 - 1e-3)) / kSamples;
-    const Vec3 place = corner + grid_.edge.cwiseProduct(in);
-    if (!winding_.is_inside(place)) continue;
-    int piece = nearest_to(cube, place);
-    if (piece < 0) {
-      if (pieces_of_cube_[as_size(cube.cube)].empty()) return;  // no vertex, and no point
-      piece = pieces_of_cube_[as_size(cube.cube)][0];
-    }
-    double& share = pieces_[as_size(piece)].share[as_size(kuhn_holding(in))];
-    share = std::min(1.0, share + kEach);
-  }
-}
-
-void LatticeMaterial::measure() {
-  parallel_for(static_cast<int>(cut_.size()), [&](int i) {  // pieces of different cubes are different ones
-    if (cut_[as_size(i)].is_thin)
-      measure_by_samples(cut_[as_size(i)]);
-    else
-      measure_by_depth(cut_[as_size(i)]);
-  });
 }
 
 // ---- which corners are one ----

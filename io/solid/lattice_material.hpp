@@ -3,7 +3,7 @@
 // which of them they hang together. Parts of a cube that a gap separates, however narrow, are pieces of their own.
 #include <optional>
 
-#include "io/solid/lattice_grid.hpp"
+#include "io/solid/cell_moments.hpp"
 #include "io/surface/winding_number.hpp"
 
 namespace kt {
@@ -12,10 +12,20 @@ constexpr int kCubePoints = 4;  // along each edge, and one
 constexpr int kWide = kCubePoints + 1;
 constexpr int kAllPoints = kWide * kWide * kWide;
 
+/// Points of a cube are numbered along x, then y, then z.
+constexpr std::array<int, 3> at_point(int point) {
+  return {point % kWide, point / kWide % kWide, point / kWide / kWide};
+}
+constexpr int point_at(const std::array<int, 3>& at) { return at[0] + kWide * (at[1] + kWide * at[2]); }
+constexpr std::size_t as_size(int i) { return static_cast<std::size_t>(i); }
+
+/// Nearer to the surface than so much of an edge is on it: rounding.
+inline constexpr double kOnSurface = 1e-7;
+
 /// Material of a cube that hangs together in it.
 struct CubePiece {
   int cube = 0;
-  std::array<double, 6> share{};  ///< of each of the cube's tetrahedra
+  std::array<CellMoments, 6> cell;  ///< each of the cube's tetrahedra
 };
 
 class LatticeMaterial final : public MaterialField {
@@ -34,7 +44,7 @@ class LatticeMaterial final : public MaterialField {
   /// along are one. A cube without material gets a piece where it has a vertex.
   /// @param below   the vertices' places, a little inside      @returns pieces
   std::vector<int> hold(const std::vector<Vec3>& below, const std::vector<Triangle>& triangles);
-  /// Fills the shares of pieces. After hold().
+  /// Fills the moments of pieces. After hold().
   void measure();
 
   const std::vector<CubePiece>& pieces() const { return pieces_; }
@@ -68,9 +78,10 @@ class LatticeMaterial final : public MaterialField {
   int nearest_to(const CutCube& cube, const Vec3& place) const;
   void look_below(const CutCube& cube, const std::vector<int>& vertices, const std::vector<Vec3>& below,
                   std::vector<int>& piece, std::vector<char>& is_sure) const;
-  double share_of(const CutCube& cube, const std::array<int, 4>& points, int piece) const;
+  void add_material(const CutCube& cube, int small, int piece, CellMoments& out) const;
   Vec3 step(int from, int to) const;  // from one of a cube's points to another
   void measure_by_depth(const CutCube& cube);
+  std::array<double, 2> known_beside(const CutCube& cube, const Vec3& place) const;
   void measure_by_samples(const CutCube& cube);
   void join_by_points(std::vector<int>& same) const;
   int new_piece(int cube);

@@ -215,19 +215,32 @@ double WindingNumber::distance(const Vec3& place, double most) const {
   return its ? (*its - place).norm() : most;
 }
 
-bool WindingNumber::parts(const Vec3& a, const Vec3& b) const {
-  constexpr double kThinnest = 1e-6;  // of the way: nearer ones are crossed at once
+/// Shares of a way at which it passes through triangles, in no order.
+template <class Take>
+void WindingNumber::visit_along(const Vec3& a, const Vec3& b, const Take& take) const {
   const Vec3 along = b - a;
   const double length_sq = along.squaredNorm();
-  std::vector<double> at;
   visit(
       [&](const Vec3& centre, double radius) {
         const double t = length_sq > 0 ? std::clamp(along.dot(centre - a) / length_sq, 0.0, 1.0) : 0;
         return (a + t * along - centre).squaredNorm() <= radius * radius;
       },
       [&](const Vec3& p, const Vec3& q, const Vec3& r) {
-        if (const double t = crossing(a, along, p, q, r); t >= 0) at.push_back(t);
+        if (const double t = crossing(a, along, p, q, r); t >= 0) take(t);
       });
+}
+
+std::optional<double> WindingNumber::first_crossing(const Vec3& a, const Vec3& b) const {
+  std::optional<double> out;
+  visit_along(a, b, [&](double t) { out = std::min(t, out.value_or(t)); });
+  return out;
+}
+
+bool WindingNumber::parts(const Vec3& a, const Vec3& b) const {
+  constexpr double kThinnest = 1e-6;  // of the way: nearer ones are crossed at once
+  const Vec3 along = b - a;
+  std::vector<double> at;
+  visit_along(a, b, [&](double t) { at.push_back(t); });
   std::ranges::sort(at);
   for (std::size_t i = 1; i < at.size(); ++i)
     if (at[i] - at[i - 1] > kThinnest && !is_inside(a + 0.5 * (at[i - 1] + at[i]) * along)) return true;

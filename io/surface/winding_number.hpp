@@ -28,6 +28,9 @@ class WindingNumber {
   /// Whether the surface lies between two places that are inside: the way from one to the other leaves the material.
   bool parts(const Vec3& a, const Vec3& b) const;
 
+  /// Share of the way from one place to another at which it first passes through the surface; none: it does not.
+  std::optional<double> first_crossing(const Vec3& a, const Vec3& b) const;
+
  private:
   struct Branch {
     Vec3 centre;                        // mean of the triangles by area
@@ -37,6 +40,8 @@ class WindingNumber {
     int begin = 0, end = 0, right = 0;  // triangles in order_; the second half, 0: a leaf
   };
   int build(int begin, int end);
+  template <class Take>
+  void visit_along(const Vec3& a, const Vec3& b, const Take& take) const;
   template <class IsNear, class Take>
   void visit(const IsNear& is_near, const Take& take) const;
   const Mesh& surface_;

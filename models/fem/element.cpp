@@ -23,6 +23,26 @@ Eigen::Matrix<double, 3, 4> barycentric_gradients(const Mesh& mesh, const Tetrah
   return out;
 }
 
+/// Of a place with weights `bary` of the corners.
+ElementTable<10>::Point quadratic_point(const Eigen::Matrix<double, 3, 4>& grad, const Eigen::Vector4d& bary,
+                                        double volume) {
+  ElementTable<10>::Point out;
+  out.volume = volume;
+  for (int i = 0; i < 4; ++i) out.gradient.col(i) = (4 * bary[i] - 1) * grad.col(i);
+  for (int e = 0; e < 6; ++e) {
+    const auto [i, j] = kEdges[e];
+    out.gradient.col(4 + e) = 4 * (bary[i] * grad.col(j) + bary[j] * grad.col(i));
+  }
+  return out;
+}
+
+Eigen::Matrix<double, 10, 1> quadratic_shapes(const Eigen::Vector4d& bary) {
+  Eigen::Matrix<double, 10, 1> out;
+  for (int i = 0; i < 4; ++i) out[i] = bary[i] * (2 * bary[i] - 1);
+  for (int e = 0; e < 6; ++e) out[4 + e] = 4 * bary[kEdges[e][0]] * bary[kEdges[e][1]];
+  return out;
+}
+
 std::array<int, 2> key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 }  // namespace
@@ -61,14 +81,7 @@ ElementTable<10> make_quadratic_elements(const Mesh& mesh) {
     for (int q = 0; q < 4; ++q) {
       Eigen::Vector4d bary = Eigen::Vector4d::Constant(kFar);
       bary[q] = kNear;
-      ElementTable<10>::Point point;
-      point.volume = volume / 4;
-      for (int i = 0; i < 4; ++i) point.gradient.col(i) = (4 * bary[i] - 1) * grad.col(i);
-      for (int e = 0; e < 6; ++e) {
-        const auto [i, j] = kEdges[e];
-        point.gradient.col(4 + e) = 4 * (bary[i] * grad.col(j) + bary[j] * grad.col(i));
-      }
-      out.points.push_back(point);
+      out.points.push_back(quadratic_point(grad, bary, volume / 4));
     }
   }
 
@@ -80,6 +93,34 @@ ElementTable<10> make_quadratic_elements(const Mesh& mesh) {
   out.mesh.triangles = std::move(faces);
   out.mesh.x.conservativeResize(3 * (mesh.num_nodes() + static_cast<int>(added.size())));
   for (std::size_t i = 0; i < added.size(); ++i) node(out.mesh.x, mesh.num_nodes() + static_cast<int>(i)) = added[i];
+  return out;
+}
+
+ElementTable<4> make_embedded_linear_elements(Mesh cells, const EmbeddedSurface& surface) {
+  ElementTable<4> out = make_linear_elements(std::move(cells));
+  for (std::size_t e = 0; e < surface.share.size(); ++e) out.points[e].volume *= surface.share[e];
+  return out;
+}
+
+ElementTable<10> make_embedded_quadratic_elements(Mesh cells, const EmbeddedSurface& surface) {
+  ElementTable<10> out;
+  out.mesh = std::move(cells);
+  out.points_per_element = 4;
+  for (std::size_t c = 0; c < out.mesh.tetrahedra.size(); ++c) {
+    const Tetrahedron& t = out.mesh.tetrahedra[c];
+    const auto grad = barycentric_gradients(out.mesh, t, c);
+    const double volume = surface.share[c] * tetrahedron_volume(out.mesh.x, t);
+    std::array<int, 10>& nodes = out.nodes.emplace_back();
+    std::copy(t.begin(), t.end(), nodes.begin());
+    std::copy(surface.middles[c].begin(), surface.middles[c].end(), nodes.begin() + 4);
+    Eigen::Matrix<double, 10, 1>& lumped = out.lumped.emplace_back(Eigen::Matrix<double, 10, 1>::Zero());
+    for (int q = 0; q < 4; ++q) {
+      const Eigen::Vector4d bary = surface.points[c].col(q);
+      out.points.push_back(quadratic_point(grad, bary, volume / 4));
+      lumped += quadratic_shapes(bary).cwiseAbs2();
+    }
+    lumped /= lumped.sum();
+  }
   return out;
 }
 

@@ -17,11 +17,15 @@ struct ElementTable {
   std::vector<std::array<int, N>> nodes;
   std::vector<Point> points;  ///< element after element
   Mesh mesh;                  ///< with the edge nodes of quadratic elements, their faces split in four
+  std::vector<Eigen::Matrix<double, N, 1>> lumped;  ///< of each element: its nodes' shares of mass; empty: as all
 };
 
 /// Throws InputError for an element without volume.
 ElementTable<4> make_linear_elements(Mesh mesh);
 ElementTable<10> make_quadratic_elements(const Mesh& mesh);
+/// Of the cells of an embedded surface, each with its share of material. `cells`: without_embedded().
+ElementTable<4> make_embedded_linear_elements(Mesh cells, const EmbeddedSurface& surface);
+ElementTable<10> make_embedded_quadratic_elements(Mesh cells, const EmbeddedSurface& surface);
 
 /// Nodes that stay fixed when `fixed` of the linear mesh do: an edge's node with both of its ends. Ascending.
 std::vector<int> fixed_with_edges(const ElementTable<10>& elements, const std::vector<int>& fixed);

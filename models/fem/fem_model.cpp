@@ -2,8 +2,8 @@
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
 #include "core/base/error.hpp"
 #include "core/body/refinable.hpp"
+#include "models/embedded_model.hpp"
 #include "models/fem/batches.hpp"
-#include "models/fem/embedded_model.hpp"
 #include "models/fem/material.hpp"
 #include "models/fem/viscosity.hpp"
 #include "models/model.hpp"
@@ -195,12 +195,15 @@ class FemModel final : public DeformableModel, public Refinable {
     for (std::size_t e = 0; e < table.nodes.size(); ++e) {
       double volume = 0;
       for (std::size_t q = 0; q < points; ++q) volume += table.points[points * e + q].volume;
+      const auto add = [&](int a, int b, double share) {
+        for (int i = 0; i < 3 && share != 0; ++i)
+          entries.emplace_back(3 * table.nodes[e][a] + i, 3 * table.nodes[e][b] + i, options_.density * volume * share);
+      };
+      const bool has_own = !options_.consistent_mass && !table.lumped.empty();
       for (int a = 0; a < N; ++a)
         for (int b = 0; b < N; ++b)
-          if (shares(a, b) != 0)
-            for (int i = 0; i < 3; ++i)
-              entries.emplace_back(3 * table.nodes[e][a] + i, 3 * table.nodes[e][b] + i,
-                                   options_.density * volume * shares(a, b));
+          if (!has_own) add(a, b, shares(a, b));
+      for (int a = 0; a < N && has_own; ++a) add(a, a, table.lumped[e][a]);
     }
     mass_.resize(3 * mesh_.num_nodes(), 3 * mesh_.num_nodes());
     mass_.setFromTriplets(entries.begin(), entries.end());
@@ -229,16 +232,19 @@ class FemModel final : public DeformableModel, public Refinable {
 
 /// Cells that are only partly material have their share of stiffness, damping and mass.
 std::unique_ptr<DeformableModel> make_embedded_fem(Mesh mesh, const ModelOptions& options) {
-  if (options.element != "tet4")
-    throw InputError(text("object.model.element \"", options.element, "\": object.body lattice has tet4 only"));
+  const EmbeddedSurface& surface = *mesh.embedded;
+  if ((options.element == "tet10") != surface.is_quadratic())
+    throw InputError(text("object.model.element \"", options.element, "\": the cells of the lattice have ",
+                          surface.is_quadratic() ? "ten nodes: set it to tet10" : "four nodes: set it to tet4"));
   const std::vector<double> factors = stiffness_factors(mesh, options.inclusions);
-  ElementTable<4> elements = make_linear_elements(without_embedded(mesh));
-  const std::vector<double>& share = mesh.embedded->share;
-  for (std::size_t e = 0; e < share.size(); ++e) elements.points[e].volume *= share[e];
-  std::vector<int> clamped;  // a copy of this model names the embedded vertices among the fixed nodes, too
-  for (const int i : options.fixed_nodes)
-    if (i < mesh.embedded->first) clamped.push_back(i);
-  auto cells = std::make_unique<FemModel<4>>(elements, factors, std::move(clamped), options);
+  std::vector<int> clamped = own_fixed_nodes(mesh, options.fixed_nodes);
+  std::unique_ptr<DeformableModel> cells;
+  if (surface.is_quadratic())
+    cells = std::make_unique<FemModel<10>>(make_embedded_quadratic_elements(without_embedded(mesh), surface), factors,
+                                           std::move(clamped), options);
+  else
+    cells = std::make_unique<FemModel<4>>(make_embedded_linear_elements(without_embedded(mesh), surface), factors,
+                                          std::move(clamped), options);
   return embed_surface(std::move(mesh), std::move(cells));
 }
 
@@ -247,6 +253,8 @@ std::unique_ptr<DeformableModel> make_embedded_fem(Mesh mesh, const ModelOptions
 std::unique_ptr<DeformableModel> make_fem_model(Mesh mesh, const ModelOptions& options) {
   if (mesh.tetrahedra.empty())
     throw InputError("object.model.type \"fem\" needs tetrahedra: give a solid mesh, or object.tetrahedralize");
+  if (options.element != "tet4" && options.element != "tet10")
+    throw_unknown("object.model.element", options.element, {"tet4", "tet10"});
   if (mesh.embedded) return make_embedded_fem(std::move(mesh), options);
   const std::vector<double> factors = stiffness_factors(mesh, options.inclusions);
   if (options.element == "tet10") {
@@ -254,7 +262,6 @@ std::unique_ptr<DeformableModel> make_fem_model(Mesh mesh, const ModelOptions& o
     std::vector<int> fixed = fixed_with_edges(elements, options.fixed_nodes);
     return std::make_unique<FemModel<10>>(elements, factors, std::move(fixed), options);
   }
-  if (options.element != "tet4") throw_unknown("object.model.element", options.element, {"tet4", "tet10"});
   return std::make_unique<FemModel<4>>(make_linear_elements(std::move(mesh)), factors, options.fixed_nodes, options);
 }
 

@@ -93,7 +93,7 @@ IsotropicSolid nearest_isotropic(const Mat6& c) {
   return {9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))};
 }
 
-Mat6 network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs) {
+Mat6 network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs, const std::vector<double>& share) {
   const int n = mesh.num_nodes();
   const SparseMatrix stiffness = rest_stiffness(n, mesh, springs);
   MatrixX u(3 * n, 6);
@@ -117,16 +117,18 @@ Mat6 network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs) {
     for (int i = 0; i < inner.size(); ++i) u.row(inner.to_all[i]) -= relax.row(i);
   }
   double volume = 0;
-  for (const Tetrahedron& t : mesh.tetrahedra) volume += std::abs(tetrahedron_volume(mesh.x, t));
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+    volume += (share.empty() ? 1 : share[t]) * std::abs(tetrahedron_volume(mesh.x, mesh.tetrahedra[t]));
   return u.transpose() * (stiffness * u) / volume;
 }
 
 namespace {
 
 /// Scales all springs to the target, least squares, and says how well they then match.
-Calibration scale_to_target(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs) {
+Calibration scale_to_target(const Mesh& mesh, double young, double poisson, const std::vector<double>& share,
+                            std::vector<Spring>& springs) {
   const Mat6 target = isotropic_elasticity(young, poisson);
-  Mat6 network = network_elasticity(mesh, springs);
+  Mat6 network = network_elasticity(mesh, springs, share);
   const double scale = network.cwiseProduct(target).sum() / network.squaredNorm();
   for (Spring& s : springs) s.stiffness *= scale;
   network *= scale;
@@ -166,14 +168,17 @@ void shape_from_volume(const Mesh& mesh, double young, std::vector<Spring>& spri
 
 }  // namespace
 
-Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs) {
+Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs,
+                              const std::vector<double>& share) {
   if (mesh.tetrahedra.empty()) return uniform_membrane(young, springs);
   // Neither shape wins on every mesh: free meshes favour the first, regular blocks the second.
   std::vector<Spring> other = springs;
   shape_from_stiffness(mesh, young, poisson, springs);
   shape_from_volume(mesh, young, other);
-  const Calibration first = scale_to_target(mesh, young, poisson, springs);
-  const Calibration second = scale_to_target(mesh, young, poisson, other);
+  stiffen(mesh, share, springs);
+  stiffen(mesh, share, other);
+  const Calibration first = scale_to_target(mesh, young, poisson, share, springs);
+  const Calibration second = scale_to_target(mesh, young, poisson, share, other);
   if (first.residual <= second.residual) return first;
   springs = std::move(other);
   return second;

@@ -16,11 +16,14 @@ struct Calibration {
 /// 1998). Each is scaled by least squares of the network's own elasticity tensor against the solid's, measured by
 /// imposing the six unit strains on the surface nodes and letting the inner nodes relax; the smaller residual wins.
 /// @param young [Pa]  @param poisson in (-1, 0.5)
-Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs);
+/// @param share  of each tetrahedron, how much of it is material; empty: all
+Calibration calibrate_springs(const Mesh& mesh, double young, double poisson, std::vector<Spring>& springs,
+                              const std::vector<double>& share = {});
 
 /// Elasticity tensor (6x6, engineering shear strains xx yy zz yz xz xy) [Pa] of a network:
 /// energies of the six unit strains imposed on the surface nodes, inner nodes relaxed.
-Eigen::Matrix<double, 6, 6> network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs);
+Eigen::Matrix<double, 6, 6> network_elasticity(const Mesh& mesh, const std::vector<Spring>& springs,
+                                               const std::vector<double>& share = {});
 
 /// Elasticity tensor of the isotropic solid, the same notation.
 Eigen::Matrix<double, 6, 6> isotropic_elasticity(double young, double poisson);

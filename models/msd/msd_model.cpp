@@ -3,6 +3,7 @@
 
 #include "core/base/error.hpp"
 #include "core/fine/isotropic_cells.hpp"
+#include "models/embedded_model.hpp"
 #include "models/model.hpp"
 #include "models/msd/calibration.hpp"
 #include "models/msd/spring_tangent.hpp"
@@ -13,13 +14,15 @@ namespace {
 
 class MsdModel final : public DeformableModel, public Refinable {
  public:
-  MsdModel(Mesh mesh, const ModelOptions& options) : mesh_(std::move(mesh)), options_(options) {
+  /// @param share  of each tetrahedron, how much of it is material; empty: all
+  MsdModel(Mesh mesh, const ModelOptions& options, std::vector<double> share = {})
+      : mesh_(std::move(mesh)), options_(options), share_(std::move(share)) {
     springs_ = make_springs(mesh_);
     make_mass();  // refuses nodes without an element, which the calibration would stumble over
     if (options.stiffness)
-      for (Spring& s : springs_) s.stiffness = *options.stiffness;
+      make_even(springs_);
     else
-      calibration_ = calibrate_springs(mesh_, options.young, options.poisson, springs_);
+      calibration_ = calibrate_springs(mesh_, options.young, options.poisson, springs_, share_);
     // After calibration: that is a statement about the body without them.
     const std::vector<double> factors = stiffness_factors(mesh_, options.inclusions);
     stiffen(mesh_, factors, springs_);
@@ -95,11 +98,17 @@ class MsdModel final : public DeformableModel, public Refinable {
   }
 
  private:
+  void make_even(std::vector<Spring>& springs) const {
+    for (Spring& s : springs) s.stiffness = *options_.stiffness;
+    stiffen(mesh_, share_, springs);
+  }
+
   void make_mass() {
     double length = 0;
     for (const Spring& s : springs_) length += s.rest_length;
     // A surface without inside is a membrane; a tenth of its mean edge stands for its thickness.
-    const VectorX nodal = lumped_masses(mesh_, options_.density, 0.1 * length / static_cast<double>(springs_.size()));
+    const VectorX nodal =
+        lumped_masses(mesh_, options_.density, 0.1 * length / static_cast<double>(springs_.size()), share_);
     mass_diagonal_.resize(mesh_.x.size());
     for (int i = 0; i < mesh_.num_nodes(); ++i) {
       if (!(nodal[i] > 0)) throw InputError(text("msd: node ", i, " belongs to no element and would have no mass"));
@@ -114,8 +123,8 @@ class MsdModel final : public DeformableModel, public Refinable {
       solid_ = {options_.young, options_.poisson};
       if (!options_.stiffness || mesh_.tetrahedra.empty()) return;
       std::vector<Spring> even = springs_;  // without inclusions
-      for (Spring& s : even) s.stiffness = *options_.stiffness;
-      solid_ = nearest_isotropic(network_elasticity(mesh_, even));
+      make_even(even);
+      solid_ = nearest_isotropic(network_elasticity(mesh_, even, share_));
     });
     return solid_;
   }
@@ -138,6 +147,7 @@ class MsdModel final : public DeformableModel, public Refinable {
 
   Mesh mesh_;
   ModelOptions options_;
+  std::vector<double> share_;
   std::vector<Spring> springs_;
   std::vector<VolumeGuard> guards_;
   Calibration calibration_;
@@ -153,7 +163,11 @@ class MsdModel final : public DeformableModel, public Refinable {
 }  // namespace
 
 std::unique_ptr<DeformableModel> make_msd_model(Mesh mesh, const ModelOptions& options) {
-  return std::make_unique<MsdModel>(std::move(mesh), options);
+  if (!mesh.embedded) return std::make_unique<MsdModel>(std::move(mesh), options);
+  ModelOptions of_cells = options;
+  of_cells.fixed_nodes = own_fixed_nodes(mesh, options.fixed_nodes);
+  auto cells = std::make_unique<MsdModel>(without_embedded(mesh), of_cells, mesh.embedded->share);
+  return embed_surface(std::move(mesh), std::move(cells));
 }
 
 }  // namespace kt

@@ -60,10 +60,12 @@ void stiffen(const Mesh& mesh, const std::vector<double>& factors, std::vector<S
       s.stiffness *= it->second.stiff_size / it->second.size;
 }
 
-VectorX lumped_masses(const Mesh& mesh, double density, double thickness) {
+VectorX lumped_masses(const Mesh& mesh, double density, double thickness, const std::vector<double>& share) {
   VectorX mass = VectorX::Zero(mesh.num_nodes());
-  for (const Tetrahedron& t : mesh.tetrahedra)
-    for (int i : t) mass[i] += density * std::abs(tetrahedron_volume(mesh.x, t)) / 4;
+  for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) {
+    const Tetrahedron& t = mesh.tetrahedra[e];
+    for (int i : t) mass[i] += (share.empty() ? 1 : share[e]) * density * std::abs(tetrahedron_volume(mesh.x, t)) / 4;
+  }
   if (mesh.tetrahedra.empty())
     for (const Triangle& t : mesh.triangles)
       for (int i : t) mass[i] += density * thickness * area(mesh.x, t) / 3;

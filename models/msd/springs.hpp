@@ -22,7 +22,8 @@ std::vector<Spring> make_springs(const Mesh& mesh);
 void stiffen(const Mesh& mesh, const std::vector<double>& factors, std::vector<Spring>& springs);
 
 /// Lumped node masses [kg], (n): a quarter of each tetrahedron, or a third of each triangle times `thickness` [m].
-VectorX lumped_masses(const Mesh& mesh, double density, double thickness);
+/// @param share  of each tetrahedron, how much of it is material; empty: all
+VectorX lumped_masses(const Mesh& mesh, double density, double thickness, const std::vector<double>& share = {});
 
 /// A surface and `count` layers of nodes below it, `thickness` [m] apart in all, offset against the surface normals and
 /// joined by prisms split into tetrahedra: the layered bodies of the field's MSD models. Surface nodes come first and

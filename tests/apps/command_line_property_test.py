@@ -298,7 +298,7 @@ class CommandLine(unittest.TestCase):
         ball, block = os.path.join(MESHES, "sphere.off"), os.path.join(MESHES, "block.msh")
         for mesh, settings, body, model in ((ball, [], "lattice", "fem"),
                                             (ball, ["object.body=mesh"], "mesh", "msd"),
-                                            (ball, ["object.model.type=msd"], "mesh", "msd"),  # what a lattice has not
+                                            (ball, ["object.model.type=msd"], "lattice", "msd"),
                                             (ball, ["contact.surface=loop"], "mesh", "msd"),
                                             (block, [], "mesh", "msd"),
                                             (block, ["object.body=lattice"], "lattice", "fem")):

@@ -70,6 +70,91 @@ TEST(Lattice, EmbedsEveryVertexWhereItIs) {
     for (const double w : weights) EXPECT_NEAR(w, 0.5, 0.55);
 }
 
+TEST(Lattice, EmbedsVerticesInCellsOfTenNodes) {
+  const Mesh lattice = make_lattice(sphere(), {.nodes = 400, .is_quadratic = true});
+  const EmbeddedSurface& surface = *lattice.embedded;
+  EXPECT_GT(surface.first, 300);
+  EXPECT_LT(surface.first, 600);
+  // Any motion of the second degree of the cells is one of the vertices.
+  const double size = bounds(lattice).size().x();
+  const auto moved = [&](const Vec3& p) {
+    const Vec3 q = p / size;
+    return Vec3(q.x() + 0.3 * q.y() * q.z(), q.y() - 0.2 * q.x() * q.x() + 0.1 * q.z(), q.z() + 0.4 * q.x() * q.y());
+  };
+  VectorX x = lattice.x;
+  for (int i = 0; i < surface.first; ++i) node(x, i) = moved(node(lattice.x, i));
+  surface.follow(x);
+  for (int i = surface.first; i < lattice.num_nodes(); ++i)
+    EXPECT_LT((node(x, i) - moved(node(lattice.x, i))).norm(), 1e-14);
+}
+
+/// Of the points of the cells, each with a quarter of its material.
+template <class Of>
+double integral(const Mesh& lattice, const Of& of) {
+  double out = 0;
+  for (std::size_t t = 0; t < lattice.tetrahedra.size(); ++t) {
+    const Tetrahedron& c = lattice.tetrahedra[t];
+    const double volume = lattice.embedded->share[t] * tetrahedron_volume(lattice.x, c);
+    for (Eigen::Index q = 0; q < 4; ++q) {
+      Vec3 place = Vec3::Zero();
+      for (int k = 0; k < 4; ++k) place += lattice.embedded->points[t](k, q) * node(lattice.x, c[k]);
+      out += 0.25 * volume * of(place);
+    }
+  }
+  return out;
+}
+
+/// A ball, whose integrals are known, and a plate that is turned and thinner than the points of a cube are apart.
+TEST(Lattice, IntegratesOverTheMaterialOfTenNodeCells) {
+  Mesh ball = sphere();
+  const Vec3 middle = bounds(ball).centre();
+  const double radius = 0.5 * bounds(ball).size().x(), volume = enclosed_volume(ball);
+  for (const int nodes : {150, 1000}) {
+    const Mesh lattice = make_lattice(ball, {.nodes = nodes, .is_quadratic = true});
+    EXPECT_NEAR(integral(lattice, [](const Vec3&) { return 1; }), volume, 0.01 * volume) << nodes;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(integral(lattice, [&](const Vec3& p) { return (p - middle)[k]; }), 0, 2e-3 * volume * radius);
+      const double squares = volume * radius * radius / 5;
+      EXPECT_NEAR(integral(lattice, [&](const Vec3& p) { return std::pow((p - middle)[k], 2); }), squares,
+                  0.03 * squares)
+          << nodes;
+    }
+  }
+  constexpr double kThick = 0.004, kWide = 0.06;
+  Mesh plate = kuhn_block(1, 1, 1, 1);
+  plate.tetrahedra.clear();
+  const Mat3 turn = Eigen::AngleAxisd(0.5, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (int i = 0; i < plate.num_nodes(); ++i)
+    node(plate.x, i) = turn * (node(plate.x, i) - Vec3::Constant(0.5)).cwiseProduct(Vec3(kThick, kWide, kWide));
+  const Mesh lattice = make_lattice(plate, {.edge = 0.02, .is_quadratic = true});
+  const Vec3 normal = turn.col(0);
+  const double bending = integral(lattice, [&](const Vec3& p) { return std::pow(normal.dot(p), 2); });
+  const double truth = std::pow(kThick, 3) * kWide * kWide / 12;
+  EXPECT_NEAR(bending, truth, 0.2 * truth);
+}
+
+/// Of a ball no more than it is looked for: six edges of a cube.
+TEST(Lattice, KnowsHowThickTheMaterialIs) {
+  Mesh plate = kuhn_block(10, 10, 1, 0.006);
+  plate.tetrahedra.clear();
+  for (int i = 0; i < plate.num_nodes(); ++i) plate.x[3 * i + 2] *= 0.5;
+  EXPECT_NEAR(make_lattice(plate, {.edge = 0.01}).embedded->thickness, 0.003, 1e-5);
+  // A hollow ball.
+  Mesh hollow = sphere();
+  const Vec3 middle = bounds(hollow).centre();
+  const double radius = 0.5 * bounds(hollow).size().x();
+  const int outer = hollow.num_nodes();
+  hollow.x.conservativeResize(6 * outer);
+  for (int i = 0; i < outer; ++i) node(hollow.x, outer + i) = middle + 0.9 * (node(hollow.x, i) - middle);
+  for (std::size_t t = 0, count = hollow.triangles.size(); t < count; ++t) {
+    const Triangle& v = hollow.triangles[t];
+    hollow.triangles.push_back({v[0] + outer, v[2] + outer, v[1] + outer});
+  }
+  EXPECT_NEAR(make_lattice(hollow, {}).embedded->thickness, 0.1 * radius, 0.01 * radius);
+  const Mesh ball = make_lattice(sphere(), {.edge = 0.3 * radius});
+  EXPECT_NEAR(ball.embedded->thickness, 6 * ball.embedded->edge, 1e-9);
+}
+
 TEST(Lattice, FillsASurfaceThatIsOpen) {
   Mesh open = sphere();
   const double volume = enclosed_volume(open);

@@ -1,4 +1,4 @@
-#include "models/fem/embedded_model.hpp"
+#include "models/embedded_model.hpp"
 
 #include <numeric>
 
@@ -71,6 +71,12 @@ class EmbeddedModel final : public DeformableModel, public Refinable {
 Mesh without_embedded(const Mesh& mesh) {
   return {mesh.x.head(3 * static_cast<Eigen::Index>(mesh.num_own_nodes())), boundary_triangles(mesh.tetrahedra),
           mesh.tetrahedra};
+}
+
+std::vector<int> own_fixed_nodes(const Mesh& mesh, const std::vector<int>& fixed) {
+  std::vector<int> out;
+  std::ranges::copy_if(fixed, std::back_inserter(out), [&](int i) { return i < mesh.num_own_nodes(); });
+  return out;
 }
 
 std::unique_ptr<DeformableModel> embed_surface(Mesh mesh, std::unique_ptr<DeformableModel> cells) {
