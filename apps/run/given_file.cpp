@@ -55,6 +55,10 @@ Given kind_of_file(const std::string& file) {
 
 namespace {
 
+bool sets(const std::vector<std::string>& set, const std::string& key) {
+  return std::ranges::any_of(set, [&](const std::string& s) { return s.starts_with(key + "="); });
+}
+
 /// Settings are applied to a scene that already names the mesh, so that --set can change everything.
 Scene scene_with_body(const std::string& mesh, const std::string& body, const std::vector<std::string>& set) {
   Scene base = default_scene();
@@ -72,11 +76,12 @@ Scene scene_with_body(const std::string& mesh, const std::string& body, const st
   base.tool.path.press_drag->depth = 0.003;
   base.tool.path.press_drag->speed = 0.04;
   base.tool.path.press_drag->ease = "minimum_jerk";
-  return parse_scene(to_json(base), set, mesh);
-}
-
-bool sets(const std::vector<std::string>& set, const std::string& key) {
-  return std::ranges::any_of(set, [&](const std::string& s) { return s.starts_with(key + "="); });
+  Scene out = parse_scene(to_json(base), set, mesh);
+  constexpr double kLocks = 0.45;  // four-node cells above it (the map poisson of `kilotouch stability`)
+  const SceneModel& m = out.object.model;
+  if (body == "lattice" && m.type == "fem" && m.poisson > kLocks && !sets(set, "object.model.element"))
+    out.object.model.element = "tet10";
+  return out;
 }
 
 bool holds_tetrahedra(const std::string& mesh) {

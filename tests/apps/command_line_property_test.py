@@ -306,6 +306,18 @@ class CommandLine(unittest.TestCase):
             self.kilotouch("run", mesh, *given, "--no-report", "--force", "--out", "out")
             summary = load(self.path("out", "summary.json"))
             self.assertEqual((summary["settings"]["object"]["body"], summary["model"]["type"]), (body, model), settings)
+            self.assertEqual(summary["settings"]["object"]["model"]["element"], "tet4")
+
+    def test_a_surface_of_nearly_incompressible_material_gets_ten_node_cells(self):
+        nodes = []
+        for settings, element in ((["object.model.poisson=0.48"], "tet10"),
+                                  (["object.model.poisson=0.48", "object.model.element=tet4"], "tet4")):
+            given = [word for setting in ("duration=0.05", "local.reducer=condensed", *settings) for word in ("--set", setting)]
+            self.kilotouch("run", os.path.join(MESHES, "sphere.off"), *given, "--no-report", "--force", "--out", "out")
+            summary = load(self.path("out", "summary.json"))
+            self.assertEqual(summary["settings"]["object"]["model"]["element"], element)
+            nodes.append(summary["model"]["nodes"])
+        self.assertLess(abs(nodes[0] / nodes[1] - 1), 0.4)  # as many in all, in larger cubes
 
     def test_runs_and_replays_are_equal(self):
         for out in ("one", "two"):
