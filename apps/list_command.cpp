@@ -57,7 +57,7 @@ void list(const std::string& json_file) {
 }  // namespace
 
 void add_list_command(CLI::App& app, int&) {
-  auto* command = app.add_subcommand("list", "every backend of every family, and why one is unavailable");
+  auto* command = app.add_subcommand("list", "every backend of every family, and the reason for a missing one");
   auto file = std::make_shared<std::string>();
   add_json_option(*command, *file, "the table");
   command->footer("Example:\n  kilotouch list");

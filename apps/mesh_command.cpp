@@ -170,10 +170,10 @@ void add_common(CLI::App& command, MeshArguments& a) {
 
 void add_mesh_command(CLI::App& app, int& exit_code) {
   const auto a = std::make_shared<MeshArguments>();  // outlives this function with the callbacks
-  CLI::App* mesh = app.add_subcommand("mesh", "what is wrong with a mesh; repair it; fill it with tetrahedra");
+  CLI::App* mesh = app.add_subcommand("mesh", "examine a mesh, repair it, fill it with tetrahedra");
   mesh->require_subcommand(1);
 
-  CLI::App* info_command = mesh->add_subcommand("info", "what is wrong with a mesh, and where");
+  CLI::App* info_command = mesh->add_subcommand("info", "faults of a mesh, and their places");
   add_common(*info_command, *a);
   info_command->add_option("--places", a->places, "places shown per defect")->check(CLI::Range(0, 1000000));
   info_command->add_flag("--no-intersections", a->no_intersections, "skip the search for self-intersections");
@@ -183,17 +183,19 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
     exit_code = 0;
   });
 
-  CLI::App* repair_command = mesh->add_subcommand("repair", "fix what can be fixed without changing the shape");
+  CLI::App* repair_command = mesh->add_subcommand("repair", "repair a mesh without changing its shape");
   add_common(*repair_command, *a);
   repair_command->add_option("--places", a->places, "places shown per defect")->check(CLI::Range(0, 1000000));
   repair_command->add_flag("--no-intersections", a->no_intersections, "skip the search for self-intersections");
   repair_command->add_option("--weld", a->repair.weld_tolerance,
-                             "join nodes at most so far apart, mesh unit; 0: only those in one place");
+                             "largest distance of nodes to join, in the mesh's unit, 0 for equal places");
   repair_command->add_option("--fill-holes", a->repair.fill_holes, "close holes of at most this many edges");
-  repair_command->add_flag("--wrap", a->use_wrap, "wrap: a closed surface around anything; changes the shape a little");
+  repair_command->add_flag("--wrap", a->use_wrap,
+                           "draw a closed surface around the mesh, which changes the shape a little");
   repair_command->add_option("--alpha", a->wrap.alpha,
-                             "wrap: ball that may not enter holes, mesh unit; 0: diagonal/40");
-  repair_command->add_option("--offset", a->wrap.offset, "wrap: distance from the input, mesh unit; 0: alpha/30");
+                             "with --wrap, size of the ball that closes holes, in the mesh's unit, 0 for diagonal/40");
+  repair_command->add_option("--offset", a->wrap.offset,
+                             "with --wrap, distance from the mesh, in its unit, 0 for alpha/30");
   repair_command->add_option("--timeout", a->timeout, "limit for filling and wrapping, s");
   repair_command->footer("Example: kilotouch mesh repair liver.obj --wrap -o liver_wrapped.off");
   repair_command->callback([a, &exit_code] {
@@ -208,7 +210,7 @@ void add_mesh_command(CLI::App& app, int& exit_code) {
     names.push_back(b.available ? b.name : b.name + " (not in this build)");
   tet_command->add_option("--backend", a->tet.backend, join(names));
   tet_command->add_option("--max-volume", a->tet.max_volume,
-                          "largest tetrahedron, mesh unit^3; 0: from the surface's edges");
+                          "largest volume of a tetrahedron, in the mesh's unit^3, 0 to follow the surface's edges");
   tet_command->add_option("--quality", a->tet.quality, "bound on radius / shortest edge, 1.1 .. 10");
   tet_command->add_option("--timeout", a->timeout, "limit for the backend, s");
   tet_command->footer("Example: kilotouch mesh tet meshes/organ.off --max-volume 1e-7 -o organ.vtu");

@@ -45,7 +45,7 @@ void claim_output(const std::string& file, const std::string& option) {
 }
 
 CLI::Option* add_json_option(CLI::App& command, std::string& file, const std::string& what) {
-  return command.add_option("--json", file, "also write " + what + " to this file; - is standard output")
+  return command.add_option("--json", file, "also write " + what + " to this file (- for standard output)")
       ->each([](const std::string& name) {
         if (name == "-" && !quiet) send_words_to(STDERR_FILENO);
         claim_output(name, "--json");

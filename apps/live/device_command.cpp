@@ -237,7 +237,7 @@ void test_computer(const DeviceArguments& a, int& exit_code) {
 }
 
 void add_device_options(CLI::App& command, DeviceArguments& a) {
-  command.add_option("--address", a.device.address, "haply: of its service, ws://HOST:PORT; spnav: of its socket");
+  command.add_option("--address", a.device.address, "address of Haply's service (ws://HOST:PORT) or spnav's socket");
   command.add_option("--id", a.device.id, "serial number or id, where there are several");
   command.add_option("--library", a.device.library, "the vendor's library, a file");
 }
@@ -245,11 +245,11 @@ void add_device_options(CLI::App& command, DeviceArguments& a) {
 }  // namespace
 
 void add_device_command(CLI::App& app, int& exit_code) {
-  auto* command = app.add_subcommand("device", "haptic devices: what is there, can it be relied upon, what it is like");
+  auto* command = app.add_subcommand("device", "list, test and identify haptic devices");
   command->require_subcommand(1);
   auto a = std::make_shared<DeviceArguments>();
 
-  auto* list = command->add_subcommand("list", "devices that are there, and what stands in the way of the others");
+  auto* list = command->add_subcommand("list", "devices found, and the obstacles of the others");
   add_device_options(*list, *a);
   add_json_option(*list, a->json, "the devices");
   list->footer("Example:\n  kilotouch device list");
@@ -257,13 +257,14 @@ void add_device_command(CLI::App& app, int& exit_code) {
 
   auto* test_command = command->add_subcommand("test", "press a device on a soft wall, and measure");
   test_command->add_option("NAME", a->device.name, "haply openhaptics forcedimension spnav");
-  test_command->add_flag("--machine", a->of_machine, "no device: whether this computer keeps 1, 4 and 8 kHz");
-  test_command->add_flag("--busy", a->is_busy, "--machine: while every core has other work");
+  test_command->add_flag("--machine", a->of_machine,
+                         "without a device, test whether this computer keeps 1, 4 and 8 kHz");
+  test_command->add_flag("--busy", a->is_busy, "with --machine, while every core has other work");
   add_device_options(*test_command, *a);
   test_command->add_option("--seconds", a->seconds, "how long")->capture_default_str();
   test_command->add_option("--rate", a->rate_hz, "of the ticks, Hz")->capture_default_str();
   test_command->add_option("--wall", a->wall, "stiffness, N/m")->capture_default_str();
-  test_command->add_option("--max-force", a->max_force, "N; 0: 3 N, or what the device can give if that is less");
+  test_command->add_option("--max-force", a->max_force, "largest force [N], 0 for 3 N or the device's limit if less");
   add_json_option(*test_command, a->json, "the figures");
   test_command->footer("Example:\n  kilotouch device test haply --wall 300");
   test_command->callback([a, test_command, &exit_code] {
@@ -278,7 +279,8 @@ void add_device_command(CLI::App& app, int& exit_code) {
   identify_command->add_option("NAME", a->device.name, "haply openhaptics forcedimension")->required();
   add_device_options(*identify_command, *a);
   identify_command->add_option("--rate", a->rate_hz, "of the ticks, Hz")->capture_default_str();
-  identify_command->add_option("--max-force", a->max_force, "N; 0: 3 N, or what the device can give if that is less");
+  identify_command->add_option("--max-force", a->max_force,
+                               "largest force [N], 0 for 3 N or the device's limit if less");
   add_json_option(*identify_command, a->json, "the figures");
   identify_command->footer("Example:\n  kilotouch device identify haply");
   identify_command->callback([a, &exit_code] { identify(*a, exit_code); });

@@ -41,13 +41,12 @@ void open_browser(const std::string& url) {
 }  // namespace
 
 void add_page_options(CLI::App& command, PageArguments& page, const std::string& prefix) {
-  command.add_option("--" + prefix + "port", page.port, "of the page; 0: any that is free")->capture_default_str();
+  command.add_option("--" + prefix + "port", page.port, "port of the page, 0 for any free one")->capture_default_str();
   command
-      .add_option(
-          "--" + prefix + "listen", page.listen,
-          text("address", prefix.empty() ? "" : " of the page", "; others than this computer's own need --token"))
+      .add_option("--" + prefix + "listen", page.listen,
+                  text("address", prefix.empty() ? "" : " of the page", ", beyond this computer with --token"))
       ->capture_default_str();
-  command.add_option("--token", page.token, "that the page's address must have");
+  command.add_option("--token", page.token, "secret word in the page's address");
   command.add_flag("--open", page.open, "open the page in this computer's browser");
 }
 

@@ -211,9 +211,9 @@ void add_serve_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("serve", "the body of a scene, for a hand on another computer (kilotouch touch)");
   auto a = std::make_shared<ServeArguments>();
   command->add_option("SCENE", a->scene, "scene file (docs/scene.md)")->required();
-  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
+  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE, as often as needed")
       ->allow_extra_args(false);
-  command->add_option("--listen", a->listen, "address and port; others than this computer's own need --keys")
+  command->add_option("--listen", a->listen, "address and port, beyond this computer with --keys")
       ->capture_default_str();
   command->add_option("--keys", a->keys, "folder of this computer's keys (kilotouch key new)");
   command->add_option("--authorized", a->authorized, "file of public keys that may connect, one a line");

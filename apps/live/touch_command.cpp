@@ -190,10 +190,10 @@ void add_touch_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--device", a->device,
-          "what moves the tool: scene (the scene's path), pointer (in the page), or a haptic device: haply ...")
+          "source of the tool's motion, scene (its path), pointer (of the page) or a haptic device (haply ...)")
       ->capture_default_str();
   command->add_option("--id", a->id, "of a haptic device, where there are several (kilotouch device list)");
-  command->add_option("--set", a->set, "change tool.path or duration, KEY=VALUE; may be repeated")
+  command->add_option("--set", a->set, "change tool.path or duration, KEY=VALUE, as often as needed")
       ->allow_extra_args(false);
   command->add_option("--keys", a->keys, "folder of this computer's keys (kilotouch key new)");
   command->add_option("--server-key", a->server_key, "public key of the server, or a file with it");
@@ -205,7 +205,7 @@ void add_touch_command(CLI::App& app, int& exit_code) {
   add_page_options(*command, a->page, "page-");
   command->add_flag("--force", a->settings.force, "replace another scene's results in the folder --out");
   command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
-  command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
+  command->add_flag("--no-report", a->no_report, "numbers only, without pictures and report.html");
   command->footer(
       "Example:\n  kilotouch touch 192.168.1.20:7700 --device haply --keys keys/hand --server-key body.key");
   command->callback([a, &exit_code] {

@@ -166,13 +166,15 @@ void view(ViewArguments) {
 void add_view_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("view", "see the body in a browser, take the tool with the mouse, record");
   auto a = std::make_shared<ViewArguments>();
-  command->add_option("WHAT", a->what, "scene file, mesh, or a run's folder (session.json) to play; none: an organ");
-  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
+  command->add_option("WHAT", a->what,
+                      "scene file, mesh, or a run's folder (session.json) to play. Without it an organ");
+  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE, as often as needed")
       ->allow_extra_args(false);
   add_page_options(*command, a->page);
   command
-      ->add_option("--device", a->device,
-                   "what moves the tool: pointer (the page's), scene (the scene's path), or a haptic device: haply ...")
+      ->add_option(
+          "--device", a->device,
+          "source of the tool's motion, pointer (of the page), scene (its path) or a haptic device (haply ...)")
       ->capture_default_str();
   command->add_option("--id", a->id, "of a haptic device, where there are several (kilotouch device list)");
   auto* record = command->add_option("--record", a->record, "folder for recordings")->capture_default_str();

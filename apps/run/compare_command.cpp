@@ -135,14 +135,14 @@ void compare_all(const CompareArguments& a) {
 
 void add_compare_command(CLI::App& app, int& exit_code) {
   auto* command =
-      app.add_subcommand("compare", "what differs between runs in settings and force, and would a person notice");
+      app.add_subcommand("compare", "differences of runs in settings and force, and whether a person would notice");
   auto a = std::make_shared<CompareArguments>();
-  command->add_option("RUN", a->runs, "folders with the results of runs; the others are compared with the first")
+  command->add_option("RUN", a->runs, "folders with the results of runs. The first is compared with the others")
       ->required()
       ->expected(2, 16);
   command->add_option("--out", a->out, "folder for the results")->capture_default_str();
   add_json_option(*command, a->json_file, "compare.json");
-  command->add_flag("--no-report", a->no_report, "numbers only: no compare.html");
+  command->add_flag("--no-report", a->no_report, "numbers only, without compare.html");
   command->footer(
       "Example:\n  kilotouch run scenes/slab_drag.json --out out/a && kilotouch run scenes/slab_drag.json --set "
       "contact.mu=0.8 --out out/b && kilotouch compare out/a out/b");

@@ -60,16 +60,16 @@ CLI::App* add_run(CLI::App& app, const std::string& word, const std::string& pur
   command
       ->add_option(
           "WHAT", a->file,
-          "scene file (docs/scene.md); mesh, a surface (OBJ OFF PLY STL) or a solid (node/ele MSH VTU); folder "
-          "of a run or its session.json, to run it again")
+          "scene file (docs/scene.md), surface mesh (OBJ OFF PLY STL), solid mesh (node/ele MSH VTU), or the folder of "
+          "a run (session.json), to repeat it")
       ->required();
-  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
+  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE, as often as needed")
       ->allow_extra_args(false);
   command->add_flag("--static", a->is_static,
-                    "the body in equilibrium at every step: --set global.integrator=quasistatic");
+                    "the body in equilibrium at every step (--set global.integrator=quasistatic)");
   command->add_flag("--as-real-time", a->as_real_time,
-                    "each refresh as late as it takes on this machine, what a person gets: --set link.type=lockstep "
-                    "--set link.charge_refreshes=measured");
+                    "delay each local model by the time of its refresh on this machine (--set link.type=lockstep "
+                    "--set link.charge_refreshes=measured)");
   auto* out = command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   add_json_option(*command, a->settings.json_file, "the summary");
   command->add_flag("--force", a->settings.force, "replace another scene's results in the folder --out");
@@ -78,12 +78,12 @@ CLI::App* add_run(CLI::App& app, const std::string& word, const std::string& pur
 #endif
   command->add_flag("--states", a->settings.states, "write the body's states for ParaView (states.pvd)");
   command->add_flag("--details", a->settings.details, "print every figure, not the first screen alone");
-  command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no report.html");
-  command->add_option("--figures", a->settings.figures, "force and mesh also as vectors: svg or pdf")
+  command->add_flag("--no-report", a->no_report, "numbers only, without pictures and report.html");
+  command->add_option("--figures", a->settings.figures, "format of additional pictures of force and mesh")
       ->check(CLI::IsMember({"svg", "pdf"}));
   command->footer(
       "A mesh is scaled to 0.1 m (--set object.size=...), clamped in its lowest fifth, pressed and dragged over.\n"
-      "A surface is put into a lattice of cubes; --set object.body=mesh repairs and fills it instead.\n"
+      "A surface is put into a lattice of cubes. --set object.body=mesh repairs and fills it instead.\n"
       "Examples:\n  kilotouch run scenes/slab_drag.json --set contact.mu=0.8 --out out/slab\n"
       "  kilotouch run meshes/organ.off --out out/organ\n  kilotouch run out/slab");
   command->callback([a, out, &exit_code] {
@@ -97,18 +97,19 @@ CLI::App* add_run(CLI::App& app, const std::string& word, const std::string& pur
 }  // namespace
 
 void add_run_command(CLI::App& app, int& exit_code) {
-  add_run(app, "run", "run a scene, a mesh or a recorded session: force, trace, summary, report", exit_code);
+  add_run(app, "run", "run a scene, a mesh or a recorded session, and write force, trace, summary and report",
+          exit_code);
   add_run(app, "drag", "the same as kilotouch run, which takes meshes, too", exit_code)->group("");
 }
 
 void add_replay_command(CLI::App& app, int& exit_code) {
-  auto* command = app.add_subcommand("replay", "run a recorded session again and compare its hash; writes no results");
+  auto* command = app.add_subcommand("replay", "repeat a recorded session and compare its hash, without results");
   auto file = std::make_shared<std::string>();
   auto settings = std::make_shared<RunSettings>();
   command->add_option("SESSION", *file, "session.json of a run, or the run's folder")->required();
   add_json_option(*command, settings->json_file, "the summary");
   command->add_flag("--details", settings->details, "print every figure, not the first screen alone");
-  command->add_option("--out", settings->out, "folder for the results of the replay; none are written without it");
+  command->add_option("--out", settings->out, "folder for the results of the replay, by default none");
   command->add_flag("--force", settings->force, "replace another scene's results in the folder --out");
   command->footer("Example:\n  kilotouch run scenes/slab_drag.json --out out/slab && kilotouch replay out/slab");
   command->callback([file, settings, &exit_code] { exit_code = replay(*file, *settings); });

@@ -92,7 +92,10 @@ static std::vector<Finding> known_findings(const Session& session) {
 static void save(const RunSettings& settings, const Session& session, const RunOutcome& run, const BodyFilm& film) {
   const SavingResults saving;
   write_run(settings.out, session, run.result, run.summary, &film);
-  std::filesystem::remove(settings.out + "/reference.csv");  // an earlier run's
+  // Of an earlier run in this folder. This one's pictures are drawn later, if at all.
+  for (const char* name :
+       {"reference.csv", "report.html", "force.png", "force.svg", "force.pdf", "mesh.png", "mesh.svg", "mesh.pdf"})
+    std::filesystem::remove(settings.out + '/' + name);
   if (settings.comparison) settings.comparison->write(settings.out);
   if (settings.states) write_states(settings.out, session, run.result);
 }

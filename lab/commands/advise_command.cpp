@@ -193,16 +193,16 @@ void check(const AdviseOptions& options) {
 }  // namespace
 
 void add_advise_command(CLI::App& app, int& exit_code) {
-  auto* command =
-      app.add_subcommand("advise", "which model, mesh, rate and reducer is the cheapest within a tolerance");
+  auto* command = app.add_subcommand("advise", "the cheapest model, mesh, rate and reducer within a tolerance");
   auto a = std::make_shared<AdviseArguments>();
   command->add_option("SCENE", a->scene, "scene file (docs/scene.md)")->required();
-  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE; may be repeated")
+  command->add_option("--set", a->set, "change a setting of the scene, KEY=VALUE, as often as needed")
       ->allow_extra_args(false);
   command->add_option("--tolerance", a->options.tolerance, "largest error of the force, relative")
       ->capture_default_str();
   command
-      ->add_option("--budget-seconds", a->options.budget_seconds, "wall clock; what does not fit is left out and named")
+      ->add_option("--budget-seconds", a->options.budget_seconds,
+                   "wall clock [s]. Bodies and rates beyond it are left out and named")
       ->capture_default_str();
   add_json_option(*command, a->json_file, "all rows");
   command->footer("Example:\n  kilotouch advise scenes/slab_drag.json --tolerance 0.1");

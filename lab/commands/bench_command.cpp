@@ -181,11 +181,11 @@ void bench_ccd(const BenchArguments& a) {
 }  // namespace
 
 void add_bench_command(CLI::App& app, int& exit_code) {
-  CLI::App* bench = app.add_subcommand("bench", "how right and how fast a part of the engine is, on recorded input");
+  CLI::App* bench = app.add_subcommand("bench", "accuracy and speed of a part of the engine, on recorded input");
   bench->require_subcommand(1);
   auto a = std::make_shared<BenchArguments>();
   CLI::App* ccd = bench->add_subcommand("ccd", "times of impact of vertices with faces and of edges with edges");
-  ccd->add_option("FILE", a->files, "queries with exact truths; FILE.oracle beside it adds exact times")->required();
+  ccd->add_option("FILE", a->files, "queries with exact truths. FILE.oracle beside it adds exact times")->required();
   ccd->add_option("--mode", a->mode, "conservative, exact or both")
       ->check(CLI::IsMember({"conservative", "exact", "both"}))
       ->capture_default_str();

@@ -167,22 +167,21 @@ void add_chart_command(CLI::App& app, int& exit_code) {
   auto a = std::make_shared<ChartArguments>();
   a->settings.out = "chart";
   a->settings.jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  command->add_option("SCENE", a->scenes, "scene files; none: the standard ones");
+  command->add_option("SCENE", a->scenes, "scene files. Without them the standard ones");
   command->add_option("--out", a->settings.out, "folder for the results")->capture_default_str();
   add_json_option(*command, a->json_file, "chart.json");
-  command->add_flag("--full", a->full,
-                    "every rate, material, mesh: takes hours; --resume goes on where it was stopped");
+  command->add_flag("--full", a->full, "every rate, material and mesh, in hours. --resume goes on after a stop");
   command->add_option("--jobs", a->settings.jobs, "runs side by side")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->add_flag("--resume", a->settings.resume, "keep the runs that are in the folder already");
-  auto* timeout = command->add_option("--timeout", a->settings.seconds, "of one run [s]; with --full 3600")
+  auto* timeout = command->add_option("--timeout", a->settings.seconds, "limit of one run [s], with --full 3600")
                       ->check(number_within(1, 1e6))
                       ->capture_default_str();
   command->add_option("--reference-rate", a->settings.reference_hz, "steps of the full model that is the truth [Hz]")
       ->check(number_within(2000, 1e6))
       ->capture_default_str();
-  command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no chart.html");
+  command->add_flag("--no-report", a->no_report, "numbers only, without pictures and chart.html");
   command->footer(
       "Example:\n  kilotouch chart --out chart\n  kilotouch chart scenes/organ_drag.json --out chart_organ");
   command->callback([a, timeout, &exit_code] {

@@ -250,9 +250,9 @@ int run_one(CheckArguments& a) {
 }  // namespace
 
 void add_check_command(CLI::App& app, int& exit_code) {
-  auto* command = app.add_subcommand("check", "can each mesh of a library be touched, and how well?");
+  auto* command = app.add_subcommand("check", "whether each mesh of a library can be touched, and how well");
   const auto a = std::make_shared<CheckArguments>();
-  command->add_option("PATH", a->paths, "mesh files and folders; or: merge, and folders of results to join");
+  command->add_option("PATH", a->paths, "mesh files and folders, or merge and folders of results to join");
   command->add_option("--out", a->out, "folder for the results")->capture_default_str();
   command->add_option("--jobs", a->jobs, "meshes at a time")->check(CLI::Range(1, 1024))->capture_default_str();
   command->add_option("--timeout", a->timeout, "limit for a mesh, s")->check(positive_number())->capture_default_str();
@@ -260,9 +260,9 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->check(positive_number())
       ->capture_default_str();
   command->add_flag("--resume", a->resume, "keep the rows that are there, and go on");
-  command->add_option("--shard", a->shard, "I/N: only part I of N of the meshes; merge makes the report");
-  command->add_option("--baseline", a->baseline, "an older report.json: what failed there may fail");
-  command->add_option("--budget", a->check.budget, "triangles of a body; larger surfaces are decimated")
+  command->add_option("--shard", a->shard, "I/N, part I of N of the meshes. merge makes the report");
+  command->add_option("--baseline", a->baseline, "an older report.json, whose failures may fail again");
+  command->add_option("--budget", a->check.budget, "most triangles of a body. Larger surfaces are decimated")
       ->check(CLI::Range(100, 10000000))
       ->capture_default_str();
   command->add_option("--young", a->check.young, "stiffness of the bodies, Pa, at a longest side of 0.1 m")
@@ -271,10 +271,10 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_option("--fill-holes", a->check.fill_holes, "close holes of at most this many edges first")
       ->check(CLI::Range(0, 1000000));
   command->add_flag("--no-wrap", a->no_wrap, "do not wrap surfaces that no tetrahedra fit into");
-  command->add_flag("--quick", a->check.quick, "few shots, three places, one way: a third of the time");
+  command->add_flag("--quick", a->check.quick, "few shots, three places and one path, in a third of the time");
   std::vector<std::string> stages;
   for (const CheckStageEntry& stage : check_stages()) stages.emplace_back(stage.name);
-  command->add_option("--until", a->check.until, "the last stage: shots looks at surfaces only, solid at their filling")
+  command->add_option("--until", a->check.until, "the last stage. shots tests surfaces only, solid their filling")
       ->check(CLI::IsMember(stages))
       ->capture_default_str();
   command->add_option("--backend-timeout", a->check.backend_seconds, "limit for each repair and tetrahedralizer, s")
@@ -284,7 +284,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_option("--one", a->one)->group("");  // the worker's part
   add_json_option(*command, a->json, "report.json");
   command->footer(
-      "Exit code 1: something failed that did not fail in the baseline, or the run was stopped.\n"
+      "The exit code is 1 after a failure that the baseline does not have, and after a stop.\n"
       "Examples:\n  kilotouch check library/ --jobs 8 --out out\n"
       "  kilotouch check library/ --jobs 8 --out out --resume\n"
       "  kilotouch check merge part1 part2 --out whole");

@@ -177,7 +177,7 @@ void add_paper_command(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("paper", "the paper's three drag experiments, its claims checked");
   auto a = std::make_shared<PaperArguments>();
   command->add_option("--out", a->out, "folder for the results")->capture_default_str();
-  command->add_option("--mesh", a->mesh, "surface to drag over; default: the coarse block");
+  command->add_option("--mesh", a->mesh, "surface to drag over, by default the coarse block");
   command->add_option("--set", a->set, "change a setting of all scenes, KEY=VALUE")->allow_extra_args(false);
   add_json_option(*command, a->json_file, "claims and table");
   command->footer("Example:\n  kilotouch paper --out out/paper");

@@ -144,7 +144,9 @@ std::shared_ptr<RunComparison> add_reference_options(CLI::App& command) {
   auto out = std::make_shared<ReferenceComparison>();
   auto* compute = command.add_flag("--reference", out->compute,
                                    "also run the full model in fine steps along the same path, and compare");
-  command.add_option("--reference-rate", out->rate_hz, "of those steps [Hz]")->capture_default_str()->needs(compute);
+  command.add_option("--reference-rate", out->rate_hz, "steps of the full model [Hz]")
+      ->capture_default_str()
+      ->needs(compute);
   command
       .add_option("--reference-file", out->file,
                   "compare with the reference.csv of an earlier run on the same body and path")

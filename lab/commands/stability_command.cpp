@@ -106,16 +106,16 @@ void run_stability(const StabilityArguments& a, int& exit_code) {
 
 void add_stability_command(CLI::App& app, int& exit_code) {
   auto* command =
-      app.add_subcommand("stability", "maps of where each method works, degrades or fails, and what is predicted");
+      app.add_subcommand("stability", "maps of where each method works, degrades or fails, measured and predicted");
   auto a = std::make_shared<StabilityArguments>();
   std::string known;
   for (const MapEntry& e : stability_maps()) known += (known.empty() ? "" : ", ") + e.name;
-  command->add_option("MAP", a->maps, "which maps; default: all of " + known);
+  command->add_option("MAP", a->maps, "maps, by default all of " + known);
   command->add_option("--out", a->out, "folder for the results")->capture_default_str();
   add_json_option(*command, a->json_file, "stability.json");
-  command->add_flag("--full", a->full, "finer maps of larger bodies: takes far longer");
+  command->add_flag("--full", a->full, "finer maps of larger bodies, which take far longer");
   command->add_option("--jobs", a->jobs, "threads")->check(CLI::Range(1, 256))->capture_default_str();
-  command->add_flag("--no-report", a->no_report, "numbers only: no pictures, no stability.html");
+  command->add_flag("--no-report", a->no_report, "numbers only, without pictures and stability.html");
   command->footer("Example:\n  kilotouch stability time_step poisson --out out/stability");
   command->callback([a, &exit_code] { run_stability(*a, exit_code); });
 }

@@ -126,6 +126,14 @@ class Results(unittest.TestCase):
             self.assertEqual(json.load(file)["contact"]["mu_static"], 0.1)
         self.succeeds("run", "s.json", "--no-report", "--out", "o")
 
+    def test_pictures_of_an_earlier_run_go(self):
+        self.succeeds("run", "s.json", "--no-report", "--out", "o")
+        for name in ("report.html", "force.png", "mesh.png", "force.svg"):
+            with open(os.path.join(self.folder, "o", name), "w", encoding="ascii") as file:
+                file.write("of a run before\n")
+        self.succeeds("run", "s.json", "--no-report", "--out", "o", "--set", "contact.mu=0.1")
+        self.assertEqual({f for f in os.listdir(os.path.join(self.folder, "o")) if f.startswith(("report", "force", "mesh"))}, set())
+
     def test_two_commands_with_one_json_file(self):
         first = subprocess.Popen([PROGRAM, "run", "s.json", "--no-report", "--out", "o", "--json", "a.json", "--set", "duration=null"],
                                  cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
