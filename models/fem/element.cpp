@@ -45,6 +45,26 @@ Eigen::Matrix<double, 10, 1> quadratic_shapes(const Eigen::Vector4d& bary) {
 
 std::array<int, 2> key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
+/// Nodes that no tetrahedron has as a corner, by the edge in whose middle they are; empty: not every edge has one.
+std::map<std::array<int, 2>, int> middles_of(const Mesh& mesh) {
+  std::vector<char> is_corner(static_cast<std::size_t>(mesh.num_nodes()), 0);
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (const int i : t) is_corner[static_cast<std::size_t>(i)] = 1;
+  const auto place = [](const Vec3& p) { return std::array{p.x(), p.y(), p.z()}; };
+  std::map<std::array<double, 3>, int> others;
+  for (int i = 0; i < mesh.num_nodes(); ++i)
+    if (!is_corner[static_cast<std::size_t>(i)]) others.emplace(place(node(mesh.x, i)), i);
+  std::map<std::array<int, 2>, int> out;
+  if (others.empty()) return out;
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (const auto& [i, j] : kEdges) {
+      const auto found = others.find(place(0.5 * (node(mesh.x, t[i]) + node(mesh.x, t[j]))));
+      if (found == others.end()) return {};
+      out.emplace(key(t[i], t[j]), found->second);
+    }
+  return out;
+}
+
 }  // namespace
 
 ElementTable<4> make_linear_elements(Mesh mesh) {
@@ -61,7 +81,10 @@ ElementTable<4> make_linear_elements(Mesh mesh) {
 ElementTable<10> make_quadratic_elements(const Mesh& mesh) {
   ElementTable<10> out;
   out.mesh = mesh;
-  std::map<std::array<int, 2>, int> middle;  // ordered: the numbering does not depend on a hash
+  // Ordered: the numbering does not depend on a hash. A mesh that has its middles already, as that of a model which is
+  // made again of another material, keeps them.
+  std::map<std::array<int, 2>, int> middle = middles_of(mesh);
+  const bool has_middles = !middle.empty();
   std::vector<Vec3> added;
   const auto middle_of = [&](int a, int b) {
     const auto [it, is_new] = middle.try_emplace(key(a, b), mesh.num_nodes() + static_cast<int>(added.size()));
@@ -85,6 +108,7 @@ ElementTable<10> make_quadratic_elements(const Mesh& mesh) {
     }
   }
 
+  if (has_middles) return out;  // its triangles are in quarters
   std::vector<Triangle> faces;
   for (const auto& [a, b, c] : mesh.triangles) {
     const int ab = middle_of(a, b), bc = middle_of(b, c), ca = middle_of(c, a);

@@ -258,6 +258,30 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
   EXPECT_EQ(hash_of(again), hash_of(live));
 }
 
+// The model of another material is made of the mesh of the one before, which has the nodes of its edges already.
+TEST(Touch, AMaterialOfTenNodeCellsCanBeChangedWhileItIsTouched) {
+  Scene scene = small_scene();
+  scene.object.model.type = "fem";
+  scene.object.model.element = "tet10";
+  scene.global.rate_hz = 10;
+  Session session(scene);
+  const auto press = [&](double young) {
+    Touch touch(session.body(), session.options());
+    const auto at = [](double depth) { return Pose{{0.03, 0.026, 0.0245 - depth}}; };
+    touch.place(at(0));
+    LocalFrame frame;
+    for (int i = 0; i < 300; ++i) {
+      if (i == 100) touch.set("object.model.young", young);
+      frame = touch.tick(at(1e-5 * std::min(i, 200)));
+    }
+    touch.stop();
+    return frame.f_n;
+  };
+  const double young = scene.object.model.young, once = press(young);
+  EXPECT_GT(once, 0);
+  EXPECT_NEAR(press(2 * young) / once, 2, 0.2);
+}
+
 TEST(Touch, RefusesSettingsThatCannotBeChangedThen) {
   const Session session(small_scene());
   Touch touch(session.body(), session.options());
