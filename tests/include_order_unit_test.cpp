@@ -68,14 +68,16 @@ bool goes_down(const std::string& from, const std::string& to) {
 }
 
 /// May `from` include `to`? Paths from the root of the repository. A folder includes itself and what is below it;
-/// siblings never include each other. models/*.hpp is the face of all models, so models/msd includes it too.
+/// siblings never include each other. models/*.hpp is the face of all models, and what carries a surface in the cells
+/// of any: models/msd includes them too.
 bool may_include(const std::string& from, const std::string& to) {
   const std::string own = room_of(from).first;
   if (kRooms.count(own) && is_in(to, own)) return goes_down(from, to);
   for (const char* leaf : {"haptics/options", "haptics/contact", "haptics/device", "haptics/link"})
     if (is_in(from, leaf)) return is_in_any(to, kMiddle);
   for (const char* leaf : {"models/msd", "models/fem"})
-    if (is_in(from, leaf)) return is_in(to, leaf) || is_in(to, "core") || to == "models/model.hpp";
+    if (is_in(from, leaf))
+      return is_in(to, leaf) || is_in(to, "core") || to == "models/model.hpp" || to == "models/embedded_model.hpp";
   if (is_in(from, "self_contact")) return is_in_any(to, {"self_contact", "collision", "core"});
   for (const char* folder : {"core", "collision", "models", "io"})
     if (is_in(from, folder)) return is_in(to, folder) || is_in(to, "core");
