@@ -29,7 +29,8 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
   out.centre = contact.centre;
   out.others = contact.others;
   out.radius = std::max(1.6 * cell, way + 0.5 * cell);
-  out.reach = 1.4 * a + contact.travel;  // one that is dragged reaches further behind its middle
+  // Vertices of a scan touch further behind the middle of a contact that is dragged.
+  out.reach = (body.mesh->embedded ? 1.4 : 1.15) * a + contact.travel;
   out.size = {.edge = fineness * a, .flat = way, .slope = 1};
   return out;
 }

@@ -136,7 +136,7 @@ TEST(FineZone, SizesFollowTheToolAndTheCells) {
   EXPECT_NEAR(o.size.edge, 0.0015, 1e-12);
   EXPECT_NEAR(o.size.flat, 0.005, 1e-12);
   EXPECT_NEAR(o.radius, 0.016, 1e-12);
-  EXPECT_NEAR(o.reach, 1.4 * 0.003 + 0.002, 1e-12);
+  EXPECT_NEAR(o.reach, 1.15 * 0.003 + 0.002, 1e-12);
   EXPECT_NEAR(fine_options(body.fine, {{0.03, 0.03, 0.03}, 0.012, 0.002}, 0.7).radius, 0.019, 1e-12);
 }
 
