@@ -1,7 +1,11 @@
 // The body's own: its steps, its tangent, elements that turned over, a surface that passes through itself; its pace.
+#include <algorithm>
+#include <cmath>
+
 #include "core/base/error.hpp"
 #include "haptics/cells/mesh_cures.hpp"
 #include "haptics/findings/kinds.hpp"
+#include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/watch/tick_words.hpp"
 
 namespace kt {
@@ -53,7 +57,8 @@ void find_self_crossing(const SessionResult& result, std::vector<Finding>& out) 
 }
 
 /// Between nodes that are so far apart a tool is not held: two thirds to 1.2 of the continuum's force.
-void find_coarse_refinement(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
+void find_coarse_refinement(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
+  const Scene& scene = session.scene();
   constexpr double kCoarse = 1.65;  // contact radii
   constexpr double kSome = 0.1;     // of the refreshes
   const std::vector<double>& fineness = result.refresh.fineness;
@@ -63,9 +68,14 @@ void find_coarse_refinement(const Scene& scene, const SessionResult& result, std
   Finding found{told("refined cells under the tool were up to ", largest, " contact radii large, above ", kCoarse,
                      " in ", coarse, " of ", fineness.size(),
                      " refreshes: there the force may be two thirds to 1.2 times that of the continuum")};
-  found.cures = {scene.local.refine_nodes < LocalSettings().refine_nodes
-                     ? set_to("local.refine_nodes", text(LocalSettings().refine_nodes))
-                     : set_to("local.refine_nodes", text(std::min(5000, 2 * scene.local.refine_nodes)))};
+  // Late models have fewer nodes, and more of them would make models later still.
+  const double rate = std::round(2.0 / 3 * scene.global.rate_hz);
+  if (models_come_late(session.options()))
+    found.cures = {
+        {"global.rate_hz", text(rate), told("set global.rate_hz to ", rate, " and move the tool half as fast")}};
+  else
+    found.cures = {set_to("local.refine_nodes",
+                          text(std::clamp(2 * scene.local.refine_nodes, LocalSettings().refine_nodes, 5000)))};
   out.push_back(std::move(found).at("local.refine_nodes", largest, kCoarse));
 }
 
@@ -89,7 +99,7 @@ void find_in_body(const Session& session, const SessionResult& result, std::vect
   find_in_steps(session.scene(), result, out);
   find_in_elements(session, result, out);
   find_self_crossing(result, out);
-  find_coarse_refinement(session.scene(), result, out);
+  find_coarse_refinement(session, result, out);
   find_lag(session.scene(), result, out);
 }
 

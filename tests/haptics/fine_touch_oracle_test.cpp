@@ -154,15 +154,20 @@ TEST(FineTouch, RefinesAnewWhereTheContactIsSmallerThanExpected) {
 
 // Cells that local.refine_nodes leaves too large: the force is far off, and the run says so.
 TEST(FineTouch, SaysWhereTheRefinedCellsAreTooLarge) {
-  const auto says = [](int nodes) {
+  const auto cure = [](int nodes, const std::string& charge) -> std::string {
     const Press p{.cell = 0.01, .depth = 0.0005, .duration = 0.45, .nodes = nodes};
-    Session session(scene_of(p), block_of(p));
+    Scene scene = scene_of(p);
+    scene.link.charge_refreshes = charge;
+    scene.link.refresh_ms = 25;
+    Session session(scene, block_of(p));
     const SessionResult r = session.run();
-    return std::ranges::any_of(all_findings(session, r),
-                               [](const Finding& f) { return f.where == "local.refine_nodes"; });
+    for (const Finding& f : all_findings(session, r))
+      if (f.where == "local.refine_nodes") return f.cures.at(0).key;
+    return "none is told";
   };
-  EXPECT_TRUE(says(300));
-  EXPECT_FALSE(says(900));
+  EXPECT_EQ(cure(300, "none"), "local.refine_nodes");
+  EXPECT_EQ(cure(300, "given"), "global.rate_hz") << "more nodes make models later still";
+  EXPECT_EQ(cure(900, "none"), "none is told");
 }
 
 // A tool that stays on the refined cells, and one that outruns them: the ticks say so, and the run.
