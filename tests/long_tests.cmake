@@ -37,6 +37,7 @@ list(APPEND kt_long_tests ChannelMutations.Million*)
 set(kt_long_scripts)
 # Scripts that run by default with fewer cases, and in full (KT_LONG=1) in the long run:
 set(kt_longer_scripts check_command_property_test  # each kind of broken file once, or twice; 20 kills, or 60
+                      network_unit_test  # a body that stands still for two times, or for one
                       stop_signals_property_test  # each stage by one signal, or by all
                       tutorials_property_test  # the chart and the advice are left out, or not
                       view_unit_test)  # on a block of a hundred nodes, or on the organ
