@@ -23,6 +23,10 @@ double cell_size_at(const FineBody& body, const Vec3& place) {
   return count > 0 ? sum / count : 0;
 }
 
+namespace {
+constexpr double kLeastFlat = 0.85;  // contact radii
+}
+
 FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness) {
   const double a = contact.contact_radius, way = a + contact.travel, cell = cell_size_at(body, contact.centre);
   FineZoneOptions out;
@@ -31,7 +35,11 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
   out.radius = std::max(1.6 * cell, way + 0.5 * cell);
   // Vertices of a scan touch further behind the middle of a contact that is dragged.
   out.reach = (body.mesh->embedded ? 1.4 : 1.15) * a + contact.travel;
-  out.size = {.edge = fineness * a, .flat = way, .slope = 1};
+  // Pressure falls off to the rim of the contact: cells there may be larger. Not on the way of a tool.
+  out.size = {.edge = fineness * a,
+              .flat = way,
+              .least_flat = kLeastFlat * a + std::max(0.0, contact.travel - kLeastTravel * a),
+              .slope = 1};
   return out;
 }
 

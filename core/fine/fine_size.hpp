@@ -20,6 +20,9 @@ struct FineContact {
 /// cells within 1.6 cell sizes of the centre, and half a cell beyond the way, so that what is held is far enough.
 FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness);
 
+/// Of the contact's radius, that a zone serves for at least.
+constexpr double kLeastTravel = 0.4;
+
 /// Cells that may be half as large as that give as many places to touch as a tick holds (kMaxContacts).
 constexpr double kLeastFineness = 1.35;
 

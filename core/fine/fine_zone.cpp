@@ -1,6 +1,7 @@
 #include "core/fine/fine_zone.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -41,9 +42,10 @@ class ZoneMaker {
   }
 
   /// False: it has too many unknown nodes.
-  bool make(double edge) {
+  bool make(double edge, double flat) {
     FineSize size = options_.size;
     size.edge = zone_.edge = edge;
+    size.flat = zone_.flat = flat;
     nodes_ = {};
     zone_.leaves.clear();
     for (const CornerLeaf& leaf : refine_cells(x_, cells_, zone_.cells, options_, size, nodes_)) {
@@ -81,7 +83,7 @@ class ZoneMaker {
     for (const FineLeaf& leaf : zone_.leaves) {
       std::array<Vec3, 4> p;
       for (int c = 0; c < 4; ++c) p[c] = nodes_[leaf.node[c]].of(x_);
-      if (const double size = leaf_size(p); away(p, size, options_) <= options_.size.flat) out = std::max(out, size);
+      if (const double size = leaf_size(p); away(p, size, options_) <= zone_.flat) out = std::max(out, size);
     }
     return out;
   }
@@ -217,9 +219,15 @@ class ZoneMaker {
 FineZone make_fine_zone(const FineBody& body, const FineZoneOptions& options) {
   const Stage stage("fine.zone");
   ZoneMaker maker(body, options);
-  for (double edge = options.size.edge;; edge *= 1.25) {
-    if (maker.make(edge)) return maker.take();
+  const FineSize& size = options.size;
+  const double least = size.least_flat > 0 ? std::min(size.least_flat, size.flat) : size.flat;
+  for (double edge = size.edge;; edge *= 1.25) {
+    if (maker.make(edge, size.flat)) return maker.take();
     if (!maker.refines()) return {};
+    if (least < size.flat && maker.make(edge, least)) {
+      if (!maker.make(edge, std::sqrt(least * size.flat))) maker.make(edge, least);
+      return maker.take();
+    }
   }
 }
 

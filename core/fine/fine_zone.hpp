@@ -10,9 +10,10 @@
 namespace kt {
 
 /// How small leaves are wanted: `edge` within `flat` of the centre, from there on larger by `slope` times the distance
-/// [m]. A leaf's size is that of the cube which six such cells fill.
+/// [m]. A leaf's size is that of the cube which six such cells fill. `least_flat` is enough where there are not nodes
+/// for more.
 struct FineSize {
-  double edge = 0, flat = 0, slope = 1;
+  double edge = 0, flat = 0, least_flat = 0, slope = 1;
   double at(double distance) const { return edge + slope * std::max(0.0, distance - flat); }
   bool operator==(const FineSize&) const = default;
 };
@@ -23,7 +24,7 @@ struct FineZoneOptions {
   double radius = 0;           ///< cells with a corner this near are refined, and those within size.flat [m]
   double reach = 0;            ///< of the surface that may be touched [m]
   FineSize size;
-  int most_nodes = 900;  ///< unknown ones; beyond it `size.edge` grows by a quarter, again and again
+  int most_nodes = 900;  ///< unknown ones; beyond it `size.flat` shrinks, then `size.edge` grows by a quarter, in turn
 
   bool operator==(const FineZoneOptions&) const = default;
   /// Of all places where it touches the least of what `of(place)` gives.
@@ -53,6 +54,7 @@ struct EmbeddedFacets {
   std::vector<std::array<int, 4>> node;  ///< of the zone, that each vertex goes with, the field of the leaf taken as
                                          ///< linear between its nodes
   std::vector<std::array<double, 4>> weight;
+  std::vector<double> leaf_size;  ///< of the leaf that holds each vertex [m]
 };
 
 /// Topology of a zone; geometry comes with positions.
@@ -74,7 +76,8 @@ struct FineZone {
   EmbeddedFacets embedded;  ///< in the place of facets, of a surface that is embedded in the body's cells
   std::vector<std::vector<LeafPoint>> leaf_points;  ///< of leaves that a surface cuts, leaf_points(); none: whole ones
   double edge = 0;                                  ///< that was taken [m]
-  double largest = 0;                               ///< leaf within size.flat of where a tool touches [m]
+  double flat = 0;                                  ///< that was taken [m]
+  double largest = 0;                               ///< leaf within it of where a tool touches [m]
   int num_unknown() const { return static_cast<int>(unknown.size()); }
   std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
 };

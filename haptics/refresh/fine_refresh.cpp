@@ -42,11 +42,6 @@ NearestPlace nearest_place(const Surface& surface, const VectorX& x, const Vecto
   return out;
 }
 
-/// Radius of a contact that the tool presses deeper by `way` [m].
-double pressed_radius(const ToolShape& shape, double radius, double way) {
-  return std::sqrt(radius * radius + std::max(shape.radius, 0.3 * tool_reach(shape)) * std::max(0.0, way));
-}
-
 }  // namespace
 
 FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local)
@@ -58,7 +53,7 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
 
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                                         std::span<const FineTool> places) const {
-  constexpr double kMargin = 1.5, kLeast = 0.4;  // of the way until then; of the contact radius
+  constexpr double kMargin = 1.5;  // of the way until then
   Wanted out;
   for (std::size_t k = 0; k < tools.size(); ++k) {
     const FineTool& tool = places[k];
@@ -77,8 +72,8 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
       own = std::max(own, pressed_radius(shape, 0, -way.dot(nearest.apart.normalized()) - gap));
       from = nearest.at_rest - 0.5 * way;
     }
-    out.late = std::max(out.late, tool.late);
-    out.travel = std::max({out.travel, kLeast * own, std::min(kMargin * way.norm(), std::max(kMostTravel, own))});
+    if (way.norm() > kLeastTravel * own) out.late = std::max(out.late, tool.late);
+    out.travel = std::max({out.travel, kLeastTravel * own, std::min(kMargin * way.norm(), std::max(kMostTravel, own))});
     out.contact_radius = std::max(out.contact_radius, own);
     out.from.push_back(from);
     out.to.push_back(from + way);
@@ -122,6 +117,8 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk) || has.others.size() + 1 != wanted.from.size())
     return false;
   const double most = largest_fineness(wanted.from.size()) * wanted.contact_radius;
+  if (is_capped && zone_->late > 1 && wanted.late <= 1)
+    return false;  // it moved on and now stays: as small as they get
   if (!is_capped && zone_->zone.largest > (1 + 1e-6) * most) return false;
   bool stays = true;
   for (std::size_t k = 0; k < wanted.from.size(); ++k) {
@@ -131,19 +128,29 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   return stays;
 }
 
-/// The later models come, the fewer nodes: large cells are off by less than no refined ones under a tool that has moved
-/// on.
+/// Of the largest refined cells under a tool, from `least` to `most`. Cells are halved: a size that follows each
+/// measured radius would jump to and fro between two halvings, since it is measured larger on small cells than on large
+/// ones. Small cells stay where they may be that small, nearly.
+double FineRefresh::cell_size(double least, double most, double cell) const {
+  constexpr double kSmaller = 0.8;
+  const double size = std::clamp(sized_, least, most);
+  const auto halvings = [&](double to) { return std::ceil(std::log2(cell / to) - 1e-9); };
+  const bool stays_small = zone_ && size > sized_ && sized_ >= kSmaller * least && halvings(size) < halvings(sized_);
+  return stays_small ? sized_ : size;
+}
+
+/// The later models come under a tool that moves, the fewer nodes: large cells are off by less than no refined ones
+/// under a tool that has moved on.
 void FineRefresh::make_zone(const FineContact& contact, double late) {
   constexpr double kLeastNodes = 150;
   const std::size_t tools = contact.others.size() + 1;
   const double most = largest_fineness(tools), least = most / largest_fineness(1) * kLeastFineness;
-  // Cells are halved: a size that follows each measured radius would jump to and fro.
-  sized_ = std::clamp(sized_, least * contact.contact_radius, most * contact.contact_radius);
   FineZoneOptions options = fine_options(body_, contact, most);
-  options.size.edge = sized_;
+  const double cell = cell_size_at(body_, contact.centre);
+  options.size.edge = sized_ = cell_size(least * contact.contact_radius, most * contact.contact_radius, cell);
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / std::pow(late, 1.5));
   options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
-  zone_ = Zone{make_fine_zone(body_, options), options, contact, {}, cell_size_at(body_, contact.centre)};
+  zone_ = Zone{make_fine_zone(body_, options), options, contact, {}, cell, late};
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
     zone_->nodes.insert(zone_->nodes.end(), t.begin(), t.end());

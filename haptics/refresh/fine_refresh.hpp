@@ -43,6 +43,7 @@ class FineRefresh {
     FineContact contact;
     std::vector<int> nodes;  // of its cells' corners
     double cell = 0;         // [m]
+    double late = 1;         // see FineTool
   };
   struct Wanted {
     double contact_radius = 0, travel = 0;  // [m]
@@ -55,6 +56,7 @@ class FineRefresh {
   FineContact ahead(const Wanted& wanted) const;
   bool serves(const Wanted& wanted) const;
   double largest_fineness(std::size_t tools) const;
+  double cell_size(double least, double most, double cell) const;
   void make_zone(const FineContact& contact, double late);
   double bend(const VectorX& x) const;
   const Surface& surface_;

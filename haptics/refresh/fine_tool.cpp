@@ -81,6 +81,10 @@ void see_contact(const TouchedBody& body, std::span<const TickContact> contacts,
 
 }  // namespace
 
+double pressed_radius(const ToolShape& shape, double radius, double way) {
+  return std::sqrt(radius * radius + std::max(shape.radius, 0.3 * tool_reach(shape)) * std::max(0.0, way));
+}
+
 FineTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,
                   int tool, double rate_hz) {
   FineTool out{.core = core_points(shape, at), .velocity = tool_velocity(reports, rate_hz, tool)};

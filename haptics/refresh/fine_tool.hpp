@@ -1,5 +1,5 @@
 #pragma once
-// A tool as the refined cells see it: where it touches, how wide, and where it goes.
+// A tool as a refresh sees it: where it touches, how wide, and where it goes.
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace kt {
 
-/// A tool as the refined cells see it.
+/// A tool as the patch and the refined cells see it.
 struct FineTool {
   std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
@@ -30,6 +30,9 @@ struct TouchedBody {
   const VectorX& rest;  ///< positions [m]
   const VectorX& v;     ///< velocities now [m/s]
 };
+
+/// Radius of a contact that the tool presses deeper by `way` [m].
+double pressed_radius(const ToolShape& shape, double radius, double way);
 
 /// From the last reports, oldest first; without any of the shape alone. `time` and `late` are left as they are.
 FineTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,

@@ -62,12 +62,15 @@ void lead(const Surface& surface, const VectorX& x, const ToolPlace& tool, Conta
 }  // namespace
 
 double patch_reach(const Surface& surface, const VectorX& x, const TouchTool& tool, const Vec3& place,
-                   const Vec3& velocity, double seconds) {
-  constexpr double kAround = 1.2;  // where it may be off the path; further off the apron catches it
-  constexpr double kLarge = 0.01;  // [m]
+                   const Vec3& velocity, double seconds, double contact_radius) {
+  constexpr double kAround = 1.2;                 // where it may be off the path; further off the apron catches it
+  constexpr double kBeside = 1.41, kLeast = 0.5;  // of the contact's radius: of a ball sqrt(2 R d); of the tool's
+  constexpr double kLarge = 0.01;                 // [m]
   double around = kAround * tool_reach(tool.shape);
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface, x, place, tool.shape.radius));
+  if (contact_radius > 0)
+    around = std::min(around, std::max(kBeside * contact_radius, kLeast * tool_reach(tool.shape)));
   const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + gets_faster(tool)});
   return around + speed * seconds;
 }

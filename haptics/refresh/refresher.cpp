@@ -172,8 +172,8 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   if (fine_) {
     fine_patch_ = patch.global_triangle;
     if (models_come_late(options_))
-      fine_due_ = fine_->due(tangent_, kind, linearized_x_, fine_patch_, tools_, fine_tools_, fine_later_);
-    if (fine_due_ == FineRefresh::Due::now) refined = start_refining(kind, fine_tools_);
+      fine_due_ = fine_->due(tangent_, kind, linearized_x_, fine_patch_, tools_, seen_, seen_later_);
+    if (fine_due_ == FineRefresh::Due::now) refined = start_refining(kind, seen_);
   }
   start = std::chrono::steady_clock::now();
   const double cpu_start = thread_time_ms();
@@ -233,22 +233,22 @@ void Refresher::take_refined_before() {
 /// Local models that come late come later still where they wait for refined cells. What can wait is made while this
 /// model is in use, and the next one has it: always the next one, so that a run can be repeated.
 void Refresher::refine_for_next(TangentKind kind) {
-  if (fine_ && fine_due_ == FineRefresh::Due::next) refining_ = start_refining(kind, fine_later_);
+  if (fine_ && fine_due_ == FineRefresh::Due::next) refining_ = start_refining(kind, seen_later_);
 }
 
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
   constexpr double kLatest = 3;  // intervals
   const double since = models_come_late(options_) ? t - known_.last : 0, usual = 1 / options_.global.rate_hz;
-  fine_tools_.clear();
+  seen_.clear();
   const TouchedBody body{surface_, nodes_, global_.model().mesh().x, global_.state().v};
   for (std::size_t k = 0; k < tools_.size(); ++k) {
-    FineTool& tool = fine_tools_.emplace_back(
+    FineTool& tool = seen_.emplace_back(
         see_tool(body, tools_[k].shape, at[k], reports, static_cast<int>(k), options_.local.rate_hz));
     tool.time = std::clamp(since / interval(t), 1.0, kLatest) * (interval(t) + known_.delay);
     tool.late = std::clamp(since / usual, 1.0, kLatest);
   }
-  fine_later_ = fine_tools_;
-  for (FineTool& tool : fine_later_) tool.time += interval(t);
+  seen_later_ = seen_;
+  for (FineTool& tool : seen_later_) tool.time += interval(t);
 }
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,
@@ -390,15 +390,21 @@ std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> 
   return ahead;
 }
 
+/// Until the model after this one is there, of a ball or a capsule [m]; 0: not known.
+double Refresher::contact_radius(const ToolShape& shape, const FineTool& seen) const {
+  if (!(seen.contact_radius > 0) || shape.corners.size() > 2) return 0;
+  return pressed_radius(shape, seen.contact_radius, -seen.time * seen.velocity.dot(seen.normal));
+}
+
 /// Where each tool is, how far it can get, and on which triangle: of the last report, else of its way out of the body.
 std::vector<ToolPlace> Refresher::place_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports,
                                               std::array<int, kMaxTools>& way_out) const {
   std::vector<ToolPlace> out;
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
-    ToolPlace& tool =
-        out.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
-                         patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity, interval(t)));
+    ToolPlace& tool = out.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
+                                       patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity,
+                                                   interval(t), contact_radius(tools_[k].shape, seen_[k])));
     expect_late(tools_[k], velocity, way_until_used(velocity, static_cast<int>(k)), known_.delay, tool);
     if (tool.triangle >= 0) continue;
     const std::optional<WayOut> way = find_way_out(static_cast<int>(k), at[k]);
@@ -474,9 +480,9 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
 
   const auto start = std::chrono::steady_clock::now();
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};
-  const ContactSite site = find_contact_sites(surface_, global_.state().x, place_tools(t, at, reports, way_out));
   take_refined_before();
-  if (fine_) see_tools(t, at, reports);
+  see_tools(t, at, reports);
+  const ContactSite site = find_contact_sites(surface_, global_.state().x, place_tools(t, at, reports, way_out));
   known_.last = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);

@@ -38,7 +38,7 @@ std::string RemoteCells::trouble(const FineOrigin& origin) const {
   const auto is_place = [](const Vec3& v) { return is_within(v); };
   if (o.others.size() >= static_cast<std::size_t>(kMaxTools)) return "refined cells: there are too many places";
   if (!is_place(o.centre) || !std::ranges::all_of(o.others, is_place) || !is_length(o.radius) || !is_length(o.reach) ||
-      !is_length(o.size.flat) || !(o.size.edge > 0 && o.size.edge <= kFarthest) ||
+      !is_length(o.size.flat) || !is_length(o.size.least_flat) || !(o.size.edge > 0 && o.size.edge <= kFarthest) ||
       !(o.size.slope >= kLeastSlope && o.size.slope <= kFarthest) || !is_length(origin.fineness))
     return "refined cells: a length is wrong";
   const double places = 1 + static_cast<double>(o.others.size());

@@ -85,8 +85,11 @@ TEST(FineZone, HasNoMoreNodesThanAskedForAndSaysWhatItTook) {
     const double steps = std::log(zone.edge / options.size.edge) / std::log(1.25);
     EXPECT_NEAR(steps, std::round(steps), 1e-9);
     EXPECT_GT(steps, 0.5);
-    // The step before was too large.
+    EXPECT_GE(zone.flat, (1 - 1e-12) * options.size.least_flat);
+    EXPECT_LE(zone.flat, options.size.flat);
+    // The step before was too large, as far as it had to go at least.
     options.size.edge = zone.edge / 1.25;
+    options.size.flat = options.size.least_flat;
     options.most_nodes = 100000;
     EXPECT_GT(make_fine_zone(body.fine, options).num_unknown(), most);
   }

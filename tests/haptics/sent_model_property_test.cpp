@@ -229,6 +229,7 @@ TEST(SentModel, RefinedCellsThatDoNotFitAreNamed) {
       [](FineOrigin& f) { f.options.size.edge = 1e-9; },  // would not fit into memory
       [](FineOrigin& f) { f.options.size.flat = 1; },
       [](FineOrigin& f) { f.options.size.slope = 0; },
+      [](FineOrigin& f) { f.options.size.least_flat = -1; },
       [](FineOrigin& f) { f.options.most_nodes = 1 << 20; },
       [](FineOrigin& f) { f.options.most_nodes = 0; },
       [](FineOrigin& f) { f.options.others.assign(50, f.options.centre); },
