@@ -6,36 +6,17 @@
 namespace kt {
 namespace {
 
-constexpr int kMostTried = 3000;    // triangles
 constexpr double kTouching = 0.01;  // of the radius: overlap elsewhere that does not count
 constexpr double kThick = 6;        // depths that the body must be thick
 constexpr double kStep = 5e-4;      // of a walk [m]
 constexpr double kSharpest = 0.25;  // [rad] that the normal may turn in a step
 constexpr double kFurthest = 1.0;   // [rad] and in all
 
-Vec3 normal_of(const Mesh& body, int t) {
-  const Triangle& v = body.triangles[static_cast<std::size_t>(t)];
-  const Vec3 a = node(body.x, v[0]), b = node(body.x, v[1]), c = node(body.x, v[2]);
+Vec3 normal_of(const SurfaceQuery& surface, int t) {
+  const Triangle& v = surface.triangles()[static_cast<std::size_t>(t)];
+  const Vec3 a = node(surface.x(), v[0]), b = node(surface.x(), v[1]), c = node(surface.x(), v[2]);
   return (b - a).cross(c - a).normalized();
 }
-
-/// Held nodes as a cloud: how far the nearest is.
-class HeldNodes {
- public:
-  HeldNodes(const Mesh& body, std::span<const int> held) : is_held_(static_cast<std::size_t>(body.num_nodes()), 0) {
-    for (const int i : held) is_held_[static_cast<std::size_t>(i)] = 1;
-    for (const Triangle& t : body.triangles)
-      if (std::ranges::any_of(t, [&](int i) { return is_held_[static_cast<std::size_t>(i)] != 0; }))
-        triangles_.push_back(t);
-    if (!triangles_.empty()) near_.emplace(triangles_, body.x);
-  }
-  bool is_near(const Vec3& p, double distance) const { return near_ && near_->distance(p, distance) < distance; }
-
- private:
-  std::vector<char> is_held_;
-  std::vector<Triangle> triangles_;
-  std::optional<SurfaceQuery> near_;
-};
 
 /// How thick the body is below a place: to the next crossing inward.
 double thickness_below(const SurfaceQuery& surface, const Vec3& place, const Vec3& normal, double longest) {
@@ -44,17 +25,17 @@ double thickness_below(const SurfaceQuery& surface, const Vec3& place, const Vec
   return hit ? hit->share * longest : longest;
 }
 
-std::optional<ContactSpot> spot_at(const SurfaceQuery& surface, const Mesh& body, const HeldNodes& held, int t,
+std::optional<ContactSpot> spot_at(const SurfaceQuery& surface, const Mesh& body, const HeldTriangles& held, int t,
                                    double radius, const SpotOptions& o) {
   const Triangle& v = body.triangles[static_cast<std::size_t>(t)];
   ContactSpot out;
   out.place = (node(body.x, v[0]) + node(body.x, v[1]) + node(body.x, v[2])) / 3;
-  out.normal = normal_of(body, t);
+  out.normal = normal_of(surface, t);
   out.triangle = t;
   out.radius = radius;
   if (!(out.normal.norm() > 0.5) || held.is_near(out.place, radius)) return {};
   for (const double above : {0.0, 0.5 * kClearance, kClearance})
-    if (surface.distance(out.place + (radius + above) * out.normal, radius) < (1 - kTouching) * radius) return {};
+    if (surface.is_within(out.place + (radius + above) * out.normal, (1 - kTouching) * radius)) return {};
   out.thickness = o.shell > 0 ? o.shell : thickness_below(surface, out.place, out.normal, 0.2);
   out.depth = std::min({o.depth, 0.5 * radius, o.shell > 0 ? o.shell : out.thickness / kThick});
   if (out.depth < 1e-6) return {};  // nothing below to press into
@@ -63,15 +44,24 @@ std::optional<ContactSpot> spot_at(const SurfaceQuery& surface, const Mesh& body
 
 }  // namespace
 
+HeldTriangles::HeldTriangles(const Mesh& body, std::span<const int> held) {
+  std::vector<char> is_held(static_cast<std::size_t>(body.num_nodes()), 0);
+  for (const int i : held) is_held[static_cast<std::size_t>(i)] = 1;
+  for (const Triangle& t : body.triangles)
+    if (std::ranges::any_of(t, [&](int i) { return is_held[static_cast<std::size_t>(i)] != 0; }))
+      triangles_.push_back(t);
+  if (!triangles_.empty()) near_.emplace(triangles_, body.x);
+}
+
 std::vector<ContactSpot> find_contact_spots(const Mesh& body, std::span<const int> held, const SpotOptions& options) {
   const SurfaceQuery surface(body.triangles, body.x);
-  const HeldNodes held_nodes(body, held);
+  const HeldTriangles held_triangles(body, held);
   std::vector<ContactSpot> all;
   const auto triangles = static_cast<int>(body.triangles.size());
-  const int stride = std::max(1, triangles / kMostTried);
+  const int stride = std::max(1, triangles / options.tried);
   for (double radius = options.radius; all.empty() && radius > 0.2 * options.radius; radius /= 2)
     for (int t = 0; t < triangles; t += stride)
-      if (const auto spot = spot_at(surface, body, held_nodes, t, radius, options)) all.push_back(*spot);
+      if (const auto spot = spot_at(surface, body, held_triangles, t, radius, options)) all.push_back(*spot);
   if (all.empty()) return {};
 
   // Thin places stay in only where there are no others: a library's average mesh is touched where it is a body.
@@ -93,9 +83,8 @@ std::vector<ContactSpot> find_contact_spots(const Mesh& body, std::span<const in
   return out;
 }
 
-std::vector<Vec3> surface_walk(const SurfaceQuery& surface, const Mesh& body, std::span<const int> held,
-                               const ContactSpot& spot, double angle, double length) {
-  const HeldNodes held_nodes(body, held);
+std::vector<Vec3> surface_walk(const SurfaceQuery& surface, const HeldTriangles& held, const ContactSpot& spot,
+                               double angle, double length) {
   const double off = spot.radius - spot.depth;
   const Vec3 any = std::abs(spot.normal.x()) < 0.8 ? Vec3::UnitX() : Vec3::UnitY();
   Vec3 normal = spot.normal, at = spot.place + off * normal;
@@ -114,10 +103,10 @@ std::vector<Vec3> surface_walk(const SurfaceQuery& surface, const Mesh& body, st
     }
     const double turn = std::acos(std::clamp(next_normal.dot(normal), -1.0, 1.0));
     if (turn > kSharpest || next_normal.dot(spot.normal) < std::cos(kFurthest)) break;
-    if ((next - at).norm() < 0.5 * kStep || held_nodes.is_near(near.at.point, 2 * spot.radius)) break;
+    if ((next - at).norm() < 0.5 * kStep || held.is_near(near.at.point, 2 * spot.radius)) break;
     if (near.at.feature != ClosestPoint::Feature::face) {
       // On an open border, or on an edge that the body ends at, the normal is no face's: it turns too fast there.
-      const Vec3 face = normal_of(body, near.triangle);
+      const Vec3 face = normal_of(surface, near.triangle);
       if (face.dot(next_normal) < std::cos(2 * kSharpest)) break;
     }
     const Vec3 inward = near.at.point;

@@ -11,14 +11,16 @@
 namespace kt {
 
 struct CheckOptions {
-  std::string mesh;              ///< file
-  int budget = 2000;             ///< triangles of the body that is built; larger surfaces are decimated first
-  double young = 1e5;            ///< stiffness of the bodies, which are 0.1 m long [Pa]
-  bool wrap = true;              ///< wrap surfaces that no tetrahedra fit into, and no shell
-  int fill_holes = 0;            ///< close holes of at most so many edges
-  std::string until = "energy";  ///< the last stage that is wanted
-  bool quick = false;            ///< a few shots and places only: for whole libraries in little time
-  double backend_seconds = 30;   ///< limit of each repair and tetrahedralizer
+  std::string mesh;                         ///< file
+  std::string body = "lattice";             ///< of surfaces: lattice, or mesh: filled with tetrahedra
+  int nodes = 300;                          ///< of a lattice, about
+  int budget = 2000;                        ///< triangles of a body that is filled; larger surfaces are decimated first
+  double young = 1e5;                       ///< stiffness of the bodies, which are 0.1 m long [Pa]
+  bool wrap = true;                         ///< wrap surfaces that no tetrahedra fit into, and no shell
+  int fill_holes = 0;                       ///< close holes of at most so many edges
+  std::string until = "energy";             ///< the last stage that is wanted
+  bool quick = false;                       ///< a few shots and places only: for whole libraries in little time
+  double backend_seconds = 30;              ///< limit of each repair and tetrahedralizer
   const std::atomic<bool>* stop = nullptr;  ///< Ctrl-C
 };
 
@@ -35,10 +37,11 @@ struct MeshWork {
   Mesh surface;         ///< repaired; longest side kBodySize, about the origin [m]
   MeshReport repaired;  ///< of it
   Vec3 origin = Vec3::Zero();
-  double scale = 1;       ///< surface = scale * (file - origin)
-  Mesh solid;             ///< of the body: triangles are where it is touched [m]
-  double shell = 0;       ///< thickness, when the body is a shell around an open surface [m]; 0: it is solid
-  std::vector<int> held;  ///< clamped nodes of the solid
+  double scale = 1;        ///< surface = scale * (file - origin)
+  Mesh solid;              ///< of the body: triangles are where it is touched [m]
+  double shell = 0;        ///< thickness, when the body is a shell around an open surface [m]; 0: it is solid
+  std::vector<int> held;   ///< clamped nodes of the solid
+  std::vector<int> still;  ///< nodes of its triangles that these hold
   std::vector<ContactSpot> spots;
   std::vector<CheckBody> bodies;
 

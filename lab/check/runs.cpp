@@ -26,7 +26,7 @@ SessionResult run_along(CheckBody& body, std::vector<TimedPoint> path, const std
 std::optional<Reference> truth_of(const CheckBody& body, const SessionResult& run, std::size_t ticks,
                                   const std::atomic<bool>* stop) {
   constexpr int kMostNodes = 3000;
-  if (body.session->model().mesh().num_nodes() > kMostNodes) return {};
+  if (body.session->model().mesh().num_own_nodes() > kMostNodes) return {};
   PosePath tool = tool_paths(run)[0];
   tool.resize(std::min(ticks + 1, tool.size()));
   for (const double rate : {2000.0, 4000.0, 8000.0, 16000.0}) try {

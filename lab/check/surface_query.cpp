@@ -1,5 +1,6 @@
 #include "lab/check/surface_query.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -69,19 +70,37 @@ NearestPlace SurfaceQuery::nearest(const Vec3& p, double guess) const {
   }
 }
 
-std::optional<SegmentCrossing> SurfaceQuery::crossing(const Vec3& a, const Vec3& b, double from) const {
-  const int found = index_->candidates({a, b}, 0, scratch_);
-  std::optional<SegmentCrossing> first;
-  for (int k = 0; k < found; ++k) {
-    const int t = scratch_[static_cast<std::size_t>(k)];
+bool SurfaceQuery::is_within(const Vec3& p, double distance) const {
+  const int found = index_->candidates({p, p}, distance, scratch_);
+  return std::any_of(scratch_.begin(), scratch_.begin() + found, [&](int t) {
     const Triangle& v = triangles_[static_cast<std::size_t>(t)];
-    const Vec3 corners[3] = {node(x_, v[0]), node(x_, v[1]), node(x_, v[2])};
-    auto hit = crossing_of(a, b, corners, nullptr);
-    if (!hit || hit->share <= from || (first && hit->share >= first->share)) continue;
-    hit->triangle = t;
-    first = hit;
+    return closest_point_on_triangle(p, node(x_, v[0]), node(x_, v[1]), node(x_, v[2])).distance_sq <
+           distance * distance;
+  });
+}
+
+std::optional<SegmentCrossing> SurfaceQuery::crossing(const Vec3& a, const Vec3& b, double from) const {
+  // In pieces: the box of a long segment holds most of a surface.
+  constexpr int kPieces = 32;
+  const auto place = [&](double share) { return Vec3(a + share * (b - a)); };
+  for (int piece = 0; piece < kPieces; ++piece) {
+    const double begin = static_cast<double>(piece) / kPieces, end = static_cast<double>(piece + 1) / kPieces;
+    if (end < from) continue;
+    // Shares are rounded, so a crossing where two pieces meet is found with either.
+    const int found = index_->candidates({place(begin), place(end)}, 1e-9 * size_, scratch_);
+    std::optional<SegmentCrossing> first;
+    for (int k = 0; k < found; ++k) {
+      const int t = scratch_[static_cast<std::size_t>(k)];
+      const Triangle& v = triangles_[static_cast<std::size_t>(t)];
+      const Vec3 corners[3] = {node(x_, v[0]), node(x_, v[1]), node(x_, v[2])};
+      auto hit = crossing_of(a, b, corners, nullptr);
+      if (!hit || hit->share <= from || (first && hit->share >= first->share)) continue;
+      hit->triangle = t;
+      first = hit;
+    }
+    if (first && first->share <= end) return first;
   }
-  return first;
+  return {};
 }
 
 }  // namespace kt

@@ -36,6 +36,8 @@ class SurfaceQuery {
   /// @param guess  a distance that the answer may have [m], > 0; it grows until something is found
   NearestPlace nearest(const Vec3& p, double guess) const;
   double distance(const Vec3& p, double guess) const { return std::sqrt(nearest(p, guess).at.distance_sq); }
+  /// Whether something of the surface is nearer than this.
+  bool is_within(const Vec3& p, double distance) const;
   /// The first crossing of the segment from either side, beyond the share `from` of it.
   std::optional<SegmentCrossing> crossing(const Vec3& a, const Vec3& b, double from) const;
   const TriangleIndex& index() const { return *index_; }

@@ -13,6 +13,7 @@
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/output_folder.hpp"
+#include "io/solid/lattice.hpp"
 #include "lab/check/library.hpp"
 #include "lab/check/rows.hpp"
 #include "lab/check/worker.hpp"
@@ -35,15 +36,10 @@ struct CheckArguments {
 
 /// What rows depend on: a run goes on, and reports are joined, only with the same, but for the limits.
 Json settings_of(const CheckArguments& a) {
-  return {{"budget", a.check.budget},
-          {"young", a.check.young},
-          {"quick", a.check.quick},
-          {"until", a.check.until},
-          {"wrap", !a.no_wrap},
-          {"fill_holes", a.check.fill_holes},
-          {"backend_seconds", a.check.backend_seconds},
-          {"timeout", a.timeout},
-          {"memory_gb", a.memory_gb}};
+  return {{"body", a.check.body},   {"nodes", a.check.nodes},           {"budget", a.check.budget},
+          {"young", a.check.young}, {"quick", a.check.quick},           {"until", a.check.until},
+          {"wrap", !a.no_wrap},     {"fill_holes", a.check.fill_holes}, {"backend_seconds", a.check.backend_seconds},
+          {"timeout", a.timeout},   {"memory_gb", a.memory_gb}};
 }
 
 constexpr const char* kLimits[] = {"timeout", "memory_gb"};
@@ -67,6 +63,8 @@ BatchJob job_of(const LibraryMesh& mesh, const CheckArguments& a) {
     out.arguments.push_back(name);
     out.arguments.push_back(value);
   };
+  add("--body", a.check.body);
+  add("--nodes", text(a.check.nodes));
   add("--young", text(a.check.young));
   add("--fill-holes", text(a.check.fill_holes));
   add("--until", a.check.until);
@@ -262,7 +260,13 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_flag("--resume", a->resume, "keep the rows that are there, and go on");
   command->add_option("--shard", a->shard, "I/N, part I of N of the meshes. merge makes the report");
   command->add_option("--baseline", a->baseline, "an older report.json, whose failures may fail again");
-  command->add_option("--budget", a->check.budget, "most triangles of a body. Larger surfaces are decimated")
+  command->add_option("--body", a->check.body, "body of a surface: a lattice, as in `kilotouch run`, or a mesh that fills it")
+      ->check(CLI::IsMember({"lattice", "mesh"}))
+      ->capture_default_str();
+  command->add_option("--nodes", a->check.nodes, "nodes of a lattice, about")
+      ->check(CLI::Range(50, kMostLatticeNodes))
+      ->capture_default_str();
+  command->add_option("--budget", a->check.budget, "most triangles of a mesh as body. Larger surfaces are decimated")
       ->check(CLI::Range(100, 10000000))
       ->capture_default_str();
   command->add_option("--young", a->check.young, "stiffness of the bodies, Pa, at a longest side of 0.1 m")
@@ -271,7 +275,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_option("--fill-holes", a->check.fill_holes, "close holes of at most this many edges first")
       ->check(CLI::Range(0, 1000000));
   command->add_flag("--no-wrap", a->no_wrap, "do not wrap surfaces that no tetrahedra fit into");
-  command->add_flag("--quick", a->check.quick, "few shots, three places and one path, in a third of the time");
+  command->add_flag("--quick", a->check.quick, "few shots, two places and one path, in a third of the time");
   std::vector<std::string> stages;
   for (const CheckStageEntry& stage : check_stages()) stages.emplace_back(stage.name);
   command->add_option("--until", a->check.until, "the last stage. shots tests surfaces only, solid their filling")

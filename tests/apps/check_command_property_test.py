@@ -49,6 +49,7 @@ def lines(file):
 
 
 SURFACES = ("--until", "solid")  # for tests of the batch, not of the contact: a tenth of the time
+FILLED = (*SURFACES, "--body", "mesh")  # by programs of others
 
 
 class Check(unittest.TestCase):
@@ -93,9 +94,11 @@ class Check(unittest.TestCase):
             self.assertEqual(figures["shots"]["leaks"], 0)
             self.assertGreater(figures["shots"]["through"], 50)
             self.assertGreater(figures["queries"]["rays_that_hit"], 20)
-            for model in ("msd", "fem"):
-                self.assertGreater(figures["press"][model]["largest_force"], 0)
-                self.assertGreater(figures["models"][model]["stable_step"], 0)
+            self.assertGreater(figures["press"]["fem"]["largest_force"], 0)
+            self.assertGreater(figures["models"]["fem"]["stable_step"], 0)
+            self.assertNotIn("msd", figures["models"])  # a surface that is run is of elements
+            self.assertGreater(figures["solid"]["lattice"]["edge"], 0)
+            self.assertLess(abs(figures["solid"]["nodes"] - 300), 150)
         doctor = lambda name: next(s for s in rows[name]["stages"] if s["name"] == "doctor")
         self.assertIn("inside out", doctor("deep/turned.stl")["why"])
         self.assertEqual(rows["open.ply"]["verdict"], "degraded", rows["open.ply"]["why"])
@@ -110,10 +113,18 @@ class Check(unittest.TestCase):
         self.assertNotRegex(page, r"(src|href)=.?https?://")  # needs nothing else
         self.assertNotIn(self.folder, page)
 
+    def test_a_surface_that_is_filled_is_of_springs_and_of_elements(self):
+        self.write("box.obj", variants.write_obj(*variants.box(4, 3, 2)))
+        check(self.path("library"), "--quick", "--body", "mesh", "--until", "models", "--out", self.path("out"), "--no-report")
+        figures = {s["name"]: s["figures"] for s in self.rows(self.path("out"))["box.obj"]["stages"]}
+        self.assertNotIn("lattice", figures["solid"])
+        for model in ("msd", "fem"):
+            self.assertGreater(figures["models"][model]["stable_step"], 0)
+
     def test_a_cube_whose_corners_are_its_only_nodes_passes(self):
         # A motion of a whole wave a side moves all corners alike, and there is no force to compare with the tangent.
         self.write("cube.off", variants.write_off(*variants.box(1, 1, 1)))
-        check(self.path("library"), "--quick", "--out", self.path("out"), "--no-report")
+        check(self.path("library"), "--quick", "--body", "mesh", "--out", self.path("out"), "--no-report")
         energy = next(s for s in report(self.path("out"))["rows"][0]["stages"] if s["name"] == "energy")
         self.assertEqual(energy["verdict"], "pass", energy["why"])
 
@@ -169,7 +180,7 @@ class Check(unittest.TestCase):
         if not shutil.which("tetgen"):
             self.skipTest("needs tetgen")
         library = self.small_library()
-        check(library, *SURFACES, "--out", self.path("whole"), "--no-report")
+        check(library, *FILLED, "--out", self.path("whole"), "--no-report")
         os.mkdir(self.path("bin"))
         with open(self.path("bin", "tetgen"), "w", encoding="utf-8") as fake:
             fake.write(f"#!/bin/sh\necho . >>{self.path('tries')}\nkill -9 $$\n")
@@ -177,14 +188,14 @@ class Check(unittest.TestCase):
         path = os.environ["PATH"]
         self.addCleanup(os.environ.__setitem__, "PATH", path)
         os.environ["PATH"] = self.path("bin") + os.pathsep + path
-        code, _ = check(library, *SURFACES, "--out", self.path("killed"), "--no-report")
+        code, _ = check(library, *FILLED, "--out", self.path("killed"), "--no-report")
         self.assertEqual(code, 1)
         killed = [row for row in report(self.path("killed"))["rows"] if "(Killed)" in row["why"]]
         self.assertGreater(len(killed), 0)
         self.assertEqual([row["stage"] for row in killed], ["solid"] * len(killed))
         self.assertEqual(len(lines(self.path("tries"))), 2 * len(killed), "each is tried once more")
         os.environ["PATH"] = path
-        check(library, *SURFACES, "--out", self.path("killed"), "--resume", "--no-report")
+        check(library, *FILLED, "--out", self.path("killed"), "--resume", "--no-report")
         self.assertEqual(without_times(report(self.path("killed"))), without_times(report(self.path("whole"))))
 
     def test_ctrl_c_keeps_what_is_done(self):
@@ -255,7 +266,7 @@ class Check(unittest.TestCase):
     def test_broken_files_have_the_right_reasons(self):
         kinds = len(variants.DEEDS)
         variants.make(self.path("variants"), *((2 * kinds, 1) if LONG else (kinds, 3)))  # each kind of fault twice, or once; where that is quick
-        check(self.path("variants"), *SURFACES, "--jobs", 2, "--out", self.path("out"), "--no-report")
+        check(self.path("variants"), *FILLED, "--jobs", 2, "--out", self.path("out"), "--no-report")
         with open(self.path("variants", "expected.json"), encoding="utf-8") as file:
             expected = json.load(file)
         rows = self.rows(self.path("out"))

@@ -17,6 +17,7 @@ namespace {
 SessionResult pressed(const std::string& mesh, std::size_t place) {
   MeshWork work;
   work.options.mesh = test_data() + "/meshes/" + mesh;
+  work.options.body = "mesh";
   SessionResult out;
   with_threads(1, [&] {
     for (const CheckStage stage : {check_load, check_doctor, check_repair, check_solid, check_models}) {

@@ -122,19 +122,20 @@ class Lossy final : public TriangleIndex {
 
 TEST(CheckQueries, AgreeForEveryBackendAndTellALossyOne) {
   const Mesh mesh = block_surface();
+  const auto truths = true_queries(mesh.triangles, mesh.x, 200, 1);
   for (const BackendInfo& b : triangle_index_backends()) {
     if (!b.available) continue;
     const auto index = make_triangle_index(b.name);
     index->build(mesh.triangles, mesh.x);
     index->refit(mesh.x, mesh.x);
-    const QueryCount count = judge_queries(mesh.triangles, mesh.x, *index, 200, 1);
+    const QueryCount count = judge_queries(mesh.triangles, mesh.x, *index, truths);
     EXPECT_EQ(count.wrong_points + count.wrong_rays, 0) << b.name;
     EXPECT_GT(count.hits, 100) << b.name;
   }
   Lossy lossy;
   lossy.build(mesh.triangles, mesh.x);
   lossy.refit(mesh.x, mesh.x);
-  const QueryCount count = judge_queries(mesh.triangles, mesh.x, lossy, 200, 1);
+  const QueryCount count = judge_queries(mesh.triangles, mesh.x, lossy, truths);
   EXPECT_GT(count.wrong_points, 20);
   EXPECT_GT(count.wrong_rays, 20);
   EXPECT_TRUE(count.where.has_value());
@@ -175,9 +176,13 @@ TEST(CheckSpots, LieOnTheSurfaceApartAndFree) {
       }
   }
   const SurfaceQuery query(surface.triangles, surface.x);
-  const auto walk = surface_walk(query, surface, held, spots[0], 0.3, 0.015);
+  const auto walk = surface_walk(query, HeldTriangles(surface, held), spots[0], 0.3, 0.015);
   ASSERT_GT(walk.size(), 5u);
-  for (const Vec3& p : walk) EXPECT_NEAR(query.distance(p, 0.01), 0.002, 1e-6);  // a sphere of 4 mm, 2 mm deep
+  for (const Vec3& p : walk) {
+    EXPECT_NEAR(query.distance(p, 0.01), 0.002, 1e-6);  // a sphere of 4 mm, 2 mm deep
+    EXPECT_TRUE(query.is_within(p, 0.0021));
+    EXPECT_FALSE(query.is_within(p, 0.0019));
+  }
 }
 
 #if KT_WITH_CGAL && KT_WITH_TETGEN
@@ -205,6 +210,7 @@ TEST(CheckFill, DecimatesEvenlyWhereTetrahedraWouldBeFlat) {
 /// Pieces stay when edges collapse, and this many are not stepped: they are wrapped instead.
 TEST(CheckFill, WhatDecimationLeavesFarOverTheBudgetIsNotFilled) {
   MeshWork work;
+  work.options.body = "mesh";
   work.options.budget = 50;
   constexpr int kPieces = 64;  // of 4 triangles: 256, five times the budget
   work.surface.x.resize(12 * kPieces);

@@ -53,42 +53,53 @@ void ShotCount::add(const ShotCount& other) {
 }
 
 std::vector<ShotResult> shoot(const SurfaceTicks& surface, std::span<const Shot> shots, TriangleIndex& index) {
+  TriangleIndex* const only[] = {&index};
+  return shoot(surface, shots, only)[0];
+}
+
+std::vector<std::vector<ShotResult>> shoot(const SurfaceTicks& surface, std::span<const Shot> shots,
+                                           std::span<TriangleIndex* const> indexes) {
   CrossingOracle oracle(surface.triangles);
   std::vector<int> scratch(surface.triangles.size());
-  std::vector<ShotResult> out(shots.size());
-  std::vector<Progress> progress(shots.size());
+  std::vector<std::vector<ShotResult>> out(indexes.size(), std::vector<ShotResult>(shots.size()));
+  std::vector<std::vector<Progress>> progress(indexes.size(), std::vector<Progress>(shots.size()));
   for (int tick = 0; tick < SurfaceTicks::kTicks; ++tick) {
     const MovingTriangles now = surface.during(tick);
-    index.refit(now.x_t0, now.x_t1);
     oracle.refit(now.x_t0, now.x_t1);
+    for (TriangleIndex* index : indexes) index->refit(now.x_t0, now.x_t1);
     for (std::size_t i = 0; i < shots.size(); ++i) {
-      Progress& p = progress[i];
-      if (p.is_over()) continue;
       const ToolSweep sweep = shots[i].sweep(tick);
-      double reported = 1;
-      if (p.hit_tick < 0) {
-        if (const auto hit = find_first_contact(index, now, shots[i].tool, sweep, {}, scratch)) {
-          p.hit_tick = tick;
-          p.toi = reported = hit->toi;
-          judge_hit(*hit, oracle.query(sweep, hit->triangle), shots[i].tool.radius, out[i]);
-        }
-      }
-      if (p.through_tick >= 0) continue;
+      std::optional<Crossings> crossings;
       int triangle = -1;
-      const Crossings crossings = oracle.find(sweep, triangle);
-      if (crossings.from_behind && *crossings.from_behind < reported && (p.hit_tick < 0 || p.hit_tick == tick))
-        out[i].count.behind = 1;
-      if (!crossings.from_front) continue;
-      p.through_tick = tick;
-      p.through = *crossings.from_front;
-      judge_times(p, out[i]);
-      if (out[i].count.leaks || out[i].count.late) out[i].query = oracle.query(sweep, triangle);
+      for (std::size_t k = 0; k < indexes.size(); ++k) {
+        Progress& p = progress[k][i];
+        ShotResult& result = out[k][i];
+        if (p.is_over()) continue;
+        double reported = 1;
+        if (p.hit_tick < 0) {
+          if (const auto hit = find_first_contact(*indexes[k], now, shots[i].tool, sweep, {}, scratch)) {
+            p.hit_tick = tick;
+            p.toi = reported = hit->toi;
+            judge_hit(*hit, oracle.query(sweep, hit->triangle), shots[i].tool.radius, result);
+          }
+        }
+        if (p.through_tick >= 0) continue;
+        if (!crossings) crossings = oracle.find(sweep, triangle);
+        if (crossings->from_behind && *crossings->from_behind < reported && (p.hit_tick < 0 || p.hit_tick == tick))
+          result.count.behind = 1;
+        if (!crossings->from_front) continue;
+        p.through_tick = tick;
+        p.through = *crossings->from_front;
+        judge_times(p, result);
+        if (result.count.leaks || result.count.late) result.query = oracle.query(sweep, triangle);
+      }
     }
   }
-  for (std::size_t i = 0; i < shots.size(); ++i) {
-    out[i].count.shots = 1;
-    judge_times(progress[i], out[i]);
-  }
+  for (std::size_t k = 0; k < indexes.size(); ++k)
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      out[k][i].count.shots = 1;
+      judge_times(progress[k][i], out[k][i]);
+    }
   return out;
 }
 

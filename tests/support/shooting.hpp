@@ -2,6 +2,7 @@
 // Shoots at a surface and compares what the engine reports with where the tools' centres go through it.
 #include <span>
 #include <string>
+#include <vector>
 
 #include "collision/broad/triangle_index.hpp"
 #include "tests/support/collision_oracle.hpp"
@@ -31,6 +32,10 @@ struct ShotResult {
 /// Ticks of all shots, one tick after the other, with the broad phase refitted to each.
 /// @param index  built for the surface's triangles
 std::vector<ShotResult> shoot(const SurfaceTicks& surface, std::span<const Shot> shots, TriangleIndex& index);
+
+/// The same for several indexes, a row each: where the shots go through is found once.
+std::vector<std::vector<ShotResult>> shoot(const SurfaceTicks& surface, std::span<const Shot> shots,
+                                           std::span<TriangleIndex* const> indexes);
 
 /// The query as C++ text, for the bug's own test.
 std::string to_text(const CollisionQuery& q);

@@ -26,11 +26,12 @@ struct Drag {
 /// The longest ways, from different places.
 std::vector<Drag> choose_drags(const MeshWork& work, std::size_t count) {
   const SurfaceQuery surface(work.solid.triangles, work.solid.x);
+  const HeldTriangles held(work.solid, work.still);
   std::vector<Drag> out;
   for (const ContactSpot& spot : work.spots) {
     Drag best{spot, {}};
     for (int k = 0; k < kHeadings; ++k) {
-      auto walk = surface_walk(surface, work.solid, work.held, spot, 2 * std::numbers::pi * k / kHeadings, kLongest);
+      auto walk = surface_walk(surface, held, spot, 2 * std::numbers::pi * k / kHeadings, kLongest);
       if (walk.size() > best.walk.size()) best.walk = std::move(walk);
     }
     if (best.walk.size() > 1) out.push_back(std::move(best));

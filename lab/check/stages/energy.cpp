@@ -81,7 +81,7 @@ double kinetic_growth(const DeformableModel& model) {
 
 void check_energy(MeshWork& work, StageResult& out) {
   for (const CheckBody& body : work.bodies) {
-    const DeformableModel& model = body.session->model();
+    const DeformableModel& model = body.session->model().own();
     State state = rest_state(model);
     // As large as leaves the smallest element its sense: a wave of 1 % strain.
     state.x += wave(state.x, 0.01 * kBodySize / 6.28, 0.7);

@@ -19,7 +19,8 @@ void check_local_models(MeshWork& work, StageResult& out) {
   for (CheckBody& body : work.bodies) {
     const DeformableModel& model = body.session->model();
     const Surface& surface = body.session->surface();
-    const TangentModel tangent = linearize(model, rest_state(model), TangentKind::exact);
+    const DeformableModel& own = model.own();
+    const TangentModel tangent = linearize(own, rest_state(own), TangentKind::exact);
     double worst = 0, tick = 0;
     nlohmann::ordered_json reducers = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < places; ++i) {

@@ -41,6 +41,16 @@ std::optional<double> first_crossing(std::span<const Triangle> triangles, const 
   return first;
 }
 
+std::pair<Vec3, Vec3> bounds_of(std::span<const Triangle> triangles, const VectorX& x) {
+  Vec3 low = node(x, triangles[0][0]), high = low;
+  for (const Triangle& t : triangles)
+    for (const int i : t) {
+      low = low.cwiseMin(Vec3(node(x, i)));
+      high = high.cwiseMax(Vec3(node(x, i)));
+    }
+  return {low, high};
+}
+
 }  // namespace
 
 void QueryCount::add(const QueryCount& other) {
@@ -52,47 +62,56 @@ void QueryCount::add(const QueryCount& other) {
   if (!where) where = other.where;
 }
 
-QueryCount judge_queries(std::span<const Triangle> triangles, const VectorX& x, const TriangleIndex& index, int count,
-                         unsigned seed) {
+std::vector<QueryTruth> true_queries(std::span<const Triangle> triangles, const VectorX& x, int count, unsigned seed) {
   Sample sample{std::mt19937_64(seed)};
-  std::vector<int> scratch(triangles.size());
-  Vec3 low = node(x, triangles[0][0]), high = low;
-  for (const Triangle& t : triangles)
-    for (const int i : t) {
-      low = low.cwiseMin(Vec3(node(x, i)));
-      high = high.cwiseMax(Vec3(node(x, i)));
-    }
+  const auto [low, high] = bounds_of(triangles, x);
   const double size = (high - low).norm();
-  const auto anywhere = [&] { return Vec3(0.5 * (low + high) + 0.7 * size * sample.cube()); };
+  const auto anywhere = [&, middle = Vec3(0.5 * (low + high))] { return Vec3(middle + 0.7 * size * sample.cube()); };
   const auto on_surface = [&] {
     const Triangle& t = triangles[sample.random() % triangles.size()];
     const double u = sample.uniform(0, 1), v = sample.uniform(0, 1 - u);
     return Vec3((1 - u - v) * node(x, t[0]) + u * node(x, t[1]) + v * node(x, t[2]));
   };
-  QueryCount out;
+  std::vector<QueryTruth> out;
   for (int i = 0; i < count; ++i) {
-    const Vec3 p = i % 2 ? anywhere() : Vec3(on_surface() + 0.02 * size * sample.cube());
-    const NearestPlace all = nearest_place(triangles, x, p), found = nearest_by(index, triangles, x, p, size, scratch);
+    QueryTruth one;
+    one.point = i % 2 ? anywhere() : Vec3(on_surface() + 0.02 * size * sample.cube());
+    one.distance = std::sqrt(nearest_place(triangles, x, one.point).at.distance_sq);
+    one.from = anywhere();
+    one.to = one.from + 1.3 * (on_surface() - one.from);
+    one.crossing = first_crossing(triangles, x, one.from, one.to, one.sure);
+    out.push_back(one);
+  }
+  return out;
+}
+
+QueryCount judge_queries(std::span<const Triangle> triangles, const VectorX& x, const TriangleIndex& index,
+                         std::span<const QueryTruth> truths) {
+  std::vector<int> scratch(triangles.size());
+  const auto [low, high] = bounds_of(triangles, x);
+  const double size = (high - low).norm();
+  QueryCount out;
+  for (const QueryTruth& truth : truths) {
+    const NearestPlace found = nearest_by(index, triangles, x, truth.point, size, scratch);
     ++out.points;
-    const double more = found.triangle < 0 ? size : std::sqrt(found.at.distance_sq) - std::sqrt(all.at.distance_sq);
+    const double more = found.triangle < 0 ? size : std::sqrt(found.at.distance_sq) - truth.distance;
     out.worst_point = std::max(out.worst_point, more / size);
     if (more > kSamePoint * size) {
       ++out.wrong_points;
-      if (!out.where) out.where = p;
+      if (!out.where) out.where = truth.point;
     }
 
-    const Vec3 a = anywhere(), target = on_surface(), b = a + 1.3 * (target - a);
-    bool sure = true;
-    const auto truth = first_crossing(triangles, x, a, b, sure);
-    const MovingTriangles still{triangles, x, x};
-    const auto hit = find_first_contact(index, still, {ToolShape::Kind::point, 0}, {a, b}, {}, scratch);
     ++out.rays;
-    if (!sure) continue;  // no verdict: the engine may take either triangle at an edge, and err early at a graze
-    out.hits += truth.has_value();
-    const double off = truth && hit ? std::abs(hit->toi - *truth) : truth.has_value() != hit.has_value() ? 1 : 0;
+    if (!truth.sure) continue;  // no verdict: the engine may take either triangle at an edge, and err early at a graze
+    const MovingTriangles still{triangles, x, x};
+    const auto hit = find_first_contact(index, still, {ToolShape::Kind::point, 0}, {truth.from, truth.to}, {}, scratch);
+    out.hits += truth.crossing.has_value();
+    const double off = truth.crossing && hit                           ? std::abs(hit->toi - *truth.crossing)
+                       : truth.crossing.has_value() != hit.has_value() ? 1
+                                                                       : 0;
     if (off > kSameRay) {
       ++out.wrong_rays;
-      if (!out.where) out.where = a + (truth ? *truth : hit->toi) * (b - a);
+      if (!out.where) out.where = truth.from + (truth.crossing ? *truth.crossing : hit->toi) * (truth.to - truth.from);
     } else {
       out.worst_ray = std::max(out.worst_ray, off);
     }
@@ -103,14 +122,16 @@ QueryCount judge_queries(std::span<const Triangle> triangles, const VectorX& x, 
 void check_queries(MeshWork& work, StageResult& out) {
   // Looking at every triangle of a million is slow: fewer queries there, as many triangles in all.
   const auto triangles = static_cast<double>(work.surface.triangles.size());
-  const int count = std::clamp(static_cast<int>(4e6 / triangles), 20, work.options.quick ? 40 : 200);
+  const bool quick = work.options.quick;
+  const int count = std::clamp(static_cast<int>((quick ? 1e6 : 4e6) / triangles), quick ? 5 : 20, quick ? 40 : 200);
+  const auto truths = true_queries(work.surface.triangles, work.surface.x, count, 1);
   QueryCount all;
   for (const BackendInfo& backend : triangle_index_backends()) {
     if (!backend.available) continue;
     const auto index = make_triangle_index(backend.name);
     index->build(work.surface.triangles, work.surface.x);
     index->refit(work.surface.x, work.surface.x);
-    const QueryCount one = judge_queries(work.surface.triangles, work.surface.x, *index, count, 1);
+    const QueryCount one = judge_queries(work.surface.triangles, work.surface.x, *index, truths);
     all.add(one);
     out.figures["backends"].push_back(backend.name);
     if (one.wrong_points + one.wrong_rays > 0)

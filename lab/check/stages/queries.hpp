@@ -1,5 +1,7 @@
 #pragma once
 // Closest points and rays of a broad phase against looking at every triangle.
+#include <vector>
+
 #include "lab/check/surface_query.hpp"
 
 namespace kt {
@@ -15,8 +17,19 @@ struct QueryCount {
   void add(const QueryCount& other);
 };
 
+/// A point and its distance, a ray and its first crossing, both by looking at every triangle.
+struct QueryTruth {
+  Vec3 point;
+  double distance;
+  Vec3 from, to;
+  std::optional<double> crossing;  ///< from the front, share of the ray
+  bool sure;                       ///< no other crossing, edge or graze is near it or before
+};
+
+std::vector<QueryTruth> true_queries(std::span<const Triangle> triangles, const VectorX& x, int count, unsigned seed);
+
 /// @param index  built and fitted to the surface at rest
-QueryCount judge_queries(std::span<const Triangle> triangles, const VectorX& x, const TriangleIndex& index, int count,
-                         unsigned seed);
+QueryCount judge_queries(std::span<const Triangle> triangles, const VectorX& x, const TriangleIndex& index,
+                         std::span<const QueryTruth> truths);
 
 }  // namespace kt

@@ -1,5 +1,7 @@
-// From a surface to a body: decimated where it is over the budget, filled with tetrahedra, else wrapped, else a shell.
+// From a surface to a body: a lattice, or filled: decimated where it is over the budget, filled with tetrahedra, else
+// wrapped, else a shell.
 #include "core/base/error.hpp"
+#include "io/solid/lattice.hpp"
 #include "io/solid/tetrahedra_quality.hpp"
 #include "io/surface/mesh_repair.hpp"
 #include "lab/check/stages/fill.hpp"
@@ -69,12 +71,36 @@ Mesh body_of(MeshWork& work, StageResult& out) {
   return surface;
 }
 
+/// As `kilotouch run` takes surfaces; nothing where it holds no material.
+std::optional<Mesh> lattice(const MeshWork& work, StageResult& out) {
+  constexpr double kUnsure = 0.05;  // of the volume near the surface
+  LatticeReport report;
+  try {
+    Mesh body = make_lattice(work.surface, {.nodes = work.options.nodes, .name = "the surface"}, &report);
+    for (const std::string& line : report.lines())
+      out.lower(report.unsure > kUnsure ? Verdict::degraded : Verdict::pass, line);
+    out.figures["lattice"] = {{"edge", report.edge / work.scale},
+                              {"open_edges", report.open_edges},
+                              {"turned", report.turned},
+                              {"unsure", report.unsure}};
+    return body;
+  } catch (const InputError& e) {
+    out.lower(Verdict::degraded, e.what());
+    return {};
+  }
+}
+
 }  // namespace
 
 void check_solid(MeshWork& work, StageResult& out) {
-  if (work.solid.tetrahedra.empty()) work.solid = body_of(work, out);
+  std::optional<Mesh> body;
+  if (work.solid.tetrahedra.empty() && work.options.body == "lattice") body = lattice(work, out);
+  if (body)
+    work.solid = std::move(*body);
+  else if (work.solid.tetrahedra.empty())
+    work.solid = body_of(work, out);
   const TetrahedraQuality q = tetrahedra_quality(work.solid);
-  out.figures.update({{"nodes", work.solid.num_nodes()},
+  out.figures.update({{"nodes", work.solid.num_own_nodes()},
                       {"tetrahedra", work.solid.tetrahedra.size()},
                       {"triangles", work.solid.triangles.size()},
                       {"dihedral_min_deg", q.dihedral_min},
