@@ -60,12 +60,24 @@ int keep_nearest(const SurfacePatch& patch, const VectorX& x_before, const ToolC
   return std::max(room, static_cast<int>(touching - found.begin()));
 }
 
+/// Sorts by how far they are from their middle: where the pressure is highest first.
+void sort_outwards(const SurfacePatch& patch, const VectorX& x, std::span<Contact> found) noexcept {
+  Vec3 middle = Vec3::Zero();
+  for (const Contact& c : found) middle += node(x, vertex_of(patch, c)) / static_cast<double>(found.size());
+  const auto key = [&](const Contact& c) {
+    const int v = vertex_of(patch, c);
+    return std::pair((node(x, v) - middle).squaredNorm(), v);
+  };
+  std::ranges::sort(found, [&](const Contact& a, const Contact& b) { return key(a) < key(b); });
+}
+
 }  // namespace
 
 void add_vertex_contacts(const SurfacePatch& patch, const VectorX& x, const VectorX& x_before, const ToolCore& core,
                          double radius, double margin, std::span<const int> triangles, std::span<const double> to_held,
                          int room, std::vector<char>& is_seen, ChosenVertices& chosen, ContactSet& out) noexcept {
-  constexpr int kMost = 512;  // beyond them others say enough
+  constexpr int kMost = 512;        // beyond them others say enough
+  constexpr double kFewMore = 1.5;  // of a contact that has grown a little: its rim carries least
   const int first = out.count;
   int count = 0;
   for_each_contact(patch, x, core, radius, margin, triangles, to_held, is_seen, [&](const Contact& contact) {
@@ -84,7 +96,8 @@ void add_vertex_contacts(const SurfacePatch& patch, const VectorX& x, const Vect
   chosen.is_made = true;
   std::ranges::fill(chosen.is_left_out, 0);
   for (const Contact& c : all) chosen.is_left_out[static_cast<std::size_t>(vertex_of(patch, c))] = 1;
-  if (near > room)
+  if (near > room) sort_outwards(patch, x_before, all.first(static_cast<std::size_t>(near)));
+  if (near > kFewMore * room)
     choose_vertices_apart(patch, x, radius, all.first(static_cast<std::size_t>(near)), room, out);
   else
     for (const Contact& c : all.first(static_cast<std::size_t>(room))) out.add(c);

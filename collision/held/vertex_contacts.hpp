@@ -18,7 +18,8 @@ struct ChosenVertices {
 
 /// Adds the contacts with a gap below `margin` [m] of the vertices of these triangles, each once, seen from outside:
 /// the core is on the outer side. Of more than there is room for, those that are nearest with the surface at
-/// `x_before`, and where more than that touch there, some that lie apart (chosen_places.hpp); only those from then on.
+/// `x_before`; where more than that touch there, those nearest to their middle, and where half as many more do, some
+/// that lie apart (chosen_places.hpp); only those from then on.
 /// @param to_held  of vertices: those with 0 count; empty: all
 /// @param x_before where the surface was, in contact
 /// @param room     how many are added at most

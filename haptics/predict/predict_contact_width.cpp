@@ -7,6 +7,7 @@
 #include "core/body/near_triangles.hpp"
 #include "haptics/cells/contact_width.hpp"
 #include "haptics/predict/predict.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/setup/built_scene.hpp"
 
 namespace kt {
@@ -63,6 +64,7 @@ void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, st
   const double size = bounds(built.model().mesh()).size().maxCoeff();
   if (static_cast<double>(touched) > kMostTimes * kMaxContacts && tool.radius > 0.5 * size)
     throw InputError(text(line, "its force would leap; ", alternatives(found.cures)));
+  if (choose_refine(built.model(), built.surface(), built.options()).refines) return;  // held at refined cells' nodes
   out.push_back({"contact_places", found});
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/body/mesh.hpp"
 #include "haptics/findings/run_findings.hpp"
 #include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
@@ -122,6 +123,24 @@ TEST(Reach, FollowsTheMeasuredSpeedAndIsBounded) {
   EXPECT_TRUE(std::ranges::any_of(lines(all_findings(session, run)), [](const std::string& w) {
     return w.find("too fast in 2 of 300 ticks, most of all in tick 10") != std::string::npos;
   }));
+}
+
+// On cells that are small beside the tool a patch around all of it, however little it touches, has several times the
+// coordinates of one around the contact, and the same force.
+TEST(Reach, FollowsTheContact) {
+  Scene scene = small_scene();
+  scene.object.fixed.below = FixedBelow{"z", 1e-6};
+  scene.tool.radius = 0.008;
+  scene.tool.path.press_drag = PressDrag{.at = std::array{0.03, 0.03}, .depth = 0.001, .press_time = 0.1, .speed = 0};
+  const Mesh block = kuhn_block(24, 24, 6, 0.0025);
+  const SessionResult pressed = Session(scene, block).run();
+  scene.tool.path.press_drag.reset();
+  const double top = 6 * 0.0025 + 0.008;
+  scene.tool.path.waypoints = {{0, {0.03, 0.03, top + 1e-4}}, {0.3, {0.03, 0.03, top + 1e-4}}};
+  const SessionResult above = Session(scene, block).run();
+  EXPECT_GT(pressed.tools[0].frames.back().f_n, 0.01);
+  EXPECT_EQ(edge_ticks(pressed), 0);
+  EXPECT_LT(pressed.last_patch_vertices, 0.6 * above.last_patch_vertices);
 }
 
 }  // namespace
