@@ -19,8 +19,8 @@ struct ToolPlace {
 
 /// How far from its place a tool may touch within `seconds` [m]: 1.2 times its own reach (of a ball above 10 mm: what
 /// it touches now and 5 mm around, at least 15 mm, no more than 100 nodes), or where the contact is known 1.4 times its
-/// radius, if that is less and at least half the tool's reach; and what it goes at half as fast again as now, and a
-/// little more; never at more than kFollowedSpeed.
+/// radius (2 of a capsule), if that is less and at least three quarters of the tool's reach; and what it goes at half
+/// as fast again as now, and a little more; never at more than kFollowedSpeed.
 /// @param x               of the whole body [m], (3n)
 /// @param velocity        measured [m/s]
 /// @param contact_radius  at the end of that time [m]; 0: not known
