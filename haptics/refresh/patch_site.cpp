@@ -62,18 +62,14 @@ void lead(const Surface& surface, const VectorX& x, const ToolPlace& tool, Conta
 }  // namespace
 
 double patch_reach(const Surface& surface, const VectorX& x, const TouchTool& tool, const Vec3& place,
-                   const Vec3& velocity, double seconds, double contact_radius) {
+                   const Vec3& velocity, double seconds, double contact_extent) {
   constexpr double kAround = 1.2;  // where it may be off the path; further off the apron catches it
-  constexpr double kBesideBall = 1.41, kBesideCapsule = 2;  // of the contact's radius: of a ball sqrt(2 R d)
-  constexpr double kLeast = 0.75;                           // of the tool's reach: a body that swings
-  constexpr double kLarge = 0.01;                           // [m]
+  constexpr double kLeast = 0.75;  // of the tool's reach: a body that swings
+  constexpr double kLarge = 0.01;  // [m]
   double around = kAround * tool_reach(tool.shape);
   if (tool.shape.corners.empty() && tool.shape.radius > kLarge)
     around = std::min(around, large_ball_extent(surface, x, place, tool.shape.radius));
-  if (contact_radius > 0) {
-    const double beside = tool.shape.kind == ToolShape::Kind::sphere ? kBesideBall : kBesideCapsule;
-    around = std::min(around, std::max(beside * contact_radius, kLeast * tool_reach(tool.shape)));
-  }
+  if (contact_extent > 0) around = std::min(around, std::max(contact_extent, kLeast * tool_reach(tool.shape)));
   const double speed = std::min({tool.max_speed, kFollowedSpeed, 1.5 * velocity.norm() + gets_faster(tool)});
   return around + speed * seconds;
 }

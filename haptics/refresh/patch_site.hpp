@@ -18,14 +18,14 @@ struct ToolPlace {
 };
 
 /// How far from its place a tool may touch within `seconds` [m]: 1.2 times its own reach (of a ball above 10 mm: what
-/// it touches now and 5 mm around, at least 15 mm, no more than 100 nodes), or where the contact is known 1.4 times its
-/// radius (2 of a capsule), if that is less and at least three quarters of the tool's reach; and what it goes at half
-/// as fast again as now, and a little more; never at more than kFollowedSpeed.
+/// it touches now and 5 mm around, at least 15 mm, no more than 100 nodes), or as far as its contact, if that is known
+/// and less, and at least three quarters of the tool's reach; and what it goes at half as fast again as now, and a
+/// little more; never at more than kFollowedSpeed.
 /// @param x               of the whole body [m], (3n)
 /// @param velocity        measured [m/s]
-/// @param contact_radius  at the end of that time [m]; 0: not known
+/// @param contact_extent  from its middle, of all that the contact may become in that time [m]; 0: not known
 double patch_reach(const Surface& surface, const VectorX& x, const TouchTool& tool, const Vec3& place,
-                   const Vec3& velocity, double seconds, double contact_radius);
+                   const Vec3& velocity, double seconds, double contact_extent);
 
 /// What a local model that comes late adds to the place of a tool: the way until it is there, and the margin.
 /// @param velocity  measured [m/s]      @param way  expected in that time [m]      @param delay  that time [s]

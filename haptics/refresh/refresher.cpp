@@ -390,10 +390,14 @@ std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> 
   return ahead;
 }
 
-/// Until the model after this one is there, of a ball or a capsule [m]; 0: not known.
-double Refresher::contact_radius(const ToolShape& shape, const FineTool& seen) const {
+/// Of a ball or a capsule, until the model after this one is there [m]; 0: not known. Of a ball that is pressed in by d
+/// sqrt(2 R d). A capsule's contact moves along it, and where models come late a patch has to do for longer.
+double Refresher::contact_extent(const ToolShape& shape, const FineTool& seen) const {
+  constexpr double kBall = 1.41, kElse = 2;  // contact radii
   if (!(seen.contact_radius > 0) || shape.corners.size() > 2) return 0;
-  return pressed_radius(shape, seen.contact_radius, -seen.time * seen.velocity.dot(seen.normal));
+  const bool is_soon = shape.kind == ToolShape::Kind::sphere && !models_come_late(options_);
+  return (is_soon ? kBall : kElse) *
+         pressed_radius(shape, seen.contact_radius, -seen.time * seen.velocity.dot(seen.normal));
 }
 
 /// Where each tool is, how far it can get, and on which triangle: of the last report, else of its way out of the body.
@@ -404,7 +408,7 @@ std::vector<ToolPlace> Refresher::place_tools(double t, std::span<const Pose> at
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
     ToolPlace& tool = out.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
                                        patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity,
-                                                   interval(t), contact_radius(tools_[k].shape, seen_[k])));
+                                                   interval(t), contact_extent(tools_[k].shape, seen_[k])));
     expect_late(tools_[k], velocity, way_until_used(velocity, static_cast<int>(k)), known_.delay, tool);
     if (tool.triangle >= 0) continue;
     const std::optional<WayOut> way = find_way_out(static_cast<int>(k), at[k]);

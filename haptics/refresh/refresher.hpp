@@ -85,7 +85,7 @@ class Refresher {
   std::future<Refined> start_refining(TangentKind kind, std::span<const FineTool> tools);
   void take_refined_before();
   void refine_for_next(TangentKind kind);
-  double contact_radius(const ToolShape& shape, const FineTool& seen) const;
+  double contact_extent(const ToolShape& shape, const FineTool& seen) const;
   void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);
