@@ -138,7 +138,8 @@ void press_on_refined_cells(const std::string& body_kind) {
     if (r.adopted_tick >= 0) of_last = std::max(of_last, r.linearized_tick);
   if (is_refined(last) && of_last > 250) {  // a busy machine may be late with the cells
     // Another delay refines other cells: 1.01 to 1.06 of it at rest. The cells as they are give 2.5 times.
-    EXPECT_NEAR(last.f_n, here, 0.15 * here);
+    // Of a lattice late models still find two sizes of cells at rest, 1.25 apart: docs/limitations.md.
+    EXPECT_NEAR(last.f_n, here, (body_kind == "lattice" ? 0.35 : 0.15) * here);
   }
   SessionOptions replay = replay_of(run.result);
   EXPECT_EQ(session.run(replay).hash, run.result.hash);
