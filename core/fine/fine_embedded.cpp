@@ -7,7 +7,6 @@
 #include <unordered_map>
 
 #include "core/body/near_triangles.hpp"
-#include "core/fine/fine_refinement.hpp"
 #include "core/fine/leaf_stiffness.hpp"
 
 namespace kt {
@@ -113,9 +112,6 @@ class EmbeddedFacetMaker {
     zone_.embedded.vertex.push_back(global);
     zone_.embedded.node.push_back(node);
     zone_.embedded.weight.push_back(weight);
-    std::array<Vec3, 4> corner;
-    for (std::size_t c = 0; c < 4; ++c) corner[c] = nodes_[leaf->node[c]].of(body_.mesh->x);
-    zone_.embedded.leaf_size.push_back(leaf_size(corner));
   }
 
   const FineBody& body_;

@@ -34,12 +34,13 @@ class Refinement {
 
   /// Splits leaves that meet others more than one level smaller, until none does.
   void grade() {
+    const int most = deepest(leaves_);
     for (bool is_done = false; !is_done;) {
       is_done = true;
       std::vector<CornerLeaf> before;
       before.swap(leaves_);
       for (const CornerLeaf& leaf : before) {
-        if (!meets_much_smaller(leaf)) {
+        if (leaf.level + 2 > most || !meets_much_smaller(leaf)) {
           leaves_.push_back(leaf);
           continue;
         }

@@ -1,5 +1,7 @@
 #pragma once
 // Leaves of refined cells, by their corners.
+#include <algorithm>
+
 #include "core/fine/fine_zone.hpp"
 
 namespace kt {
@@ -13,6 +15,14 @@ struct CornerLeaf {
 /// @param size  in the place of that of the options
 std::vector<CornerLeaf> refine_cells(const VectorX& x, std::span<const Tetrahedron> cells, std::span<const int> chosen,
                                      const FineZoneOptions& options, const FineSize& size, FineNodes& nodes);
+
+/// How often the smallest leaf was split.
+template <class Leaf>
+int deepest(const std::vector<Leaf>& leaves) {
+  int out = 0;
+  for (const Leaf& leaf : leaves) out = std::max(out, leaf.level);
+  return out;
+}
 
 /// Edge of the cube that six leaves of this size fill [m]; of a flat one what its longest edge comes to.
 double leaf_size(const std::array<Vec3, 4>& corners);

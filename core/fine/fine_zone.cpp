@@ -132,8 +132,9 @@ class ZoneMaker {
     };
     // Of corners i and j the middle of their edge among a leaf's nodes.
     constexpr int kMiddle[4][4] = {{-1, 4, 6, 7}, {4, -1, 5, 8}, {6, 5, -1, 9}, {7, 8, 9, -1}};
+    const int most = deepest(zone_.leaves);
     for (const FineLeaf& leaf : zone_.leaves)
-      for (int i = 0; i < 4; ++i)
+      for (int i = 0; i < 4 && leaf.level < most; ++i)
         for (int j = 0; j < 4; ++j) {
           if (i == j) continue;
           const int a = leaf.node[i], b = leaf.node[j], ab = leaf.node[kMiddle[i][j]];

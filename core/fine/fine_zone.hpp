@@ -54,7 +54,6 @@ struct EmbeddedFacets {
   std::vector<std::array<int, 4>> node;  ///< of the zone, that each vertex goes with, the field of the leaf taken as
                                          ///< linear between its nodes
   std::vector<std::array<double, 4>> weight;
-  std::vector<double> leaf_size;  ///< of the leaf that holds each vertex [m]
 };
 
 /// Topology of a zone; geometry comes with positions.

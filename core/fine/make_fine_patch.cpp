@@ -7,8 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include "core/fine/held_vertices.hpp"
-
 namespace kt {
 namespace {
 
@@ -99,7 +97,6 @@ void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) 
   out.triangle = e.triangle;
   out.corners.assign(e.facets.size(), Mat3::Identity());
   out.to_facet = out.corners;
-  out.to_held = distance_to_held(body, e);
   const int begin = zone.num_unknown() - zone.num_yielding;
   struct Most {
     double share = 0;

@@ -78,11 +78,6 @@ class Refined {
       if (first == last || patch_.on_rim[t] || !has_all_nodes(first, last)) continue;
       for (int f = first; f < last; ++f) place(f, static_cast<int>(t), f == first);
     }
-    if (!fine_.to_held.empty()) {
-      out_.to_held.assign(static_cast<std::size_t>(out_.facets.num_vertices()), 0);
-      for (const auto& [fine, v] : vertex_)
-        out_.to_held[static_cast<std::size_t>(v)] = fine_.to_held[static_cast<std::size_t>(fine)];
-    }
     inherit_edges();
   }
 

@@ -38,7 +38,6 @@ struct ContactSurface {
   std::shared_ptr<const FinePatch> fine;
   std::vector<int> fine_facet;     ///< of each facet but the apron's: of the fine patch, -1: a triangle as it is
   std::vector<int> facet_of_fine;  ///< of each facet of the fine patch; -1: its triangle is not refined
-  std::vector<double> to_held;     ///< of vertices: to the nearest one that holds a tool [m]; empty: all do
   /// Who moves with facet t: patch vertices moved_node[k] with moved_weight[k] of its three corners, first_moved[t] <=
   /// k < first_moved[t+1].
   std::vector<int> first_moved, moved_node;

@@ -29,7 +29,6 @@ struct FinePatch {
   std::vector<double> weight;
   std::vector<int> first_from, from;
   std::vector<double> share;
-  std::vector<double> to_held;               ///< of vertices: to the nearest one that holds a tool [m]; empty: all do
   std::vector<SurfacePlace> yielding;        ///< where the points are that yield by themselves, (y)
   MatrixX R;                                 ///< of these points [m/N], (3y x 3y), symmetric, positive semidefinite
   double retardation = 0;                    ///< [s]

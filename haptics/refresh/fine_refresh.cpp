@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kStrain = 0.03;       // that counts
 constexpr double kMostStrain = 0.08;   // that cannot wait for a refresh
-constexpr double kMostTravel = 0.003;  // [m] or the contact's radius: cells for a longer way would be too many
+constexpr double kApart = 0.6;         // contact radii: places along a way
 
 /// Where a tool is nearest to the patch.
 struct NearestPlace {
@@ -52,11 +52,10 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
       solver_(make_block_solver()) {}
 
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
-                                        std::span<const FineTool> places) const {
-  constexpr double kMargin = 1.5;  // of the way until then
+                                        std::span<const SeenTool> places) const {
   Wanted out;
   for (std::size_t k = 0; k < tools.size(); ++k) {
-    const FineTool& tool = places[k];
+    const SeenTool& tool = places[k];
     const ToolShape& shape = tools[k].shape;
     const Vec3 way = tool.time * tool.velocity;
     const double expected = expected_contact_radius(shape);
@@ -73,32 +72,25 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
       from = nearest.at_rest - 0.5 * way;
     }
     if (way.norm() > kLeastTravel * own) out.late = std::max(out.late, tool.late);
-    out.travel = std::max({out.travel, kLeastTravel * own, std::min(kMargin * way.norm(), std::max(kMostTravel, own))});
     out.contact_radius = std::max(out.contact_radius, own);
-    out.from.push_back(from);
-    out.to.push_back(from + way);
+    out.ways.push_back({from, from + way});
   }
   return out;
 }
 
-/// A zone for it, ahead of the tools, so that it serves for as long as possible. A contact that jumps between two
-/// places, or at the rim of a zone, has one radius now and another one next: zones shrink by steps.
-FineContact FineRefresh::ahead(const Wanted& wanted) const {
+double FineRefresh::Way::distance(const Vec3& place) const {
+  const Vec3 along = to - from;
+  const double length_sq = along.squaredNorm();
+  const double share = length_sq > 0 ? std::clamp((place - from).dot(along) / length_sq, 0.0, 1.0) : 0;
+  return (place - from - share * along).norm();
+}
+
+/// A contact that jumps between two places, or at the rim of a zone, has one radius now and another one next: zones
+/// shrink by steps.
+double FineRefresh::ahead_radius(const Wanted& wanted) const {
   constexpr double kShrinks = 0.85;
-  FineContact out{.contact_radius = wanted.contact_radius, .travel = wanted.travel};
-  if (zone_ && wanted.touches)
-    out.contact_radius = std::max(out.contact_radius, kShrinks * zone_->contact.contact_radius);
-  for (std::size_t k = 0; k < wanted.from.size(); ++k) {
-    const Vec3 way = wanted.to[k] - wanted.from[k];
-    const double length = way.norm(), most = wanted.travel;
-    const double step = std::min({length, most, std::max(2.0 / 3 * most, length - most)});
-    const Vec3 at = length > 0 ? Vec3(wanted.from[k] + step / length * way) : wanted.from[k];
-    if (k == 0)
-      out.centre = at;
-    else
-      out.others.push_back(at);
-  }
-  return out;
+  return zone_ && wanted.touches ? std::max(wanted.contact_radius, kShrinks * zone_->contact.contact_radius)
+                                 : wanted.contact_radius;
 }
 
 /// Cells that may be this large, in contact radii: there is less than half the room for the contacts of each of two.
@@ -114,16 +106,16 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   const FineContact& has = zone_->contact;
   const bool is_capped = zone_->zone.edge > zone_->options.size.edge;  // a smaller one may have smaller cells
   const double grown = wanted.contact_radius / has.contact_radius;
-  if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk) || has.others.size() + 1 != wanted.from.size())
+  if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk) || zone_->ways.size() != wanted.ways.size())
     return false;
-  const double most = largest_fineness(wanted.from.size()) * wanted.contact_radius;
+  const double most = largest_fineness(wanted.ways.size()) * wanted.contact_radius;
   if (is_capped && zone_->late > 1 && wanted.late <= 1)
     return false;  // it moved on and now stays: as small as they get
   if (!is_capped && zone_->zone.largest > (1 + 1e-6) * most) return false;
   bool stays = true;
-  for (std::size_t k = 0; k < wanted.from.size(); ++k) {
-    const Vec3& centre = k == 0 ? has.centre : has.others[k - 1];
-    stays = stays && (wanted.from[k] - centre).norm() <= has.travel && (wanted.to[k] - centre).norm() <= has.travel;
+  for (std::size_t k = 0; k < wanted.ways.size(); ++k) {
+    const Way &its = wanted.ways[k], &way = zone_->ways[k];
+    stays = stays && way.distance(its.from) <= has.travel && way.distance(its.to) <= has.travel;
   }
   return stays;
 }
@@ -139,18 +131,32 @@ double FineRefresh::cell_size(double least, double most, double cell) const {
   return stays_small ? sized_ : size;
 }
 
-/// The later models come under a tool that moves, the fewer nodes: large cells are off by less than no refined ones
-/// under a tool that has moved on.
-void FineRefresh::make_zone(const FineContact& contact, double late) {
-  constexpr double kLeastNodes = 150;
-  const std::size_t tools = contact.others.size() + 1;
+/// Around the ways of the tools, and half as far again, so that it serves for longer. The later models come under a
+/// tool that moves, the fewer nodes: large cells are off by less than no refined ones under a tool that has moved on.
+void FineRefresh::make_zone(const Wanted& wanted) {
+  constexpr double kMargin = 1.5, kLeastNodes = 150;
+  const std::size_t tools = wanted.ways.size();
   const double most = largest_fineness(tools), least = most / largest_fineness(1) * kLeastFineness;
+  FineContact contact{.contact_radius = ahead_radius(wanted)};
+  contact.travel = kLeastTravel * contact.contact_radius;
+  std::vector<Way> ways;
+  std::vector<Vec3> places;
+  for (const Way& way : wanted.ways) {
+    const double apart = kApart * contact.contact_radius, length = (way.to - way.from).norm();
+    const double far = std::min(kMargin * length, (kPlacesOfWay - 1) * apart);
+    const Vec3 to = length > 0 ? Vec3(way.from + far / length * (way.to - way.from)) : way.from;
+    ways.push_back({way.from, to});
+    const int count = static_cast<int>(std::ceil(far / apart));
+    for (int i = 0; i <= count; ++i) places.push_back(way.from + i / std::max(1.0, 1.0 * count) * (to - way.from));
+  }
+  contact.centre = places.front();
+  contact.others.assign(places.begin() + 1, places.end());
   FineZoneOptions options = fine_options(body_, contact, most);
   const double cell = cell_size_at(body_, contact.centre);
   options.size.edge = sized_ = cell_size(least * contact.contact_radius, most * contact.contact_radius, cell);
-  const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / std::pow(late, 1.5));
+  const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / wanted.late);
   options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
-  zone_ = Zone{make_fine_zone(body_, options), options, contact, {}, cell, late};
+  zone_ = Zone{make_fine_zone(body_, options), options, contact, std::move(ways), {}, cell, wanted.late};
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
     zone_->nodes.insert(zone_->nodes.end(), t.begin(), t.end());
@@ -173,7 +179,7 @@ double FineRefresh::bend(const VectorX& x) const {
 
 FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                   std::span<const int> patch, std::span<const TouchTool> tools,
-                                  std::span<const FineTool> places, std::span<const FineTool> later) const {
+                                  std::span<const SeenTool> places, std::span<const SeenTool> later) const {
   if (!patch_ || !serves(wanted(all_x, patch, tools, places))) return Due::now;
   const double bent = bend(tangent.state.x);
   if (!(bent <= kMostStrain)) return Due::now;
@@ -183,9 +189,9 @@ FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind,
 
 std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                                    std::span<const int> patch, std::span<const TouchTool> tools,
-                                                   std::span<const FineTool> places) {
+                                                   std::span<const SeenTool> places) {
   const VectorX& x = tangent.state.x;
-  if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(ahead(now), now.late);
+  if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(now);
   if (zone_->zone.num_yielding == 0) return nullptr;
   if (patch_ && kind_ == kind && bend(x) <= kStrain) return patch_;
   const FineState state{tangent.state, kind};

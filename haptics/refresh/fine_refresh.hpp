@@ -10,7 +10,7 @@
 #include "core/fine/fine_size.hpp"
 #include "core/fine/make_fine_patch.hpp"
 #include "haptics/options/touch_options.hpp"
-#include "haptics/refresh/fine_tool.hpp"
+#include "haptics/refresh/seen_tool.hpp"
 
 namespace kt {
 
@@ -25,7 +25,7 @@ class FineRefresh {
   /// Throws IndefiniteTangent.
   std::shared_ptr<const FinePatch> find(const TangentModel& tangent, TangentKind kind, const VectorX& x,
                                         std::span<const int> patch, std::span<const TouchTool> tools,
-                                        std::span<const FineTool> places);
+                                        std::span<const SeenTool> places);
 
   /// Of the last find(); null as there.
   const std::shared_ptr<const FinePatch>& found() const noexcept { return patch_; }
@@ -34,30 +34,36 @@ class FineRefresh {
   /// after that; not at all.
   enum class Due { now, next, not_yet };
   Due due(const TangentModel& tangent, TangentKind kind, const VectorX& x, std::span<const int> patch,
-          std::span<const TouchTool> tools, std::span<const FineTool> places, std::span<const FineTool> later) const;
+          std::span<const TouchTool> tools, std::span<const SeenTool> places, std::span<const SeenTool> later) const;
 
  private:
+  /// Of the middle of a tool's contact, on the body at rest.
+  struct Way {
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+    double distance(const Vec3& place) const;
+  };
   struct Zone {
     FineZone zone;
     FineZoneOptions options;
     FineContact contact;
+    std::vector<Way> ways;   // of each tool, that it serves for
     std::vector<int> nodes;  // of its cells' corners
     double cell = 0;         // [m]
-    double late = 1;         // see FineTool
+    double late = 1;         // see SeenTool
   };
   struct Wanted {
-    double contact_radius = 0, travel = 0;  // [m]
-    double late = 1;                        // see FineTool
+    double contact_radius = 0;  // [m]
+    double late = 1;            // see SeenTool
     bool touches = false;
-    std::vector<Vec3> from, to;  // of each tool's contact until the next model is in use, on the body at rest
+    std::vector<Way> ways;  // of each tool until the next model is in use
   };
   Wanted wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
-                std::span<const FineTool> places) const;
-  FineContact ahead(const Wanted& wanted) const;
+                std::span<const SeenTool> places) const;
+  double ahead_radius(const Wanted& wanted) const;
   bool serves(const Wanted& wanted) const;
   double largest_fineness(std::size_t tools) const;
   double cell_size(double least, double most, double cell) const;
-  void make_zone(const FineContact& contact, double late);
+  void make_zone(const Wanted& wanted);
   double bend(const VectorX& x) const;
   const Surface& surface_;
   RefinableBody refinable_;

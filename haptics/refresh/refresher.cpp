@@ -202,7 +202,7 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
 
 /// On another core beside what goes on: both only read the tangent, which stays until the next refresh. Throws
 /// IndefiniteTangent, but for the definite one: then the cells stay as they are.
-std::future<Refresher::Refined> Refresher::start_refining(TangentKind kind, std::span<const FineTool> tools) {
+std::future<Refresher::Refined> Refresher::start_refining(TangentKind kind, std::span<const SeenTool> tools) {
   return std::async(std::launch::async, [this, kind, tools, asked = StageTimes::asked()] {
     Refined out;
     if (asked) StageTimes::asked() = &out.stages;
@@ -242,13 +242,13 @@ void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const Lo
   seen_.clear();
   const TouchedBody body{surface_, nodes_, global_.model().mesh().x, global_.state().v};
   for (std::size_t k = 0; k < tools_.size(); ++k) {
-    FineTool& tool = seen_.emplace_back(
+    SeenTool& tool = seen_.emplace_back(
         see_tool(body, tools_[k].shape, at[k], reports, static_cast<int>(k), options_.local.rate_hz));
     tool.time = std::clamp(since / interval(t), 1.0, kLatest) * (interval(t) + known_.delay);
     tool.late = std::clamp(since / usual, 1.0, kLatest);
   }
   seen_later_ = seen_;
-  for (FineTool& tool : seen_later_) tool.time += interval(t);
+  for (SeenTool& tool : seen_later_) tool.time += interval(t);
 }
 
 /// A compressed body can have an indefinite tangent; a local model that gains energy would be worse than a stiffer one,
@@ -390,25 +390,16 @@ std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> 
   return ahead;
 }
 
-/// Of a ball or a capsule, until the model after this one is there [m]; 0: not known. Of a ball that is pressed in by d
-/// sqrt(2 R d). A capsule's contact moves along it, and where models come late a patch has to do for longer.
-double Refresher::contact_extent(const ToolShape& shape, const FineTool& seen) const {
-  constexpr double kBall = 1.41, kElse = 2;  // contact radii
-  if (!(seen.contact_radius > 0) || shape.corners.size() > 2) return 0;
-  const bool is_soon = shape.kind == ToolShape::Kind::sphere && !models_come_late(options_);
-  return (is_soon ? kBall : kElse) *
-         pressed_radius(shape, seen.contact_radius, -seen.time * seen.velocity.dot(seen.normal));
-}
-
 /// Where each tool is, how far it can get, and on which triangle: of the last report, else of its way out of the body.
 std::vector<ToolPlace> Refresher::place_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports,
                                               std::array<int, kMaxTools>& way_out) const {
   std::vector<ToolPlace> out;
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
-    ToolPlace& tool = out.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
-                                       patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity,
-                                                   interval(t), contact_extent(tools_[k].shape, seen_[k])));
+    ToolPlace& tool =
+        out.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
+                         patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity, interval(t),
+                                     contact_extent(tools_[k].shape, seen_[k], models_come_late(options_))));
     expect_late(tools_[k], velocity, way_until_used(velocity, static_cast<int>(k)), known_.delay, tool);
     if (tool.triangle >= 0) continue;
     const std::optional<WayOut> way = find_way_out(static_cast<int>(k), at[k]);

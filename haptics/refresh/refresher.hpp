@@ -82,10 +82,9 @@ class Refresher {
     double ms = 0, cpu_ms = 0;
     StageTimes stages;  // if they are asked for
   };
-  std::future<Refined> start_refining(TangentKind kind, std::span<const FineTool> tools);
+  std::future<Refined> start_refining(TangentKind kind, std::span<const SeenTool> tools);
   void take_refined_before();
   void refine_for_next(TangentKind kind);
-  double contact_extent(const ToolShape& shape, const FineTool& seen) const;
   void see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports);
   LocalScheme choose_scheme(LocalModel& local);
   void measure_forces(std::span<const LocalReport> reports);
@@ -118,7 +117,7 @@ class Refresher {
   bool refreshes_early_, has_apron_;         // the baselines do not
   bool is_new_ = true;                       // no model was made yet
   std::optional<FineRefresh> fine_;          // of a scene that is refined around the contact
-  std::vector<FineTool> seen_, seen_later_;  // of this refresh, and as the next one may see them
+  std::vector<SeenTool> seen_, seen_later_;  // of this refresh, and as the next one may see them
   std::vector<int> fine_patch_;              // of this refresh: triangles
   FineRefresh::Due fine_due_ = FineRefresh::Due::now;
   /// What is known of the body whatever the settings.

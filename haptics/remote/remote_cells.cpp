@@ -5,6 +5,7 @@
 
 #include "core/base/error.hpp"
 #include "core/body/tangent_model.hpp"
+#include "core/fine/fine_size.hpp"
 #include "haptics/tick/local_report.hpp"
 
 namespace kt {
@@ -36,14 +37,14 @@ RemoteCells::RemoteCells(const DeformableModel& model, const Surface& surface, i
 std::string RemoteCells::trouble(const FineOrigin& origin) const {
   const FineZoneOptions& o = origin.options;
   const auto is_place = [](const Vec3& v) { return is_within(v); };
-  if (o.others.size() >= static_cast<std::size_t>(kMaxTools)) return "refined cells: there are too many places";
+  if (o.others.size() >= static_cast<std::size_t>(kMaxTools * kPlacesOfWay)) return "refined cells: there are too many places";
   if (!is_place(o.centre) || !std::ranges::all_of(o.others, is_place) || !is_length(o.radius) || !is_length(o.reach) ||
       !is_length(o.size.flat) || !is_length(o.size.least_flat) || !(o.size.edge > 0 && o.size.edge <= kFarthest) ||
       !(o.size.slope >= kLeastSlope && o.size.slope <= kFarthest) || !is_length(origin.fineness))
     return "refined cells: a length is wrong";
   const double places = 1 + static_cast<double>(o.others.size());
   const double leaves = 5 * places * std::pow(1 + o.size.flat / o.size.edge, 3);
-  if (!(leaves <= kMostLeaves) || o.most_nodes < 1 || o.most_nodes > nodes_ * static_cast<int>(places))
+  if (!(leaves <= kMostLeaves) || o.most_nodes < 1 || o.most_nodes > nodes_ * kMaxTools)
     return "refined cells: they are too small";
   if (origin.x.size() != origin.v.size() || !is_within(origin.x) || !is_within(origin.v))
     return "refined cells: a node's place is wrong";

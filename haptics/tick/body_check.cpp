@@ -112,22 +112,18 @@ SurfacePatch& BodyCheck::near(int tool, const Vec3& place) {
 }
 
 /// How far a ball that lies on the nodes of refined facets may reach below these [m]: over a triangle of equal edges L
-/// L^2 / 6 R, the most for a longest edge; where it lies on some of them only, the square of the way to these / 2 R
-/// more. Of the facets that it covers.
+/// L^2 / 6 R, the most for a longest edge. Of the facets that it covers.
 double BodyCheck::between_nodes(const MovingTool& tool, const Vec3& place) const {
   const ToolShape& shape = tool.shape();
   if (!has_vertex_contacts(tool.core()) || !(shape.radius > 0)) return 0;
   const double covers = 1.1 * tool_reach(shape);  // where it only just touches, the nodes are further than its surface
-  const std::vector<double>& to_held = model_->surface.to_held;
-  double longest_sq = 0, furthest = 0;
+  double longest_sq = 0;
   for (const int t : refined_) {
     const Vec3 a = node(x_, local_[t][0]), b = node(x_, local_[t][1]), c = node(x_, local_[t][2]);
     if (std::min({(a - place).norm(), (b - place).norm(), (c - place).norm()}) > covers) continue;
     longest_sq = std::max({longest_sq, (a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
-    if (!to_held.empty())
-      for (const int v : local_[t]) furthest = std::max(furthest, to_held[static_cast<std::size_t>(v)]);
   }
-  return longest_sq / (6 * shape.radius) + furthest * furthest / (2 * shape.radius);
+  return longest_sq / (6 * shape.radius);
 }
 
 double BodyCheck::depth(int tool, const ToolSweep& sweep) {

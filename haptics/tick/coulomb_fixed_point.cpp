@@ -109,7 +109,6 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
   tick.problem.is_repeated = iteration > 3;
   warm_start(tick, before, tick.solution.impulse);
   tick.solver->solve(tick.problem, tick.solution);
-  if (is_solved(tick)) tick.residual = std::max(tick.residual, tick.solution.residual);
   before = contacts;
   pushing.count = 0;
   for (int i = 0; i < contacts.count; ++i) {
@@ -120,6 +119,9 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
     if (TouchingTool& tool = tick.tools[contacts.contacts[i].tool]; is_point(tool))
       tool.start = contacts.contacts[i].triangle;
 }
+
+/// Of the last solution, which the next iteration would start from: what those before it left is gone.
+void note_residual(TickState& tick) noexcept { tick.residual = std::max(tick.residual, tick.solution.residual); }
 
 /// Aitken's share of the way from the guess to the result.
 /// @param last  share that led to this guess
@@ -153,7 +155,7 @@ void resolve_contacts(TickState& tick) noexcept {
     w.step_before.swap(w.step);
     w.step = w.du - w.du_guess;
     const bool is_settled = is_solved(tick) && tick.h_left() * w.step.lpNorm<Eigen::Infinity>() < kSettled;
-    if (is_settled && close_gaps(tick)) return;
+    if (is_settled && close_gaps(tick)) return note_residual(tick);
     if (is_settled)
       relaxed = 1;
     else if (iteration > 0)
@@ -166,6 +168,7 @@ void resolve_contacts(TickState& tick) noexcept {
       w.x_guess += relaxed * (w.x_end - w.x_guess);  // it is linear in du
   }
   close_gaps(tick);
+  note_residual(tick);
 }
 
 void place_surface(const TickState& tick, VectorX& out) noexcept {

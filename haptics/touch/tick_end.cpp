@@ -8,25 +8,21 @@ namespace {
 constexpr double kLongest = 1;                                // [s] that a refresh may take: reports wait for it
 constexpr int kFewestReports = 4096, kMostReports = 1 << 15;  // each 5 KB
 
-/// Past ticks that a new local model catches up with in one of the present, which is to keep its period: each takes
-/// some 40 us. At least two, or it never gets there.
-int most_caught_up(const TouchOptions& options) {
-  constexpr double kTick = 40e-6, kRoom = 0.8;
-  return std::clamp(static_cast<int>(kRoom * tick_length(options) / kTick) - 1, 2, 4);
-}
+/// Past ticks that a new local model catches up with in one of the present, which is to keep its period: each takes as
+/// long as one. With fewer it never gets there.
+constexpr int kMostCaughtUp = 2;
 
 }  // namespace
 
 TickEnd::TickEnd(const TouchOptions& options, ModelObserver* observer)
     : observer_(observer),
-      most_caught_up_(most_caught_up(options)),
       catches_up_(catches_up(options)),
       reports_(static_cast<std::size_t>(ticks_in(kLongest, options.local.rate_hz, kFewestReports, kMostReports))) {}
 
 void TickEnd::before_tick(HapticSide& side) noexcept {
   // A model is taken only when the used one can be handed back: freeing is not for this thread.
   if (!arrived_ && used_.is_empty()) arrived_ = down_.take();
-  if (!arrived_ || (catches_up_ && !side.catch_up(arrived_->model, arrived_->at_tick, most_caught_up_))) return;
+  if (!arrived_ || (catches_up_ && !side.catch_up(arrived_->model, arrived_->at_tick, kMostCaughtUp))) return;
   arrived_->adopted_tick = side.next_tick();
   arrived_->model = side.adopt(std::move(arrived_->model));
   if (observer_) observer_->adopted(side.model());

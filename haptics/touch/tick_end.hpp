@@ -46,7 +46,6 @@ class TickEnd {
  private:
   void send_motion(HapticSide& side) noexcept;
   ModelObserver* observer_;
-  int most_caught_up_;  // ticks, in one of the present
   bool catches_up_;
   Mailbox<ModelParcel> down_, used_;
   Ring<LocalReport> reports_;

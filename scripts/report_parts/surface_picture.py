@@ -62,7 +62,7 @@ class Camera:
                 along = unit(path[-1] - path[len(path) // 2])
                 up = unit(up - (up @ along) * along)
         if not up.any():
-            up = unit(path[0] - np.mean(np.array(frames[0]["x"], float), axis=0))
+            up = unit(path[0] - np.mean(np.array(frames[0]["x"] if frames else view["rest"], float), axis=0))
         self.up = up if up.any() else np.array([0.0, 0.0, 1.0])
         drag = path[-1] - path[len(path) // 2]
         drag = unit(drag - (drag @ self.up) * self.up)

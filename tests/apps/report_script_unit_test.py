@@ -250,6 +250,17 @@ class Report(unittest.TestCase):
         self.assertEqual({samples[15 * i + 10] for i in range(1000)}, {0.0, 1.0, 3.0})  # free, stick, frictional slide
 
     @unittest.skipUnless(HAS_MATPLOTLIB and HAS_PLAYER, "needs matplotlib and libjs-three")
+    def test_a_film_of_a_run_that_touches_nothing_is_played(self):
+        write_trace(self.folder)
+        with open(os.path.join(self.folder, "trace.csv")) as file:
+            free = file.read().splitlines()[:90]
+        with open(os.path.join(self.folder, "trace.csv"), "w") as file:
+            file.write("\n".join(free))
+        write_view(self.folder, film=4, frames=0)
+        self.run_script(self.folder)
+        self.assertIn("id=player-data", self.page())
+
+    @unittest.skipUnless(HAS_MATPLOTLIB and HAS_PLAYER, "needs matplotlib and libjs-three")
     def test_a_film_that_is_too_large_is_thinned_and_says_so(self):
         write_trace(self.folder)
         write_view(self.folder, film=1500, nodes=1000)

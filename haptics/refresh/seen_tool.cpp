@@ -1,4 +1,4 @@
-#include "haptics/refresh/fine_tool.hpp"
+#include "haptics/refresh/seen_tool.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +59,7 @@ Vec3 measured_normal(std::span<const TickContact> contacts, int tool) {
 }
 
 /// Adds where a tool touched the body in the last tick, in the middle of its contacts by force.
-void see_contact(const TouchedBody& body, std::span<const TickContact> contacts, int tool, FineTool& out) {
+void see_contact(const TouchedBody& body, std::span<const TickContact> contacts, int tool, SeenTool& out) {
   double force = 0;
   Vec3 middle = Vec3::Zero(), moves = Vec3::Zero();
   for (const TickContact& contact : contacts) {
@@ -85,9 +85,17 @@ double pressed_radius(const ToolShape& shape, double radius, double way) {
   return std::sqrt(radius * radius + std::max(shape.radius, 0.3 * tool_reach(shape)) * std::max(0.0, way));
 }
 
-FineTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,
+double contact_extent(const ToolShape& shape, const SeenTool& seen, bool models_come_late) {
+  constexpr double kBall = 1.41, kElse = 2;  // contact radii
+  if (!(seen.contact_radius > 0) || shape.corners.size() > 2) return 0;
+  const bool is_soon = shape.kind == ToolShape::Kind::sphere && !models_come_late;
+  return (is_soon ? kBall : kElse) *
+         pressed_radius(shape, seen.contact_radius, -seen.time * seen.velocity.dot(seen.normal));
+}
+
+SeenTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,
                   int tool, double rate_hz) {
-  FineTool out{.core = core_points(shape, at), .velocity = tool_velocity(reports, rate_hz, tool)};
+  SeenTool out{.core = core_points(shape, at), .velocity = tool_velocity(reports, rate_hz, tool)};
   if (reports.empty()) return out;
   const std::span<const TickContact> contacts = reports.back().contacts();
   out.contact_radius = measured_contact_radius(contacts, tool);

@@ -12,7 +12,7 @@
 namespace kt {
 
 /// A tool as the patch and the refined cells see it.
-struct FineTool {
+struct SeenTool {
   std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
   double time = 0;               ///< until the next local model is there [s]
@@ -34,8 +34,13 @@ struct TouchedBody {
 /// Radius of a contact that the tool presses deeper by `way` [m].
 double pressed_radius(const ToolShape& shape, double radius, double way);
 
+/// How far the contact of a ball or a capsule reaches from its middle until the model after the next is there [m]; 0:
+/// not known, or of another tool. Of a ball that is pressed in by d sqrt(2 R d). A capsule's contact moves along it,
+/// and where models come late a patch has to do for longer.
+double contact_extent(const ToolShape& shape, const SeenTool& seen, bool models_come_late);
+
 /// From the last reports, oldest first; without any of the shape alone. `time` and `late` are left as they are.
-FineTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,
+SeenTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& at, std::span<const LocalReport> reports,
                   int tool, double rate_hz);
 
 }  // namespace kt
