@@ -18,11 +18,11 @@
 #include "io/scene/scene.hpp"
 
 #define KILOTOUCH_VERSION_MAJOR 0
-#define KILOTOUCH_VERSION_MINOR 1
+#define KILOTOUCH_VERSION_MINOR 2
 #define KILOTOUCH_VERSION_PATCH 0
 
 namespace kt {
 
-const char* version() noexcept;  ///< of the library: "0.1.0"
+const char* version() noexcept;  ///< of the library: "0.2.0"
 
 }  // namespace kt
