@@ -1,6 +1,7 @@
 #include "core/fine/fine_embedded.hpp"
 
 #include <Eigen/LU>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -49,7 +50,7 @@ class EmbeddedFacetMaker {
       : body_(body), surface_(*body.mesh->embedded), nodes_(nodes), zone_(zone) {
     for (std::size_t i = 0; i < zone.cells.size(); ++i) local_.emplace(zone.cells[i], static_cast<int>(i));
     leaves_.resize(zone.cells.size());
-    to_leaf_.resize(zone.leaves.size());
+    shares_.resize(zone.leaves.size());
     for (std::size_t l = 0; l < zone.leaves.size(); ++l)
       leaves_[static_cast<std::size_t>(zone.leaves[l].cell)].push_back(static_cast<int>(l));
   }
@@ -70,9 +71,14 @@ class EmbeddedFacetMaker {
     return found->second;
   }
 
-  /// Shares of a cell's corners to those of a leaf's.
-  const Matrix4d& to_leaf(int leaf, const std::array<int, 4>& cell) {
-    std::optional<Matrix4d>& known = to_leaf_[static_cast<std::size_t>(leaf)];
+  static constexpr double kSlack = 1e-9;
+  /// A leaf in shares of its cell's corners.
+  struct LeafShares {
+    Matrix4d to_leaf;    ///< those to shares of its own corners
+    Vector4d low, high;  ///< of its own corners
+  };
+  const LeafShares& shares_of(int leaf, const std::array<int, 4>& cell) {
+    std::optional<LeafShares>& known = shares_[static_cast<std::size_t>(leaf)];
     if (known) return *known;
     Matrix4d corners = Matrix4d::Zero();
     for (std::size_t c = 0; c < 4; ++c) {
@@ -81,7 +87,7 @@ class EmbeddedFacetMaker {
         corners(std::ranges::find(cell, p.corner[static_cast<std::size_t>(k)]) - cell.begin(),
                 static_cast<Eigen::Index>(c)) = p.share(k);
     }
-    return known.emplace(corners.inverse());
+    return known.emplace(LeafShares{corners.inverse(), corners.rowwise().minCoeff(), corners.rowwise().maxCoeff()});
   }
 
   void locate(int global) {
@@ -90,13 +96,19 @@ class EmbeddedFacetMaker {
     double best = -std::numeric_limits<double>::infinity();
     Vector4d shares;
     const FineLeaf* leaf = nullptr;
-    for (const int l : leaves_[static_cast<std::size_t>(local_.at(surface_.cell[v]))]) {
-      const Vector4d its = to_leaf(l, surface_.corners[v]) * place;
-      if (!(its.minCoeff() > best)) continue;
-      best = its.minCoeff();
-      shares = its;
-      leaf = &zone_.leaves[static_cast<std::size_t>(l)];
-    }
+    const auto look = [&](bool everywhere) {
+      for (const int l : leaves_[static_cast<std::size_t>(local_.at(surface_.cell[v]))]) {
+        const LeafShares& of = shares_of(l, surface_.corners[v]);
+        if (!everywhere && ((place - of.low).minCoeff() < -kSlack || (of.high - place).minCoeff() < -kSlack)) continue;
+        const Vector4d its = of.to_leaf * place;
+        if (!(its.minCoeff() > best)) continue;
+        best = its.minCoeff();
+        shares = its;
+        leaf = &zone_.leaves[static_cast<std::size_t>(l)];
+      }
+    };
+    look(false);
+    if (!(best >= 0)) look(true);  // just outside of its cell
     best = -std::numeric_limits<double>::infinity();
     std::array<int, 4> node{};
     std::array<double, 4> weight{};
@@ -112,6 +124,7 @@ class EmbeddedFacetMaker {
     zone_.embedded.vertex.push_back(global);
     zone_.embedded.node.push_back(node);
     zone_.embedded.weight.push_back(weight);
+    zone_.embedded.leaf.push_back(static_cast<int>(leaf - zone_.leaves.data()));
   }
 
   const FineBody& body_;
@@ -120,7 +133,7 @@ class EmbeddedFacetMaker {
   FineZone& zone_;
   std::map<int, int> local_, vertex_;  // cells; vertices
   std::vector<std::vector<int>> leaves_;
-  std::vector<std::optional<Matrix4d>> to_leaf_;
+  std::vector<std::optional<LeafShares>> shares_;
 };
 
 }  // namespace
@@ -162,12 +175,22 @@ class NodeDepths {
     return material().depth(zone_.cells[cell(leaf)], middle, body_.mesh->embedded->edge);
   }
 
-  double at(const FineLeaf& leaf, int n) {
-    const auto [found, is_new] = of_cell_[cell(leaf)].try_emplace(leaf.node[static_cast<std::size_t>(n)], 0);
-    if (is_new)
-      found->second =
-          material().depth(zone_.cells[cell(leaf)], nodes_[found->first].of(body_.mesh->x), body_.mesh->embedded->edge);
-    return found->second;
+  /// @param most  that matters: the leaf's longest edge
+  double at(const FineLeaf& leaf, int n, double most) {
+    Depth& known = of_cell_[cell(leaf)][leaf.node[static_cast<std::size_t>(n)]];
+    if (most > known.most && std::abs(known.depth) >= known.most)
+      known = {material().depth(zone_.cells[cell(leaf)],
+                                nodes_[leaf.node[static_cast<std::size_t>(n)]].of(body_.mesh->x), most),
+               most};
+    return known.depth;
+  }
+  double longest_edge(const FineLeaf& leaf) const {
+    double out = 0;
+    for (const auto& [i, j] : kCellEdges)
+      out = std::max(out, (nodes_[leaf.node[static_cast<std::size_t>(i)]].of(body_.mesh->x) -
+                           nodes_[leaf.node[static_cast<std::size_t>(j)]].of(body_.mesh->x))
+                              .norm());
+    return out;
   }
 
  private:
@@ -177,7 +200,10 @@ class NodeDepths {
   const FineBody& body_;
   const FineNodes& nodes_;
   const FineZone& zone_;
-  std::vector<std::unordered_map<int, double>> of_cell_;
+  struct Depth {
+    double depth = 0, most = 0;  // most: further away it is not known
+  };
+  std::vector<std::unordered_map<int, Depth>> of_cell_;
 };
 
 /// Weights of the four points of a tetrahedron by which constant and linear functions are integrated over its
@@ -189,14 +215,23 @@ Vector4d point_weights(const Vector4d& material) {
   return material.sum() / weights.sum() * weights;
 }
 
+void add_everywhere(double material, std::vector<LeafPoint>& out) {
+  for (int q = 0; q < 4; ++q) {
+    Vector4d at = Vector4d::Constant(kFarShare);
+    at[q] = kNearShare;
+    out.push_back({at, 0.25 * material});
+  }
+}
+
 /// The surface is flat in each eighth.
 std::vector<LeafPoint> points_of(const FineLeaf& leaf, NodeDepths& depths) {
-  constexpr double kLeast = 1e-3, kNone = 1e-6;
+  constexpr double kNone = 1e-6;
   std::vector<LeafPoint> out;
   double share = 0;
+  const double longest = depths.longest_edge(leaf);
   for (std::size_t i = 0; i < 8; ++i) {
     Vector4d depth;
-    for (int c = 0; c < 4; ++c) depth[c] = depths.at(leaf, kEighths[i][static_cast<std::size_t>(c)]);
+    for (int c = 0; c < 4; ++c) depth[c] = depths.at(leaf, kEighths[i][static_cast<std::size_t>(c)], longest);
     if (depth.lpNorm<Eigen::Infinity>() <= depths.on_surface())  // in an edge of the surface that fits the cells
       depth.setConstant(depths.at_middle(leaf, kEighths[i]));
     const Vector4d material = cut_tetrahedron(depth);
@@ -214,15 +249,21 @@ std::vector<LeafPoint> points_of(const FineLeaf& leaf, NodeDepths& depths) {
     }
   }
   if (share > 1 - kNone) return {};
-  for (int q = 0; q < 4; ++q) {  // what is no material is next to nothing
-    Vector4d at = Vector4d::Constant(kFarShare);
-    at[q] = kNearShare;
-    out.push_back({at, 0.25 * kLeast});
-  }
+  add_everywhere(kLeastMaterial, out);  // what is no material is next to nothing
   return out;
 }
 
 }  // namespace
+
+bool holds_nothing(const FineBody& body, int cell, const std::array<Vec3, 4>& corners) {
+  if (!body.mesh->embedded) return false;
+  const MaterialField& material = *body.mesh->embedded->material;
+  if (material.is_whole(cell)) return false;
+  const Vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  double reach = 0;
+  for (const Vec3& corner : corners) reach = std::max(reach, (corner - middle).norm());
+  return material.depth(cell, middle, reach) <= -reach;
+}
 
 std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const FineNodes& nodes, const FineZone& zone) {
   std::vector<std::vector<LeafPoint>> out;
@@ -230,7 +271,10 @@ std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const Fine
   NodeDepths depths(body, nodes, zone);
   for (const FineLeaf& leaf : zone.leaves) {
     out.emplace_back();
-    if (!depths.is_whole(leaf)) out.back() = points_of(leaf, depths);
+    if (leaf.is_empty)
+      add_everywhere(kEmptyMaterial, out.back());
+    else if (!depths.is_whole(leaf))
+      out.back() = points_of(leaf, depths);
   }
   return out;
 }

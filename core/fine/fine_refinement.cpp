@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/fine/fine_embedded.hpp"
+
 namespace kt {
 namespace {
 
@@ -23,8 +25,9 @@ std::array<int, 4> ordered(const VectorX& x, const Tetrahedron& t) {
 
 class Refinement {
  public:
-  Refinement(const VectorX& x, const FineZoneOptions& options, const FineSize& size, FineNodes& nodes)
-      : x_(x), options_(options), size_(size), nodes_(nodes) {}
+  Refinement(const FineBody& body, std::span<const int> chosen, const FineZoneOptions& options, const FineSize& size,
+             FineNodes& nodes)
+      : body_(body), x_(body.mesh->x), chosen_(chosen), options_(options), size_(size), nodes_(nodes) {}
 
   void add_cell(const std::array<int, 4>& corners, int cell) {
     CornerLeaf root{{}, cell, 0};
@@ -40,7 +43,7 @@ class Refinement {
       std::vector<CornerLeaf> before;
       before.swap(leaves_);
       for (const CornerLeaf& leaf : before) {
-        if (leaf.level + 2 > most || !meets_much_smaller(leaf)) {
+        if (leaf.is_empty || leaf.level + 2 > most || !meets_much_smaller(leaf)) {
           leaves_.push_back(leaf);
           continue;
         }
@@ -59,6 +62,10 @@ class Refinement {
     const double size = leaf_size(p);
     if (leaf.level == kMostLevels || size <= (1 + 1e-9) * size_.at(away(p, size, options_))) {
       leaves_.push_back(leaf);
+      return;
+    }
+    if (holds_nothing(body_, chosen_[static_cast<std::size_t>(leaf.cell)], p)) {
+      leaves_.push_back({leaf.corner, leaf.cell, leaf.level, true});
       return;
     }
     split(leaf, [&](const CornerLeaf& child) { refine(child); });
@@ -94,7 +101,9 @@ class Refinement {
     return false;
   }
 
+  const FineBody& body_;
   const VectorX& x_;
+  std::span<const int> chosen_;
   const FineZoneOptions& options_;
   const FineSize size_;
   FineNodes& nodes_;
@@ -124,11 +133,12 @@ double least_distance(const std::array<Vec3, 4>& p, const Vec3& place) {
   return out;
 }
 
-std::vector<CornerLeaf> refine_cells(const VectorX& x, std::span<const Tetrahedron> cells, std::span<const int> chosen,
-                                     const FineZoneOptions& options, const FineSize& size, FineNodes& nodes) {
-  Refinement refinement(x, options, size, nodes);
+std::vector<CornerLeaf> refine_cells(const FineBody& body, std::span<const int> chosen, const FineZoneOptions& options,
+                                     const FineSize& size, FineNodes& nodes) {
+  Refinement refinement(body, chosen, options, size, nodes);
   for (std::size_t i = 0; i < chosen.size(); ++i)
-    refinement.add_cell(ordered(x, cells[chosen[i]]), static_cast<int>(i));
+    refinement.add_cell(ordered(body.mesh->x, body.mesh->tetrahedra[static_cast<std::size_t>(chosen[i])]),
+                        static_cast<int>(i));
   refinement.grade();
   return refinement.take();
 }

@@ -9,12 +9,13 @@ namespace kt {
 struct CornerLeaf {
   std::array<int, 4> corner;
   int cell, level;
+  bool is_empty = false;  // it holds no material, and is not split further
 };
 
 /// The leaves of the cells, graded two to one across faces and edges; `nodes`: their corners, and nothing else.
 /// @param size  in the place of that of the options
-std::vector<CornerLeaf> refine_cells(const VectorX& x, std::span<const Tetrahedron> cells, std::span<const int> chosen,
-                                     const FineZoneOptions& options, const FineSize& size, FineNodes& nodes);
+std::vector<CornerLeaf> refine_cells(const FineBody& body, std::span<const int> chosen, const FineZoneOptions& options,
+                                     const FineSize& size, FineNodes& nodes);
 
 /// How often the smallest leaf was split.
 template <class Leaf>

@@ -225,6 +225,7 @@ SparseMatrix fine_stiffness(const FineBody& body, const FineZone& zone, const Fi
   const Followed followed(zone);
   Blocks sum(zone.num_unknown(), followed);
   for (std::size_t l = 0; l < zone.leaves.size(); ++l) {
+    if (followed.of(l).empty()) continue;  // all of it is held
     const FineLeaf& leaf = zone.leaves[l];
     std::array<Vec3, 4> corners;
     Vec3 middle = Vec3::Zero();

@@ -15,6 +15,7 @@ struct FineYield {
   /// Its least eigenvalue over the largest before negative ones were set to zero, as springs have them, which are in
   /// places softer than the material that they stand for; 0: none was.
   double least = 0;
+  double added = 0;        ///< to its diagonal, where such are slight: cells that a surface cuts [m/N]
   double retardation = 0;  ///< of the material: R yields with its damping [s]
 };
 

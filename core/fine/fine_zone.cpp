@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "core/base/stages.hpp"
 #include "core/fine/fine_embedded.hpp"
@@ -48,8 +49,8 @@ class ZoneMaker {
     size.flat = zone_.flat = flat;
     nodes_ = {};
     zone_.leaves.clear();
-    for (const CornerLeaf& leaf : refine_cells(x_, cells_, zone_.cells, options_, size, nodes_)) {
-      FineLeaf& added = zone_.leaves.emplace_back(FineLeaf{{}, leaf.cell, leaf.level});
+    for (const CornerLeaf& leaf : refine_cells(body_, zone_.cells, options_, size, nodes_)) {
+      FineLeaf& added = zone_.leaves.emplace_back(FineLeaf{{}, leaf.cell, leaf.level, leaf.is_empty});
       std::ranges::copy(leaf.corner, added.node.begin());
     }
     for (FineLeaf& leaf : zone_.leaves)
@@ -73,6 +74,7 @@ class ZoneMaker {
     else
       add_facets(body_, nodes_, options_, zone_);
     zone_.leaf_points = leaf_points(body_, nodes_, zone_);
+    if (body_.mesh->embedded) find_empty_leaves();
     number_unknown();
     return std::move(zone_);
   }
@@ -81,6 +83,7 @@ class ZoneMaker {
   double largest_leaf() const {
     double out = 0;
     for (const FineLeaf& leaf : zone_.leaves) {
+      if (leaf.is_empty) continue;
       std::array<Vec3, 4> p;
       for (int c = 0; c < 4; ++c) p[c] = nodes_[leaf.node[c]].of(x_);
       if (const double size = leaf_size(p); away(p, size, options_) <= zone_.flat) out = std::max(out, size);
@@ -119,9 +122,35 @@ class ZoneMaker {
     return is_fixed || lies_on_wall(p);
   }
 
+  /// What only empty leaves have is held, too.
   void find_held() {
+    std::vector<char> is_needed(static_cast<std::size_t>(nodes_.size()), 0);
+    for (const FineLeaf& leaf : zone_.leaves)
+      for (const int i : leaf.node)
+        if (!leaf.is_empty) need(i, is_needed);
     is_held_.clear();
-    for (int i = 0; i < nodes_.size(); ++i) is_held_.push_back(is_held(nodes_[i]));
+    for (int i = 0; i < nodes_.size(); ++i) is_held_.push_back(!is_needed[i] || is_held(nodes_[i]));
+  }
+
+  /// With what it hangs on.
+  void need(int i, std::vector<char>& is_needed) const {
+    if (std::exchange(is_needed[i], 1)) return;
+    for (const auto& [master, share] : hangs_on_[i]) need(master, is_needed);
+  }
+
+  /// Those whose points say so, and that hold no vertex of the surface in reach.
+  void find_empty_leaves() {
+    std::vector<char> is_met(zone_.leaves.size(), 0);
+    for (const int l : zone_.embedded.leaf) is_met[l] = 1;
+    for (std::size_t l = 0; l < zone_.leaf_points.size(); ++l) {
+      std::vector<LeafPoint>& points = zone_.leaf_points[l];
+      double material = 0;
+      for (const LeafPoint& p : points) material += p.weight;
+      if (is_met[l] || points.empty() || zone_.leaves[l].is_empty || material > (1 + 1e-9) * kLeastMaterial) continue;
+      zone_.leaves[l].is_empty = true;
+      for (LeafPoint& p : points) p.weight *= kEmptyMaterial / kLeastMaterial;
+    }
+    find_held();
   }
 
   /// Nodes of smaller leaves on the edges and faces of larger ones go as the larger one's quadratic field does.
@@ -134,7 +163,7 @@ class ZoneMaker {
     constexpr int kMiddle[4][4] = {{-1, 4, 6, 7}, {4, -1, 5, 8}, {6, 5, -1, 9}, {7, 8, 9, -1}};
     const int most = deepest(zone_.leaves);
     for (const FineLeaf& leaf : zone_.leaves)
-      for (int i = 0; i < 4 && leaf.level < most; ++i)
+      for (int i = 0; i < 4 && leaf.level < most && !leaf.is_empty; ++i)
         for (int j = 0; j < 4; ++j) {
           if (i == j) continue;
           const int a = leaf.node[i], b = leaf.node[j], ab = leaf.node[kMiddle[i][j]];

@@ -42,8 +42,9 @@ struct FineZoneOptions {
 /// A leaf: corners, then the middles of its edges in the order 01 12 20 03 13 23.
 struct FineLeaf {
   std::array<int, 10> node;
-  int cell;   ///< index in FineZone::cells
-  int level;  ///< how often the cell was split
+  int cell;               ///< index in FineZone::cells
+  int level;              ///< how often the cell was split
+  bool is_empty = false;  ///< it holds no material: next to nothing, and what it has alone is held
 };
 
 /// Triangles of an embedded surface in the zone's leaves.
@@ -54,6 +55,7 @@ struct EmbeddedFacets {
   std::vector<std::array<int, 4>> node;  ///< of the zone, that each vertex goes with, the field of the leaf taken as
                                          ///< linear between its nodes
   std::vector<std::array<double, 4>> weight;
+  std::vector<int> leaf;  ///< of the zone, that each vertex is in
 };
 
 /// Topology of a zone; geometry comes with positions.

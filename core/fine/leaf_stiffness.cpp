@@ -59,12 +59,25 @@ LeafMatrix leaf_stiffness(const std::array<Vec3, 4>& corners, const std::array<c
   return out;
 }
 
+/// The moduli are the same everywhere: products of gradients are summed first, the upper triangle of them.
 LeafMatrix leaf_stiffness(const std::array<Vec3, 4>& corners, const Moduli& moduli, std::span<const LeafPoint> points) {
   const Eigen::Matrix<double, 3, 4> gradients = share_gradients(corners);
   const double volume =
       std::abs((corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(corners[3] - corners[0])) / 6;
+  LeafMatrix products = LeafMatrix::Zero();
+  for (const LeafPoint& p : points) {
+    const Eigen::Matrix<double, 3, 10> g = quadratic_gradients(gradients, p.shares);
+    for (int b = 0; b < 10; ++b)
+      for (int l = 0; l < 3; ++l)
+        products.col(3 * b + l).head(3 * b + 3) += p.weight * volume * g(l, b) * g.reshaped().head(3 * b + 3);
+  }
   LeafMatrix out = LeafMatrix::Zero();
-  for (const LeafPoint& p : points) add_point(quadratic_gradients(gradients, p.shares), moduli, p.weight * volume, out);
+  for (int b = 0; b < 10; ++b)
+    for (int a = 0; a <= b; ++a) {
+      auto K = out.block<3, 3>(3 * a, 3 * b);
+      for (int l = 0; l < 3; ++l)
+        for (int j = 0; j < 3; ++j) K += products(3 * a + j, 3 * b + l) * moduli.block<3, 3>(3 * j, 3 * l);
+    }
   const LeafMatrix upper = out;
   out.triangularView<Eigen::StrictlyLower>() = upper.transpose();
   return out;

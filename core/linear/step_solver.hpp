@@ -23,8 +23,8 @@ class StepSolver {
     return solve(matrix, rhs, x);
   }
   /// The next solve's matrix has these, too: symmetric, positive semidefinite, few, and between nodes that the matrix
-  /// does not couple, so that its pattern and what is kept for that stay. False: not this solver.
-  virtual bool put_beside(const MatrixEntries& /*entries*/) { return false; }
+  /// does not couple, so that its pattern and what is kept for that stay.
+  virtual void put_beside(const MatrixEntries& entries) = 0;
   /// That the last solve took; 0 of a direct solver.
   virtual int iterations() const { return 0; }
 };

@@ -12,9 +12,9 @@
 namespace kt {
 namespace {
 
-constexpr double kStrain = 0.03;       // that counts
-constexpr double kMostStrain = 0.08;   // that cannot wait for a refresh
-constexpr double kApart = 0.6;         // contact radii: places along a way
+constexpr double kStrain = 0.03;      // that counts
+constexpr double kMostStrain = 0.08;  // that cannot wait for a refresh
+constexpr double kApart = 0.6;        // contact radii: places along a way
 
 /// Where a tool is nearest to the patch.
 struct NearestPlace {

@@ -280,8 +280,8 @@ void ReducerChoice::revise(const LocalModel& model, const ContactSite& site, int
 }
 
 /// Where what was stepped down to turns out to be no cheaper. A dearer one costs more, too, where refined cells that
-/// another core makes take longer still: the ticks run on that core. Of a wall that is too stiff at rest the certificate
-/// expects less than it is off by (note_cost).
+/// another core makes take longer still: the ticks run on that core. Of a wall that is too stiff at rest the
+/// certificate expects less than it is off by (note_cost).
 std::optional<std::size_t> ReducerChoice::better_that_costs_no_more(const std::vector<ReducerCandidate>& now) const {
   std::optional<std::size_t> out;
   for (std::size_t i = 0; i < now.size(); ++i)

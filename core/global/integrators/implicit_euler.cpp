@@ -54,23 +54,13 @@ class ImplicitEuler final : public Integrator {
     added_.clear();
     model.added_stiffness(added_);
     update_tangent(model, state, kind);
-    const SparseMatrix* sum = &add_up(model, dt);
+    const SparseMatrix& sum = matrix_->sum({{{1, &model.mass()}, {-dt, &tangent_.dfdv}, {-dt * dt, &tangent_.dfdx}}});
     const bool is_in_pattern = matrix_->add(-dt * dt, added_);  // else it couples nodes that the body does not
-    if (!is_in_pattern && !solver_->put_beside(matrix_->of_free_nodes(-dt * dt, added_))) {
-      SparseMatrix more(tangent_.dfdx.rows(), tangent_.dfdx.cols());
-      more.setFromTriplets(added_.begin(), added_.end());
-      tangent_.dfdx += more;
-      added_.clear();
-      tangent_of_ = nullptr;
-      sum = &add_up(model, dt);
-    }
+    if (!is_in_pattern) solver_->put_beside(matrix_->of_free_nodes(-dt * dt, added_));
     const VectorX rhs = dt * (gather(matrix_->dofs(), VectorX(force_ + external)) + dt * pull_along(state.v, kind));
-    const bool good = (solver_.get()->*solver)(*sum, rhs, change);
+    const bool good = (solver_.get()->*solver)(sum, rhs, change);
     statistics_.linear_iterations += solver_->iterations();
     return good;
-  }
-  const SparseMatrix& add_up(const DeformableModel& model, double dt) {
-    return matrix_->sum({{{1, &model.mass()}, {-dt, &tangent_.dfdv}, {-dt * dt, &tangent_.dfdx}}});
   }
   /// That of the model's base, which is kept where it lasts: a step begins where the last one was looked ahead from.
   void update_tangent(const DeformableModel& model, const State& state, TangentKind kind) {

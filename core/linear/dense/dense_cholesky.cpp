@@ -109,6 +109,12 @@ std::optional<RowMatrix> inverse_factor(const MatrixX& A, double least) {
   return invert(L, inverses).topLeftCorner(A.rows(), A.cols());
 }
 
+bool is_positive_definite(const MatrixX& A) {
+  RowMatrix L = filled_up(A);
+  std::vector<Block> inverses;
+  return factor(L, inverses, 0);
+}
+
 RowMatrix invert_lower(const MatrixX& L) {
   const RowMatrix whole = filled_up(L);
   std::vector<Block> inverses;

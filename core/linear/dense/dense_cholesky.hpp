@@ -11,6 +11,10 @@ namespace kt {
 /// @param A  symmetric, lower triangle read
 std::optional<RowMatrix> inverse_factor(const MatrixX& A, double least = 0);
 
+/// Whether A has a Cholesky factor. A third of inverse_factor()'s work.
+/// @param A  symmetric, lower triangle read
+bool is_positive_definite(const MatrixX& A);
+
 /// L^-1 of a lower triangular matrix without zeros on its diagonal.
 RowMatrix invert_lower(const MatrixX& L);
 

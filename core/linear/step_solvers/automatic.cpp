@@ -23,11 +23,7 @@ class Automatic final : public StepSolver {
   bool solve_roughly(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) override {
     return solve(matrix, rhs, x, &StepSolver::solve_roughly);
   }
-  bool put_beside(const MatrixEntries& entries) override {
-    if (!iterative_) return false;
-    beside_ = entries;
-    return true;
-  }
+  void put_beside(const MatrixEntries& entries) override { beside_ = entries; }
   int iterations() const override { return iterations_; }
 
  private:
@@ -41,10 +37,8 @@ class Automatic final : public StepSolver {
       iterations_ = iterative_->iterations();
       if (good) return true;
     }
-    SparseMatrix more(matrix.rows(), matrix.cols());
-    more.setFromTriplets(beside.begin(), beside.end());
-    if (!direct_->solve(beside.empty() ? matrix : SparseMatrix(matrix + more), rhs, x))
-      return false;  // not for lack of convergence: the next may be definite
+    direct_->put_beside(beside);
+    if (!direct_->solve(matrix, rhs, x)) return false;  // not for lack of convergence: the next may be definite
     iterative_.reset();
     return true;
   }

@@ -29,10 +29,7 @@ class ConjugateGradients final : public StepSolver {
   bool solve_roughly(const SparseMatrix& matrix, const VectorX& rhs, VectorX& x) override {
     return prepare(matrix) && iterate(rhs, x, std::max(kRough, options_.tolerance));
   }
-  bool put_beside(const MatrixEntries& entries) override {
-    beside_ = entries;
-    return true;
-  }
+  void put_beside(const MatrixEntries& entries) override { beside_ = entries; }
   int iterations() const override { return iterations_; }
 
  private:
