@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 #include "collision/held/first_contact.hpp"
 #include "core/base/error.hpp"
@@ -21,7 +22,8 @@ constexpr double kEaseStep = 1e-3;  // [s] between points of an eased path
 /// highest first.
 class Touched {
  public:
-  Touched(const Mesh& mesh, int axis) : mesh_(mesh), axis_(axis), box_(bounds(mesh)), bins_(kBins * kBins) {
+  Touched(const Mesh& mesh, int axis)
+      : mesh_(mesh), axis_(axis), box_(bounds(mesh)), bins_(kBins * kBins), seen_(mesh.triangles.size(), 0) {
     std::vector<int> order(mesh.triangles.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, std::greater{},
@@ -43,10 +45,12 @@ class Touched {
     box.high.array() += radius;
     const double from = sweep.x_t0[axis_], way = sweep.x_t1[axis_] - from, reach = tool_reach(tool.shape());
     double first = 2;
+    ++sweeps_;
     for_bins(box, [&](std::size_t bin) {
       const std::size_t count = bins_[bin].size();
       for (std::size_t i = 0; i < count; ++i) {  // what lies nearest first
         const int t = bins_[bin][way < 0 ? i : count - 1 - i];
+        if (std::exchange(seen_[static_cast<std::size_t>(t)], sweeps_) == sweeps_) continue;  // from another bin
         const Triangle& v = mesh_.triangles[static_cast<std::size_t>(t)];
         const Box its = box_of(v);
         const double ahead = way < 0 ? from - its.high[axis_] : its.low[axis_] - from;
@@ -90,6 +94,8 @@ class Touched {
   int axis_;
   Bounds box_;
   std::vector<std::vector<int>> bins_;
+  mutable std::vector<int> seen_;  // the last sweep that a triangle was met in
+  mutable int sweeps_ = 0;
 };
 
 /// Extent of the tool along an axis [m].

@@ -68,6 +68,22 @@ void predict_places(const BuiltScene& built, const std::vector<Vec3>& places, st
   out.push_back({"contact_places", found});
 }
 
+/// Cells under the tool are refined whole: of cubes that are far wider than the contact they cannot be made as fine as
+/// it within local.refine_nodes, and the force leaps where they are made anew.
+void predict_cubes(const BuiltScene& built, double contact_radius, std::vector<Prediction>& out) {
+  constexpr double kMost = 4.5;  // seen: 3.8 holds, 4.9 leaps by 80 %
+  const auto& surface = built.model().mesh().embedded;
+  if (!surface || !(surface->edge > kMost * contact_radius)) return;
+  const double ratio = surface->edge / contact_radius;
+  const double nodes = built.model().own().mesh().num_nodes() * std::pow(ratio / kMost, 3);
+  out.push_back(
+      {"contact_width", Finding{told("object.body lattice: cubes of ", 1e3 * surface->edge, " mm are ", ratio,
+                                     " contact radii wide (limit ", kMost,
+                                     "): refined cells are too large there, the force leaps and the tool may get in"),
+                                {set_to("object.lattice.nodes", text(50 * std::ceil(nodes / 50)))}}
+                            .at("object.lattice.nodes", ratio, kMost)});
+}
+
 }  // namespace
 
 /// A hand gets less deep than its target: its contact is measured after the run.
@@ -79,6 +95,7 @@ void predict_contact_width(const BuiltScene& built, std::vector<Prediction>& out
   predict_places(built, places, out);
   const auto width = find_contact_width(built, places);
   if (width && is_off(*width)) out.push_back({"contact_width", coarse_mesh_finding(built, *width)});
+  if (width && width->is_refined) predict_cubes(built, width->contact_radius, out);
 }
 
 }  // namespace kt

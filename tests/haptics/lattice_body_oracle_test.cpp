@@ -342,6 +342,25 @@ TEST(LatticeBody, OfAThinWallIsSaidToBendTooLittle) {
   EXPECT_FALSE(said(hollow, "tet10"));
 }
 
+TEST(LatticeBody, OfCubesFarWiderThanTheContactIsToldBeforeTheRun) {
+  const auto said = [](int nodes) {
+    Scene s = scene_of_lattice();
+    s.object.lattice = SceneLattice{.edge = {}, .nodes = nodes};
+    s.local.refine = "auto";
+    s.tool.radius = 0.004;
+    s.tool.path.press_drag = PressDrag{.at = std::array{0.05, 0.05}, .depth = 0.002, .press_time = 0.1, .speed = 0};
+    std::vector<std::string> out;
+    const Session session(s, surface_of(kuhn_block(10, 10, 5, 0.01)));
+    for (const Prediction& p : session.predictions())
+      if (p.failure == "contact_width") out.push_back(p.finding.what);
+    return out;
+  };
+  EXPECT_TRUE(said(1500).empty());
+  const auto few = said(60);
+  ASSERT_EQ(few.size(), 1u);
+  EXPECT_NE(few[0].find("contact radii wide"), std::string::npos) << few[0];
+}
+
 // ---- in a run ----
 
 TEST(LatticeBody, IsDraggedOverWithoutAMissedImpactAndReplays) {
