@@ -85,6 +85,12 @@ double FineRefresh::Way::distance(const Vec3& place) const {
   return (place - from - share * along).norm();
 }
 
+double FineRefresh::longest(std::span<const Way> ways) {
+  double out = 0;
+  for (const Way& way : ways) out = std::max(out, (way.to - way.from).norm());
+  return out;
+}
+
 /// A contact that jumps between two places, or at the rim of a zone, has one radius now and another one next: zones
 /// shrink by steps.
 double FineRefresh::ahead_radius(const Wanted& wanted) const {
@@ -101,7 +107,7 @@ double FineRefresh::largest_fineness(std::size_t tools) const {
 
 /// The zone that is there is large and fine enough for it: the contacts stay within its travel.
 bool FineRefresh::serves(const Wanted& wanted) const {
-  constexpr double kGrown = 1.15, kShrunk = 0.6, kShrunkFewer = 0.85;
+  constexpr double kGrown = 1.15, kShrunk = 0.6, kShrunkFewer = 0.85, kShorter = 3;
   if (!zone_) return false;
   const FineContact& has = zone_->contact;
   const bool is_capped = zone_->zone.edge > zone_->options.size.edge;  // a smaller one may have smaller cells
@@ -109,7 +115,8 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk) || zone_->ways.size() != wanted.ways.size())
     return false;
   const double most = largest_fineness(wanted.ways.size()) * wanted.contact_radius;
-  if (is_capped && zone_->late > 1 && wanted.late <= 1)
+  const bool stays_now = longest(zone_->ways) > kShorter * longest(wanted.ways) + has.travel;
+  if (is_capped && ((zone_->late > 1 && wanted.late <= 1) || stays_now))
     return false;  // it moved on and now stays: as small as they get
   if (!is_capped && zone_->zone.largest > (1 + 1e-6) * most) return false;
   bool stays = true;

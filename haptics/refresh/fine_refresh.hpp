@@ -59,6 +59,7 @@ class FineRefresh {
   };
   Wanted wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                 std::span<const SeenTool> places) const;
+  static double longest(std::span<const Way> ways);  // [m]
   double ahead_radius(const Wanted& wanted) const;
   bool serves(const Wanted& wanted) const;
   double largest_fineness(std::size_t tools) const;

@@ -120,9 +120,6 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
       tool.start = contacts.contacts[i].triangle;
 }
 
-/// Of the last solution, which the next iteration would start from: what those before it left is gone.
-void note_residual(TickState& tick) noexcept { tick.residual = std::max(tick.residual, tick.solution.residual); }
-
 /// Aitken's share of the way from the guess to the result.
 /// @param last  share that led to this guess
 double relax(const VectorX& step_before, const VectorX& step, double last) noexcept {
@@ -146,16 +143,20 @@ void resolve_contacts(TickState& tick) noexcept {
   if (std::ranges::any_of(tick.tools, [](const TouchingTool& tool) { return tool.start >= 0 && !is_point(tool); }))
     tick.index().refit(w.x_event, w.x_guess);
   const int most = tick.model->surface.fine ? kOnRefinedCells : kGeometryIterations;
-  double relaxed = 1;
+  double relaxed = 1, largest = 0;
   for (int iteration = 0;; ++iteration) {
     solve_at_guess(tick, pushing, before, iteration);
+    if (is_solved(tick)) largest = std::max(largest, tick.solution.residual);
     w.du_guess = w.du;
     spread_impulses(tick);
     place_surface(tick, w.x_end);
     w.step_before.swap(w.step);
     w.step = w.du - w.du_guess;
     const bool is_settled = is_solved(tick) && tick.h_left() * w.step.lpNorm<Eigen::Infinity>() < kSettled;
-    if (is_settled && close_gaps(tick)) return note_residual(tick);
+    if (is_settled && close_gaps(tick)) {  // what the solutions before the last one left is gone
+      tick.residual = std::max(tick.residual, tick.solution.residual);
+      return;
+    }
     if (is_settled)
       relaxed = 1;
     else if (iteration > 0)
@@ -168,7 +169,7 @@ void resolve_contacts(TickState& tick) noexcept {
       w.x_guess += relaxed * (w.x_end - w.x_guess);  // it is linear in du
   }
   close_gaps(tick);
-  note_residual(tick);
+  tick.residual = std::max(tick.residual, largest);
 }
 
 void place_surface(const TickState& tick, VectorX& out) noexcept {
