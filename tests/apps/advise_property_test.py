@@ -118,7 +118,8 @@ class Advise(unittest.TestCase):
         _, text, answer = self.advise("--budget-seconds", "5")
         self.assert_shape(answer)
         self.assertIn("rows not judged", text)
-        self.assertTrue(any("beyond the time budget" in row["verdict"] for row in answer["bodies"] + answer["rows"]))
+        verdicts = [row["verdict"] for row in answer["bodies"] + answer["rows"]]  # on a busy machine it ends in the first press
+        self.assertTrue(any("beyond the time budget" in v or "was ended before it came to rest" in v for v in verdicts), verdicts)
 
 
 if __name__ == "__main__":
