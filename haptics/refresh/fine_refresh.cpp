@@ -108,6 +108,7 @@ double FineRefresh::largest_fineness(std::size_t tools) const {
 /// The zone that is there is large and fine enough for it: the contacts stay within its travel.
 bool FineRefresh::serves(const Wanted& wanted) const {
   constexpr double kGrown = 1.15, kShrunk = 0.6, kShrunkFewer = 0.85, kShorter = 3;
+  constexpr double kWithin = 0.75;  // of the travel: a contact that has grown reaches further
   if (!zone_) return false;
   const FineContact& has = zone_->contact;
   const bool is_capped = zone_->zone.edge > zone_->options.size.edge;  // a smaller one may have smaller cells
@@ -122,7 +123,7 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   bool stays = true;
   for (std::size_t k = 0; k < wanted.ways.size(); ++k) {
     const Way &its = wanted.ways[k], &way = zone_->ways[k];
-    stays = stays && way.distance(its.from) <= has.travel && way.distance(its.to) <= has.travel;
+    stays = stays && std::max(way.distance(its.from), way.distance(its.to)) <= kWithin * has.travel;
   }
   return stays;
 }
