@@ -110,10 +110,10 @@ TEST(TwoEnds, ThroughABadNetworkTheReplayHasTheSameBitsToo) {
 }
 
 /// A ball at rest in a body whose cells are refined under it. They are made on both sides; what they had yielded by
-/// stays at the hand's.
-void press_on_refined_cells(const std::string& body_kind) {
+/// stays at the hand's. Whether a model was adopted: on a machine that is busy enough none is, in two seconds.
+void press_on_refined_cells(const std::string& body_kind, bool& adopts) {
   Scene scene = small_scene();
-  scene.duration = 2;  // on a busy machine no model is there in the first second
+  scene.duration = 2;
   scene.object.body = body_kind;
   if (body_kind == "lattice") scene.object.lattice = SceneLattice{.edge = 0.008, .nodes = {}};
   scene.object.model.type = "fem";
@@ -129,7 +129,8 @@ void press_on_refined_cells(const std::string& body_kind) {
   const TouchedRun run = touch(session, body.port(), {}, relay.port());
   ASSERT_EQ(run.result.tools[0].frames.size(), 2000u);
   EXPECT_EQ(run.report.models_wrong, 0) << run.report.last_trouble;
-  EXPECT_GT(run.report.models_adopted, 0);  // how many, a busy machine decides
+  adopts = run.report.models_adopted > 0;  // how many, a busy machine decides
+  if (!adopts) return;
   const auto is_refined = [](const LocalFrame& f) { return f.f_n > 0 && !(f.flags & kUnrefined); };
   EXPECT_GT(std::ranges::count_if(run.result.tools[0].frames, is_refined), 0);
   const LocalFrame& last = run.result.tools[0].frames.back();
@@ -148,8 +149,16 @@ void press_on_refined_cells(const std::string& body_kind) {
   EXPECT_EQ(ended[0].wrong_messages, 0);
 }
 
-TEST(TwoEnds, RefinedCellsAreFeltAndTheReplayHasTheSameBits) { press_on_refined_cells("mesh"); }
-TEST(TwoEnds, ALatticeIsFeltAndTheReplayHasTheSameBits) { press_on_refined_cells("lattice"); }
+TEST(TwoEnds, RefinedCellsAreFeltAndTheReplayHasTheSameBits) {
+  bool adopts = false;
+  for (int tries = 0; tries < 3 && !adopts; ++tries) press_on_refined_cells("mesh", adopts);
+  EXPECT_TRUE(adopts);
+}
+TEST(TwoEnds, ALatticeIsFeltAndTheReplayHasTheSameBits) {
+  bool adopts = false;
+  for (int tries = 0; tries < 3 && !adopts; ++tries) press_on_refined_cells("lattice", adopts);
+  EXPECT_TRUE(adopts);
+}
 
 /// The hand tells of a loss when it has got some models, and that takes its way back: parity is there from the start.
 TEST(TwoEnds, ModelsArriveBeforeTheirLossIsKnown) {
