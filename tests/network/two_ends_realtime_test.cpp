@@ -119,7 +119,7 @@ void press_on_refined_cells(const std::string& body_kind, bool& adopts) {
   scene.object.model.type = "fem";
   scene.tool.path.press_drag->speed = 0;
   scene.local.refine = "follow";
-  scene.local.refine_nodes = 300;
+  scene.local.refine_nodes = 600;
   const double here = Session(scene).run().tools[0].frames.back().f_n;
   ASSERT_GT(here, 0.01);
   scene = over_network(scene);
