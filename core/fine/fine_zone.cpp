@@ -150,6 +150,7 @@ class ZoneMaker {
       zone_.leaves[l].is_empty = true;
       for (LeafPoint& p : points) p.weight *= kEmptyMaterial / kLeastMaterial;
     }
+    find_hanging();
     find_held();
   }
 

@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "core/fine/fine_size.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "haptics/session/session.hpp"
@@ -359,6 +360,37 @@ TEST(LatticeBody, OfCubesFarWiderThanTheContactIsToldBeforeTheRun) {
   const auto few = said(60);
   ASSERT_EQ(few.size(), 1u);
   EXPECT_NE(few[0].find("contact radii wide"), std::string::npos) << few[0];
+}
+
+/// Cells that a surface cuts hold leaves without material: they are not unknowns, and no vertex of the surface is in
+/// one.
+TEST(LatticeBody, RefinesNothingWhereThereIsNoMaterial) {
+  BodyOptions options;
+  options.object.mesh = "bar";
+  options.object.body = "lattice";
+  options.object.model.type = "fem";
+  options.object.lattice = SceneLattice{.edge = 0.009, .nodes = {}};
+  const Body made(surface_of(turned_bar()), options);
+  const RefinableBody refinable = make_refinable_body(made.model(), made.surface());
+  const FineBody& body = refinable.fine;
+  const EmbeddedSurface& embedded = *body.mesh->embedded;
+  const Vec3 place = node(body.mesh->x, embedded.first + embedded.num_vertices() / 2);
+  const FineZone zone = make_fine_zone(body, fine_options(body, {place, 0.003}, 1.0));
+  ASSERT_GT(zone.embedded.vertex.size(), 10u);
+  std::vector<char> is_needed(zone.nodes.size(), 0);
+  int empty = 0;
+  for (const FineLeaf& leaf : zone.leaves) {
+    Vec3 middle = Vec3::Zero();
+    for (int c = 0; c < 4; ++c) middle += 0.25 * zone.nodes[leaf.node[c]].of(body.mesh->x);
+    if (leaf.is_empty)
+      EXPECT_LT(embedded.material->depth(zone.cells[leaf.cell], middle, embedded.edge), 0);
+    else
+      for (const int i : leaf.node) is_needed[i] = 1;
+    empty += leaf.is_empty;
+  }
+  EXPECT_GT(empty, static_cast<int>(zone.leaves.size()) / 20);
+  for (const int l : zone.embedded.leaf) EXPECT_FALSE(zone.leaves[l].is_empty);
+  for (const int i : zone.unknown) EXPECT_TRUE(is_needed[i]) << i;
 }
 
 // ---- in a run ----
