@@ -64,7 +64,7 @@ kt_library(collision DIRS collision/shape collision/impact collision/broad colli
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
 kt_library(io DIRS io/files io/mesh io/mesh/format io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
-           QUICK "io/(files|mesh|mesh/format|scene)/"
+           QUICK "(io/(files|mesh|mesh/format|scene)/|_cgal)"
            ALONE _cgal io/mesh/format/ply.cpp io/mesh/format/stl.cpp io/mesh/format/vtk.cpp io/mesh/format/medit io/files/json_batch io/files/json_file io/scene/json_rules)
 set(kt_baselines)
 if(KT_WITH_LAB)

@@ -140,7 +140,8 @@ void bind_frame(py::module_& m) {
                                                                {"SLEWED", kSlewed},
                                                                {"STALE_POSE", kStalePose},
                                                                {"ON_APRON", kOnApron},
-                                                               {"UNREFINED", kUnrefined}})
+                                                               {"UNREFINED", kUnrefined},
+                                                               {"WORK_EXHAUSTED", kWorkExhausted}})
     flags[name] = value;
   m.attr("_flags") = flags;
   py::list modes;

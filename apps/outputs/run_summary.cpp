@@ -153,6 +153,14 @@ Json thread_json(const RealTimeGrant& g) {
           {"why_not", g.why_not},         {"thread", g.told()}};
 }
 
+/// Of the force to expect: of cells and local model together. Both are independent.
+Json expected_error_json(const std::optional<ContactWidth>& width, double local_model) {
+  const double cells = width ? std::abs(width->factor - 1) : std::numeric_limits<double>::quiet_NaN();
+  return {{"cells", number_or_null(cells)},
+          {"local_model", number_or_null(local_model)},
+          {"together", number_or_null(std::hypot(cells, local_model))}};
+}
+
 /// The mesh's cells against the width of the contact, along the way that the first tool took.
 Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
   if (!w) return nullptr;
@@ -347,6 +355,7 @@ Json make_summary(const Session& session, const SessionResult& result) {
           ? Json(nullptr)
           : Json(static_cast<double>(result.allocations) / static_cast<double>(result.tools[0].frames.size()));
   out["mesh_at_contact"] = mesh_at_contact_json(measured.width);
+  out["expected_error"] = expected_error_json(measured.width, result.expected_force_error);
   out["real_time"] = real_time_json(measured.pace);
   if (!result.lateness_us.empty()) out["real_time"].update(thread_json(result.real_time));
   add_findings(with_true_cures(scene, all_findings(session, result, measured)), out);

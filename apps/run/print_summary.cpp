@@ -48,14 +48,18 @@ void print_trust(const Json& trust) {
 }
 
 /// The mesh's share of the force: what no --reference on the same cells tells.
-void print_cells(const Json& width) {
+void print_cells(const Json& width, const Json& error) {
   if (width.is_null() || width["force_factor"].is_null()) return;
+  const auto percent = [&](const char* key) { return in_percent(error[key].get<double>(), 2); };
   const auto mm = [&](const char* key, double times) {
     return short_number(1e3 * times * width[key].get<double>(), 2);
   };
   line("cells", text(mm("cell_m", 1), " mm under a contact of ", mm("contact_radius_m", 2), " mm",
                      width["refined"] ? ", refined under the tool" : ", as they are", ": expect about ",
-                     short_number(width["force_factor"].get<double>()), " times the force of the continuum"));
+                     short_number(width["force_factor"].get<double>()), " times the force of the continuum",
+                     error["together"].is_null()
+                         ? std::string()
+                         : ", off by " + percent("together") + " with the local model's " + percent("local_model")));
 }
 
 void print_reference(const Json& s) {
@@ -83,7 +87,7 @@ void print_summary(const Json& s) {
     line("second device", device_line(s["second_tool"]["device"]));
   line("real time", s["real_time"]["told"].get<std::string>());
   print_trust(s["trust"]);
-  print_cells(s["mesh_at_contact"]);
+  print_cells(s["mesh_at_contact"], s["expected_error"]);
   line("haptic tick", tick_line(s));
   if (s["real_time"].contains("thread")) line("its thread", s["real_time"]["thread"].get<std::string>());
   line("body", body_line(s["model"]));

@@ -36,7 +36,10 @@ FineBody make_fine_body(const DeformableModel& model, const Refinable& material)
       out.edge_node[{a, b}] = nodes[4 + e];
     }
   }
-  if (out.mesh->embedded) return out;
+  if (out.mesh->embedded) {
+    out.depths = std::make_unique<KnownDepths>(*out.mesh->embedded->material, out.mesh->x);
+    return out;
+  }
   for (std::size_t t = 0; t < out.mesh->triangles.size(); ++t)
     out.triangle[ascending(out.mesh->triangles[t])] = static_cast<int>(t);
   return out;

@@ -6,6 +6,7 @@
 #include "core/body/cut_tetrahedron.hpp"
 #include "core/body/refinable.hpp"
 #include "core/body/surface.hpp"
+#include "core/fine/known_depths.hpp"
 
 namespace kt {
 
@@ -16,6 +17,7 @@ struct FineBody {
   std::vector<std::array<int, 4>> across;       ///< of each cell: the cell across face f, opposite corner f; -1: none
   std::map<std::array<int, 2>, int> edge_node;  ///< of quadratic cells: the node between two corners (ascending)
   std::map<Triangle, int> triangle;             ///< of the surface, by its nodes (ascending); of an embedded one none
+  std::unique_ptr<KnownDepths> depths;          ///< of cells that a surface cuts; null: it is embedded in none
   bool is_quadratic() const { return !edge_node.empty(); }
 };
 

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <unordered_map>
 
 #include "core/body/near_triangles.hpp"
 #include "core/fine/leaf_stiffness.hpp"
@@ -159,51 +158,47 @@ void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const Fin
 
 namespace {
 
+CellPoint middle_of(const CellPoint& a, const CellPoint& b, const CellPoint& c, const CellPoint& d) {
+  return middle(middle(a, b), middle(c, d));
+}
+
 /// How deep in the material of their cells the nodes of leaves are.
 class NodeDepths {
  public:
   NodeDepths(const FineBody& body, const FineNodes& nodes, const FineZone& zone)
-      : body_(body), nodes_(nodes), zone_(zone), of_cell_(zone.cells.size()) {}
+      : body_(body), nodes_(nodes), zone_(zone) {}
 
-  bool is_whole(const FineLeaf& leaf) const { return material().is_whole(zone_.cells[cell(leaf)]); }
+  bool is_whole(const FineLeaf& leaf) const { return body_.mesh->embedded->material->is_whole(cell(leaf)); }
 
   double on_surface() const { return 1e-7 * body_.mesh->embedded->edge; }
 
   double at_middle(const FineLeaf& leaf, const std::array<int, 4>& corners) const {
-    Vec3 middle = Vec3::Zero();
-    for (const int c : corners) middle += 0.25 * nodes_[leaf.node[static_cast<std::size_t>(c)]].of(body_.mesh->x);
-    return material().depth(zone_.cells[cell(leaf)], middle, body_.mesh->embedded->edge);
+    const auto point = [&](std::size_t c) -> const CellPoint& { return point_of(leaf, corners[c]); };
+    return body_.depths->at(cell(leaf), middle_of(point(0), point(1), point(2), point(3)), body_.mesh->embedded->edge);
   }
 
-  /// @param most  that matters: the leaf's longest edge
-  double at(const FineLeaf& leaf, int n, double most) {
-    Depth& known = of_cell_[cell(leaf)][leaf.node[static_cast<std::size_t>(n)]];
-    if (most > known.most && std::abs(known.depth) >= known.most)
-      known = {material().depth(zone_.cells[cell(leaf)],
-                                nodes_[leaf.node[static_cast<std::size_t>(n)]].of(body_.mesh->x), most),
-               most};
-    return known.depth;
+  /// @param most  that matters: the leaf's longest edge [m]
+  double at(const FineLeaf& leaf, int n, double most) const {
+    return body_.depths->at(cell(leaf), point_of(leaf, n), most);
   }
+
   double longest_edge(const FineLeaf& leaf) const {
+    const VectorX& x = body_.mesh->x;
     double out = 0;
     for (const auto& [i, j] : kCellEdges)
-      out = std::max(out, (nodes_[leaf.node[static_cast<std::size_t>(i)]].of(body_.mesh->x) -
-                           nodes_[leaf.node[static_cast<std::size_t>(j)]].of(body_.mesh->x))
-                              .norm());
+      out = std::max(out, (point_of(leaf, i).of(x) - point_of(leaf, j).of(x)).norm());
     return out;
   }
 
  private:
-  static std::size_t cell(const FineLeaf& leaf) { return static_cast<std::size_t>(leaf.cell); }
-  const MaterialField& material() const { return *body_.mesh->embedded->material; }
+  int cell(const FineLeaf& leaf) const { return zone_.cells[static_cast<std::size_t>(leaf.cell)]; }
+  const CellPoint& point_of(const FineLeaf& leaf, int n) const {
+    return nodes_[leaf.node[static_cast<std::size_t>(n)]];
+  }
 
   const FineBody& body_;
   const FineNodes& nodes_;
   const FineZone& zone_;
-  struct Depth {
-    double depth = 0, most = 0;  // most: further away it is not known
-  };
-  std::vector<std::unordered_map<int, Depth>> of_cell_;
 };
 
 /// Weights of the four points of a tetrahedron by which constant and linear functions are integrated over its
@@ -224,7 +219,7 @@ void add_everywhere(double material, std::vector<LeafPoint>& out) {
 }
 
 /// The surface is flat in each eighth.
-std::vector<LeafPoint> points_of(const FineLeaf& leaf, NodeDepths& depths) {
+std::vector<LeafPoint> points_of(const FineLeaf& leaf, const NodeDepths& depths) {
   constexpr double kNone = 1e-6;
   std::vector<LeafPoint> out;
   double share = 0;
@@ -255,20 +250,19 @@ std::vector<LeafPoint> points_of(const FineLeaf& leaf, NodeDepths& depths) {
 
 }  // namespace
 
-bool holds_nothing(const FineBody& body, int cell, const std::array<Vec3, 4>& corners) {
-  if (!body.mesh->embedded) return false;
-  const MaterialField& material = *body.mesh->embedded->material;
-  if (material.is_whole(cell)) return false;
-  const Vec3 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+bool holds_nothing(const FineBody& body, int cell, const std::array<CellPoint, 4>& corners) {
+  if (!body.depths || body.mesh->embedded->material->is_whole(cell)) return false;
+  const CellPoint at = middle_of(corners[0], corners[1], corners[2], corners[3]);
+  const Vec3 middle = at.of(body.mesh->x);
   double reach = 0;
-  for (const Vec3& corner : corners) reach = std::max(reach, (corner - middle).norm());
-  return material.depth(cell, middle, reach) <= -reach;
+  for (const CellPoint& corner : corners) reach = std::max(reach, (corner.of(body.mesh->x) - middle).norm());
+  return body.depths->at(cell, at, reach) <= -reach;
 }
 
 std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const FineNodes& nodes, const FineZone& zone) {
   std::vector<std::vector<LeafPoint>> out;
   if (!body.mesh->embedded) return out;
-  NodeDepths depths(body, nodes, zone);
+  const NodeDepths depths(body, nodes, zone);
   for (const FineLeaf& leaf : zone.leaves) {
     out.emplace_back();
     if (leaf.is_empty)

@@ -9,8 +9,7 @@ namespace kt {
 void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const FineZoneOptions& options, FineZone& zone);
 
 /// Whether a leaf of a cell is empty: no material of the cell is as near as its corners are to its middle.
-/// @param corners  [m]
-bool holds_nothing(const FineBody& body, int cell, const std::array<Vec3, 4>& corners);
+bool holds_nothing(const FineBody& body, int cell, const std::array<CellPoint, 4>& corners);
 
 /// Of a leaf's stiffness, where the surface leaves no material in it.
 constexpr double kLeastMaterial = 1e-3;

@@ -30,6 +30,16 @@ struct CellPoint {
 CellPoint corner_point(int corner);
 CellPoint middle(const CellPoint& a, const CellPoint& b);
 
+struct CellPointHash {
+  std::size_t operator()(const CellPoint& p) const {
+    std::size_t out = 0;
+    for (int k = 0; k < p.count; ++k)
+      for (const int value : {p.corner[k], p.weight[k]})
+        out = (out ^ static_cast<std::size_t>(value)) * 0x9E3779B97F4A7C15ull, out ^= out >> 29;
+    return out;
+  }
+};
+
 class FineNodes {
  public:
   /// The number of the node there, a new one if there is none.
@@ -41,16 +51,7 @@ class FineNodes {
   int size() const { return static_cast<int>(points_.size()); }
 
  private:
-  struct Hash {
-    std::size_t operator()(const CellPoint& p) const {
-      std::size_t out = 0;
-      for (int k = 0; k < p.count; ++k)
-        for (const int value : {p.corner[k], p.weight[k]})
-          out = (out ^ static_cast<std::size_t>(value)) * 0x9E3779B97F4A7C15ull, out ^= out >> 29;
-      return out;
-    }
-  };
-  std::unordered_map<CellPoint, int, Hash> number_;  // asked only, never gone through: its order is no matter
+  std::unordered_map<CellPoint, int, CellPointHash> number_;  // asked only, never gone through: its order is no matter
   std::vector<CellPoint> points_;
 };
 

@@ -64,7 +64,9 @@ class Refinement {
       leaves_.push_back(leaf);
       return;
     }
-    if (holds_nothing(body_, chosen_[static_cast<std::size_t>(leaf.cell)], p)) {
+    const auto& [a, b, c, d] = leaf.corner;
+    if (holds_nothing(body_, chosen_[static_cast<std::size_t>(leaf.cell)],
+                      {nodes_[a], nodes_[b], nodes_[c], nodes_[d]})) {
       leaves_.push_back({leaf.corner, leaf.cell, leaf.level, true});
       return;
     }

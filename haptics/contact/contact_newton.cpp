@@ -52,7 +52,7 @@ bool ContactNewton::solve(const ContactSystem& system, std::span<const ContactMo
 }
 
 bool ContactNewton::pivot(const ContactSystem& system, int most_changes, std::span<const double> mu,
-                          std::span<const ContactMode> start, Eigen::Ref<VectorX> impulse) noexcept {
+                          std::span<const ContactMode> start, Eigen::Ref<VectorX> impulse, ContactWork& work) noexcept {
   const int c = system.count();
   std::array<ContactMode, kMost> mode;
   std::array<Vec3, kMost> direction;
@@ -64,7 +64,9 @@ bool ContactNewton::pivot(const ContactSystem& system, int most_changes, std::sp
   }
   const double speed = system.velocity.lpNorm<Eigen::Infinity>();
   Vector p;
-  for (int change = 0; change <= most_changes; ++change) {
+  for (int change = 0; change <= most_changes && !work.is_over(); ++change) {
+    work.take_factor(3 * c);
+    work.take(2 * system.W.size());
     if (!solve(system, std::span(mode).first(static_cast<std::size_t>(c)), direction, p)) return false;
     int weakest = -1, thrown = -1, deepest = -1;
     double least = 0, lowest = -kTouches * speed;
@@ -100,8 +102,10 @@ bool ContactNewton::pivot(const ContactSystem& system, int most_changes, std::sp
   return false;
 }
 
-bool ContactNewton::step(const ContactSystem& system, std::span<const double> mu,
-                         Eigen::Ref<VectorX> impulse) noexcept {
+bool ContactNewton::step(const ContactSystem& system, std::span<const double> mu, Eigen::Ref<VectorX> impulse,
+                         ContactWork& work) noexcept {
+  work.take_factor(3 * system.count());
+  work.take(4 * system.W.size());
   const int c = system.count();
   matrix_.resize(3 * c, 3 * c);
   right_.resize(3 * c);

@@ -7,6 +7,7 @@
 
 #include "collision/held/surface_contacts.hpp"
 #include "core/base/backend.hpp"
+#include "haptics/contact/contact_work.hpp"
 #include "haptics/contact/friction.hpp"
 
 namespace kt {
@@ -22,6 +23,7 @@ struct ContactProblem {
                                              ///< kinetic coefficient alone holds until it sticks
   bool is_bounded = false;                   ///< of many contacts, few direct solutions: refined cells have many
   bool is_first = false;                     ///< its answer only says where to solve it again
+  ContactWork* work = nullptr;               ///< that is left of the tick's; null: no bound
   bool is_repeated = false;                  ///< it was solved some times in this tick, at other places of the surface
   double h = 0;                              ///< [s], over which the impulses act as forces
   std::array<Vec3, kMaxContacts> normal;     ///< unit, from the body towards the tool

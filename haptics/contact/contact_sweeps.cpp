@@ -157,6 +157,7 @@ double ContactSweeps::residual_of(const ContactSystem& system, const Eigen::Ref<
 bool ContactSweeps::try_from(const ContactSystem& system, const Eigen::Ref<const VectorX>& start,
                              Eigen::Ref<VectorX> impulse, std::span<ContactMode> mode, SweepResult& out) noexcept {
   ++out.sweeps;
+  work_.take(2 * system.W.size());
   Trial& t = trial_;
   const Eigen::Index n = start.size();
   t.impulse.head(n) = start;
@@ -186,9 +187,9 @@ void ContactSweeps::solve_directly(const ContactSystem& system, const SweepLimit
   for (int i = 0; i < c; ++i) mu[i] = mode[i] == ContactMode::free ? system.friction[i].mu_at(0) : mu_[i];
   auto direct = direct_.head(3 * c);
   direct = impulse;
-  if (newton_.pivot(system, limits.pivots, mu, mode, direct)) try_from(system, direct, impulse, mode, out);
-  for (int step = 0; step < kSteps && out.residual > limits.residual; ++step) {
-    if (!newton_.step(system, mu, direct)) break;
+  if (newton_.pivot(system, limits.pivots, mu, mode, direct, work_)) try_from(system, direct, impulse, mode, out);
+  for (int step = 0; step < kSteps && out.residual > limits.residual && !work_.is_over(); ++step) {
+    if (!newton_.step(system, mu, direct, work_)) break;
     try_from(system, direct, impulse, mode, out);
   }
   find_velocity(system, impulse);
@@ -211,9 +212,18 @@ SweepResult ContactSweeps::solve_one(const ContactSystem& system, Eigen::Ref<Vec
 
 SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
                                  std::span<ContactMode> mode) noexcept {
+  const int c = system.count();
+  if (c == 1) return solve_one(system, impulse, mode[0]);
+  work_ = limits.work ? *limits.work : ContactWork(std::numeric_limits<long>::max());
+  const SweepResult out = solve_many(system, limits, impulse, mode);
+  if (limits.work) *limits.work = work_;
+  return out;
+}
+
+SweepResult ContactSweeps::solve_many(const ContactSystem& system, const SweepLimits& limits,
+                                      Eigen::Ref<VectorX> impulse, std::span<ContactMode> mode) noexcept {
   constexpr int kDirectlyAfter = 24;  // sweeps, each time
   const int c = system.count(), n = 3 * c;
-  if (c == 1) return solve_one(system, impulse, mode[0]);
   SweepResult out;
   for (int i = 0; i < c; ++i) {
     contact_[i] = OneContact(system.W.block<3, 3>(3 * i, 3 * i), system.normal[i]);
@@ -228,7 +238,8 @@ SweepResult ContactSweeps::solve(const ContactSystem& system, const SweepLimits&
   for (;;) {
     ++out.sweeps;
     const double change = sweep(system, impulse, mode);
-    const bool is_last = out.sweeps >= limits.sweeps;
+    work_.take(system.W.size());
+    const bool is_last = out.sweeps >= limits.sweeps || work_.is_over();
     const bool is_slow = ++since == kDirectlyAfter && c <= ContactNewton::kMost && rounds < limits.direct_rounds;
     if (change <= kLook * limits.residual || is_last || is_slow) {
       if (out.sweeps > 1) find_velocity(system, impulse);  // extrapolations leave it behind by their rounding

@@ -6,14 +6,16 @@
 #include <vector>
 
 #include "haptics/contact/contact_newton.hpp"
+#include "haptics/contact/contact_work.hpp"
 
 namespace kt {
 
 struct SweepLimits {
   int sweeps = 100;
-  int direct_rounds = 3;   ///< times that impulses are looked for directly, where sweeps get on slowly
-  int pivots = 120;        ///< changes of mode in each of them: each solves a linear system of all contacts
-  double residual = 1e-6;  ///< converged: see natural_residual
+  int direct_rounds = 3;        ///< times that impulses are looked for directly, where sweeps get on slowly
+  int pivots = 120;             ///< changes of mode in each of them: each solves a linear system of all contacts
+  double residual = 1e-6;       ///< converged: see natural_residual
+  ContactWork* work = nullptr;  ///< no further sweep once it is over; null: no bound
 };
 
 struct SweepResult {
@@ -34,6 +36,8 @@ class ContactSweeps {
 
  private:
   static constexpr int kDepth = 4;  // differences that the extrapolation remembers
+  SweepResult solve_many(const ContactSystem& system, const SweepLimits& limits, Eigen::Ref<VectorX> impulse,
+                         std::span<ContactMode> mode) noexcept;
   SweepResult solve_one(const ContactSystem& system, Eigen::Ref<VectorX> impulse, ContactMode& mode) noexcept;
   void find_velocity(const ContactSystem& system, const Eigen::Ref<const VectorX>& impulse) noexcept;
   double sweep(const ContactSystem& system, Eigen::Ref<VectorX> impulse, std::span<ContactMode> mode) noexcept;
@@ -67,6 +71,7 @@ class ContactSweeps {
   std::array<double, kDepth> along_{};  // products of steps_ with the last sweep's step
   int remembered_ = 0, next_ = 0;
   bool has_last_ = false;
+  ContactWork work_;  // of the present solve
 };
 
 }  // namespace kt

@@ -38,7 +38,7 @@ class Coulomb final : public ContactSolver {
   static SweepLimits limits_of(const ContactProblem& problem) {
     constexpr int kMany = 12;
     constexpr double kRough = 1e-4;  // a fifth of the sweeps less, and no more rounds
-    SweepLimits out{.pivots = 3 * problem.count};
+    SweepLimits out{.pivots = 3 * problem.count, .work = problem.work};
     if (problem.is_first) out.residual = kRough;
     if (!problem.is_bounded || problem.count <= kMany) return out;
     out.sweeps = 60;

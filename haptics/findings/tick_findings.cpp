@@ -20,6 +20,7 @@ std::vector<FlagKind> flag_kinds(const Scene& scene, const RealTime& pace) {
   return {
       {kEventsExhausted, {advise("move the tool more slowly")}},
       {kContactsExhausted, {}},
+      {kWorkExhausted, {}},
       {kLeftPatch, sooner(scene, pace)},
       {kOnApron, sooner(scene, pace)},
       {kUnrefined, sooner(scene, pace)},
@@ -45,7 +46,8 @@ void find_flags(const Scene& scene, const SessionResult& result, const RealTime&
                                  return (f.flags & kContactsExhausted) != 0 && f.residual > kNoticeableResidual;
                                });
       if (is_unsolved) found.weight = Finding::Weight::failure;
-      if (kind.flag == kOnApron) found.weight = Finding::Weight::note;  // about the body's: docs/method.md
+      if (kind.flag == kWorkExhausted) found.weight = Finding::Weight::note;  // what is left is told by the residual
+      if (kind.flag == kOnApron) found.weight = Finding::Weight::note;        // about the body's: docs/method.md
       out.push_back(std::move(found));
     }
 }

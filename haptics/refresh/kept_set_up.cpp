@@ -30,8 +30,9 @@ void add(std::vector<double>& out, const ContactSite& site) {
 }
 
 void add(std::vector<double>& out, const ReducerNeeds& needs) {
-  out.insert(out.end(), {needs.tolerance, needs.budget_us, needs.refresh_per_tick, needs.whole ? 1.0 : 0.0,
-                         needs.refresh_budget_ms, needs.rest_ms, needs.beside_ms, needs.motion ? 1.0 : 0.0});
+  out.insert(out.end(),
+             {needs.tolerance, needs.budget_us, needs.refresh_per_tick, needs.whole ? 1.0 : 0.0,
+              needs.refresh_budget_ms, needs.rest_ms, needs.beside_ms, needs.motion ? 1.0 : 0.0, needs.cells_error});
   if (!needs.motion) return;
   out.push_back(needs.motion->total);
   std::ranges::copy(needs.motion->changing, std::back_inserter(out));

@@ -61,6 +61,12 @@ std::vector<ReducerCandidate> auto_candidates(int num_nodes) {
   return out;
 }
 
+double model_tolerance(double tolerance, double cells_error) {
+  constexpr double kQuarterMore = 1.25;
+  const double whole = std::max(tolerance, kQuarterMore * cells_error);
+  return std::sqrt(whole * whole - cells_error * cells_error);
+}
+
 double refreshes_per_interval(const ReducerCandidate& candidate) {
   constexpr double kTooStiff = 0.15;  // of the impedance at rest: a wall of 3 rings that was off by 0.17 took 41 for 26
   return !candidate.errors.empty() && candidate.errors.front() > kTooStiff ? 2 : 1;

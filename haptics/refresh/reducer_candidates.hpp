@@ -25,7 +25,7 @@ struct ReducerCandidate {
 };
 
 struct ReducerNeeds {
-  double tolerance = 0.05;         ///< largest error of the force to expect
+  double tolerance = 0.05;         ///< largest error of the force to expect, that of the local model: model_tolerance()
   double budget_us = 200;          ///< of a haptic tick
   double refresh_per_tick = 0.03;  ///< global rate over haptic rate
   bool whole = false;              ///< no node follows others: they may be those of a piece that only touches its own
@@ -33,7 +33,14 @@ struct ReducerNeeds {
   double rest_ms = 0;                  ///< predicted: what a refresh takes before and after the local model
   double beside_ms = 0;                ///< predicted: what another core takes meanwhile, for refined cells
   std::optional<BandPowers> motion{};  ///< that the surface follows, as far as it is known at set-up
+  double cells_error = 0;              ///< of the force, of refined cells under the tool; 0: none are refined
 };
+
+/// Largest error of a local model for which the whole force keeps to a tolerance. The errors of cells and local model
+/// are independent and add up as squares. Where the cells alone are off by about the tolerance or more, the whole may
+/// be off by a quarter more than they are: a better local model would cost more, and the force would hardly gain.
+/// @param cells_error  of the force, of the cells under the tool
+double model_tolerance(double tolerance, double cells_error);
 
 /// What local.reducer takes: core/local/reducers.def, and "auto".
 std::vector<BackendInfo> reducer_names();

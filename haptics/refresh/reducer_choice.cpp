@@ -348,6 +348,9 @@ std::string ReducerChoice::reason() const {
   else
     out += text(": the cheapest within ", in_percent(needs_.tolerance, 2), " (a force error of ",
                 in_percent(c.force_error, 2), " is to be expected, certified ", in_percent(c.error, 2), " at set-up)");
+  if (needs_.cells_error > 0 && std::isfinite(c.force_error))
+    out += text("; with refined cells, which are off by ", in_percent(needs_.cells_error, 2), ", ",
+                in_percent(std::hypot(needs_.cells_error, c.force_error), 2), " in all");
   const ReducerCandidate* cheaper = nullptr;
   for (std::size_t i = 0; i < chosen_; ++i)
     if (!cheaper || candidates_[i].force_error < cheaper->force_error) cheaper = &candidates_[i];

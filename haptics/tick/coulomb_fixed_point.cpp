@@ -15,6 +15,7 @@ namespace {
 constexpr int kGeometryIterations = 20;
 constexpr int kOnRefinedCells = 8;      // of them: places are nodes, which stay where they are; two or three as a rule
 constexpr double kSettled = 5e-7;       // [m] patch vertices at the guess and at the result agree: done
+constexpr long kPlaces = 10'000;        // multiply-adds to look for the places of an iteration
 constexpr int kExchanged = 5;           // iterations after which places that pushed are kept
 constexpr double kLeastRelaxed = 0.15;  // of the way from the guess to the result
 constexpr double kMostRelaxed = 4;      // a point on a sharp edge: blended and face normal differ, plain steps creep
@@ -50,6 +51,7 @@ void find_responses(TickState& tick) noexcept {
   if (tick.coupled_in == m.model.frame && are_same_places(tick.coupled, tick.contacts)) return;
   couple_contacts(m, tick.contacts, m.dynamics->metric().C, tick.problem.W);
   add_yield(m, tick.contacts, tick.problem.W);
+  tick.work.take((m.surface.fine ? 18 : 9) * tick.problem.W.size());
   tick.coupled = tick.contacts;
   tick.coupled_in = m.model.frame;
 }
@@ -107,6 +109,8 @@ void solve_at_guess(TickState& tick, ContactSet& pushing, ContactSet& before, in
   tick.problem.is_bounded = tick.model->surface.fine != nullptr;
   tick.problem.is_first = tick.problem.is_bounded && iteration == 0;
   tick.problem.is_repeated = iteration > 3;
+  tick.problem.work = &tick.work;
+  tick.work.take(kPlaces);
   warm_start(tick, before, tick.solution.impulse);
   tick.solver->solve(tick.problem, tick.solution);
   before = contacts;
@@ -161,6 +165,10 @@ void resolve_contacts(TickState& tick) noexcept {
       relaxed = 1;
     else if (iteration > 0)
       relaxed = relax(w.step_before, w.step, relaxed);
+    if (tick.work.is_over()) {
+      tick.add_flag(kWorkExhausted);
+      break;
+    }
     if (iteration + 1 == most) break;
     w.du = w.du_guess + relaxed * w.step;
     if (is_settled)

@@ -87,14 +87,16 @@ std::array<int, kMaxContacts> pair_up(const SurfacePatch& patch, const ContactSe
 /// Impulses >= 0 with gap + A (impulse - before) >= 0, and = 0 where they push: directly, over the set of those that
 /// push, from which whoever would pull is let go and to which whoever is overlapped comes. Two contacts on both sides
 /// of a blunt edge are nearly one, so that sweeps over them would hardly get on. False: no answer, as when two are one.
-bool push_apart(const Matrix& A, Vector gap, Vector& impulse) noexcept {
+bool push_apart(const Matrix& A, Vector gap, Vector& impulse, ContactWork& work) noexcept {
   const auto n = static_cast<int>(gap.size());
   gap -= A * impulse;  // there would be without impulses
   std::array<int, kMaxContacts> pushing;
   int count = 0;
   for (int i = 0; i < n; ++i)  // those that come anew are added where they have to
     if (impulse[i] > 0) pushing[count++] = i;
-  for (int change = 0; change <= 2 * n; ++change) {
+  for (int change = 0; change <= 2 * n && !work.is_over(); ++change) {
+    work.take_factor(count);
+    work.take(2L * n * n);
     Matrix own(count, count);
     Vector wanted(count);
     for (int i = 0; i < count; ++i) {
@@ -220,7 +222,7 @@ bool correct_impulses(TickState& tick, const GapEquations& equations) noexcept {
       A(i, k) =
           -tick.h_left() * slope[i].dot(tick.problem.W.block<3, 3>(3 * contact[i], 3 * contact[k]) * direction[k]);
   }
-  if (!push_apart(A, Eigen::Map<const Vector>(equations.gap.data(), n), along)) return false;
+  if (!push_apart(A, Eigen::Map<const Vector>(equations.gap.data(), n), along, tick.work)) return false;
   for (int i = 0; i < n; ++i) {
     solution.impulse.segment<3>(3 * contact[i]) = tick.model->state.impulse[contact[i]] = along[i] * direction[i];
     ContactMode& mode = solution.mode[contact[i]];

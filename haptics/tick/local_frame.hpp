@@ -26,6 +26,7 @@ enum LocalFlag : unsigned {
   kStalePose = 16384,       ///< the device's pose was too old, or the device was not there
   kOnApron = 32768,    ///< the contact lies outside the local model, on the body around it: the force is a coarse one
   kUnrefined = 65536,  ///< the contact lies beside the refined cells: the force is that of the cells as they are
+  kWorkExhausted = 131072,  ///< the tick's work was over before its contacts were solved: `residual` says how far
 };
 
 constexpr int kMaxEvents = 8;  ///< impacts resolved within one tick

@@ -14,6 +14,7 @@ namespace {
 void begin_tick(TickState& tick, std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept {
   tick.num_samples = 0;
   tick.residual = 0;
+  tick.work = ContactWork();
   tick.t += tick.h;
   for (int k = 0; k < tick.num_tools(); ++k) {
     frames[k] = {};

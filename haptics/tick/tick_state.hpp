@@ -66,6 +66,7 @@ struct TickState {
   int coupled_in = -1;  ///< frame of their local model
   ContactSolution solution;
   double residual = 0;  ///< largest of this tick
+  ContactWork work;     ///< that is left of this tick's
 
   // report_contacts().
   std::array<TickContact, kMaxContacts> samples{};

@@ -17,6 +17,7 @@ std::vector<FlagKind> flag_kinds(bool is_remote) {
   return {
       {kEventsExhausted, {advise("move the tool more slowly")}},
       {kContactsExhausted, {advise("take a smaller tool"), advise("take a coarser surface")}},
+      {kWorkExhausted, {advise("take a smaller tool"), advise("take a coarser surface")}},
       {kOnApron, sooner},
       {kUnrefined, sooner},
       {kLeftPatch, sooner},

@@ -15,6 +15,8 @@ constexpr std::pair<LocalFlag, const char*> kFlagWords[] = {
     {kRigidContact, "contact with a clamped part, which cannot give way"},
     {kNotFinite, "the local model left the finite numbers and was reset"},
     {kContactsExhausted, "as many places touched at once as are resolved, 40: those that say most were kept"},
+    {kWorkExhausted,
+     "the work of a tick was over before its contacts were solved to the end, and the next tick went on"},
     {kPushedOut, "the tool was inside the body, which was pushed off it over a time, the force growing slowly"},
     {kStaleModel, "an old local model served, as the body has not followed"},
     {kBodyFailed, "the body's simulation had ended with an error, and its last local model went on"},

@@ -74,8 +74,9 @@ TEST(ContactNewton, PivotsToTheOneChoiceOfWhoPushes) {
       if (mode[i] == ContactMode::slide) impulse.segment<3>(3 * i) = -p.normal[i];
     }
     ContactNewton newton;
+    ContactWork work(1'000'000'000);
     ASSERT_TRUE(newton.pivot(p.system(), 3 * static_cast<int>(p.normal.size()),
-                             std::vector<double>(p.normal.size(), 0.0), mode, impulse))
+                             std::vector<double>(p.normal.size(), 0.0), mode, impulse, work))
         << "problem " << k;
     EXPECT_LT((impulse - expected).norm(), 1e-7 * std::max(expected.norm(), 1e-3)) << "problem " << k;
     for (int i = 0; i < c; ++i) pushing += !expected.segment<3>(3 * i).isZero(0);
@@ -101,7 +102,8 @@ TEST(ContactNewton, ConvergesFastNearASolution) {
     VectorX impulse = solution;
     for (double& x : impulse) x += 1e-4 * solution.norm() * problems.normal();
     ContactNewton newton;
-    for (int step = 0; step < 5; ++step) ASSERT_TRUE(newton.step(p.system(), cone, impulse));
+    ContactWork work(1'000'000'000);
+    for (int step = 0; step < 5; ++step) ASSERT_TRUE(newton.step(p.system(), cone, impulse, work));
     EXPECT_LE((impulse - solution).norm(), 1e-8 * solution.norm()) << "problem " << k;
   }
   EXPECT_GT(std::min(slips, sticks), 50);

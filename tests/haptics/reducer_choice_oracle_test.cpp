@@ -36,6 +36,13 @@ TEST(ChooseReducer, LetsTheBudgetWinOverTheTolerance) {
   EXPECT_EQ(choose_reducer(c, {0.05, 5}), 0u);  // nothing fits: the cheapest
 }
 
+/// By hand: a right triangle of 3, 4 and 5, and one whose longest side is a quarter longer than the other.
+TEST(ChooseReducer, LeavesALocalModelWhatTheCellsLeaveOfTheTolerance) {
+  EXPECT_NEAR(model_tolerance(0.05, 0.03), 0.04, 1e-15);
+  EXPECT_NEAR(model_tolerance(0.05, 0.12), 0.09, 1e-15) << "0.15 in all";
+  EXPECT_EQ(model_tolerance(0.05, 0), 0.05);
+}
+
 ReducerCandidate with_refresh(double error, double refresh_ms) {
   ReducerCandidate out = made_up(error, 10 + refresh_ms);
   out.refresh_ms = refresh_ms;
