@@ -12,7 +12,6 @@
 #include "core/body/check_model.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/guard/safety_chain.hpp"
-#include "haptics/setup/session_parts.hpp"
 #include "haptics/touch/touch.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/scene/scene.hpp"

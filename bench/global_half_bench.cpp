@@ -7,6 +7,7 @@
 #include "core/base/cpu_time.hpp"
 #include "core/base/parallel.hpp"
 #include "core/body/mesh.hpp"
+#include "core/body/node_weights.hpp"
 #include "core/global/held_model.hpp"
 #include "core/global/integrator.hpp"
 #include "core/linear/dense/kernels.hpp"

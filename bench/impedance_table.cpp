@@ -9,6 +9,7 @@
 
 #include "bench/two_rings.hpp"
 #include "core/local/certificate.hpp"
+#include "core/local/certified_rates.hpp"
 #include "haptics/session/session.hpp"
 #include "models/model.hpp"
 

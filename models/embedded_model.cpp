@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "core/body/refinable.hpp"
 
 namespace kt {

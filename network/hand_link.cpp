@@ -5,7 +5,9 @@
 #include <thread>
 
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 #include "core/base/ticks.hpp"
+#include "haptics/options/band_powers.hpp"
 #include "network/channel/parity.hpp"
 #include "network/model_worker.hpp"
 
@@ -77,7 +79,10 @@ class HandLink final : public BodyLink, private RemoteBody {
   }
 
   Begin begin_message(const Welcome& welcome, std::span<const Pose> tools) const {
-    Begin out{welcome.session, {tools.begin(), tools.end()}, {}, options_.motion};
+    Begin out{welcome.session,
+              {tools.begin(), tools.end()},
+              {},
+              options_.motion ? std::optional(*options_.motion) : std::nullopt};
     for (const TouchTool& tool : options_.tools) out.max_speed.push_back(tool.max_speed);
     return out;
   }

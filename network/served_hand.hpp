@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 #include "haptics/setup/built_scene.hpp"
 #include "network/body_end.hpp"
@@ -50,7 +51,7 @@ class ServedHand final : public ModelObserver {
     if (message.tools.size() != options.tools.size())
       throw InputError(text("the hand has ", message.tools.size(), " tools, the scene ", options.tools.size()));
     for (std::size_t k = 0; k < options.tools.size(); ++k) options.tools[k].max_speed = message.max_speed[k];
-    options.motion = message.motion;
+    options.motion = message.motion ? std::make_shared<const BandPowers>(*message.motion) : nullptr;
     body_ = std::make_unique<BodyEnd>(scene_.body(), options, this);
     const FirstModel first{encode(body_->begin(message.tools))};
     thread_ = std::thread([this] { refresh(); });

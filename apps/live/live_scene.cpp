@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/backend.hpp"
 #include "core/base/error.hpp"
 #include "haptics/device/haptic_device.hpp"
 

@@ -1,23 +1,10 @@
 #pragma once
-// What collision detection takes and gives: tool shapes, their path over a step, and contacts. No forces here.
+// What collision detection takes and gives: the path of a tool over a step, and contacts. No forces here.
 #include <span>
-#include <string>
-#include <vector>
 
-#include "collision/shape/pose.hpp"
+#include "collision/shape/tool_shape.hpp"
 
 namespace kt {
-
-constexpr int kMaxTools = 2;  ///< that touch one body at the same time: two hands
-
-/// The shape that touches the body: a core, rounded by `radius`. The reference point is the origin of the core.
-struct ToolShape {
-  enum class Kind { point, sphere, capsule, mesh } kind = Kind::point;
-  double radius = 0;                  ///< [m], 0 for a point, else > 0
-  std::vector<Vec3> corners{};        ///< of the core: none (the reference point), a capsule's two, a mesh's [m]
-  std::vector<Triangle> triangles{};  ///< of a mesh
-  bool operator==(const ToolShape&) const = default;
-};
 
 /// Motion of the tool over one step: the reference point goes straight, the tool turns evenly about a fixed axis.
 struct ToolSweep {

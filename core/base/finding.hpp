@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "core/base/numbers.hpp"
-
 namespace kt {
 
 /// A setting or an action that ends what was found.

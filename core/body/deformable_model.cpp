@@ -1,6 +1,8 @@
 #include "core/body/deformable_model.hpp"
 
 #include "core/body/difference_tangent.hpp"
+#include "core/body/embedded_surface.hpp"
+#include "core/body/node_weights.hpp"
 
 namespace kt {
 

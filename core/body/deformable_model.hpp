@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/body/mesh.hpp"
-#include "core/body/state.hpp"
 
 namespace kt {
 

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "core/body/cut_tetrahedron.hpp"
+#include "core/body/node_weights.hpp"
 
 namespace kt {
 namespace {

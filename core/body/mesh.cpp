@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <map>
 
+#include "core/body/embedded_surface.hpp"
+
 namespace kt {
+
+int Mesh::num_own_nodes() const { return embedded ? embedded->first : num_nodes(); }
 
 Bounds bounds(const Mesh& mesh) {
   Bounds b;

@@ -1,12 +1,14 @@
 #pragma once
-// A mesh as data: rest positions, surface triangles and, for a solid, tetrahedra.
+// A body as data: its mesh at rest (surface triangles and, for a solid, tetrahedra), and its state.
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "core/body/embedded_surface.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
+
+struct EmbeddedSurface;  // core/body/embedded_surface.hpp
 
 /// Rest geometry of one body. Plain data: readers fill it, models and collision read it.
 struct Mesh {
@@ -18,8 +20,21 @@ struct Mesh {
 
   int num_nodes() const { return static_cast<int>(x.size() / 3); }
   /// Without the vertices of an embedded surface.
-  int num_own_nodes() const { return embedded ? embedded->first : num_nodes(); }
+  int num_own_nodes() const;
   bool operator==(const Mesh&) const = default;
+};
+
+/// Everything of a body that changes globally. A copy is a snapshot.
+struct State {
+  double t = 0;  ///< [s]
+  VectorX x, v;  ///< positions [m], velocities [m/s], (3n)
+  bool operator==(const State&) const = default;
+};
+
+/// A point of the body's surface.
+struct SurfacePlace {
+  int triangle = -1;            ///< -1: none
+  Vec3 weights = Vec3::Zero();  ///< of its corners, sum 1
 };
 
 struct Bounds {

@@ -2,6 +2,7 @@
 // Triangles of a surface that can be the nearest one to a place.
 #include <limits>
 
+#include "core/body/embedded_surface.hpp"
 #include "core/body/surface.hpp"
 
 namespace kt {

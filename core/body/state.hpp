@@ -1,16 +1,10 @@
 #pragma once
-// Everything that changes globally. A copy is a snapshot.
+// Whether two states have the same bits.
 #include <cstdint>
 
-#include "core/base/types.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
-
-struct State {
-  double t = 0;  ///< [s]
-  VectorX x, v;  ///< positions [m], velocities [m/s], (3n)
-  bool operator==(const State&) const = default;
-};
 
 /// FNV-1a over the bits of the values: equal hashes mean equal bits. Feed one value after the other.
 class StateHash {

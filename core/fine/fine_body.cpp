@@ -1,5 +1,6 @@
 #include "core/fine/fine_body.hpp"
 
+#include "core/body/embedded_surface.hpp"
 #include "core/fine/isotropic_cells.hpp"
 
 namespace kt {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "core/body/embedded_surface.hpp"
 #include "core/body/near_triangles.hpp"
 #include "core/fine/leaf_stiffness.hpp"
 

@@ -7,6 +7,9 @@
 #include <numeric>
 #include <set>
 
+#include "core/body/embedded_surface.hpp"
+#include "core/body/node_weights.hpp"
+
 namespace kt {
 namespace {
 

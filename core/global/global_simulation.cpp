@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/body/embedded_surface.hpp"
+
 namespace kt {
 namespace {
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/body/node_weights.hpp"
+
 namespace kt {
 namespace {
 

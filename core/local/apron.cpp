@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/error.hpp"
+#include "core/body/node_weights.hpp"
 
 namespace kt {
 namespace {

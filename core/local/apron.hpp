@@ -4,6 +4,7 @@
 // a tool about as the patch does and no contact there creates energy. What a load on the patch has moved is taken out:
 // a tool that leaves its dent finds the surface beside it where it is without the load. A contact there is flagged
 // (kOnApron), and asks for a new local model.
+#include "core/body/node_weights.hpp"
 #include "core/local/contact_surface.hpp"
 #include "core/local/reducer.hpp"
 

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
+#include "core/body/node_weights.hpp"
 #include "core/local/subdivision.hpp"
 
 namespace kt {

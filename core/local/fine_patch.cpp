@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/body/node_weights.hpp"
+
 namespace kt {
 namespace {
 

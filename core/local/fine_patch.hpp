@@ -4,17 +4,12 @@
 #include <memory>
 #include <utility>
 
+#include "core/body/mesh.hpp"
 #include "core/body/node_weights.hpp"
 
 namespace kt {
 
 constexpr int kMostYielding = 10000;  ///< points of one patch: of two tools, refine_nodes at most each
-
-/// A point of the body's surface.
-struct SurfacePlace {
-  int triangle = -1;            ///< -1: none
-  Vec3 weights = Vec3::Zero();  ///< of its corners, sum 1
-};
 
 struct FineOrigin;  // core/fine/make_fine_patch.hpp
 

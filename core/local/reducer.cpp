@@ -6,7 +6,9 @@
 #include <queue>
 #include <utility>
 
+#include "core/body/embedded_surface.hpp"
 #include "core/body/near_triangles.hpp"
+#include "core/body/node_weights.hpp"
 
 namespace kt {
 

@@ -24,6 +24,10 @@ struct BodyOptions {
   std::function<std::string(const std::string& path)> read_file{};  ///< as of load_mesh(); none: the file system
 };
 
+/// Of a scene's body.
+/// @param read_file  gives a file's bytes; none: the file system
+BodyOptions body_options(const Scene& scene, std::function<std::string(const std::string& path)> read_file = {});
+
 class Body {
  public:
   /// Of object.mesh. Throws InputError for what is wrong with the file or a value.

@@ -6,6 +6,7 @@
 #include "core/base/error.hpp"
 #include "core/body/check_mesh.hpp"
 #include "core/body/cut_tetrahedron.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "haptics/body/body.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/lattice.hpp"

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/numbers.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "core/global/integrator.hpp"
 #include "self_contact/touching_euler.hpp"
 

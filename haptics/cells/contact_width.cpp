@@ -6,10 +6,11 @@
 #include <numbers>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/base/types.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "core/body/near_triangles.hpp"
 #include "core/fine/fine_size.hpp"
 #include "haptics/cells/mesh_cures.hpp"
-#include "haptics/device/tool_turn.hpp"
 #include "haptics/refresh/refine_choice.hpp"
 #include "haptics/setup/built_scene.hpp"
 

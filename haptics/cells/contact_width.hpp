@@ -8,8 +8,9 @@
 #include <span>
 #include <string>
 
-#include "collision/shape/pose.hpp"
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
+#include "core/base/types.hpp"
 #include "core/body/mesh.hpp"
 
 namespace kt {

@@ -1,6 +1,7 @@
 #pragma once
 // What to change for other cells: by what the scene's body was made from.
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 #include "io/scene/scene.hpp"
 
 namespace kt {

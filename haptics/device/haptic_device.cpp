@@ -1,4 +1,5 @@
 #include "haptics/device/haptic_device.hpp"
+#include "core/base/backend.hpp"
 
 #include <algorithm>
 #include <cmath>

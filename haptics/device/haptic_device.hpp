@@ -6,11 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "core/base/backend.hpp"
+#include "core/base/error.hpp"
 #include "core/base/settings.hpp"
-#include "haptics/device/tool_turn.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
+
+struct BackendInfo;  // core/base/backend.hpp
 
 class MovedTarget;   // haptics/device/moved_target.hpp
 struct DeviceSlots;  // haptics/driver/device_slots.hpp
@@ -63,6 +65,13 @@ struct DeviceState {
   std::optional<Vec3> v{};         ///< the device's own velocity, in the world's frame, at the device's scale [m/s]
   std::optional<double> echoed{};  ///< |force| that the device repeats now [N]; none: it repeats nothing
   double most_echoed = 0;          ///< largest so far [N]
+};
+
+/// What a controller is told of a delay, and how much of it is known.
+struct DelayEstimate {
+  double delay = 0;         ///< [s] to reckon with
+  double p50 = 0, p99 = 0;  ///< of the acknowledgements in the window [s]; 0 before there are enough
+  bool measured = false;    ///< else fixed or unknown
 };
 
 /// A device in the world frame. pose(), state() and write() run in the haptic tick: no allocation, no exception.

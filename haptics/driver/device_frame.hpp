@@ -2,7 +2,7 @@
 // How a device's frame lies in the world: world = origin + scale R device, with R a signed permutation of the axes.
 #include <string>
 
-#include "collision/shape/pose.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

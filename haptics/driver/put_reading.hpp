@@ -2,7 +2,7 @@
 // What the drivers of force devices have in common when they have read a pose.
 #include <cmath>
 
-#include "collision/shape/pose.hpp"
+#include "core/base/types.hpp"
 #include "haptics/driver/device_slots.hpp"
 
 namespace kt {

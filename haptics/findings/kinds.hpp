@@ -1,5 +1,6 @@
 #pragma once
 // The kinds of findings, one function each: they append what a run shows.
+#include "core/base/numbers.hpp"
 #include "haptics/findings/run_findings.hpp"
 #include "haptics/watch/tick_words.hpp"
 

@@ -6,6 +6,7 @@
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/guard/sleep_until.hpp"
 #include "haptics/machine/real_time_thread.hpp"
+#include "haptics/safety/passivity.hpp"
 
 namespace kt {
 namespace {

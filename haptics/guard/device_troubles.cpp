@@ -3,6 +3,7 @@
 #include "core/base/error.hpp"
 #include "core/base/numbers.hpp"
 #include "haptics/driver/find_devices.hpp"
+#include "haptics/guard/followed_pose.hpp"
 
 namespace kt {
 namespace {

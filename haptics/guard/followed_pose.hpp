@@ -1,8 +1,8 @@
 #pragma once
 // A tool never jumps: where poses are missing it follows the way that it missed at a speed that local models are made
 // for. Where they leap as no hand moves, it rests first, as at a pose that is stale, until the gate is shut.
-#include "collision/shape/pose.hpp"
 
+#include "core/base/types.hpp"
 namespace kt {
 
 class FollowedPose {

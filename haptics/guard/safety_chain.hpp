@@ -6,16 +6,15 @@
 // held, and the tool is outside the body or being let out; it opens over half a second, and shuts so fast that the
 // force is zero 20 ms after the last fresh pose.
 #include <array>
+#include <memory>
 #include <optional>
 
 #include "haptics/device/haptic_device.hpp"
-#include "haptics/guard/followed_pose.hpp"
-#include "haptics/safety/device_coupling.hpp"
-#include "haptics/safety/measured_delay.hpp"
-#include "haptics/safety/passivity.hpp"
 #include "haptics/tick/local_frame.hpp"
 
 namespace kt {
+
+class PassivityControl;  // haptics/safety/passivity.hpp
 
 struct SafetyOptions {
   DeviceInfo device{};
@@ -77,9 +76,13 @@ struct SafetyCounts {
 /// Why the gate was shut in most of its ticks; `open`: it was not.
 GateReason main_reason(const SafetyCounts& counts) noexcept;
 
+/// It can be moved, and not be copied.
 class SafetyChain {
  public:
   explicit SafetyChain(const SafetyOptions& options);
+  ~SafetyChain();
+  SafetyChain(SafetyChain&&) noexcept;
+  SafetyChain& operator=(SafetyChain&&) noexcept;
 
   /// The tool is there now, wherever the device is: it goes to the device as after a gap.
   void begin_at(const Vec3& tool) noexcept;
@@ -97,51 +100,26 @@ class SafetyChain {
   Wrench make_safe(LocalFrame& frame, const Pose& device, const DeviceState& state, double dt) noexcept;
 
   /// The process ends, or the tool is put down: the gate shuts and stays so.
-  void shut() noexcept { is_stopping_ = true; }
+  void shut() noexcept;
 
-  double gate() const noexcept { return gate_; }  ///< 0 shut .. 1 open
-  GateReason reason() const noexcept { return reason_; }
-  GateReason last_reason() const noexcept { return last_reason_; }  ///< the last that was not `open`
-  const SafetyCounts& counts() const noexcept { return counts_; }
-  const std::optional<PassivityControl>& passivity() const noexcept { return passivity_; }
-  /// Of the torque, over the turns: of a live device that gives one.
-  const std::optional<PassivityControl>& turning() const noexcept { return turning_; }
-  double coupling() const noexcept { return coupling_.stiffness(); }  ///< [N/m] at the device; 0: none
-  const DelayEstimate& delay() const noexcept { return delay_; }
-  double max_force() const noexcept { return limits_.max_force; }  ///< [N] at the device
+  double gate() const noexcept;  ///< 0 shut .. 1 open
+  GateReason reason() const noexcept;
+  GateReason last_reason() const noexcept;  ///< the last that was not `open`
+  const SafetyCounts& counts() const noexcept;
+  const PassivityControl* passivity() const noexcept;  ///< null: none
+  /// Of the torque, over the turns: of a live device that gives one; null: none.
+  const PassivityControl* turning() const noexcept;
+  double coupling() const noexcept;  ///< [N/m] at the device; 0: none
+  const DelayEstimate& delay() const noexcept;
+  double max_force() const noexcept;  ///< [N] at the device
 
   static constexpr double kZeroWithin = 20e-3;  ///< [s] after the last fresh pose, or the last tick
   static constexpr double kOpening = 0.5;       ///< [s]
-  static constexpr double kFollows = FollowedPose::kFollows;
+  static constexpr double kFollows = 0.25;      ///< [m/s] of a tool that follows the way it missed
 
  private:
-  PortKnowledge known(const LocalFrame& frame, const DeviceState& state) const noexcept;
-  GateReason look(const LocalFrame& frame, const Pose& device, const DeviceState& state) noexcept;
-  void count(const DeviceState& state) noexcept;
-  void follow_delay(const DeviceState& state) noexcept;
-  void move_gate(double dt) noexcept;
-  Vec3 slewed(const Vec3& force, double dt, LocalFrame& frame) noexcept;
-  Vec3 safe_torque(const Vec3& torque, double dt) noexcept;
-  double allowed(double dt) noexcept;
-
-  SafetyOptions o_;
-  DeviceInfo limits_;                                    // the device's, with the force that the scene allows
-  std::optional<PassivityControl> passivity_, turning_;  // of a device that moves with the force; of its torque
-  TurnSum turned_;                                       // of the device [rad]
-  DeviceCoupling coupling_;
-  MeasuredDelay measured_;
-  DelayEstimate delay_;
-  unsigned delays_ = 0;  // that the device has told
-  Vec3 written_ = Vec3::Zero(), torque_ = Vec3::Zero();
-  FollowedPose followed_;  // the tool before the coupling's stretch
-  GateReason last_reason_ = GateReason::no_model;
-  Vec3 at_ = Vec3::Zero();  // the device's place, the last that was finite, without its leaps
-  double closing_;          // [s]
-  double gate_ = 0, heat_ = 0;
-  int slow_ticks_ = 0;
-  bool is_stopping_ = false, is_coupled_ = false;  // the latter: tool() was called for this tick
-  GateReason reason_ = GateReason::no_model;
-  SafetyCounts counts_;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace kt

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/local/fine_patch.hpp"
+#include "core/body/mesh.hpp"
 
 namespace kt {
 

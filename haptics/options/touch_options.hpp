@@ -1,15 +1,20 @@
 #pragma once
 // What a Touch is told besides the body: tools and settings. No file format, no device, no clock.
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "collision/shape/contact.hpp"
+#include "collision/shape/tool_shape.hpp"
 #include "core/base/settings.hpp"
-#include "haptics/options/band_powers.hpp"
-#include "haptics/options/reducer_change.hpp"
 
 namespace kt {
+
+struct BandPowers;  // haptics/options/band_powers.hpp
+struct Scene;       // io/scene/scene.hpp
 
 /// A patch is made for a tool that goes on as fast as it was measured, and a margin for one that gets faster, but for
 /// no more than this [m/s]: a faster one touches the apron until the next patch is there.
@@ -19,6 +24,16 @@ constexpr double kFollowedSpeed = 0.25;
 struct TouchTool {
   ToolShape shape{ToolShape::Kind::sphere, 0.004};
   double max_speed = std::numeric_limits<double>::infinity();  ///< bound [m/s], where one is known: of a path
+};
+
+/// "auto" went over to another candidate, at the end of the refresh at this tick.
+struct ReducerChange {
+  int tick = 0;
+  std::string from, to;    ///< names of candidates
+  std::string why;         ///< in words
+  double error = 0;        ///< of the new one: certified, worst of 0-500 Hz; NaN: not known
+  double force_error = 0;  ///< to expect of it
+  bool operator==(const ReducerChange&) const = default;
 };
 
 /// One refresh: which tick the body was linearized at, and which tick started with the new local model (-1: lost),
@@ -53,10 +68,16 @@ struct TouchOptions {
   LocalSettings local{};
   LinkSettings link{};  ///< type "thread" is Touch::start()
   CollisionSettings collision{};
-  std::uint64_t seed = 1;              ///< of what the link loses
-  std::optional<BandPowers> motion{};  ///< that the surface is to follow, as far as it is known before
+  std::uint64_t seed = 1;                      ///< of what the link loses
+  std::shared_ptr<const BandPowers> motion{};  ///< that the surface is to follow, as far as it is known before
   double stale_s = 0.25;  ///< age of a local model from which on frames carry kStaleModel, beyond usual intervals [s]
   TouchReplay replay{};
 };
+
+/// Of a scene. Loads the tools' meshes. Throws InputError for what only the tables of several libraries together can
+/// judge.
+/// @param read_file  gives a file's bytes; none: the file system
+TouchOptions touch_options(const Scene& scene,
+                           const std::function<std::string(const std::string& path)>& read_file = {});
 
 }  // namespace kt

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 
 namespace kt {
 

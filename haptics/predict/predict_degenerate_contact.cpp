@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "haptics/device/tool_turn.hpp"
+#include "core/base/types.hpp"
 #include "haptics/refresh/refresher.hpp"
 #include "haptics/setup/built_scene.hpp"
 #include "haptics/tick/contact_check.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/body/embedded_surface.hpp"
 #include "haptics/setup/built_scene.hpp"
 
 namespace kt {

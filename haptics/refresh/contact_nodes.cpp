@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/body/node_weights.hpp"
+
 namespace kt {
 
 void ContactNodes::keep(const PreparedLocalModel& model) {

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/local/certified_rates.hpp"
+#include "haptics/options/band_powers.hpp"
+
 namespace kt {
 namespace {
 

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/base/types.hpp"
+#include "core/local/certified_rates.hpp"
 #include "haptics/options/band_powers.hpp"
 
 namespace kt {

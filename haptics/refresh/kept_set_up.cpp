@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/body/state.hpp"
 #include "core/body/tangent_model.hpp"
 
 namespace kt {

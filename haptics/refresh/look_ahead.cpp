@@ -9,6 +9,7 @@
 #include "collision/shape/closest_point.hpp"
 #include "core/base/ticks.hpp"
 #include "core/body/near_triangles.hpp"
+#include "core/body/node_weights.hpp"
 
 namespace kt {
 

@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "core/local/certified_rates.hpp"
 #include "core/local/reducer.hpp"
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/excitation.hpp"
 
 namespace kt {

@@ -7,6 +7,8 @@
 
 #include "core/base/error.hpp"
 #include "core/base/numbers.hpp"
+#include "core/local/certified_rates.hpp"
+#include "haptics/options/band_powers.hpp"
 
 namespace kt {
 namespace {

@@ -5,7 +5,8 @@
 #include <utility>
 
 #include "core/local/certificate.hpp"
-#include "haptics/options/reducer_change.hpp"
+#include "core/local/certified_rates.hpp"
+#include "haptics/options/touch_options.hpp"
 #include "haptics/refresh/kept_set_up.hpp"
 #include "haptics/refresh/measured_refreshes.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "collision/shape/tool_shape.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "core/fine/isotropic_cells.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 

@@ -12,6 +12,7 @@
 #include "core/base/stages.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 #include "haptics/refresh/refine_choice.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
@@ -79,7 +80,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
            .beside_ms = choose_refine(model, surface, options, self_contact != nullptr).refines
                             ? predict_refine_ms(options.local.refine_nodes * static_cast<int>(options.tools.size()))
                             : 0,
-           .motion = options.motion,
+           .motion = options.motion ? std::optional(*options.motion) : std::nullopt,
            .cells_error = cells_error(model, surface, options, self_contact)}),
       scheme_(local_scheme(options.local.integrator)),
       metric_(contact_metric(options.contact.metric)),

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/halves/live_settings.hpp"
 #include "haptics/refresh/refine_choice.hpp"

@@ -2,14 +2,9 @@
 // How late forces act at a device that says so: from its acknowledgements.
 #include <array>
 
-namespace kt {
+#include "haptics/device/haptic_device.hpp"
 
-/// What a controller is told of a delay, and how much of it is known.
-struct DelayEstimate {
-  double delay = 0;         ///< [s] to reckon with
-  double p50 = 0, p99 = 0;  ///< of the acknowledgements in the window [s]; 0 before there are enough
-  bool measured = false;    ///< else fixed or unknown
-};
+namespace kt {
 
 /// No allocation, no clock; one thread at a time.
 ///

@@ -10,7 +10,7 @@
 #include <limits>
 #include <optional>
 
-#include "collision/shape/pose.hpp"
+#include "core/base/types.hpp"
 #include "haptics/safety/delayed_forces.hpp"
 #include "haptics/safety/quantized_velocity.hpp"
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/session/session.hpp"
 
 namespace kt {

@@ -5,8 +5,11 @@
 #include <iterator>
 #include <ranges>
 
+#include "core/body/state.hpp"
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/refresh/refresher.hpp"
+#include "haptics/safety/passivity.hpp"
 #include "haptics/session/session_run.hpp"
 #include "haptics/setup/path_excitation.hpp"
 #include "haptics/setup/scene_safety.hpp"
@@ -96,7 +99,7 @@ SelfCrossing find_self_crossing(const Body& body, const Refresher& refresher) {
   return out;
 }
 
-std::optional<PassivityRun> energy_of(const std::optional<PassivityControl>& control) {
+std::optional<PassivityRun> energy_of(const PassivityControl* control) {
   if (!control) return {};
   const PassivityControl& p = *control;
   return PassivityRun{p.least(), p.most(), p.most_debt(), p.given_by_hold(), p.damped_ticks()};
@@ -207,7 +210,7 @@ SessionResult Session::run(const SessionOptions& options) {
   std::vector<std::unique_ptr<HapticDevice>> devices = this->devices(options);
   std::vector<Pose> start;
   TouchOptions touched = this->options();
-  touched.motion = followed_motion();
+  if (const auto motion = followed_motion()) touched.motion = std::make_shared<const BandPowers>(*motion);
   touched.replay = options.replay;
   result.tools.resize(tools().size());
   for (std::size_t k = 0; k < tools().size(); ++k) {

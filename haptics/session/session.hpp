@@ -7,6 +7,7 @@
 #include "core/base/record.hpp"
 #include "haptics/guard/safety_chain.hpp"
 #include "haptics/machine/real_time_thread.hpp"
+#include "haptics/options/band_powers.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "haptics/refresh/touch_parts.hpp"

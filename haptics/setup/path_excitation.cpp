@@ -5,6 +5,7 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "core/body/near_triangles.hpp"
+#include "haptics/options/band_powers.hpp"
 
 namespace kt {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "core/local/reducer.hpp"
 #include "haptics/device/haptic_device.hpp"
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/excitation.hpp"
 
 namespace kt {

@@ -18,11 +18,6 @@ bool is_live(const Scene& scene);
 /// Gives a file's bytes; none: the file system.
 using ReadFile = std::function<std::string(const std::string& path)>;
 
-BodyOptions body_options(const Scene& scene, ReadFile read_file = {});
-
-/// Loads the tools' meshes. Throws InputError for what only the tables of several libraries together can judge.
-TouchOptions touch_options(const Scene& scene, const ReadFile& read_file = {});
-
 /// A path for each tool. Throws InputError for one that no device can follow.
 /// @param body  as it is at the start
 /// Of a live device one point: where the tool is when the device is opened, unless the scene has its origin.

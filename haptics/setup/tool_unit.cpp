@@ -6,6 +6,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 
 namespace kt {
 

@@ -5,6 +5,7 @@
 // is left of the gaps then is closed by close_gaps.
 #include <algorithm>
 
+#include "core/body/node_weights.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
 #include "haptics/tick/coulomb_stages.hpp"
 #include "haptics/tick/tick_stages.hpp"

@@ -4,6 +4,7 @@
 // that takes away the speed that is left: SHAKE and RATTLE (Andersen 1983).
 #include <Eigen/LU>
 
+#include "core/body/node_weights.hpp"
 #include "haptics/tick/coulomb_stages.hpp"
 #include "haptics/tick/tick_stages.hpp"
 

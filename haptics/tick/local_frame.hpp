@@ -2,7 +2,7 @@
 // What one haptic tick gives.
 #include <limits>
 
-#include "collision/shape/pose.hpp"
+#include "core/base/types.hpp"
 #include "haptics/contact/friction.hpp"
 
 namespace kt {

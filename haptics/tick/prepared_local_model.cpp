@@ -5,6 +5,7 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "core/base/wide.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "core/linear/sparse_solver.hpp"
 
 namespace kt {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/base/ticks.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "haptics/contact/scene_friction.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/touch/body_link.hpp"

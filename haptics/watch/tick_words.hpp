@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/refresh/inverted_tetrahedra.hpp"
 #include "haptics/tick/local_frame.hpp"
 #include "haptics/watch/lost_contact.hpp"

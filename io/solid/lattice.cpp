@@ -5,7 +5,9 @@
 
 #include "core/base/error.hpp"
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 #include "core/body/cut_tetrahedron.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "io/solid/lattice_grid.hpp"
 #include "io/solid/lattice_material.hpp"
 #include "io/solid/lattice_surface.hpp"

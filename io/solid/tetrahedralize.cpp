@@ -6,6 +6,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/finding.hpp"
+#include "core/base/numbers.hpp"
 #include "io/mesh/mesh_formats.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/tetrahedralize_backends.hpp"

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/body/embedded_surface.hpp"
 #include "haptics/refresh/refresher.hpp"
 
 namespace kt {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/cpu_time.hpp"
+#include "core/body/state.hpp"
 #include "haptics/refresh/refresher.hpp"
 
 namespace kt {

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
 
 namespace kt {
 namespace {

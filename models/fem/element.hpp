@@ -2,6 +2,7 @@
 // Tetrahedral elements as tables: nodes, and at each quadrature point the rest gradients of the shape functions.
 #include <vector>
 
+#include "core/body/embedded_surface.hpp"
 #include "core/body/mesh.hpp"
 
 namespace kt {

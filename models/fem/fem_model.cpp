@@ -1,6 +1,7 @@
 // Tetrahedral finite elements of a hyperelastic material:  f = -sum over points V P(F) grad N - damping + M g.
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "core/body/refinable.hpp"
 #include "models/embedded_model.hpp"
 #include "models/fem/batches.hpp"

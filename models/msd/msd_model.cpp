@@ -2,6 +2,7 @@
 #include <mutex>
 
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "core/fine/isotropic_cells.hpp"
 #include "models/embedded_model.hpp"
 #include "models/model.hpp"

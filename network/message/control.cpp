@@ -1,6 +1,7 @@
 // Control messages.
 #include <algorithm>
 
+#include "haptics/options/band_powers.hpp"
 #include "network/message/wire.hpp"
 
 namespace kt {

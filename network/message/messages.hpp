@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/refresh_record.hpp"
 #include "haptics/remote/report_box.hpp"
 #include "haptics/remote/sent_model.hpp"

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/local/certificate.hpp"
+#include "core/local/certified_rates.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

@@ -1,4 +1,5 @@
 // The smooth contact surface: what it is (planes, edges, the limit), and that forces and motion belong together.
+#include "core/body/node_weights.hpp"
 #include "core/local/contact_surface.hpp"
 
 #include <gtest/gtest.h>

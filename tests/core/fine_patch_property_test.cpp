@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "core/body/node_weights.hpp"
 #include "core/fine/fine_size.hpp"
 #include "core/fine/make_fine_patch.hpp"
 #include "models/model.hpp"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/parallel.hpp"
+#include "core/body/state.hpp"
 #include "core/local/graded_body.hpp"
 #include "tests/support/linearized_block.hpp"
 #include "tests/support/numbers.hpp"

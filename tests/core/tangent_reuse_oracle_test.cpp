@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/body/node_weights.hpp"
 #include "core/global/global_simulation.hpp"
 #include "core/linear/free_dofs.hpp"
 #include "models/model.hpp"

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "haptics/guard/safety_chain.hpp"
+#include "haptics/safety/passivity.hpp"
 
 namespace kt {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "collision/shape/pose.hpp"
+#include "core/base/types.hpp"
 
 namespace kt {
 

@@ -1,4 +1,5 @@
 // The nodes that a reported contact moves, against the contact surface of the local model that reported it.
+#include "core/body/node_weights.hpp"
 #include "haptics/refresh/contact_nodes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,6 @@
 // What a force is made of, against closed forms; and the force error that is expected from it, against forces.
+#include "core/local/certified_rates.hpp"
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/excitation.hpp"
 
 #include <gtest/gtest.h>

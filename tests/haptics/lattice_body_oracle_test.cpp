@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "core/body/embedded_surface.hpp"
 #include "core/fine/fine_size.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"

@@ -1,4 +1,5 @@
 // The body as it will be, against the body as it became.
+#include "core/body/node_weights.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 
 #include <gtest/gtest.h>

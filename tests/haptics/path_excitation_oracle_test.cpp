@@ -1,4 +1,5 @@
 // What the surface follows of a ball on a path: by hand on a plane, and against the closest of all triangles.
+#include "haptics/options/band_powers.hpp"
 #include "haptics/setup/path_excitation.hpp"
 
 #include <gtest/gtest.h>

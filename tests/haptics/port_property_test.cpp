@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/console/allocation_counter.hpp"
-#include "haptics/device/tool_turn.hpp"
+#include "core/base/types.hpp"
 #include "haptics/safety/measured_delay.hpp"
 #include "haptics/safety/passivity.hpp"
 #include "tests/support/random_sample.hpp"

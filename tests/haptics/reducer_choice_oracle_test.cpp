@@ -1,4 +1,5 @@
 // What "auto" takes: by hand on made-up candidates, and for bodies that need different local models.
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/reducer_choice.hpp"
 
 #include <gtest/gtest.h>

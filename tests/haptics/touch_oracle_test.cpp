@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "core/body/state.hpp"
 #include "haptics/halves/body_side.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/touch/touch.hpp"

@@ -1,5 +1,6 @@
 // A lattice around a surface: how much material it holds, and where, against the surface's own volume and centre; of
 // surfaces that are open, a heap of triangles, inside out, or overlap.
+#include "core/body/embedded_surface.hpp"
 #include "io/solid/lattice.hpp"
 
 #include <gtest/gtest.h>

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "io/solid/lattice.hpp"
 
 namespace kt {

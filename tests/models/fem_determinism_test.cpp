@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/parallel.hpp"
+#include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"

@@ -1,6 +1,7 @@
 // The same bits on every build: a fixed little simulation and the hash it must end with.
 #include <gtest/gtest.h>
 
+#include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "models/model.hpp"
 #include "tests/support/meshes.hpp"

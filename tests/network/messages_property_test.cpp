@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/refresher.hpp"
 #include "haptics/remote/model_unpacker.hpp"
 #include "haptics/setup/built_scene.hpp"

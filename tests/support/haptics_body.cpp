@@ -1,7 +1,7 @@
 #include "tests/support/haptics_body.hpp"
 
 #include "collision/shape/closest_point.hpp"
-#include "haptics/device/tool_turn.hpp"
+#include "core/base/types.hpp"
 #include "haptics/tick/contact_check.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "models/model.hpp"

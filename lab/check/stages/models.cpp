@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "core/body/embedded_surface.hpp"
+#include "core/body/node_weights.hpp"
 #include "core/body/pieces.hpp"
 #include "core/global/integrator.hpp"
 #include "core/linear/sparse_solver.hpp"

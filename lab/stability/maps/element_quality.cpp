@@ -2,6 +2,7 @@
 // limit (which falls with it, as Lanczos says), and whether implicit steps of a body pressed hard still converge.
 #include <cmath>
 
+#include "core/body/state.hpp"
 #include "lab/stability/map.hpp"
 #include "lab/stability/runs/explicit_limit.hpp"
 #include "lab/stability/runs/rays.hpp"

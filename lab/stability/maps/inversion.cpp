@@ -3,6 +3,7 @@
 // through zero stays there.
 #include <cmath>
 
+#include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "lab/stability/bisect.hpp"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/body/state.hpp"
 #include "haptics/predict/predict_time_step.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/map.hpp"

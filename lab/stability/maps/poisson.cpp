@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "lab/stability/bisect.hpp"

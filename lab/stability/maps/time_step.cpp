@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/body/state.hpp"
 #include "haptics/predict/predict_time_step.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/map.hpp"

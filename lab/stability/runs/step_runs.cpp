@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "core/body/state.hpp"
+
 namespace kt {
 namespace {
 
