@@ -1,9 +1,10 @@
 #include "haptics/device/haptic_device.hpp"
-#include "core/base/backend.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "core/base/backend.hpp"
 
 namespace kt {
 

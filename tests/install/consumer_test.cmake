@@ -11,6 +11,12 @@ function(run)
   set(out "${out}" PARENT_SCOPE)
 endfunction()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
+file(GLOB headers ${work}/prefix/include/kilotouch/*.h ${work}/prefix/include/kilotouch/*.hpp ${work}/prefix/include/kilotouch/*/*.hpp
+     ${work}/prefix/include/kilotouch/*/*/*.hpp)
+list(LENGTH headers count)
+if(count GREATER 20)
+  message(FATAL_ERROR "${count} headers are installed, 20 at most are to be: docs/walks.md\n${headers}")
+endif()
 run(${CMAKE_COMMAND} -G Ninja -S examples -B ${work}/build -DCMAKE_PREFIX_PATH=${work}/prefix
     -DCMAKE_BUILD_TYPE=None "-DCMAKE_CXX_FLAGS=${FLAGS} -O1")
 run(${CMAKE_COMMAND} --build ${work}/build)
