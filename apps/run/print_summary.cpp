@@ -54,12 +54,11 @@ void print_cells(const Json& width, const Json& error) {
   const auto mm = [&](const char* key, double times) {
     return short_number(1e3 * times * width[key].get<double>(), 2);
   };
-  line("cells", text(mm("cell_m", 1), " mm under a contact of ", mm("contact_radius_m", 2), " mm",
-                     width["refined"] ? ", refined under the tool" : ", as they are", ": expect about ",
-                     short_number(width["force_factor"].get<double>()), " times the force of the continuum",
-                     error["together"].is_null()
-                         ? std::string()
-                         : ", off by " + percent("together") + " with the local model's " + percent("local_model")));
+  line("cells",
+       text(mm("cell_m", 1), " mm under a contact of ", mm("contact_radius_m", 2), " mm",
+            width["refined"] ? ", refined under the tool" : ", as they are", ": expect about ",
+            short_number(width["force_factor"].get<double>()), " times the force of the continuum",
+            error["together"].is_null() ? std::string() : " (" + percent("together") + " off with the local model)"));
 }
 
 void print_reference(const Json& s) {

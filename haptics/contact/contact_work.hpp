@@ -6,10 +6,7 @@ namespace kt {
 /// Multiply-adds of the loops that grow with the number of contacts: sweeps, direct solutions, corrections of gaps.
 class ContactWork {
  public:
-  /// Some 0.4 ms of a core that does two of them a nanosecond. Ticks of 40 contacts under a ball at rest take a tenth.
-  static constexpr long kOfTick = 800'000;
-
-  explicit ContactWork(long most = kOfTick) noexcept : left_(most) {}
+  explicit ContactWork(long most = 0) noexcept : left_(most) {}
   void take(long count) noexcept { left_ -= count; }
   void take_factor(long unknowns) noexcept { take(unknowns * unknowns * unknowns / 3); }
   bool is_over() const noexcept { return left_ <= 0; }

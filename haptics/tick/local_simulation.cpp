@@ -11,10 +11,13 @@
 namespace kt {
 namespace {
 
+/// Some 0.7 ms of a core that does two multiply-adds a nanosecond: more than any tick of the scenes takes.
+constexpr long kMostWork = 1'500'000;
+
 void begin_tick(TickState& tick, std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept {
   tick.num_samples = 0;
   tick.residual = 0;
-  tick.work = ContactWork();
+  tick.work = ContactWork(kMostWork);
   tick.t += tick.h;
   for (int k = 0; k < tick.num_tools(); ++k) {
     frames[k] = {};
