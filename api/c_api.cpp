@@ -291,9 +291,34 @@ kt_status kt_warnings(const kt_touch* touch, char* out, size_t room, size_t* nee
   if (!touch || !needed || (!out && room > 0)) return misuse("kt_warnings: a null pointer");
   return guarded([&] {
     std::string lines;
-    for (const std::string& line : touch->warnings()) lines += line + '\n';
+    for (const std::string& line : kt::lines(touch->findings())) lines += line + '\n';
     *needed = lines.size() + 1;
     if (room > 0) out[lines.copy(out, room - 1)] = 0;
+  });
+}
+
+kt_status kt_finding_at(const kt_touch* touch, size_t index, kt_finding* out, size_t* count) {
+  if (!touch || !count || (!out && index > 0)) return misuse("kt_finding_at: a null pointer");
+  return guarded([&] {
+    const std::vector<kt::Finding> found = touch->findings();
+    *count = found.size();
+    if (!out || index >= found.size()) return;
+    const kt::Finding& f = found[index];
+    const auto copy = [](const std::string& from, auto& to) { to[from.copy(to, sizeof to - 1)] = 0; };
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    kt_finding finding{};
+    finding.size = out->size;
+    finding.weight = static_cast<int32_t>(f.weight);
+    finding.value = f.value.value_or(unknown);
+    finding.limit = f.limit.value_or(unknown);
+    copy(f.what, finding.what);
+    copy(f.where, finding.where);
+    if (!f.cures.empty()) {
+      copy(f.cures.front().told, finding.cure);
+      copy(f.cures.front().key, finding.cure_key);
+      copy(f.cures.front().value, finding.cure_value);
+    }
+    std::memcpy(out, &finding, std::min<std::size_t>(out->size, sizeof finding));
   });
 }
 

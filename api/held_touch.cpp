@@ -62,19 +62,22 @@ std::span<const LocalFrame> HeldTouch::tick_devices(std::span<const Pose> device
   return {given_.data(), devices.size()};
 }
 
-std::vector<std::string> HeldTouch::warnings() const {
+std::vector<Finding> HeldTouch::findings() const {
   constexpr double kNoticeableShare = 0.01;  // of the ticks, as of a run's
-  std::vector<std::string> out = touch.warnings();
+  std::vector<Finding> out = touch.findings();
   for (std::size_t k = 0; k < chains_.size(); ++k) {
     const SafetyCounts& s = chains_[k].counts();
     const auto of_all = [&](int count) { return text(count, " of ", s.ticks, " ticks"); };
-    if (never_opened(s) || s.shut > 0) out.push_back(which(k) + gate_words(s));
-    if (s.limited > 0) out.push_back(which(k) + limited_words(s.limited));
-    if (s.slewed > kNoticeableShare * s.ticks) out.push_back(which(k) + slewed_words(of_all(s.slewed)));
-    if (s.stale > 0) out.push_back(which(k) + stale_pose_words(of_all(s.stale)));
-    if (s.jumps > 0) out.push_back(which(k) + leap_words(s.jumps));
+    const auto add = [&](const std::string& words, int count) {
+      out.push_back(Finding{which(k) + words}.at(tool_key(k), count, 0));
+    };
+    if (never_opened(s) || s.shut > 0) add(gate_words(s), s.shut);
+    if (s.limited > 0) add(limited_words(s.limited), s.limited);
+    if (s.slewed > kNoticeableShare * s.ticks) add(slewed_words(of_all(s.slewed)), s.slewed);
+    if (s.stale > 0) add(stale_pose_words(of_all(s.stale)), s.stale);
+    if (s.jumps > 0) add(leap_words(s.jumps), s.jumps);
     if (s.not_finite > 0)
-      out.push_back(text(which(k), "the force was no number in ", of_all(s.not_finite), ": none was given"));
+      add(text("the force was no number in ", of_all(s.not_finite), ": none was given"), s.not_finite);
   }
   return out;
 }

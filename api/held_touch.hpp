@@ -29,9 +29,9 @@ class HeldTouch {
   std::span<const LocalFrame> tick_devices(std::span<const Pose> devices, std::span<const DeviceState> states,
                                            double dt) noexcept;
 
-  /// Touch::warnings(), and what the devices were not given: a gate that was shut, forces that were cut or held back,
+  /// Touch::findings(), and what the devices were not given: a gate that was shut, forces that were cut or held back,
   /// poses that leapt or were old. In the thread that ticks.
-  std::vector<std::string> warnings() const;
+  std::vector<Finding> findings() const;
 
   /// Touch::reset(), and the chains anew. While nobody ticks.
   void reset();

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <memory>
 
+#include "core/base/finding.hpp"
 #include "core/body/deformable_model.hpp"
 #include "haptics/driver/device_slots.hpp"
 #include "haptics/tick/local_frame.hpp"
@@ -63,6 +64,9 @@ std::unique_ptr<DeformableModel> model_of(const py::object& own);
 
 /// What the two, mesh and model, leave open; throws InputError where both are given, or neither and no file.
 void check_body_source(const NamedScene& scene, const py::object& mesh, const py::object& model);
+
+/// A dict each, as in the summary: what, weight, where, value, limit, cures.
+py::list dicts_of(const std::vector<Finding>& findings);
 
 /// Three numbers, for pickle.
 py::tuple tuple_of(const Vec3& v);

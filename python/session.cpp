@@ -115,9 +115,9 @@ class PythonSession {
     return run ? run->progress.load() : 0;
   }
 
-  std::vector<std::string> predictions() const {
-    std::vector<std::string> out;
-    for (const Prediction& p : session_->predictions()) out.push_back(p.message());
+  std::vector<Finding> predicted() const {
+    std::vector<Finding> out;
+    for (const Prediction& p : session_->predictions()) out.push_back(p.finding);
     return out;
   }
 
@@ -246,8 +246,11 @@ void bind_session(py::module_& m) {
           "progress", [](PythonSession& s) { return s.progress(); },
           "Share of the started run that is done, 0 to 1; 0 until its first tick.")
       .def_property_readonly(
-          "predictions", [](PythonSession& s) { return s.predictions(); },
-          "What is known to go wrong in a run, found at set-up: a list of sentences.");
+          "predictions", [](PythonSession& s) { return lines(s.predicted()); },
+          "What is known to go wrong in a run, found at set-up: a list of sentences.")
+      .def_property_readonly(
+          "findings", [](PythonSession& s) { return dicts_of(s.predicted()); },
+          "The same as values, as Touch.findings.");
 }
 
 }  // namespace kt

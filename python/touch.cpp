@@ -288,8 +288,12 @@ void bind_touch(py::module_& m) {
       .def_property_readonly(
           "status", [](PythonTouch& t) { return t.touch().status(); }, "Of the refresh that was made last.")
       .def_property_readonly(
-          "warnings", [](PythonTouch& t) { return t.held().warnings(); },
+          "warnings", [](PythonTouch& t) { return lines(t.held().findings()); },
           "What speaks against the forces so far, a line each: of the body, and of the ticks.")
+      .def_property_readonly(
+          "findings", [](PythonTouch& t) { return dicts_of(t.held().findings()); },
+          "The same as values: a dict each, with what, weight (note, doubt, failure), where, value, limit, and cures "
+          "(key, value, told).")
       .def_property_readonly(
           "h", [](PythonTouch& t) { return t.touch().h(); }, "of a tick [s]")
       .def_property_readonly("num_tools", [](PythonTouch& t) { return t.touch().num_tools(); });

@@ -72,6 +72,18 @@ public static class Kilotouch {
     public double refresh_ms, late_ticks, expected_force_error, certified_error;
   }
 
+  [StructLayout(LayoutKind.Sequential, CharSet = CharSet.Ansi)]
+  public struct Finding {
+    public uint size;
+    public int weight;
+    public double value, limit;
+    [MarshalAs(UnmanagedType.ByValTStr, SizeConst = 512)] public string what;
+    [MarshalAs(UnmanagedType.ByValTStr, SizeConst = 64)] public string where;
+    [MarshalAs(UnmanagedType.ByValTStr, SizeConst = 256)] public string cure;
+    [MarshalAs(UnmanagedType.ByValTStr, SizeConst = 64)] public string cure_key;
+    [MarshalAs(UnmanagedType.ByValTStr, SizeConst = 64)] public string cure_value;
+  }
+
   [DllImport(Library)] public static extern IntPtr kt_version();
   [DllImport(Library)] public static extern uint kt_api_version();
   [DllImport(Library)] public static extern IntPtr kt_last_error();
@@ -106,6 +118,8 @@ public static class Kilotouch {
   [DllImport(Library)] public static extern Status kt_get_number(IntPtr touch, string key, out double value);
   [DllImport(Library)]
   public static extern Status kt_warnings(IntPtr touch, byte[] lines, UIntPtr room, out UIntPtr needed);
+  [DllImport(Library)]
+  public static extern Status kt_finding_at(IntPtr touch, UIntPtr index, ref Finding result, out UIntPtr count);
   [DllImport(Library)] public static extern Status kt_stats_of(IntPtr touch, ref Stats result);
 
   public static string LastError() { return Marshal.PtrToStringAnsi(kt_last_error()); }

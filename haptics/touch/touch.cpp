@@ -165,7 +165,7 @@ void Touch::reset() {
   for (const SettingChange& c : before->changed) c.word.empty() ? set(c.key, c.value) : set(c.key, c.word);
 }
 
-std::vector<std::string> Touch::warnings() const {
+std::vector<Finding> Touch::findings() const {
   const Parts& p = *parts_;
   std::vector<Finding> found;
   for (const Finding& finding : p.body.findings())
@@ -179,10 +179,9 @@ std::vector<std::string> Touch::warnings() const {
       p.watch->tell(p.flagged[0].all(), p.body.model().mesh().tetrahedra.size(),
                     touching ? touching->options.stiffness : 0, found);
   }
-  std::vector<std::string> out = lines(found);
   if (const std::string error = status().error; !error.empty())
-    out.push_back(text("the body's simulation ended: ", error));
-  return out;
+    found.push_back({text("the body's simulation ended: ", error), {}, Finding::Weight::failure});
+  return found;
 }
 
 void Touch::check_contacts(bool on) { parts_->checks = on; }

@@ -63,15 +63,15 @@ class Touch {
   /// ticks ago. From any thread; never delays a tick.
   void copy_positions(VectorX& x);
 
-  /// What speaks against the forces so far, a line each, in the words of the command: of the body as it was loaded; of
+  /// What speaks against the forces so far, in the words of the command: of the body as it was loaded; of
   /// the ticks, by their flags and by the residual of their contact forces; of tools that were inside the whole body,
   /// went into it or through it, or lost contact, in ticks until some refreshes ago, after stop() in all;
   /// of refreshes whose tangent was indefinite or whose tetrahedra were inside out; without start(), of a surface with
   /// self-contact that crossed itself or is pressed onto itself. Not of a body without self-contact that passes through
   /// itself: to look for that takes too long; `Session` and the command do, after a run. Of a body on another computer,
   /// not of its refreshes. From any thread.
-  std::vector<std::string> warnings() const;
-  /// False: ticks and refreshes are not looked at for warnings(), beyond the ticks' own flags. Before the first tick.
+  std::vector<Finding> findings() const;
+  /// False: ticks and refreshes are not looked at for findings(), beyond the ticks' own flags. Before the first tick.
   void check_contacts(bool on);
 
   TouchStatus status() const;                        ///< from any thread

@@ -1,6 +1,6 @@
 #pragma once
 // What is said of ticks, contacts and the body's refreshes: in the same words of a scene's run (findings/) and of a
-// loop of one's own (Touch::warnings()). Who asks adds the cures that he knows.
+// loop of one's own (Touch::findings()). Who asks adds the cures that he knows.
 #include <optional>
 
 #include "core/base/finding.hpp"

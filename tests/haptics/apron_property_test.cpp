@@ -69,7 +69,7 @@ TEST(Apron, ReachesTheWholeSurfaceOfALargeBodyAndTells) {
   }
   EXPECT_EQ(free, 0) << "contact was lost";
   EXPECT_GT(flagged, 150) << "nothing tempted it";
-  const std::vector<std::string> warnings = touch.warnings();
+  const std::vector<std::string> warnings = lines(touch.findings());
   EXPECT_TRUE(
       std::ranges::any_of(warnings, [](const std::string& w) { return w.find("outside the local model") < w.size(); }));
 }

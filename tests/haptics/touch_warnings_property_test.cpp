@@ -53,7 +53,7 @@ Lines told_of(const Scene& scene, const SessionResult& run) {
   touch.place(run.tools[0].start);
   for (const LocalFrame& f : run.tools[0].frames) EXPECT_EQ(touch.tick(f.pose).force, f.force);
   touch.stop();  // the ticks of the last local model are looked at, too
-  return touch.warnings();
+  return lines(touch.findings());
 }
 
 /// Each of these that the command says, and how many.
@@ -89,11 +89,11 @@ TEST(TouchWarnings, TellOfItBeforeTheEndToo) {
   const Pose above{{0.03, 0.026, 0.2}}, below{{0.03, 0.026, -0.2}};
   touch.place(above);
   for (int i = 0; i < 50; ++i) touch.tick(above);
-  EXPECT_FALSE(says_it(touch.warnings()));
+  EXPECT_FALSE(says_it(lines(touch.findings())));
   for (int i = 0; i < 50; ++i) touch.tick(below);
-  EXPECT_TRUE(says_it(touch.warnings())) << "a refresh later";
+  EXPECT_TRUE(says_it(lines(touch.findings()))) << "a refresh later";
   touch.reset();
-  EXPECT_EQ(touch.warnings(), Lines{});
+  EXPECT_EQ(lines(touch.findings()), Lines{});
 }
 
 TEST(TouchWarnings, TellOfItInTwoThreads) {
@@ -104,11 +104,11 @@ TEST(TouchWarnings, TellOfItInTwoThreads) {
   touch.start();
   for (int i = 0; i < 200; ++i) {
     touch.tick(i < 50 ? above : below);
-    touch.warnings();  // from any thread: of this one as well
+    touch.findings();  // from any thread: of this one as well
     std::this_thread::sleep_for(std::chrono::microseconds(500));
   }
   touch.stop();
-  const Lines told = touch.warnings();
+  const Lines told = lines(touch.findings());
   EXPECT_NE(said(told, kThrough).find("in 1 tick, first in tick 50 (t = 0.051 s), 0.4 m"), std::string::npos)
       << ::testing::PrintToString(told);
   EXPECT_EQ(said(told, "not checked"), "");
@@ -119,7 +119,7 @@ TEST(TouchWarnings, AreNotOfASessionsOwnTouchNorOfWhoAsksForNone) {
   Touch touch(session.body(), session.options());
   touch.check_contacts(false);
   leap(touch);
-  EXPECT_FALSE(says_it(touch.warnings()));
+  EXPECT_FALSE(says_it(lines(touch.findings())));
 }
 
 /// A method that lets tools in is not blamed for it, as by the command.
@@ -129,7 +129,7 @@ TEST(TouchWarnings, AreNotOfMethodsThatLetToolsIn) {
   const Session session(scene);
   Touch touch(session.body(), session.options());
   leap(touch);
-  EXPECT_FALSE(says_it(touch.warnings()));
+  EXPECT_FALSE(says_it(lines(touch.findings())));
 }
 
 TEST(TouchWarnings, TellOfAToolThatStartsInsideAsTheCommandDoes) {
@@ -170,7 +170,7 @@ TEST(TouchWarnings, TellOfTheFlagsOfEachTool) {
   touch.place(above);
   for (int i = 0; i < 10; ++i) touch.tick(above);
   touch.tick(std::array{above[0], Pose{{NAN, 0, 0}}});
-  const Lines told = touch.warnings();
+  const Lines told = lines(touch.findings());
   ASSERT_EQ(told.size(), 1u) << ::testing::PrintToString(told);
   EXPECT_NE(told[0].find("second tool: a pose that was not finite"), std::string::npos) << told[0];
   EXPECT_NE(told[0].find("1 of 11 ticks, first at t = 0.011 s"), std::string::npos) << told[0];

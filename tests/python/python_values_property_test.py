@@ -23,6 +23,11 @@ class Pose(ctypes.Structure):
     _fields_ = [("size", ctypes.c_uint32), ("buttons", ctypes.c_uint32), ("x", ctypes.c_double * 3), ("turn", ctypes.c_double * 4)]
 
 
+class FoundOne(ctypes.Structure):
+    _fields_ = [("size", ctypes.c_uint32), ("weight", ctypes.c_int32), ("value", ctypes.c_double), ("limit", ctypes.c_double), ("what", ctypes.c_char * 512),
+                ("where", ctypes.c_char * 64), ("cure", ctypes.c_char * 256), ("cure_key", ctypes.c_char * 64), ("cure_value", ctypes.c_char * 64)]
+
+
 class Frame(ctypes.Structure):
     _fields_ = [("size", ctypes.c_uint32), ("flags", ctypes.c_uint32), ("t", ctypes.c_double)]
 
@@ -103,6 +108,8 @@ class Objects(unittest.TestCase):
         touch["contact.mu"] = 0.2
         touch.tick([math.nan] * 3)
         self.assertTrue(any("not finite" in w for w in touch.warnings), touch.warnings)
+        found = [f for f in touch.findings if "not finite" in f["what"]]
+        self.assertEqual((len(found), found[0]["weight"], found[0]["value"], found[0]["limit"]), (1, "doubt", 1, 0))
         touch.reset()
         self.assertEqual(touch["contact.mu"], 0.2)
         self.assertEqual(touch.warnings, [])
@@ -203,6 +210,17 @@ class CInterface(unittest.TestCase):
             self.assertEqual(self.kt.kt_tick(touch, ctypes.byref(pose), one, ctypes.byref(frame)), 0)
         self.assertEqual(self.kt.kt_warnings(touch, told, ctypes.c_size_t(len(told)), ctypes.byref(needed)), 0)
         self.assertIn(THROUGH, told.value.decode())
+        count, found = ctypes.c_size_t(), FoundOne(size=ctypes.sizeof(FoundOne))
+        self.assertEqual(self.kt.kt_finding_at(touch, ctypes.c_size_t(0), None, ctypes.byref(count)), 0)
+        self.assertEqual(count.value, len(told.value.decode().splitlines()))
+        said = []
+        for i in range(count.value):
+            self.assertEqual(self.kt.kt_finding_at(touch, ctypes.c_size_t(i), ctypes.byref(found), ctypes.byref(count)), 0)
+            said.append((found.weight, found.what.decode()))
+        self.assertIn(2, [weight for weight, what in said if THROUGH in what])
+        found.what = b"kept"
+        self.assertEqual(self.kt.kt_finding_at(touch, count, ctypes.byref(found), ctypes.byref(count)), 0)
+        self.assertEqual(found.what, b"kept", "beyond the last one")
         self.kt.kt_close(touch)
 
 
