@@ -142,6 +142,7 @@ Json real_time_json(const RealTime& r) {
           {"refresh_share", r.refresh_share},
           {"tick_share", r.tick_share},
           {"cure", r.cures.empty() ? Json(nullptr) : Json(r.cure())},
+          {"why", r.why()},
           {"told", r.told()}};
 }
 

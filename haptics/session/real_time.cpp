@@ -154,19 +154,21 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result, double
   return out;
 }
 
+std::string RealTime::why() const {
+  const std::string late = lags ? kt::told(refresh_hz, " of ", wanted_hz, " refreshes a second") : std::string();
+  if (slow_part == "link") return late + " came over the link";
+  const std::string part =
+      slow_part == "haptic tick"
+          ? kt::told("a haptic tick takes ", 1e3 * part_ms, " us, ", in_percent(tick_share),
+                     " of its period, a refresh ", in_percent(refresh_share), " of its")
+          : kt::told("a refresh takes ", refresh_ms, " ms of ", budget_ms, ", ", in_percent(refresh_share), " (",
+                     is_crowded ? "other programs hold the processor" : kt::told(slow_part, " ", part_ms),
+                     "), a haptic tick ", in_percent(tick_share), " of its period");
+  return lags ? late + ", " + part : part;
+}
+
 std::string RealTime::told() const {
-  std::string out = name_of(keeps);
-  if (lags) out += kt::told(": ", refresh_hz, " of ", wanted_hz, " refreshes a second");
-  if (slow_part == "link")
-    out += " came over the link";
-  else if (slow_part == "haptic tick")
-    out += kt::told(lags ? ", " : ": ", "a haptic tick takes ", 1e3 * part_ms, " us, ", in_percent(tick_share),
-                    " of its period, a refresh ", in_percent(refresh_share), " of its");
-  else
-    out += kt::told(lags ? ", " : ": ", "a refresh takes ", refresh_ms, " ms of ", budget_ms, ", ",
-                    in_percent(refresh_share), " (",
-                    is_crowded ? "other programs hold the processor" : kt::told(slow_part, " ", part_ms),
-                    "), a haptic tick ", in_percent(tick_share), " of its period");
+  const std::string out = text(name_of(keeps), ": ", why());
   return cures.empty() ? out : out + "; " + cure();
 }
 

@@ -29,7 +29,9 @@ struct RealTime {
   std::vector<Cure> cures{};  ///< none: none is needed, or known
 
   std::string cure() const { return alternatives(cures); }  ///< "set local.reducer to condensed, or ..."
-  /// One line: "no: reduce takes 55 of the 68 ms of a refresh, 33 ms are there".
+  /// Figures of the slow part: "a refresh takes 68 ms of 33, ...".
+  std::string why() const;
+  /// One line, with that and the cure: "no: reduce takes 55 of the 68 ms of a refresh, 33 ms are there".
   std::string told() const;
 };
 

@@ -85,17 +85,12 @@ def cards(run):
 
 def real_time(summary):
     """Whether it holds, because of what, and the setting that cures it. None in a folder that does not say."""
-    told = look_up(summary, "real_time.told")
-    if not told:
+    why = look_up(summary, "real_time.why") or look_up(summary, "real_time.told")
+    if not why:
         return None
     keeps = str(look_up(summary, "real_time.keeps"))
-    cure = look_up(summary, "real_time.cure")
-    why = str(told)
-    for start in (f"{keeps}: ", "just about: "):
-        why = why[len(start):] if why.startswith(start) else why
-    if cure:
-        why = why.replace("; " + str(cure), "")
-    return {"word": {"just_about": "just about"}.get(keeps, keeps), "level": {"yes": "", "no": "no"}.get(keeps, "perhaps"), "why": why, "cure": cure}
+    return {"word": {"just_about": "just about"}.get(keeps, keeps), "level": {"yes": "", "no": "no"}.get(keeps, "perhaps"), "why": str(why),
+            "cure": look_up(summary, "real_time.cure")}
 
 
 def report(folder, title, vectors=None):
