@@ -304,7 +304,11 @@ kt_status kt_finding_at(const kt_touch* touch, size_t index, kt_finding* out, si
     *count = found.size();
     if (!out || index >= found.size()) return;
     const kt::Finding& f = found[index];
-    const auto copy = [](const std::string& from, auto& to) { to[from.copy(to, sizeof to - 1)] = 0; };
+    const auto copy = [](const std::string& from, auto& to) {
+      std::size_t size = std::min(from.size(), sizeof to - 1);
+      while (size < from.size() && size > 0 && (from[size] & 0xC0) == 0x80) --size;  // whole characters of UTF-8
+      to[from.copy(to, size)] = 0;
+    };
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     kt_finding finding{};
     finding.size = out->size;

@@ -68,12 +68,13 @@ std::vector<Finding> HeldTouch::findings() const {
   for (std::size_t k = 0; k < chains_.size(); ++k) {
     const SafetyCounts& s = chains_[k].counts();
     const auto of_all = [&](int count) { return text(count, " of ", s.ticks, " ticks"); };
-    const auto add = [&](const std::string& words, int count) {
-      out.push_back(Finding{which(k) + words}.at(tool_key(k), count, 0));
+    const auto add = [&](const std::string& words, int count, double limit = 0) {
+      out.push_back(Finding{which(k) + words}.at(tool_key(k), count, limit));
     };
-    if (never_opened(s) || s.shut > 0) add(gate_words(s), s.shut);
+    if (never_opened(s) || s.shut > 0) add(gate_words(s), never_opened(s) ? s.ticks : s.shut);
     if (s.limited > 0) add(limited_words(s.limited), s.limited);
-    if (s.slewed > kNoticeableShare * s.ticks) add(slewed_words(of_all(s.slewed)), s.slewed);
+    if (s.slewed > kNoticeableShare * s.ticks)
+      add(slewed_words(of_all(s.slewed)), s.slewed, kNoticeableShare * s.ticks);
     if (s.stale > 0) add(stale_pose_words(of_all(s.stale)), s.stale);
     if (s.jumps > 0) add(leap_words(s.jumps), s.jumps);
     if (s.not_finite > 0)

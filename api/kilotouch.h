@@ -99,7 +99,7 @@ typedef struct kt_finding {
   uint32_t size;         /* sizeof(kt_finding) */
   int32_t weight;        /* KT_NOTE: nothing against the forces; KT_DOUBT; KT_FAILURE: they are not those of the scene */
   double value, limit;   /* that was found, and from which on it is told; NaN: none */
-  char what[512];        /* the quantity, its value, its limit, with a zero at the end as all texts here */
+  char what[512];        /* the quantity, its value, its limit, with a zero at the end as all texts here: cut where it is longer */
   char where[64];        /* key of the scene that it is about; empty: none */
   char cure[256];        /* the best one; empty: none is known */
   char cure_key[64], cure_value[64]; /* the setting that it is, for kt_set_number and kt_set_word; empty: it is none */
@@ -150,7 +150,8 @@ KT_API kt_status kt_get_number(const kt_touch* touch, const char* key, double* v
 /* What speaks against the forces so far, a line each, with a zero at the end: `room` characters are there; `needed` is
  * filled, 1 where nothing does. From any thread; with kt_tick_device from the ticking one. */
 KT_API kt_status kt_warnings(const kt_touch* touch, char* out, size_t room, size_t* needed);
-/* The same one by one. `count` is filled with how many there are; `out` is left where `index` is not below it. */
+/* The same one by one. `count` is filled with how many there are; `out` is left where `index` is not below it, and may
+ * be null at index 0. */
 KT_API kt_status kt_finding_at(const kt_touch* touch, size_t index, kt_finding* out, size_t* count);
 KT_API kt_status kt_stats_of(const kt_touch* touch, kt_stats* out);
 

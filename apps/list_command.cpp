@@ -7,6 +7,7 @@
 #include "apps/console/words.hpp"
 #include "collision/broad/triangle_index.hpp"
 #include "core/global/integrator.hpp"
+#include "haptics/device/device_backends.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/link/links.hpp"
 #include "haptics/refresh/reducer_choice.hpp"

@@ -9,6 +9,7 @@
 #include "apps/live/machine_report.hpp"
 #include "apps/outputs/run_summary.hpp"
 #include "core/base/error.hpp"
+#include "haptics/device/device_backends.hpp"
 #include "haptics/driver/find_devices.hpp"
 #include "haptics/guard/device_identify.hpp"
 #include "haptics/guard/device_test.hpp"

@@ -4,6 +4,7 @@
 
 #include "core/base/backend.hpp"
 #include "core/base/error.hpp"
+#include "haptics/device/device_backends.hpp"
 #include "haptics/device/haptic_device.hpp"
 
 namespace kt {

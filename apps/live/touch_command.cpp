@@ -15,6 +15,7 @@
 #include "apps/console/allocation_counter.hpp"
 #include "apps/live/live_scene.hpp"
 #include "apps/live/recordings.hpp"
+#include "haptics/device/device_backends.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/shell_words.hpp"

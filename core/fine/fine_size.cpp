@@ -1,5 +1,6 @@
 #include "core/fine/fine_size.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "core/fine/fine_refinement.hpp"
@@ -43,6 +44,6 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
   return out;
 }
 
-double expected_fine_factor(double fineness) { return 1.05 + 0.01 * fineness; }
+double expected_fine_factor(double fineness) { return 1.05 + 0.01 * std::max(kLeastFineness, fineness); }
 
 }  // namespace kt

@@ -14,7 +14,8 @@ public static class Kilotouch {
   public enum Flags : uint {
     EventsExhausted = 1, LeftPatch = 2, LostAnchor = 4, RigidContact = 8, NotFinite = 16, ContactsExhausted = 32,
     PushedOut = 64, StaleModel = 128, BodyFailed = 256, NoModel = 512, BadPose = 1024, LateTick = 2048, Gated = 4096, Slewed = 8192,
-    StalePose = 16384, OnApron = 32768, Unrefined = 65536
+    StalePose = 16384, OnApron = 32768, Unrefined = 65536,
+    WorkExhausted = 131072
   }
 
   [StructLayout(LayoutKind.Sequential)]

@@ -143,13 +143,6 @@ PressedTip press_tip(const BuiltScene& built, const Pose& pose) {
   return {p, tip.width / std::numbers::sqrt2 + std::sqrt(tool.radius * std::min(p.depth, tool.radius))};
 }
 
-/// Where cells are refined under the tool. Springs give way more than the material where they are pressed deeply: 0.71
-/// to 0.98 in the presses of bench/fine_touch_table.
-double refined_force_factor(const BuiltScene& built) {
-  constexpr double kSprings = 0.79;
-  return element_of(built) == "msd" ? kSprings : expected_fine_factor(built.scene().local.fineness);
-}
-
 /// Mean area of the triangles at each node [m^2].
 VectorX area_at_nodes(const VectorX& x, const std::vector<Triangle>& triangles) {
   VectorX sum = VectorX::Zero(x.size() / 3), count = sum;
@@ -216,7 +209,8 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
     out.mean += ratio;
     out.least = std::min(out.least, ratio);
     out.most = std::max(out.most, ratio);
-    out.factor += choice.refines ? refined_force_factor(built) : force_factor(built, ratio);
+    out.factor += choice.refines ? refined_force_factor(built.model().info(), built.scene().local.fineness)
+                                 : force_factor(built, ratio);
   }
   if (count == 0) return {};
   for (double* sum : {&out.cell, &out.contact_radius, &out.mean, &out.factor}) *sum /= count;

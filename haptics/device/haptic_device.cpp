@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/base/backend.hpp"
+#include "haptics/device/device_backends.hpp"
 
 namespace kt {
 

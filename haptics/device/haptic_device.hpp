@@ -12,8 +12,6 @@
 
 namespace kt {
 
-struct BackendInfo;  // core/base/backend.hpp
-
 class MovedTarget;   // haptics/device/moved_target.hpp
 struct DeviceSlots;  // haptics/driver/device_slots.hpp
 
@@ -124,8 +122,6 @@ struct DeviceOptions {
   std::shared_ptr<DeviceSlots> slots{};   ///< pushed: what the user's own loop fills; none: a new one
 };
 
-std::vector<BackendInfo> device_backends();
-std::vector<BackendInfo> live_device_backends();  ///< those that tool.path.device names
 std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceOptions& options);
 
 /// What may be written to a device: the force, or of one that is too large the limit in its direction (limited = true),

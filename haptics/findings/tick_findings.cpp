@@ -46,8 +46,6 @@ void find_flags(const Scene& scene, const SessionResult& result, const RealTime&
                                  return (f.flags & kContactsExhausted) != 0 && f.residual > kNoticeableResidual;
                                });
       if (is_unsolved) found.weight = Finding::Weight::failure;
-      if (kind.flag == kWorkExhausted) found.weight = Finding::Weight::note;  // what is left is told by the residual
-      if (kind.flag == kOnApron) found.weight = Finding::Weight::note;        // about the body's: docs/method.md
       out.push_back(std::move(found));
     }
 }

@@ -40,7 +40,9 @@ ReducerCandidate make_candidate(const std::string& reducer, int rings, const std
 
 std::vector<BackendInfo> reducer_names() {
   std::vector<BackendInfo> out = reducer_backends();
-  out.push_back({"auto", "the cheapest of these whose expected force error stays under local.tolerance", true, ""});
+  out.push_back(
+      {"auto", "the cheapest of these that keeps the expected force error, with refined cells', within local.tolerance",
+       true, ""});
   return out;
 }
 

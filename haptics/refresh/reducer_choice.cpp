@@ -346,9 +346,9 @@ std::string ReducerChoice::reason() const {
              std::isfinite(needs_.refresh_budget_ms) ? text(" and ", short_ms(needs_.refresh_budget_ms), " a refresh")
                                                      : std::string(),
              ", but off by ", in_percent(c.force_error, 2), " where ", in_percent(needs_.tolerance, 2),
-             " are tolerated: the budget wins");
+             " are tolerated of a local model: the budget wins");
   else
-    out += text(": the cheapest within ", in_percent(needs_.tolerance, 2), " (a force error of ",
+    out += text(": the cheapest within ", in_percent(needs_.tolerance, 2), " of its own (a force error of ",
                 in_percent(c.force_error, 2), " is to be expected, certified ", in_percent(c.error, 2), " at set-up)");
   if (needs_.cells_error > 0 && std::isfinite(c.force_error))
     out += text("; with refined cells, which are off by ", in_percent(needs_.cells_error, 2), ", ",

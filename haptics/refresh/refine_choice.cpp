@@ -6,6 +6,7 @@
 
 #include "collision/shape/tool_shape.hpp"
 #include "core/body/embedded_surface.hpp"
+#include "core/fine/fine_size.hpp"
 #include "core/fine/isotropic_cells.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 
@@ -76,6 +77,12 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
     return {false, "springs come out too soft in refined cells: local.refine follow does it"};
   if (std::string why = why_no_material(model); !why.empty()) return {false, std::move(why)};
   return out;
+}
+
+double refined_force_factor(const ModelInfo& model, double fineness) {
+  constexpr double kSprings = 0.79;
+  const bool are_springs = model.type == "msd" && model.parameters.contains("calibration_residual");
+  return are_springs ? kSprings : expected_fine_factor(fineness);
 }
 
 double predict_refine_ms(int nodes) {

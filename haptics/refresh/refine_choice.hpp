@@ -29,4 +29,8 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
 /// scenes/organ_drag.json at 450 and 900.
 double predict_refine_ms(int nodes);
 
+/// Force over the continuum's to expect where cells are refined under the tool. Springs give way more than the material
+/// where they are pressed deeply: 0.71 to 0.98 in the presses of bench/fine_touch_table.
+double refined_force_factor(const ModelInfo& model, double fineness);
+
 }  // namespace kt

@@ -46,7 +46,7 @@ bool is_positive_semidefinite(const SparseMatrix& matrix) {
 double cells_error(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
                    const SelfContact* self_contact) {
   if (!choose_refine(model, surface, options, self_contact != nullptr).refines) return 0;
-  return std::abs(expected_fine_factor(std::max(kLeastFineness, options.local.fineness)) - 1);
+  return std::abs(refined_force_factor(model.info(), options.local.fineness) - 1);
 }
 
 std::unique_ptr<Integrator> global_integrator(const GlobalSettings& global, SelfContact* self_contact) {

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "collision/held/moving_tool.hpp"
+#include "haptics/device/device_backends.hpp"
 #include "haptics/device/press_drag.hpp"
 #include "haptics/device/recording.hpp"
 #include "haptics/driver/device_frame.hpp"

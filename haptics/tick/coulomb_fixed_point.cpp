@@ -168,6 +168,7 @@ void resolve_contacts(TickState& tick) noexcept {
       relaxed = relax(w.step_before, w.step, relaxed);
     if (tick.work.is_over()) {
       tick.add_flag(kWorkExhausted);
+      largest = std::max(largest, tick.solution.residual);  // of a first guess, too: nothing better comes
       break;
     }
     if (iteration + 1 == most) break;

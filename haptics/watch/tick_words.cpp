@@ -35,13 +35,18 @@ std::string words_of(LocalFlag flag) {
   return at == std::end(kFlagWords) ? told("flag ", static_cast<unsigned>(flag)) : at->second;
 }
 
+Finding::Weight weight_of(LocalFlag flag) {
+  if (flag == kBodyFailed) return Finding::Weight::failure;
+  return flag == kOnApron ? Finding::Weight::note : Finding::Weight::doubt;  // about the body's force: docs/method.md
+}
+
 std::string share(const TickCount& ticks) { return told(ticks.count, " of ", ticks.of, " ticks"); }
 
 }  // namespace
 
 Finding flag_finding(LocalFlag flag, const TickCount& ticks, std::size_t tool, std::vector<Cure> cures) {
   return Finding{told(which(tool), words_of(flag), ": ", share(ticks), ", first at t = ", ticks.first, " s"),
-                 std::move(cures), flag == kBodyFailed ? Finding::Weight::failure : Finding::Weight::doubt}
+                 std::move(cures), weight_of(flag)}
       .at(tool_key(tool), ticks.count, 0);
 }
 

@@ -434,7 +434,8 @@ double LatticeMaterial::depth(int cell, const Vec3& place, double most) const {
   const double known = c.depth[as_size(point)];
   const double clear = std::abs(known) - (place - place_of(cube, point)).norm();  // nothing is as near
   const bool is_inside = clear > 0 ? known > 0 : winding_.is_inside(place);
-  const double distance = clear >= most ? most : winding_.distance(place, most);
+  // Depths at points are in single precision: a place is as far away as `most` by more than their rounding.
+  const double distance = clear >= (1 + 1e-6) * most ? most : winding_.distance(place, most);
   if (!is_inside) return -distance;
   if (pieces_of_cube_[as_size(cube)].size() < 2) return distance;
   int piece = clear > 0 ? c.piece[as_size(point)] : seen_from(c, place);

@@ -154,7 +154,7 @@ NOTICEABLE = {
     "force.buzz": ("buzzes above 100 Hz", ["raise object.model.damping.stiffness", FINER]),
     "force.crossing_jump": ("at an edge of", ["set contact.surface to loop", FINER]),
     "force.refresh_jump": ("when a local", ["set local.blend_ms to 12", "raise global.rate_hz", "move the tool more slowly"]),
-    "local.expected_force_error": ("", ["lower local.tolerance", "set local.reducer to condensed"]),
+    "local.expected_force_error": ("", ["set local.reducer to condensed", "lower local.tolerance"]),
     "reference.force_error": ("", ["raise global.rate_hz", "lower local.tolerance", "move the tool more slowly"]),
     "truth.force_error": ("", [FINER, "set object.model.element to tet10", "raise global.rate_hz"]),
     "mesh_at_contact.force_factor": ("cells of", [FINER]),

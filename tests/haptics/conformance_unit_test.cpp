@@ -7,6 +7,7 @@
 #include <fstream>
 #include <set>
 
+#include "haptics/device/device_backends.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/link/links.hpp"
 #include "tests/support/allocations.hpp"
