@@ -52,7 +52,7 @@ enum {
   KT_STALE_POSE = 16384,     /* the device's pose was too old, or the device was not there */
   KT_ON_APRON = 32768,       /* the contact lies outside the local model, on the body around it: a coarse force */
   KT_UNREFINED = 65536,      /* the contact lies beside the refined cells: the force is that of the cells as they are */
-  KT_WORK_EXHAUSTED = 131072 /* the tick's work was over before its contacts were solved: the next tick goes on */
+  KT_WORK_EXHAUSTED = 131072 /* the contact solver stopped at the work limit of a tick, and goes on in the next one */
 };
 
 enum { KT_FREE = 0, KT_STICK = 1, KT_SLIDE = 2, KT_FRICTIONAL_SLIDE = 3 }; /* kt_frame.mode */

@@ -85,6 +85,12 @@ double refined_force_factor(const ModelInfo& model, double fineness) {
   return are_springs ? kSprings : expected_fine_factor(fineness);
 }
 
+double refined_cells_error(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                           bool touches_itself) {
+  if (!choose_refine(model, surface, options, touches_itself).refines) return 0;
+  return std::abs(refined_force_factor(model.info(), options.local.fineness) - 1);
+}
+
 double predict_refine_ms(int nodes) {
   constexpr double kUsual = 900, kUsualMs = 13, kGrowth = 1.2;
   return kUsualMs * std::pow(nodes / kUsual, kGrowth);

@@ -33,4 +33,8 @@ double predict_refine_ms(int nodes);
 /// where they are pressed deeply: 0.71 to 0.98 in the presses of bench/fine_touch_table.
 double refined_force_factor(const ModelInfo& model, double fineness);
 
+/// Relative error of the force by that; 0: no cells are refined. Throws as choose_refine().
+double refined_cells_error(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                           bool touches_itself);
+
 }  // namespace kt

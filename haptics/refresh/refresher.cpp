@@ -42,13 +42,6 @@ bool is_positive_semidefinite(const SparseMatrix& matrix) {
   return make_sparse_solver()->factor(SparseMatrix(matrix + kRoundoff * matrix.diagonal().maxCoeff() * one));
 }
 
-/// Of refined cells; 0: none are refined.
-double cells_error(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
-                   const SelfContact* self_contact) {
-  if (!choose_refine(model, surface, options, self_contact != nullptr).refines) return 0;
-  return std::abs(refined_force_factor(model.info(), options.local.fineness) - 1);
-}
-
 std::unique_ptr<Integrator> global_integrator(const GlobalSettings& global, SelfContact* self_contact) {
   const IntegratorOptions options{.solver = global.solver, .tolerance = global.tolerance, .definite = global.definite};
   if (self_contact) return std::make_unique<TouchingEuler>(*self_contact, options);
@@ -68,20 +61,20 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       method_(make_method(options, {})),
       self_contact_(self_contact),
       global_(model, global_integrator(options.global, self_contact), 1 / options.global.rate_hz, start),
-      choice_(
-          options.local.reducer, options.local.rings,
-          {.tolerance = model_tolerance(options.local.tolerance, cells_error(model, surface, options, self_contact)),
-           .budget_us = tick_budget_us(options),
-           .refresh_per_tick = options.global.rate_hz / options.local.rate_hz,
-           .whole = self_contact != nullptr,
-           .refresh_budget_ms = refresh_budget_ms(options),
-           .rest_ms = predict_rest_ms(model.mesh().num_own_nodes(), static_cast<int>(model.mesh().tetrahedra.size()),
-                                      model.info().type == "fem"),
-           .beside_ms = choose_refine(model, surface, options, self_contact != nullptr).refines
-                            ? predict_refine_ms(options.local.refine_nodes * static_cast<int>(options.tools.size()))
-                            : 0,
-           .motion = options.motion ? std::optional(*options.motion) : std::nullopt,
-           .cells_error = cells_error(model, surface, options, self_contact)}),
+      choice_(options.local.reducer, options.local.rings,
+              {.tolerance = model_tolerance(options.local.tolerance,
+                                            refined_cells_error(model, surface, options, self_contact != nullptr)),
+               .budget_us = tick_budget_us(options),
+               .refresh_per_tick = options.global.rate_hz / options.local.rate_hz,
+               .whole = self_contact != nullptr,
+               .refresh_budget_ms = refresh_budget_ms(options),
+               .rest_ms = predict_rest_ms(model.mesh().num_own_nodes(),
+                                          static_cast<int>(model.mesh().tetrahedra.size()), model.info().type == "fem"),
+               .beside_ms = choose_refine(model, surface, options, self_contact != nullptr).refines
+                                ? predict_refine_ms(options.local.refine_nodes * static_cast<int>(options.tools.size()))
+                                : 0,
+               .motion = options.motion ? std::optional(*options.motion) : std::nullopt,
+               .cells_error = refined_cells_error(model, surface, options, self_contact != nullptr)}),
       scheme_(local_scheme(options.local.integrator)),
       metric_(contact_metric(options.contact.metric)),
       refreshes_early_(options.global.early_refresh && options.local.method == "multirate"),
