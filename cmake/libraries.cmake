@@ -11,7 +11,7 @@ function(kt_library name)
     list(FILTER sources EXCLUDE REGEX "${pattern}")
   endforeach()
   set(quick)
-  if(KT_QUICK_BUILD AND ARG_QUICK)
+  if(KT_QUICK_BUILD AND ARG_QUICK AND CMAKE_BUILD_TYPE STREQUAL "Release")
     set(quick ${sources})
     list(FILTER quick INCLUDE REGEX "${ARG_QUICK}")
     list(FILTER sources EXCLUDE REGEX "${ARG_QUICK}")
@@ -47,7 +47,7 @@ foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPEN
   endif()
 endforeach()
 if(NOT KT_BUILD_APPS)
-  list(APPEND kt_off "io/([a-z]+/)*[a-z_]*json" "io/scene")
+  list(APPEND kt_off "io/([a-z]+/)*[a-z_]*json" "io/scene/(named_here|scene)")
 endif()
 
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
@@ -133,12 +133,16 @@ endif()
 target_link_libraries(kt_haptics PRIVATE ${CMAKE_DL_LIBS})  # vendors' libraries of devices are loaded where they are used
 
 kt_precompile(kt_core)
-foreach(name collision self_contact models haptics haptics_quick io_quick)
+foreach(name collision self_contact models haptics haptics_quick)
   if(TARGET kt_${name})
     kt_precompile(kt_${name} FROM kt_core)
   endif()
 endforeach()
-kt_precompile(kt_io)  # its own: CGAL brings -frounding-math
+foreach(name io io_quick)  # of their own: they are hardened, and CGAL brings -frounding-math
+  if(TARGET kt_${name})
+    kt_precompile(kt_${name})
+  endif()
+endforeach()
 
 if(KT_WITH_CHOLMOD)
   target_include_directories(kt_core PRIVATE ${KT_CHOLMOD_INCLUDE})
