@@ -105,7 +105,7 @@ std::vector<Crossing> listed(const Pairs& found) {
 
 std::vector<Crossing> find_piercings(std::span<const Triangle> triangles, const VectorX& x) {
   Pairs found;
-  find_pierced(triangles, x, EdgeOwners(triangles), *make_triangle_index("refit_bvh"), found);
+  find_pierced(triangles, x, EdgeOwners(triangles), *make_triangle_index("auto"), found);
   return listed(found);
 }
 

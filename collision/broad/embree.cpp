@@ -46,11 +46,9 @@ void require_success() {
   const RTCError error = rtcGetDeviceError(shared_device());
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   if (error == RTC_ERROR_UNKNOWN)
-    throw RunError(
-        "collision.backend embree could not start, as with too little memory: free some, or set it to refit_bvh");
+    throw RunError("collision.backend embree could not start, as with too little memory: free some, or set it to auto");
   if (error != RTC_ERROR_NONE)
-    throw RunError(
-        text("collision.backend embree gave up (its error ", static_cast<int>(error), "); set it to refit_bvh"));
+    throw RunError(text("collision.backend embree gave up (its error ", static_cast<int>(error), "); set it to auto"));
 }
 
 class EmbreeIndex final : public TriangleIndex {

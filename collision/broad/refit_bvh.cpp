@@ -1,22 +1,18 @@
 // A hierarchy of our own over the swept boxes, made for following a body: built once, then refitted as a whole or only
 // above the few vertices that moved, in a time that grows with their number and the depth of the tree.
-//
-// Bounds are floats relative to the place of the build, so that a node's four children are compared at once. They need
-// no outward rounding: both sides of every comparison, box and path, are made relative and rounded in the same way,
-// which keeps their order, so what meets in double precision meets here. What reaches a triangle is sifted with its
-// exact box, which its three vertices' boxes give. A bound is six numbers, the low corner and the negated high one:
-// then a union is six minima.
+// Bounds are those of VertexBounds.
 #include <algorithm>
 #include <array>
 
 #include "collision/broad/triangle_index.hpp"
+#include "collision/broad/vertex_bounds.hpp"
 #include "collision/broad/wide_tree.hpp"
 #include "core/base/error.hpp"
 
 namespace kt {
 namespace {
 
-constexpr int kSides = 6;
+constexpr int kSides = kBoundSides;
 constexpr int kAhead = 16;        // triangles: how early a vertex is asked for that may not be in the cache
 constexpr int kPartialShare = 8;  // with more than one in so many vertices moving, all of them are as fast
 
@@ -26,27 +22,11 @@ void prefetch([[maybe_unused]] const void* address) {
 #endif
 }
 
-/// Low corner, negated high corner; two more so that they fill registers.
-struct alignas(16) Bound {
-  std::array<float, 8> side{};
-};
-
 /// The bounds of a node's children side by side.
 struct alignas(16) Node {
   std::array<std::array<float, kTreeWidth>, kSides> side;
   std::array<int, kTreeWidth> child;
 };
-
-static_assert(std::numeric_limits<float>::is_iec559, "a double too large for a float becomes infinite");
-
-/// Monotone: a <= b gives rounded(a) <= rounded(b), and rounded(-a) == -rounded(a).
-float rounded(double v) { return static_cast<float>(v); }
-
-Bound smaller(const Bound& a, const Bound& b) {
-  Bound out;
-  for (int s = 0; s < 8; ++s) out.side[s] = a.side[s] < b.side[s] ? a.side[s] : b.side[s];
-  return out;
-}
 
 class RefitBvh final : public TriangleIndex {
  public:
@@ -55,32 +35,33 @@ class RefitBvh final : public TriangleIndex {
     std::vector<Box> boxes(triangles_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) boxes[t] = swept_box(triangles_[t], x, x);
     adopt(make_wide_tree(boxes));
-    adopt_vertices(x);
+    bounds_.adopt(x);
+    adopt_slots();
     refit(x, x);
   }
 
   void refit(const VectorX& x_t0, const VectorX& x_t1) noexcept override {
-    for (int v = 0; v < num_vertices(); ++v) fit_vertex(v, x_t0, x_t1);
+    bounds_.fit(x_t0, x_t1);
     const Triangle* next = in_slot_order_.data() + in_slot_order_.size();
     for (int i = static_cast<int>(nodes_.size()) - 1; i >= 0; --i) {  // children come after their parents
       Node& n = nodes_[i];
       for (int k = kTreeWidth - 1; k >= 0; --k)
         if (n.child[k] < 0) {
           if (next - in_slot_order_.data() > kAhead)
-            for (const int v : next[-kAhead]) prefetch(&rounded_[v]);
-          write(n, k, bound_of(*--next));
+            for (const int v : next[-kAhead]) prefetch(&bounds_.of(v));
+          write(n, k, bounds_.of(*--next));
         }
       if (i > 0) write(nodes_[places_[i].parent], places_[i].slot, bound_of(n));
     }
   }
 
   void refit_moved(std::span<const int> vertices, const VectorX& x_t0, const VectorX& x_t1) noexcept override {
-    if (vertices.size() * kPartialShare > exact_.size()) return refit(x_t0, x_t1);
-    for (const int v : vertices) fit_vertex(v, x_t0, x_t1);
+    if (vertices.size() * kPartialShare > static_cast<std::size_t>(bounds_.size())) return refit(x_t0, x_t1);
+    for (const int v : vertices) bounds_.fit(v, x_t0, x_t1);
     for (const int v : vertices)
       for (int s = first_slot_[v]; s < first_slot_[v + 1]; ++s) {
         const int i = slots_[s] / kTreeWidth, k = slots_[s] % kTreeWidth;
-        if (update(i, k, bound_of(triangles_[~nodes_[i].child[k]]))) mark(i);
+        if (update(i, k, bounds_.of(triangles_[~nodes_[i].child[k]]))) mark(i);
       }
     // Upward, level by level: every node at most once, and no further than bounds change.
     for (int level = static_cast<int>(num_marked_.size()) - 1; level >= 0; --level) {
@@ -96,7 +77,7 @@ class RefitBvh final : public TriangleIndex {
 
   int candidates(const ToolSweep& sweep, double margin, std::span<int> out) const noexcept override {
     const Box path = path_box(sweep, margin);
-    const Bound far = farthest_sides(path);
+    const Bound far = bounds_.farthest_sides(path);
     std::array<int, (kTreeWidth - 1) * kMaxTreeLevels + 1> stack;
     int depth = 0, found = 0;
     for (stack[depth++] = 0; depth > 0;) {
@@ -108,7 +89,7 @@ class RefitBvh final : public TriangleIndex {
         if (apart[k]) continue;
         const int child = node.child[k];
         if (child > 0) stack[depth++] = child;
-        if (child < 0 && !is_apart(exact_box(~child), path)) out[found++] = ~child;
+        if (child < 0 && !is_apart(bounds_.exact(triangles_[~child]), path)) out[found++] = ~child;
       }
     }
     std::sort(out.begin(), out.begin() + found);
@@ -119,8 +100,6 @@ class RefitBvh final : public TriangleIndex {
   struct Place {
     int parent, slot, level;
   };
-
-  int num_vertices() const { return static_cast<int>(exact_.size()); }
 
   void adopt(const WideTree& tree) {
     const auto n = static_cast<std::size_t>(tree.num_nodes());
@@ -140,11 +119,9 @@ class RefitBvh final : public TriangleIndex {
     num_marked_.assign(static_cast<std::size_t>(tree.num_levels()), 0);
   }
 
-  /// The slots of each vertex's triangles, and where the floats count from.
-  void adopt_vertices(const VectorX& x) {
-    const auto n = static_cast<std::size_t>(x.size() / 3);
-    exact_.assign(n, {});
-    rounded_.assign(n, {});
+  /// The slots of each vertex's triangles.
+  void adopt_slots() {
+    const auto n = static_cast<std::size_t>(bounds_.size());
     first_slot_.assign(n + 1, 0);
     for (const Triangle& t : triangles_)
       for (const int v : t) ++first_slot_[v + 1];
@@ -158,33 +135,6 @@ class RefitBvh final : public TriangleIndex {
           in_slot_order_.push_back(triangles_[~nodes_[i].child[k]]);
           for (const int v : in_slot_order_.back()) slots_[next[v]++] = kTreeWidth * static_cast<int>(i) + k;
         }
-    origin_.setZero();
-    for (std::size_t v = 0; v < n; ++v)
-      if (node(x, static_cast<int>(v)).allFinite()) {
-        origin_ = node(x, static_cast<int>(v));
-        break;
-      }
-  }
-
-  void fit_vertex(int v, const VectorX& x_t0, const VectorX& x_t1) noexcept {
-    const double* const a = x_t0.data() + 3 * v;
-    const double* const b = x_t1.data() + 3 * v;
-    Box& box = exact_[v];
-    double zero = 0;  // NaN once a coordinate is not finite
-    for (int k = 0; k < 3; ++k) {
-      box.low[k] = std::min(a[k], b[k]);
-      box.high[k] = std::max(a[k], b[k]);
-      zero += 0 * a[k] + 0 * b[k];
-    }
-    if (!(zero == 0)) box = everywhere();
-    for (int k = 0; k < 3; ++k) {
-      rounded_[v].side[k] = rounded(box.low[k] - origin_[k]);
-      rounded_[v].side[k + 3] = rounded(origin_[k] - box.high[k]);
-    }
-  }
-
-  Bound bound_of(const Triangle& t) const noexcept {
-    return smaller(smaller(rounded_[t[0]], rounded_[t[1]]), rounded_[t[2]]);
   }
 
   static Bound bound_of(const Node& n) noexcept {
@@ -213,25 +163,8 @@ class RefitBvh final : public TriangleIndex {
     marked_[level_begin_[level] + num_marked_[level]++] = i;
   }
 
-  Box exact_box(int triangle) const noexcept {
-    const Triangle& t = triangles_[triangle];
-    const Box &a = exact_[t[0]], &b = exact_[t[1]], &c = exact_[t[2]];
-    return {a.low.cwiseMin(b.low).cwiseMin(c.low), a.high.cwiseMax(b.high).cwiseMax(c.high)};
-  }
-
-  /// A bound that meets the path has no side beyond these.
-  Bound farthest_sides(const Box& path) const noexcept {
-    Bound out;
-    for (int k = 0; k < 3; ++k) {
-      out.side[k] = rounded(path.high[k] - origin_[k]);
-      out.side[k + 3] = rounded(origin_[k] - path.low[k]);
-    }
-    return out;
-  }
-
   std::vector<Triangle> triangles_, in_slot_order_;
-  std::vector<Box> exact_;      // of each vertex's motion
-  std::vector<Bound> rounded_;  // the same as floats
+  VertexBounds bounds_;
   std::vector<int> first_slot_,
       slots_;                  // slots of the triangles of vertex v: slots_[first_slot_[v] .. first_slot_[v + 1])
   std::vector<Node> nodes_;    // level by level
@@ -239,7 +172,6 @@ class RefitBvh final : public TriangleIndex {
   std::vector<int> level_begin_;
   std::vector<int> marked_, num_marked_;  // nodes to look at again: at most level_begin_'s numbers, per level
   std::vector<unsigned char> is_marked_;
-  Vec3 origin_ = Vec3::Zero();
 };
 
 }  // namespace

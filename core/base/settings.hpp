@@ -118,7 +118,7 @@ struct DeviceSettings {
 };
 
 struct CollisionSettings {
-  std::string backend = "refit_bvh";  ///< name in collision/broad/triangle_index.def
+  std::string backend = "auto";  ///< name in collision/broad/triangle_index.def
   bool operator==(const CollisionSettings&) const = default;
 };
 

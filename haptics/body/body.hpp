@@ -17,10 +17,10 @@ struct Surface;  // core/body/surface.hpp
 
 /// What a body is made with, besides its mesh.
 struct BodyOptions {
-  SceneObject object{};               ///< material, clamped part, weight; its mesh file is read where no mesh is given
-  GlobalSettings global{};            ///< self_contact, and the solver of the equilibrium that the body starts in
-  double ridge_deg = 60;              ///< [deg] of a smooth surface: convex edges that turn by more stay sharp
-  std::string backend = "refit_bvh";  ///< collision.backend, for contact with itself
+  SceneObject object{};          ///< material, clamped part, weight; its mesh file is read where no mesh is given
+  GlobalSettings global{};       ///< self_contact, and the solver of the equilibrium that the body starts in
+  double ridge_deg = 60;         ///< [deg] of a smooth surface: convex edges that turn by more stay sharp
+  std::string backend = "auto";  ///< collision.backend, for contact with itself
   std::function<std::string(const std::string& path)> read_file{};  ///< as of load_mesh(); none: the file system
 };
 

@@ -20,7 +20,7 @@ struct FullOptions {
   double max_speed = 0;                      ///< bound of the tools' speed [m/s]: how far they get in that time
   Metric metric = Metric::implicit;          ///< in which contact constraints act
   Smoothing smoothing{};                     ///< of the surface that the tool touches
-  std::string collision_backend = "refit_bvh";  ///< name in collision/broad/triangle_index.def
+  std::string collision_backend = "auto";    ///< name in collision/broad/triangle_index.def
 };
 
 class FullSimulation {

@@ -66,6 +66,14 @@ TEST_P(EveryRefit, OfWhatMovedHoldsInADeepTree) {
   follow(*index, s, {mesh.triangles, mesh.x, mesh.x, mesh.x}, GetParam() == "refit_bvh" ? 300 : 30, 0.01);
 }
 
+TEST_P(EveryRefit, FollowsASmallMeshAfterALargeOneAndBack) {
+  Sample s{std::mt19937_64(33)};
+  for (const int cells : {60, 4, 60}) {  // 7200 and 32 triangles
+    const Mesh mesh = sheet(cells, cells, 1e-3);
+    follow(*index, s, {mesh.triangles, mesh.x, mesh.x, mesh.x}, 10, 0.01);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Table, EveryRefit, testing::ValuesIn(available_triangle_indices()),
                          [](const auto& backend) { return backend.param; });
 
