@@ -5,13 +5,14 @@
 #include "core/base/error.hpp"
 
 namespace kt {
-namespace {
 
-bool is_within(const NumberRange& n) {
+bool is_within(const NumberRange& n) noexcept {
   if (!std::isfinite(n.value)) return false;
   if (n.above ? !(n.value > n.least) : !(n.value >= n.least)) return false;
   return n.below ? n.value < n.most : n.value <= n.most;
 }
+
+namespace {
 
 std::string allowed(const NumberRange& n) {
   std::string out;

@@ -14,6 +14,8 @@ struct NumberRange {
   bool below = false;  ///< `most` itself is not allowed
 };
 
+bool is_within(const NumberRange& number) noexcept;
+
 /// Throws InputError for the first that is not finite or outside: key, value, allowed range.
 void require_within(std::initializer_list<NumberRange> numbers);
 

@@ -2,6 +2,7 @@
 // The settings that may change while a body is touched: one table.
 #include <span>
 
+#include "core/base/ranges.hpp"
 #include "haptics/options/touch_options.hpp"
 #include "io/scene/scene.hpp"
 
@@ -16,11 +17,10 @@ struct LiveValues {
 /// What a change asks for besides.
 enum class Renews { friction, radius, refresher, model };
 
+/// Its range is that of its key in a scene (io/scene/key_facts.hpp).
 struct LiveSetting {
   const char* key;
   Renews renews;
-  double least, most;             ///< as in the scene's schema; names: not used
-  bool above;                     ///< `least` itself is not allowed
   double* (*number)(LiveValues);  ///< null: it is a name
   std::string* (*word)(LiveValues);
 };
@@ -29,6 +29,9 @@ std::span<const LiveSetting> live_settings();
 
 /// Throws InputError: no such setting, or none that can change while the body is touched.
 const LiveSetting& live_setting(const std::string& key);
+
+/// The value with the range of the setting, a number.
+NumberRange in_range_of(const LiveSetting& setting, double value);
 
 /// The change in values that were checked; the friction coefficients stay in order: mu_kinetic follows mu_static down.
 /// Throws InputError: what, value, allowed range. Nothing is changed then.

@@ -44,10 +44,7 @@ bool is_weight(const Vec3& bary) {
 bool is_unit(const Vec3& v) { return std::abs(v.norm() - 1) < 1e-3; }
 
 /// A value that the setting may have.
-bool is_setting(const char* key, double value) {
-  const LiveSetting& s = live_setting(key);
-  return (s.above ? value > s.least : value >= s.least) && value <= s.most;
-}
+bool is_setting(const char* key, double value) { return is_within(in_range_of(live_setting(key), value)); }
 
 /// The whole matrix of lower columns.
 MatrixX full(const SentMatrix& m, Eigen::Index r) {

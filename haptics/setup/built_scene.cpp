@@ -63,7 +63,8 @@ BuiltScene::BuiltScene(const Scene& scene, TouchOptions options, Body body, std:
   scene_.local = options_.local;
   if (is_live(scene_) && scene_.link.type == "lockstep")
     scene_.link.type = options_.link.type = "thread";  // a refresh in a tick would stall the device
-  std::vector<std::string> notes = unused_settings(scene_);
+  std::ranges::move(unused_settings(scene_), std::back_inserter(findings_));
+  std::vector<std::string> notes;
   warn_of_rate(scene_.local.rate_hz, notes);
   friction_ = scene_friction(scene_.contact, body_.surface(), body_.model().mesh().x, notes);
   for (std::string& note : notes) findings_.push_back({std::move(note), {}, Finding::Weight::note});

@@ -1,230 +1,15 @@
-// One list of fields per struct serves both directions, so what is written is what is read.
+// The schema's list of fields serves both directions, so what is written is what is read.
 #include "io/scene/scene_json.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include "core/base/visible_text.hpp"
+#include "io/scene/key_facts.hpp"
 
 namespace kt {
 namespace {
 
 using Ordered = nlohmann::ordered_json;  // a saved scene keeps the order of the structs
-
-// clang-format off: one field a line
-template <class A>
-void fields(A& a, FixedBelow& s) {
-  a("axis", s.axis);
-  a("fraction", s.fraction);
-}
-template <class A>
-void fields(A& a, SceneFixed& s) {
-  a("below", s.below);
-  a("box", s.box);
-  a("nodes", s.nodes);
-}
-template <class A>
-void fields(A& a, SceneTetrahedralize& s) {
-  a("backend", s.backend);
-  a("max_volume", s.max_volume);
-  a("quality", s.quality);
-  a("max_edge", s.max_edge);
-}
-template <class A>
-void fields(A& a, SceneLayers& s) {
-  a("count", s.count);
-  a("thickness", s.thickness);
-}
-template <class A>
-void fields(A& a, SceneLattice& s) {
-  a("edge", s.edge);
-  a("nodes", s.nodes);
-}
-template <class A>
-void fields(A& a, SceneDamping& s) {
-  a("mass", s.mass);
-  a("stiffness", s.stiffness);
-  a("law", s.law);
-}
-template <class A>
-void fields(A& a, SceneInclusion& s) {
-  a("center", s.center);
-  a("radius", s.radius);
-  a("stiffer", s.stiffer);
-}
-template <class A>
-void fields(A& a, SceneModel& s) {
-  a("type", s.type);
-  a("material", s.material);
-  a("element", s.element);
-  a("consistent_mass", s.consistent_mass);
-  a("young", s.young);
-  a("poisson", s.poisson);
-  a("density", s.density);
-  a("damping", s.damping);
-  a("stiffness", s.stiffness);
-  a("damper", s.damper);
-  a("calibrate", s.calibrate);
-  a("least_volume", s.least_volume);
-  a("inclusions", s.inclusions);
-}
-template <class A>
-void fields(A& a, SceneObject& s) {
-  a("mesh", s.mesh);
-  a("size", s.size);
-  a("scale", s.scale);
-  a("repair", s.repair);
-  a("body", s.body);
-  a("lattice", s.lattice);
-  a("fixed", s.fixed);
-  a("tetrahedralize", s.tetrahedralize);
-  a("layers", s.layers);
-  a("gravity", s.gravity);
-  a("model", s.model);
-}
-template <class A>
-void fields(A& a, PressDrag& s) {
-  a("at", s.at);
-  a("depth", s.depth);
-  a("press_time", s.press_time);
-  a("direction", s.direction);
-  a("speed", s.speed);
-  a("ease", s.ease);
-}
-template <class A>
-void fields(A& a, SceneHand& s) {
-  a("stiffness", s.stiffness);
-  a("damping", s.damping);
-  a("mass", s.mass);
-  a("delay_ms", s.delay_ms);
-  a("target", s.target);
-}
-template <class A>
-void fields(A& a, DeviceSettings& s) {
-  a("name", s.name);
-  a("address", s.address);
-  a("id", s.id);
-  a("library", s.library);
-  a("origin", s.origin);
-  a("axes", s.axes);
-  a("scale", s.scale);
-  a("force_scale", s.force_scale);
-  a("max_force", s.max_force);
-  a("max_slew", s.max_slew);
-  a("damping", s.damping);
-  a("delay_ms", s.delay_ms);
-  a("coupling", s.coupling);
-  a("deadman", s.deadman);
-  a("speed", s.speed);
-  a("service_damping", s.service_damping);
-}
-template <class A>
-void fields(A& a, ScenePath& s) {
-  a("press_drag", s.press_drag);
-  a("waypoints", s.waypoints);
-  a("recording", s.recording);
-  a("hand", s.hand);
-  a("device", s.device);
-}
-template <class A>
-void fields(A& a, SceneTool& s) {
-  a("shape", s.shape);
-  a("radius", s.radius);
-  a("length", s.length);
-  a("mesh", s.mesh);
-  a("size", s.size);
-  a("scale", s.scale);
-  a("turn", s.turn);
-  a("spin", s.spin);
-  a("path", s.path);
-}
-template <class A>
-void fields(A& a, PenaltySettings& s) {
-  a("stiffness", s.stiffness);
-  a("damping", s.damping);
-}
-template <class A>
-void fields(A& a, RegionSettings& s) {
-  a("box", s.box);
-  a("mu_static", s.mu_static);
-  a("mu_kinetic", s.mu_kinetic);
-}
-template <class A>
-void fields(A& a, ContactSettings& s) {
-  a("law", s.law);
-  a("mu_static", s.mu_static);
-  a("mu_kinetic", s.mu_kinetic);
-  a("metric", s.metric);
-  a("penalty", s.penalty);
-  a("stribeck", s.stribeck);
-  a("surface", s.surface);
-  a("surface_levels", s.surface_levels);
-  a("ridge_deg", s.ridge_deg);
-  a("regions", s.regions);
-}
-template <class A>
-void fields(A& a, SelfContactSettings& s) {
-  a("mu", s.mu);
-  a("reach", s.reach);
-  a("stiffness", s.stiffness);
-  a("creep", s.creep);
-}
-template <class A>
-void fields(A& a, GlobalSettings& s) {
-  a("rate_hz", s.rate_hz);
-  a("integrator", s.integrator);
-  a("solver", s.solver);
-  a("tolerance", s.tolerance);
-  a("early_refresh", s.early_refresh);
-  a("look_ahead", s.look_ahead);
-  a("definite", s.definite);
-  a("self_contact", s.self_contact);
-}
-template <class A>
-void fields(A& a, LocalSettings& s) {
-  a("method", s.method);
-  a("rate_hz", s.rate_hz);
-  a("reducer", s.reducer);
-  a("rings", s.rings);
-  a("tolerance", s.tolerance);
-  a("budget_us", s.budget_us);
-  a("refresh_budget_ms", s.refresh_budget_ms);
-  a("catch_up", s.catch_up);
-  a("blend_ms", s.blend_ms);
-  a("refine", s.refine);
-  a("fineness", s.fineness);
-  a("refine_nodes", s.refine_nodes);
-  a("passivity_damping", s.passivity_damping);
-  a("integrator", s.integrator);
-}
-template <class A>
-void fields(A& a, LinkSettings& s) {
-  a("type", s.type);
-  a("latency_ms", s.latency_ms);
-  a("loss", s.loss);
-  a("charge_refreshes", s.charge_refreshes);
-  a("refresh_ms", s.refresh_ms);
-  a("stale_ms", s.stale_ms);
-  a("basis_bits", s.basis_bits);
-}
-template <class A>
-void fields(A& a, CollisionSettings& s) {
-  a("backend", s.backend);
-}
-template <class A>
-void fields(A& a, Scene& s) {
-  a("title", s.title);
-  a("duration", s.duration);
-  a("seed", s.seed);
-  a("object", s.object);
-  a("tool", s.tool);
-  a("second_tool", s.second_tool);
-  a("contact", s.contact);
-  a("global", s.global);
-  a("local", s.local);
-  a("link", s.link);
-  a("collision", s.collision);
-}
-// clang-format on
 
 /// Takes the fields that the document has.
 class Reader {
@@ -232,7 +17,7 @@ class Reader {
   explicit Reader(const nlohmann::json& json) : json_(json) {}
 
   template <class T>
-  void operator()(const char* key, T& value) const {
+  void operator()(const char* key, T& value, const KeyFacts& = {}) const {
     if (json_.contains(key)) read(json_.at(key), value);
   }
 
@@ -275,12 +60,12 @@ class Reader {
 class Writer {
  public:
   template <class T>
-  void operator()(const char* key, T& value) {
+  void operator()(const char* key, T& value, const KeyFacts& = {}) {
     json[key] = written(value);
   }
 
   template <class T>
-  void operator()(const char* key, std::optional<T>& value) {
+  void operator()(const char* key, std::optional<T>& value, const KeyFacts& = {}) {
     if (value) json[key] = written(*value);
   }
 

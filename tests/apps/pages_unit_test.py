@@ -101,6 +101,10 @@ class Pages(unittest.TestCase):
             if name.endswith(".svg"):
                 self.assertNotRegex(text_of(os.path.join("docs", "pictures", name)).replace("http://www.w3.org/2000/svg", ""), "https?:")
 
+    def test_the_fields_of_scenes_are_those_of_the_schema(self):
+        done = subprocess.run([os.path.join(ROOT, "scripts", "scene_fields"), "--check"], capture_output=True, text=True)
+        self.assertEqual((done.stderr, done.returncode), ("", 0))
+
     @unittest.skipUnless(os.access(PROGRAM, os.X_OK), "needs the program")
     def test_commands_exist_with_their_options_keys_and_files(self):
         schema = json.loads(text_of("io/scene/scene.schema.json"))

@@ -172,7 +172,8 @@ TEST(UnusedSettings, OfADefaultSceneThereAreNone) {
   scene = default_scene();
   scene.global.integrator = "symplectic_euler";
   scene.global.solver = "pcg";
-  EXPECT_EQ(unused_settings(scene).at(0),
+  EXPECT_EQ(unused_settings(scene).at(0).where, "global.solver");
+  EXPECT_EQ(unused_settings(scene).at(0).line(),
             "global.solver = pcg does nothing: global.integrator is symplectic_euler; it solves nothing");
 }
 
