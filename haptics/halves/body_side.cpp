@@ -196,12 +196,13 @@ double BodySide::delay(int tick) const {
 
 std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::span<const Pose> at,
                                                       std::span<const LocalReport> reports, const LocalMotion* motion,
-                                                      const std::function<double()>& other_ms) {
+                                                      const std::function<double()>& other_ms,
+                                                      const std::function<void()>& when_reduced) {
   const double start = process_time_ms() - other_ms();
   apply_changes(event.linearized_tick);
   const double expected = delay(event.linearized_tick);
   refresher_->expect_delay(expected);
-  auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion);
+  auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion, when_reduced);
   model->linearized_tick = event.linearized_tick;
   model->friction = friction_;
   if (friction_) model->base_friction = base_friction(options_.contact);
@@ -231,6 +232,11 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   status_.reducer = refresher_->choice().chosen().name;
   show(model->model, motion);
   return model;
+}
+
+void BodySide::start(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& model) {
+  refresher_->carry_over(motion, reports, model);
+  open_.back().event.started_tick = motion.tick;
 }
 
 /// @param motion  of the local model before, at the same tick; none: there was no other

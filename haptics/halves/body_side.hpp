@@ -26,7 +26,10 @@ class BodySide {
   /// @param other_ms  CPU time of the process that is not the refresh's, now
   std::unique_ptr<PreparedLocalModel> refresh(RefreshEvent event, std::span<const Pose> at,
                                               std::span<const LocalReport> reports, const LocalMotion* motion,
-                                              const std::function<double()>& other_ms);
+                                              const std::function<double()>& other_ms,
+                                              const std::function<void()>& when_reduced = {});
+  /// The model of the last refresh, which waits for it (when_reduced), goes on from a later motion.
+  void start(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& model);
 
   /// How long local models are on their way [s], where that is measured, as over a network: for the refreshes from the
   /// next one on; none: as the settings have it. A replay repeats a run when it is told what the run's records say

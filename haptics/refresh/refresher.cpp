@@ -455,7 +455,6 @@ VectorX Refresher::unloaded(const PreparedLocalModel& model, const LocalReport* 
   return find_unloaded(model, force).cast<float>().cast<double>();
 }
 
-/// The new model goes on moving as the one in use did, with its contacts.
 void Refresher::carry_over(const LocalMotion& motion, std::span<const LocalReport> reports,
                            PreparedLocalModel& out) const {
   carry_motion(motion, out, nodes_.fine_of(motion.frame));
@@ -469,8 +468,8 @@ void Refresher::carry_over(const LocalMotion& motion, std::span<const LocalRepor
 }
 
 std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const Pose> at,
-                                                       std::span<const LocalReport> reports,
-                                                       const LocalMotion* motion) {
+                                                       std::span<const LocalReport> reports, const LocalMotion* motion,
+                                                       const std::function<void()>& when_reduced) {
   record_ = {.t = t};
   known_.past.add(t, at);
   measure_forces(reports);
@@ -487,10 +486,11 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   local.frame = known_.frame++;
   is_new_ = false;
+  if (when_reduced) when_reduced();
 
   const auto prepare_start = std::chrono::steady_clock::now();
   auto out = prepare_for_ticks(std::move(local), at, site, way_out, reports.empty() ? nullptr : &reports.back());
-  if (motion) carry_over(*motion, reports, *out);
+  if (motion && !when_reduced) carry_over(*motion, reports, *out);
   nodes_.keep(*out);
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
   record_.prepare_ms = milliseconds_since(prepare_start);

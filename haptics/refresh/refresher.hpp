@@ -2,6 +2,7 @@
 // The slow side of a session: catch up, linearize, reduce around the contact, prepare.          Paper section II.
 #include <array>
 #include <cmath>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -36,8 +37,15 @@ class Refresher {
   /// `motion`, that of the local model in use at that tick or some ticks earlier; without one, from the body's own.
   /// @param at       where the tools are at t
   /// @param reports  since the last refresh; with `motion`, also that of the tick before it
+  /// @param when_reduced  not empty: called when all but a few ticks' work is done. The model then does not go on from
+  ///                      `motion`: the caller gives it a later one by carry_over()
   std::unique_ptr<PreparedLocalModel> refresh(double t, std::span<const Pose> at, std::span<const LocalReport> reports,
-                                              const LocalMotion* motion = nullptr);
+                                              const LocalMotion* motion = nullptr,
+                                              const std::function<void()>& when_reduced = {});
+
+  /// The new model goes on moving as the one in use did, with its contacts. Until the next refresh.
+  /// @param reports  that of the tick before the motion, if it was not lost
+  void carry_over(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& out) const;
 
   /// How long the next local model will be on its way [s], as far as can be told.
   void expect_delay(double seconds) { known_.delay = seconds; }
@@ -73,7 +81,6 @@ class Refresher {
                                                         const std::array<int, kMaxTools>& way_out,
                                                         const LocalReport* last);
   VectorX unloaded(const PreparedLocalModel& model, const LocalReport* last) const;
-  void carry_over(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& out) const;
   LocalModel reduce(const SurfacePatch& patch, const ContactSite& site, const State* ahead);
   LocalModel reduce_at(const State& state, TangentKind kind, const SurfacePatch& patch, const ContactSite& site);
   void linearize_at(const State& state, TangentKind kind);

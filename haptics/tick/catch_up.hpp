@@ -6,6 +6,10 @@
 
 namespace kt {
 
+/// [s] that a new local model is stepped beside the old one before it takes over: the parts of the body that it follows
+/// and the old one did not start from rest. Without them its first forces can be a quarter off.
+constexpr double kRunIn = 0.004;
+
 /// Steps local models apart from the running one. One thread at a time.
 class CatchUp {
  public:

@@ -16,9 +16,6 @@
 namespace kt {
 namespace {
 
-/// [s] that a new local model is stepped beside the old one before it takes over: the parts of the body that it
-/// follows and the old one did not start from rest. Without them its first forces can be a quarter off.
-constexpr double kRunIn = 0.004;
 constexpr std::size_t kMostReports = 8192;  // of slower rates the first interval makes room for the others
 
 /// A local model on its way.
@@ -146,6 +143,7 @@ class LockstepLink final : public BodyLink {
     const int tick = side.next_tick();
     if (error_ || tick == prepared_) return;
     prepared_ = tick;
+    start_waiting(side, tick);
     try {
       refresh_if_due(side, tick);
     } catch (const std::exception& e) {
@@ -180,6 +178,15 @@ class LockstepLink final : public BodyLink {
   bool has_failed() const noexcept override { return error_ != nullptr; }
 
  private:
+  /// A run in two threads that is replayed: its local models go on from a motion after their refresh.
+  void start_waiting(HapticSide& side, int tick) {
+    for (Parcel& parcel : on_the_way_)
+      if (parcel.linearized_tick < tick && parcel.at_tick == tick) {
+        side.record_motion(motion_);
+        body_.start(motion_, reports_.all(), *parcel.model);
+      }
+  }
+
   void refresh_if_due(HapticSide& side, int tick) {
     const TouchOptions& options = body_.options();
     // At the edge of the patch, a new one is asked for once; the answer takes its time.
@@ -190,7 +197,8 @@ class LockstepLink final : public BodyLink {
     RefreshEvent event = schedule_.take(tick);
     const bool goes_on = tick > 0 && catches_up_;
     if (goes_on && !has_start_) side.record_motion(motion_);
-    if (goes_on) event.started_tick = motion_.tick;
+    const bool starts_later = goes_on && event.started_tick > tick;
+    if (goes_on && !starts_later) event.started_tick = motion_.tick;
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;
     const std::span<const LocalReport> reports = network_ ? network_->reports() : reports_.all();
@@ -199,8 +207,9 @@ class LockstepLink final : public BodyLink {
       round_as_sent(motion_);
     }
     if (network_ && event.delay_ticks >= 0) body_.expect(event.delay_ticks * side.h());
-    auto model =
-        body_.refresh(event, places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, [] { return 0.0; });
+    auto model = body_.refresh(
+        event, places(reports, side.poses()), reports, goes_on ? &motion_ : nullptr, [] { return 0.0; },
+        starts_later ? std::function([] {}) : std::function<void()>());
     if (network_) model = network_->carry(*model);
     const double took_ms = body_.last_cpu_ms();
     if (!schedule_.is_replayed() && tick > 0) {

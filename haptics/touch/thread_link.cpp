@@ -22,6 +22,7 @@ constexpr std::size_t kUsualReports = 4096;
 constexpr int kAtOnce = 0, kBetween = 16;  // past ticks that are looked at: before a refresh; while none is due
 constexpr std::size_t kMostWaiting = 8;    // local models whose ticks are not looked at yet
 constexpr double kSoon = 0.002;            // [s] until the next refresh is due: the body asks for the motion
+constexpr std::chrono::microseconds kWait{300};
 
 class ThreadLink final : public BodyLink {
  public:
@@ -30,6 +31,7 @@ class ThreadLink final : public BodyLink {
         observer_(observer),
         ticks_(body.options(), observer),
         soon_(ticks_in(kSoon, body.options().local.rate_hz, 2)),
+        run_in_(ticks_in(kRunIn, body.options().local.rate_hz)),
         catches_up_(catches_up(body.options())),
         catch_up_(shapes_of(body.options()), tick_length(body.options()), catch_up_solver(body.options(), friction)),
         interval_(ticks_per_refresh(body.options())) {
@@ -107,7 +109,7 @@ class ThreadLink final : public BodyLink {
         body_.options().global.early_refresh &&
         std::ranges::any_of(pending_.all(), [&](const LocalReport& r) { return r.tick < tick && r.left_patch; });
     if (tick <= last_ || (tick < due && !cannot_wait)) {
-      if (!look_back(kBetween)) std::this_thread::sleep_for(std::chrono::microseconds(300));
+      if (!look_back(kBetween)) std::this_thread::sleep_for(kWait);
       return;
     }
     std::size_t count = 0;
@@ -120,15 +122,43 @@ class ThreadLink final : public BodyLink {
     const std::span<const LocalReport> reports = waiting.first(count);
     auto parcel = std::make_unique<ModelParcel>();
     parcel->linearized_tick = parcel->at_tick = tick;
-    std::vector<Pose> at = poses_in(reports.back());
-    parcel->model = body_.refresh(event_at(tick, reports), at, reports, catches_up_ ? newest_.get() : nullptr,
-                                  [this] { return ticking_ms(); });
+    const std::vector<Pose> at = poses_in(reports.back());
+    const auto other_ms = [this] { return ticking_ms(); };
+    if (catches_up_)
+      parcel->model =
+          body_.refresh(event_at(tick, reports), at, reports, newest_.get(), other_ms, [this] { ask_start(); });
+    else
+      parcel->model = body_.refresh(event_at(tick, reports), at, reports, nullptr, other_ms);
     body_.refresher().charge(body_.last_cpu_ms());
     interval_ = body_.refresher().next_interval(ticks_per_refresh(body_.options()));
+    if (catches_up_) start(*parcel, count);
     pending_.drop(count);
-    if (catches_up_) bring_near(*parcel, std::move(at));
     ticks_.put(std::move(parcel));
     last_ = tick;
+  }
+
+  /// Of the local model in use now: where the one that is nearly made goes on from. What lies there is older.
+  void ask_start() {
+    if (auto old = ticks_.take_motion()) spare_motions_.push_back(std::move(old));
+    if (!spare_motions_.empty() && ticks_.ask_motion(spare_motions_.back())) spare_motions_.pop_back();
+  }
+
+  /// The new local model goes on from the motion that was asked for last, and is brought near the present. Where nobody
+  /// ticks, from that at its refresh.
+  /// @param taken  reports that the refresh has taken
+  void start(ModelParcel& parcel, std::size_t taken) {
+    constexpr int kMostWaits = 20;
+    std::unique_ptr<LocalMotion> now;
+    for (int wait = 0; !now && wait < kMostWaits && !stop_; ++wait) {
+      now = ticks_.take_motion();
+      if (!now) std::this_thread::sleep_for(kWait);
+    }
+    receive();
+    const LocalMotion& motion = now ? *now : *newest_;
+    body_.start(motion, pending_.all().subspan(now ? taken : 0), *parcel.model);
+    parcel.at_tick = motion.tick;
+    bring_near(parcel);
+    if (now) spare_motions_.push_back(std::move(now));
   }
 
   /// A refresh, with the ticks before it that have not reported: a replay leaves them out, too.
@@ -174,31 +204,39 @@ class ThreadLink final : public BodyLink {
     return out;
   }
 
-  /// Replays what the haptic side has reported meanwhile, along the same sweeps as HapticSide::catch_up; its own thread
-  /// does the last few ticks.
-  /// @param at  where the tools are, as the model stands
-  void bring_near(ModelParcel& parcel, std::vector<Pose> at) {
-    std::vector<ToolSweep> sweeps(at.size());
-    std::size_t next = 0;
-    for (int round = 0; round < 8; ++round) {
+  /// Replays what the haptic side has reported since the model's start, along the same sweeps as HapticSide::catch_up;
+  /// its own thread does the last few ticks. A model that is nearly there runs in first.
+  void bring_near(ModelParcel& parcel) {
+    constexpr int kMostRounds = 24;
+    const int started = parcel.at_tick;
+    for (int round = 0; round < kMostRounds; ++round) {
       receive();
-      const std::span<const LocalReport> waiting = pending_.all();
-      if (next == waiting.size()) return;
-      for (; next < waiting.size(); ++next) {
-        const LocalReport& report = waiting[next];
-        if (report.tick != parcel.at_tick) return;  // one was lost: the haptic side has its own record
-        for (std::size_t k = 0; k < at.size(); ++k) sweeps[k] = {at[k], report.tools[k].pose};
-        catch_up_.step(*parcel.model, sweeps);
-        at = poses_in(report);
-        parcel.at_tick = report.tick + 1;
-      }
+      if (replay(parcel)) continue;
+      if (parcel.at_tick - started >= run_in_ || stop_) return;
+      std::this_thread::sleep_for(kWait);
     }
+  }
+
+  /// What there is of it now. False: nothing, or one was lost (the haptic side has its own record).
+  bool replay(ModelParcel& parcel) {
+    std::vector<ToolSweep> sweeps(body_.options().tools.size());
+    const std::span<const LocalReport> reports = pending_.all();
+    auto before = std::ranges::lower_bound(reports, parcel.at_tick - 1, {}, &LocalReport::tick);
+    bool has_any = false;
+    for (; before != reports.end() && before->tick == parcel.at_tick - 1; ++before, ++parcel.at_tick) {
+      const auto next = before + 1;
+      if (next == reports.end() || next->tick != parcel.at_tick) break;
+      for (std::size_t k = 0; k < sweeps.size(); ++k) sweeps[k] = {before->tools[k].pose, next->tools[k].pose};
+      catch_up_.step(*parcel.model, sweeps);
+      has_any = true;
+    }
+    return has_any;
   }
 
   BodySide& body_;
   ModelObserver* observer_;
   TickEnd ticks_;
-  int soon_;  // ticks
+  int soon_, run_in_;  // ticks
   bool catches_up_;
   CatchUp catch_up_;                                         // of the body's thread
   int interval_, last_ = 0;                                  // ticks to the next refresh; of the last one
