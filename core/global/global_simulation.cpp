@@ -103,6 +103,12 @@ std::optional<State> GlobalSimulation::foresee(double dt, std::span<const std::v
   return shown;
 }
 
+void GlobalSimulation::warm_up(double dt) {
+  if (!unconditional_) return;
+  State ahead = state_;
+  integrator_->look_ahead(model_, VectorX::Zero(ahead.x.size()), dt, ahead);
+}
+
 /// With the vertices of an embedded surface, which go with their cells.
 void GlobalSimulation::show(const State& own, State& out) const {
   if (&all_ == &model_) return;

@@ -39,6 +39,9 @@ class GlobalSimulation {
   /// step to each. None when the holds would have to pull, there is none, or the integrator has a stability limit.
   std::optional<State> foresee(double dt, std::span<const std::vector<ContactHold>> stops);
 
+  /// Does what the first step of `dt` [s] does once for all, as the order of its matrix. The state stays.
+  void warm_up(double dt);
+
   const State& state() const { return &all_ == &model_ ? state_ : shown_; }
   const DeformableModel& model() const { return all_; }
   double step() const { return max_step_; }  ///< [s]
