@@ -188,10 +188,7 @@ double FineRefresh::bend(const VectorX& x) const {
 FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                   std::span<const int> patch, std::span<const TouchTool> tools,
                                   std::span<const SeenTool> places, std::span<const SeenTool> later) const {
-  const Wanted now = wanted(all_x, patch, tools, places);
-  const bool serves_now = serves(now);
-  if (!patch_ || (!serves_now && now.touches)) return Due::now;
-  if (!serves_now) return Due::next;  // before the touch
+  if (!patch_ || !serves(wanted(all_x, patch, tools, places))) return Due::now;
   const double bent = bend(tangent.state.x);
   if (!(bent <= kMostStrain)) return Due::now;
   if (bent > kStrain || kind_ != kind || !serves(wanted(all_x, patch, tools, later))) return Due::next;

@@ -30,8 +30,8 @@ class FineRefresh {
   /// Of the last find(); null as there.
   const std::shared_ptr<const FinePatch>& found() const noexcept { return patch_; }
 
-  /// When it has to be found anew: now, since a tool touches and it does not serve until the next local model is there;
-  /// next, for the one after that; not at all.
+  /// When it has to be found anew: now, since it does not serve until the next local model is there; next, for the one
+  /// after that; not at all.
   enum class Due { now, next, not_yet };
   Due due(const TangentModel& tangent, TangentKind kind, const VectorX& x, std::span<const int> patch,
           std::span<const TouchTool> tools, std::span<const SeenTool> places, std::span<const SeenTool> later) const;
