@@ -11,14 +11,10 @@
 namespace kt {
 namespace {
 
-/// Some 4 ms of a core that does two multiply-adds a nanosecond. A ball at rest on a scan of more vertices than its
-/// cells have nodes takes up to 6 million in a tick: with 1.5 million its force went to and fro by a third.
-constexpr long kMostWork = 8'000'000;
-
 void begin_tick(TickState& tick, std::span<const ToolSweep> sweeps, std::span<LocalFrame> frames) noexcept {
   tick.num_samples = 0;
   tick.residual = 0;
-  tick.work = ContactWork(kMostWork);
+  tick.work = ContactWork(tick.most_work);
   tick.t += tick.h;
   for (int k = 0; k < tick.num_tools(); ++k) {
     frames[k] = {};

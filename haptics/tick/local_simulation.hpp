@@ -1,5 +1,6 @@
 #pragma once
 // The 1 kHz side: free motion, first time of impact, rollback, stick or slip, force.          Paper section IV, fig. 2.
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -30,6 +31,9 @@ class LocalSimulation final : public HapticMethod {
   /// The body's force at the present state is `force` [N], (r), whatever the linear model has for it: the model's
   /// constant part follows. For bodies whose nonlinear force is at hand at every tick.
   void set_force(const VectorX& force) noexcept;
+
+  /// Each tick ends when its contacts are solved, however long that takes: a reference has no clock.
+  void take_all_work() noexcept { tick_.most_work = std::numeric_limits<long>::max(); }
 
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model. No allocation, lock or clock.
   LocalFrame step(const ToolSweep& sweep) noexcept override;

@@ -18,6 +18,7 @@ FullSimulation::FullSimulation(const DeformableModel& model, const Surface& surf
       state_(start),
       tools_(tools.begin(), tools.end()),
       triangle_(tools.size(), -1) {
+  local_.take_all_work();
   for (int i : model.fixed_nodes()) node(state_.v, i).setZero();
 }
 

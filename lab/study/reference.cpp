@@ -61,7 +61,8 @@ Reference run_reference(const Session& session, std::span<const PosePath> paths,
   std::array<std::vector<Vec3>, kMaxTools> forces;
   std::array<ToolSweep, kMaxTools> sweeps;
   std::array<LocalFrame, kMaxTools> frames;
-  int exhausted = 0, lost = 0;
+  constexpr double kSolved = 1e-3;  // of a contact's impulse
+  int exhausted = 0, lost = 0, crowded = 0, unsolved = 0;
   for (int tick = 0; tick < ticks && !(options.stop && options.stop->load()); ++tick) {
     for (int k = 0; k < n; ++k) {
       for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -76,6 +77,8 @@ Reference run_reference(const Session& session, std::span<const PosePath> paths,
       for (std::size_t i = 0; i < paths.size(); ++i) forces[i].push_back(frames[i].force);
       exhausted += (frames[0].flags & kEventsExhausted) != 0;
       lost += ((frames[0].flags | frames[1].flags) & kLostAnchor) != 0;
+      crowded += ((frames[0].flags | frames[1].flags) & kContactsExhausted) != 0;
+      unsolved += !(frames[0].residual <= kSolved);
     }
     if (options.progress) options.progress((tick + 1.0) / ticks);
   }
@@ -88,6 +91,10 @@ Reference run_reference(const Session& session, std::span<const PosePath> paths,
   if (exhausted + lost > 0)
     out.warnings.push_back(text("reference: more impacts than are resolved in ", exhausted,
                                 " steps, contact lost at a new matrix in ", lost, " of ", forces[0].size(), " steps"));
+  if (crowded + unsolved > 0)
+    out.warnings.push_back(text("reference: more than ", kMaxContacts, " places touch in ", crowded,
+                                " steps, contact not solved to ", kSolved, " in ", unsolved, " of ", forces[0].size(),
+                                " steps; its force is no truth there: take coarser cells or a smaller tool"));
   int inverted = 0;
   for (const Tetrahedron& t : session.model().mesh().tetrahedra) inverted += tetrahedron_volume(full.state().x, t) < 0;
   if (inverted > 0) out.warnings.push_back(text("reference: ", inverted, " tetrahedra are inside out at its end"));

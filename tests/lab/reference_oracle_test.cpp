@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 
 #include "models/model.hpp"
 #include "tests/support/haptics_scene.hpp"
@@ -159,6 +160,25 @@ TEST(FullSimulation, StaticPressIsTheEquilibriumOfTheBody) {
     std::printf("%s: static press %.6g N, equilibrium %.6g N\n", type, frame.force.norm(), truth.norm());
     EXPECT_LT((frame.force - truth).norm(), kStepError * truth.norm()) << type;
   }
+}
+
+TEST(Reference, TellsWhereMorePlacesTouchThanATickHolds) {
+  Scene scene = small_scene("capsule");
+  scene.object.model.type = "fem";
+  scene.tool.radius = 0.006;
+  scene.tool.length = 0.03;
+  const auto warnings = [&](double depth) {
+    const Session session(scene, kuhn_block(16, 8, 2, 0.0025));  // 40 x 20 x 5 mm
+    PosePath down;
+    const Quaternion lying(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
+    for (int i = 0; i <= 60; ++i)
+      down.push_back({Vec3(0.0203, 0.0101, 0.0111 - depth * std::min(i / 40.0, 1.0)), lying});
+    return run_reference(session, {&down, 1}, {.rate_hz = 1000}).warnings;
+  };
+  EXPECT_TRUE(warnings(5e-4).empty()) << warnings(5e-4).front();
+  const std::vector<std::string> deep = warnings(3e-3);
+  ASSERT_EQ(deep.size(), 1u);
+  EXPECT_TRUE(deep[0].starts_with(text("reference: more than ", kMaxContacts, " places touch in "))) << deep[0];
 }
 
 }  // namespace
