@@ -47,7 +47,7 @@ foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPEN
   endif()
 endforeach()
 if(NOT KT_BUILD_APPS)
-  list(APPEND kt_off "io/([a-z]+/)*[a-z_]*json" "io/scene/(named_here|scene)")
+  list(APPEND kt_off "io/([a-z]+/)*[a-z_]*json" "io/scene/(named_here|scene)" "io/scene_")
 endif()
 
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
@@ -160,6 +160,9 @@ if(KT_WITH_OPENMESH)
 endif()
 if(KT_WITH_CGAL)
   target_link_libraries(kt_io PRIVATE CGAL::CGAL)
+  if(TARGET kt_io_quick)
+    target_link_libraries(kt_io_quick PRIVATE CGAL::CGAL)
+  endif()
   # Of collision only the one file sees CGAL: its -frounding-math would slow down the narrow phase.
   add_library(kt_collision_cgal OBJECT collision/broad/cgal.cpp)
   target_link_libraries(kt_collision_cgal PRIVATE kt_core kt_arithmetic kt_flags CGAL::CGAL)

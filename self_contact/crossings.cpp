@@ -77,6 +77,9 @@ void note(std::span<const int> some, std::span<const int> others, const Vec3& at
     }
 }
 
+/// Of a refit that many queries follow: a tree.
+std::string for_many_queries(const std::string& backend) { return backend == "auto" ? "refit_bvh" : backend; }
+
 /// Edges through triangles with which they share no node.
 void find_pierced(std::span<const Triangle> triangles, const VectorX& x, const EdgeOwners& owners, TriangleIndex& index,
                   Pairs& found) {
@@ -105,7 +108,7 @@ std::vector<Crossing> listed(const Pairs& found) {
 
 std::vector<Crossing> find_piercings(std::span<const Triangle> triangles, const VectorX& x) {
   Pairs found;
-  find_pierced(triangles, x, EdgeOwners(triangles), *make_triangle_index("auto"), found);
+  find_pierced(triangles, x, EdgeOwners(triangles), *make_triangle_index("refit_bvh"), found);
   return listed(found);
 }
 
@@ -122,7 +125,7 @@ std::vector<Crossing> find_crossings(SelfContact& contact, std::span<const Trian
     of_face[sorted(std::array{triangles[t][0], triangles[t][1], triangles[t][2]})].push_back(t);
   }
   Pairs found;
-  find_pierced(triangles, x, of_edge, *make_triangle_index(contact.options.backend), found);
+  find_pierced(triangles, x, of_edge, *make_triangle_index(for_many_queries(contact.options.backend)), found);
   const double touch = kTouch * contact.barrier.reach;
   for (const SurfacePair& pair : contact.pairs.find(x, x, touch)) {
     if (pair_distance(pair, x).distance > touch) continue;

@@ -174,7 +174,7 @@ class SessionFile {
 
   std::vector<RefreshEvent> refreshes(const Scene& scene) const {
     const Json& list = json_["refreshes"];
-    const double ticks = scene.duration * scene.local.rate_hz;
+    const long long ticks = std::llround(scene.duration * scene.local.rate_hz);
     if (!list.is_array() || list.empty()) fail("refreshes", "must be a list with one entry or more");
     std::vector<RefreshEvent> out;
     for (std::size_t i = 0; i < list.size(); ++i) {
@@ -193,6 +193,13 @@ class SessionFile {
       if (numbers == 4) event.delay_ticks = r[3];
       if (has_lost) event.lost = r[4].get<std::vector<int>>();
       if (!std::ranges::is_sorted(event.lost)) fail(text("refreshes[", i, "]"), "has lost ticks that are not in order");
+      const bool starts_later = event.started_tick > event.linearized_tick;  // only in two threads
+      if (starts_later &&
+          (scene.link.type != "thread" || (event.adopted_tick >= 0 && event.started_tick > event.adopted_tick)))
+        fail(text("refreshes[", i, "]"),
+             text("is ", shown_json(r), ", its local model starts after ",
+                  scene.link.type == "thread" ? "it is adopted"
+                                              : "its linearization, which link.type thread does only"));
       const bool in_order = i == 0 ? event == RefreshEvent{0, 0, 0}
                                    : event.linearized_tick > out.back().linearized_tick && event.started_tick >= 0 &&
                                          (event.adopted_tick == -1 || event.adopted_tick >= event.linearized_tick);

@@ -106,7 +106,10 @@ std::optional<State> GlobalSimulation::foresee(double dt, std::span<const std::v
 void GlobalSimulation::warm_up(double dt) {
   if (!unconditional_) return;
   State ahead = state_;
-  integrator_->look_ahead(model_, VectorX::Zero(ahead.x.size()), dt, ahead);
+  try {
+    integrator_->look_ahead(model_, VectorX::Zero(ahead.x.size()), dt, ahead);
+  } catch (const RunError&) {  // the first step will tell, if it fails as well
+  }
 }
 
 /// With the vertices of an embedded surface, which go with their cells.

@@ -494,7 +494,9 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   nodes_.keep(*out);
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);
   // Ticks do not wait for the next refresh: what its step does once is done now.
-  if (known_.frame == 1 && models_come_late(options_)) global_.warm_up(1 / options_.global.rate_hz);
+  if (known_.frame == 1 && models_come_late(options_) && !self_contact_ &&
+      options_.global.integrator == "implicit_euler")
+    global_.warm_up(1 / options_.global.rate_hz);
   record_.prepare_ms = milliseconds_since(prepare_start);
   record_.refresh_ms = milliseconds_since(start);
   if (StageTimes* times = StageTimes::asked()) times->close();

@@ -23,7 +23,7 @@ std::optional<double> meet(const Vec3& p, const Vec3& d, const Vec3& a, const Ve
 }  // namespace
 
 Indentation::Indentation(const std::vector<Triangle>& triangles, const VectorX& x)
-    : triangles_(triangles), x_(x), index_(make_triangle_index("auto")), near_(triangles.size()) {
+    : triangles_(triangles), x_(x), index_(make_triangle_index("refit_bvh")), near_(triangles.size()) {
   index_->build(triangles, x);
   index_->refit(x, x);
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;

@@ -127,7 +127,7 @@ struct PreparedLocalModel {
   LocalState state;
   int linearized_tick = 0;  ///< at whose start the body was linearized
   VectorX adopted_q;        ///< of the state when it was taken into use [m], (r): for the energy of a swap
-  bool caught_up = false;   ///< the state has been stepped to the present, from the linearization on
+  bool caught_up = false;   ///< the state has been stepped to the present
   std::array<std::optional<Vec3>, kMaxTools> replayed_force{};  ///< of the last of these steps, on each tool in contact
   LocalWorkspace work;
 

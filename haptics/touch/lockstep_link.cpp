@@ -143,8 +143,8 @@ class LockstepLink final : public BodyLink {
     const int tick = side.next_tick();
     if (error_ || tick == prepared_) return;
     prepared_ = tick;
-    start_waiting(side, tick);
     try {
+      start_waiting(side, tick);
       refresh_if_due(side, tick);
     } catch (const std::exception& e) {
       error_ = std::current_exception();
@@ -197,7 +197,7 @@ class LockstepLink final : public BodyLink {
     RefreshEvent event = schedule_.take(tick);
     const bool goes_on = tick > 0 && catches_up_;
     if (goes_on && !has_start_) side.record_motion(motion_);
-    const bool starts_later = goes_on && event.started_tick > tick;
+    const bool starts_later = goes_on && !network_ && event.started_tick > tick;
     if (goes_on && !starts_later) event.started_tick = motion_.tick;
     has_start_ = false;
     const double predicted_ms = tick > 0 ? body_.refresher().choice().predicted_refresh_ms() : 0;

@@ -91,11 +91,11 @@ class Finder {
   std::string wanted_, group_;
 };
 
-/// With as many digits as tell it from any other number.
+/// With as many digits as tell it from any other number; -0 is 0.
 template <Number T>
 std::string shown(T value) {
   std::array<char, 32> room;
-  return {room.data(), std::to_chars(room.data(), room.data() + room.size(), value).ptr};
+  return {room.data(), std::to_chars(room.data(), room.data() + room.size(), static_cast<T>(value + T{})).ptr};
 }
 std::string shown(const std::string& value) { return value; }
 std::string shown(bool value) { return value ? "true" : "false"; }

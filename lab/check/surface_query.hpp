@@ -32,7 +32,7 @@ std::optional<SegmentCrossing> crossing_of(const Vec3& a, const Vec3& b, const V
 /// A surface with a broad phase of its own.
 class SurfaceQuery {
  public:
-  SurfaceQuery(std::span<const Triangle> triangles, const VectorX& x, const std::string& backend = "auto");
+  SurfaceQuery(std::span<const Triangle> triangles, const VectorX& x, const std::string& backend = "refit_bvh");
   /// @param guess  a distance that the answer may have [m], > 0; it grows until something is found
   NearestPlace nearest(const Vec3& p, double guess) const;
   double distance(const Vec3& p, double guess) const { return std::sqrt(nearest(p, guess).at.distance_sq); }

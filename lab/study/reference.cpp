@@ -92,7 +92,7 @@ Reference run_reference(const Session& session, std::span<const PosePath> paths,
     out.warnings.push_back(text("reference: more impacts than are resolved in ", exhausted,
                                 " steps, contact lost at a new matrix in ", lost, " of ", forces[0].size(), " steps"));
   if (crowded + unsolved > 0)
-    out.warnings.push_back(text("reference: more than ", kMaxContacts, " places touch in ", crowded,
+    out.warnings.push_back(text("reference: ", kMaxContacts, " places or more touch in ", crowded,
                                 " steps, contact not solved to ", kSolved, " in ", unsolved, " of ", forces[0].size(),
                                 " steps; its force is no truth there: take coarser cells or a smaller tool"));
   int inverted = 0;

@@ -71,6 +71,13 @@ TEST_F(LiveChanges, TheLastValueCounts) {
   EXPECT_EQ(once.changes.size(), 3u);
 }
 
+// A scene may give a point the radius 0; a tool that has one keeps it above that.
+TEST_F(LiveChanges, ARadiusStaysAboveZero) {
+  Taken none;
+  forces([](Touch& touch) { EXPECT_THROW(touch.set("tool.radius", 0), InputError); }, none);
+  EXPECT_TRUE(none.changes.empty());
+}
+
 // The friction coefficients move one another, and only some orders of them are allowed.
 TEST_F(LiveChanges, FrictionComesToWhatItWasSetTo) {
   std::mt19937 random(1);
