@@ -69,7 +69,7 @@ struct LocalSettings {
   double budget_us = 200;                   ///< of CPU time for a haptic tick, predicted: reducer auto stays within it
   std::optional<double> refresh_budget_ms;  ///< of CPU time for a refresh: reducer auto stays within it; absent: 0.8 /
                                             ///< global.rate_hz where ticks do not wait for a refresh, else none
-  bool catch_up = true;  ///< a new local model is replayed from its linearization to the present; else the old
+  bool catch_up = true;  ///< a new local model goes on from the old one's motion, replayed to the present; else the old
                          ///< one's state is taken over
   double blend_ms = 12;  ///< the difference between two local models fades from the force over this time
   /// Cells around the contact finer than the body's, in series with the local model: "follow" the tool, "off", or

@@ -5,6 +5,7 @@
 #include "core/base/error.hpp"
 #include "haptics/cells/mesh_cures.hpp"
 #include "haptics/findings/kinds.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 #include "haptics/watch/tick_words.hpp"
 
@@ -56,6 +57,26 @@ void find_self_crossing(const SessionResult& result, std::vector<Finding>& out) 
             .at("global.self_contact", own.pairs, 0));
 }
 
+Cure more_refined_nodes(const Scene& scene) {
+  return set_to("local.refine_nodes",
+                text(std::clamp(2 * scene.local.refine_nodes, LocalSettings().refine_nodes, 5000)));
+}
+
+/// A contact so large that no zone around it has few enough nodes, as under a long capsule that lies.
+void find_missing_refinement(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
+  constexpr double kSome = 0.1;  // of the refreshes
+  const std::size_t with = result.refresh.fineness.size(), all = result.refreshes.size();
+  const bool has_to = choose_refine(session.model(), session.surface(), session.options(),
+                                    session.scene().global.self_contact.has_value())
+                          .refines;
+  if (!has_to || !(static_cast<double>(all - with) > kSome * static_cast<double>(all))) return;
+  out.push_back(Finding{told("no cells could be refined under the tool in ", all - with, " of ", all,
+                             " refreshes, the contact is too large for local.refine_nodes: there the force is that of "
+                             "the cells as they are, which is larger"),
+                        {more_refined_nodes(session.scene())}}
+                    .at("local.refine_nodes", static_cast<double>(all - with), kSome * static_cast<double>(all)));
+}
+
 /// Between nodes that are so far apart a tool is not held: two thirds to 1.2 of the continuum's force.
 void find_coarse_refinement(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
   const Scene& scene = session.scene();
@@ -74,8 +95,7 @@ void find_coarse_refinement(const Session& session, const SessionResult& result,
     found.cures = {
         {"global.rate_hz", text(rate), told("set global.rate_hz to ", rate, " and move the tool half as fast")}};
   else
-    found.cures = {set_to("local.refine_nodes",
-                          text(std::clamp(2 * scene.local.refine_nodes, LocalSettings().refine_nodes, 5000)))};
+    found.cures = {more_refined_nodes(scene)};
   out.push_back(std::move(found).at("local.refine_nodes", largest, kCoarse));
 }
 
@@ -99,6 +119,7 @@ void find_in_body(const Session& session, const SessionResult& result, std::vect
   find_in_steps(session.scene(), result, out);
   find_in_elements(session, result, out);
   find_self_crossing(result, out);
+  find_missing_refinement(session, result, out);
   find_coarse_refinement(session, result, out);
   find_lag(session.scene(), result, out);
 }

@@ -2,6 +2,8 @@
 // force, at rest with the body; no energy over zones that move; the same bits again.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "core/body/mesh.hpp"
 #include "haptics/findings/run_findings.hpp"
 #include "haptics/session/session.hpp"
@@ -188,6 +190,25 @@ TEST(FineTouch, SaysWhereTheRefinedCellsAreTooLarge) {
 }
 
 // A tool that stays on the refined cells, and one that outruns them: the ticks say so, and the run.
+// The contact of a capsule that lies is 20 mm long: a round zone around it has too many nodes.
+TEST(FineTouch, SaysWhereNoCellsAreRefined) {
+  const Press p{.duration = 0.4, .press_time = 0.2};
+  Scene s = scene_of(p);
+  const auto is_told = [&] {
+    Session session(s, block_of(p));
+    const SessionResult result = session.run();
+    return std::ranges::any_of(lines(all_findings(session, result)), [](const std::string& line) {
+      return line.starts_with("no cells could be refined under the tool in ");
+    });
+  };
+  EXPECT_FALSE(is_told());
+  s.tool.shape = "capsule";
+  s.tool.radius = 0.004;
+  s.tool.length = 0.02;
+  s.tool.turn = Vec3(std::numbers::pi / 2, 0, 0);
+  EXPECT_TRUE(is_told());
+}
+
 TEST(FineTouch, SaysWhereAToolOutrunsTheRefinedCells) {
   const auto unrefined_ticks = [](double speed, double rate_hz) {
     Scene scene = scene_of({.speed = speed, .mu = 0.3, .duration = 0.45});
