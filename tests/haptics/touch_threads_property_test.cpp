@@ -34,7 +34,9 @@ class TouchThreads : public testing::Test {
   std::optional<Session> session_;
 };
 
+/// Held up for so many ticks and no longer: beside other programs the hand stands still until the body follows.
 TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
+  constexpr int kPressed = 150, kHeld = 250, kMostBehind = 70;  // ticks
   for (const int held_ms : {100, 500}) {
     auto slow = std::make_unique<HeldUpModel>(session_->model());
     HeldUpModel& model = *slow;
@@ -45,18 +47,22 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
     touch.place(pose(0));
     touch.start();
     double before = 0, sum = 0, most_step = 0;
-    int touched = 0, stale = 0, off = 0;
+    int pressed = 0, stale = 0, off = 0, tick = 0;
     auto due = std::chrono::steady_clock::now();
-    for (int i = 0; i < 1000; ++i) {
-      std::this_thread::sleep_until(due += 1ms);
-      if (i == 250) model.hold_ms = held_ms;
-      const LocalFrame& f = touch.tick(pose((i + 1) * 1e-3));
+    for (int i = 0; i < 1000; ++tick) {  // i: along the path
+      model.is_held = i >= kHeld && i < kHeld + held_ms;
+      if (model.is_held || tick - touch.status().linearized_tick < kMostBehind) ++i;
+      due = std::max(due + 1ms, std::chrono::steady_clock::now());
+      std::this_thread::sleep_until(due);
+      const LocalFrame& f = touch.tick(pose(i * 1e-3));
       watch.ticked(TouchHalves::fast(touch), {&f, 1});
       const double force = f.force.norm();
-      if (i > 150) most_step = std::max(most_step, std::abs(force - before));
-      if (i > 150) sum += force;
-      touched += force > 0;
-      off += i > 150 && force == 0;
+      if (i > kPressed) {
+        most_step = std::max(most_step, std::abs(force - before));
+        sum += force;
+        off += force == 0;
+        ++pressed;
+      }
       stale += (f.flags & kStaleModel) != 0;
       before = force;
     }
@@ -64,7 +70,7 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
     watch.finish(TouchHalves::fast(touch).model());
     EXPECT_EQ(off, 0) << held_ms;
     EXPECT_EQ(watch.lost(0).free_ticks_inside, 0) << held_ms;
-    EXPECT_LT(most_step, 0.1 * sum / 849) << held_ms;
+    EXPECT_LT(most_step, 0.1 * sum / pressed) << held_ms;
     if (held_ms == 500) {
       EXPECT_GT(stale, 200);
     }
