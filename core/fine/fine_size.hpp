@@ -23,8 +23,8 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
 /// Of the contact's radius, that a zone serves for at least.
 constexpr double kLeastTravel = 0.4;
 
-/// Of a contact's middle along a tool's way, at most: a zone's `others` are so many for each tool.
-constexpr int kPlacesOfWay = 12;
+/// Places along the way of a contact's middle, at most; of a long contact along all its ways.
+constexpr int kPlacesOfWay = 12, kPlacesOfTool = 24;
 
 /// Cells that may be half as large as that give as many places to touch as a tick holds (kMaxContacts).
 constexpr double kLeastFineness = 1.35;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
+#include "collision/held/surface_contacts.hpp"
 #include "collision/shape/closest_point.hpp"
 #include "collision/shape/tool_shape.hpp"
 #include "core/base/stages.hpp"
@@ -15,6 +17,9 @@ namespace {
 constexpr double kStrain = 0.03;      // that counts
 constexpr double kMostStrain = 0.08;  // that cannot wait for a refresh
 constexpr double kApart = 0.6;        // contact radii: places along a way
+constexpr double kAlong = 1.2;        // contact radii: ways along a contact that is long
+constexpr int kMostAlong = 8;         // of these
+constexpr double kMostAreas = 3;      // of a round contact: more are no reason for larger cells
 
 /// Where a tool is nearest to the patch.
 struct NearestPlace {
@@ -42,6 +47,41 @@ NearestPlace nearest_place(const Surface& surface, const VectorX& x, const Vecto
   return out;
 }
 
+/// A tool's contact until the next local model is there, on the body at rest.
+struct ContactAhead {
+  double radius = 0;  ///< half the width of one that is long [m]
+  Vec3 middle = Vec3::Zero();
+  Vec3 half_length = Vec3::Zero();  ///< from its middle to its end; zero: it is round
+};
+
+ContactAhead touched_ahead(const ToolShape& shape, const SeenTool& tool) {
+  const bool is_long = tool.half_length.norm() > expected_contact_radius(shape);
+  const double now = std::max(is_long ? tool.half_width : tool.contact_radius, expected_contact_radius(shape));
+  return {pressed_radius(shape, now, -tool.time * tool.velocity.dot(tool.normal)), *tool.touched,
+          is_long ? tool.half_length : Vec3::Zero()};
+}
+
+/// Where it will touch. A capsule lies where both its ends are as near as a contact is deep.
+ContactAhead next_contact(const Surface& surface, const VectorX& x, const VectorX& rest, std::span<const int> patch,
+                          const ToolShape& shape, const SeenTool& tool) {
+  const Vec3 way = tool.time * tool.velocity;
+  const auto nearest_to = [&](std::span<const Vec3> core) {
+    return nearest_place(surface, x, rest, patch, core, 0.5 * way);
+  };
+  const NearestPlace nearest = nearest_to(tool.core);
+  const double gap = std::max(0.0, nearest.apart.norm() - shape.radius);
+  ContactAhead out{
+      std::max(expected_contact_radius(shape), pressed_radius(shape, 0, -way.dot(nearest.apart.normalized()) - gap)),
+      nearest.at_rest - 0.5 * way};
+  if (shape.kind != ToolShape::Kind::capsule) return out;
+  const NearestPlace a = nearest_to({tool.core.data(), 1}), b = nearest_to({tool.core.data() + 1, 1});
+  const double depth = out.radius * out.radius / shape.radius;
+  if (std::abs(a.apart.norm() - b.apart.norm()) > depth) return out;
+  out.middle = 0.5 * (a.at_rest + b.at_rest) - 0.5 * way;
+  out.half_length = 0.5 * (b.at_rest - a.at_rest);
+  return out;
+}
+
 }  // namespace
 
 FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local)
@@ -54,27 +94,28 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                                         std::span<const SeenTool> places) const {
   Wanted out;
+  double area = 0;  // of all contacts [m^2]
   for (std::size_t k = 0; k < tools.size(); ++k) {
     const SeenTool& tool = places[k];
-    const ToolShape& shape = tools[k].shape;
     const Vec3 way = tool.time * tool.velocity;
-    const double expected = expected_contact_radius(shape);
-    double own = std::max(tool.contact_radius, expected);
-    Vec3 from;
     out.touches = out.touches || tool.touched.has_value();
-    if (tool.touched) {
-      own = pressed_radius(shape, own, -way.dot(tool.normal));
-      from = *tool.touched;
-    } else {
-      const NearestPlace nearest = nearest_place(surface_, x, body_.mesh->x, patch, tool.core, 0.5 * way);
-      const double gap = std::max(0.0, nearest.apart.norm() - shape.radius);
-      own = std::max(own, pressed_radius(shape, 0, -way.dot(nearest.apart.normalized()) - gap));
-      from = nearest.at_rest - 0.5 * way;
+    const ContactAhead contact = tool.touched ? touched_ahead(tools[k].shape, tool)
+                                              : next_contact(surface_, x, body_.mesh->x, patch, tools[k].shape, tool);
+    if (way.norm() > kLeastTravel * contact.radius) out.late = std::max(out.late, tool.late);
+    out.contact_radius = std::max(out.contact_radius, contact.radius);
+    const double length = contact.half_length.norm();
+    if (length > 0) {
+      out.whole_area += 4 * tool_reach(tools[k].shape) * tools[k].shape.radius;
+      out.whole_width = std::max(out.whole_width, tools[k].shape.radius);
     }
-    if (way.norm() > kLeastTravel * own) out.late = std::max(out.late, tool.late);
-    out.contact_radius = std::max(out.contact_radius, own);
-    out.ways.push_back({from, from + way});
+    area += contact.radius * (std::numbers::pi * contact.radius + 4 * length);
+    const int count = std::min(kMostAlong, 1 + static_cast<int>(std::ceil(2 * length / (kAlong * contact.radius))));
+    for (int i = 0; i < count; ++i) {
+      const Vec3 from = count > 1 ? contact.middle + (2.0 * i / (count - 1) - 1) * contact.half_length : contact.middle;
+      out.ways.push_back({from, from + way});
+    }
   }
+  out.areas = area / (std::numbers::pi * out.contact_radius * out.contact_radius);
   return out;
 }
 
@@ -99,10 +140,10 @@ double FineRefresh::ahead_radius(const Wanted& wanted) const {
                                  : wanted.contact_radius;
 }
 
-/// Cells that may be this large, in contact radii: there is less than half the room for the contacts of each of two.
-double FineRefresh::largest_fineness(std::size_t tools) const {
-  constexpr double kOfTwo = 1.4;
-  return (tools > 1 ? kOfTwo : 1) * std::max(kLeastFineness, fineness_);
+/// Cells that may be this large, in contact radii: a tick has room for the places of one round contact, which two
+/// tools share, and a long one; but between nodes further apart than it is wide a tool sinks in.
+double FineRefresh::largest_fineness(double areas) const {
+  return std::sqrt(std::clamp(areas, 1.0, kMostAreas)) * std::max(kLeastFineness, fineness_);
 }
 
 /// The zone that is there is large and fine enough for it: the contacts stay within its travel.
@@ -113,19 +154,17 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   const FineContact& has = zone_->contact;
   const bool is_capped = zone_->zone.edge > zone_->options.size.edge;  // a smaller one may have smaller cells
   const double grown = wanted.contact_radius / has.contact_radius;
-  if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk) || zone_->ways.size() != wanted.ways.size())
-    return false;
-  const double most = largest_fineness(wanted.ways.size()) * wanted.contact_radius;
+  if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk)) return false;
+  const double most = largest_fineness(wanted.areas) * wanted.contact_radius;
   const bool stays_now = longest(zone_->ways) > kShorter * longest(wanted.ways) + has.travel;
   if (is_capped && ((zone_->late > 1 && wanted.late <= 1) || stays_now))
     return false;  // it moved on and now stays: as small as they get
   if (!is_capped && zone_->zone.largest > (1 + 1e-6) * most) return false;
-  bool stays = true;
-  for (std::size_t k = 0; k < wanted.ways.size(); ++k) {
-    const Way &its = wanted.ways[k], &way = zone_->ways[k];
-    stays = stays && std::max(way.distance(its.from), way.distance(its.to)) <= kWithin * has.travel;
-  }
-  return stays;
+  const double within = kWithin * has.travel;
+  return std::ranges::all_of(wanted.ways, [&](const Way& its) {
+    return std::ranges::any_of(
+        zone_->ways, [&](const Way& way) { return std::max(way.distance(its.from), way.distance(its.to)) <= within; });
+  });
 }
 
 /// Of the largest refined cells under a tool, from `least` to `most`. Cells are halved: a size that follows each
@@ -139,19 +178,30 @@ double FineRefresh::cell_size(double least, double most, double cell) const {
   return stays_small ? sized_ : size;
 }
 
+/// A tick holds all places of a long contact, even of a tool that is pressed in by its radius. Of a contact that is
+/// held in part the rest sinks in, another part from tick to tick.
+bool FineRefresh::has_room(const Wanted& wanted, double cell) const {
+  if (!(wanted.whole_area > 0)) return true;
+  const double most = largest_fineness(kMostAreas) * wanted.whole_width;
+  const double spacing = 0.5 * cell * std::exp2(-std::max(0.0, std::ceil(std::log2(cell / most))));
+  return wanted.whole_area <= kMaxContacts * spacing * spacing;
+}
+
 /// Around the ways of the tools, and half as far again, so that it serves for longer. The later models come under a
 /// tool that moves, the fewer nodes: large cells are off by less than no refined ones under a tool that has moved on.
-void FineRefresh::make_zone(const Wanted& wanted) {
+void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   constexpr double kMargin = 1.5, kLeastNodes = 150;
-  const std::size_t tools = wanted.ways.size();
-  const double most = largest_fineness(tools), least = most / largest_fineness(1) * kLeastFineness;
+  const double most = largest_fineness(wanted.areas), least = most / largest_fineness(1) * kLeastFineness;
   FineContact contact{.contact_radius = ahead_radius(wanted)};
   contact.travel = kLeastTravel * contact.contact_radius;
   std::vector<Way> ways;
   std::vector<Vec3> places;
+  const bool is_long = wanted.ways.size() > tools;
+  const double apart = (is_long ? kAlong : kApart) * contact.contact_radius;
+  const std::size_t most_places = is_long ? tools * kPlacesOfTool / wanted.ways.size() : kPlacesOfWay;
   for (const Way& way : wanted.ways) {
-    const double apart = kApart * contact.contact_radius, length = (way.to - way.from).norm();
-    const double far = std::min(kMargin * length, (kPlacesOfWay - 1) * apart);
+    const double length = (way.to - way.from).norm();
+    const double far = std::min(kMargin * length, (static_cast<double>(most_places) - 1) * apart);
     const Vec3 to = length > 0 ? Vec3(way.from + far / length * (way.to - way.from)) : way.from;
     ways.push_back({way.from, to});
     const int count = static_cast<int>(std::ceil(far / apart));
@@ -164,7 +214,8 @@ void FineRefresh::make_zone(const Wanted& wanted) {
   options.size.edge = sized_ = cell_size(least * contact.contact_radius, most * contact.contact_radius, cell);
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / wanted.late);
   options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
-  zone_ = Zone{make_fine_zone(body_, options), options, contact, std::move(ways), {}, cell, wanted.late};
+  FineZone zone = has_room(wanted, cell) ? make_fine_zone(body_, options) : FineZone();
+  zone_ = Zone{std::move(zone), options, contact, std::move(ways), {}, cell, wanted.late};
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
     zone_->nodes.insert(zone_->nodes.end(), t.begin(), t.end());
@@ -199,7 +250,7 @@ std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, 
                                                    std::span<const int> patch, std::span<const TouchTool> tools,
                                                    std::span<const SeenTool> places) {
   const VectorX& x = tangent.state.x;
-  if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(now);
+  if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(now, tools.size());
   if (zone_->zone.num_yielding == 0) return nullptr;
   if (patch_ && kind_ == kind && bend(x) <= kStrain) return patch_;
   const FineState state{tangent.state, kind};

@@ -37,7 +37,7 @@ class FineRefresh {
           std::span<const TouchTool> tools, std::span<const SeenTool> places, std::span<const SeenTool> later) const;
 
  private:
-  /// Of the middle of a tool's contact, on the body at rest.
+  /// Of the middle of a tool's contact, on the body at rest; of one that is long of some places along it.
   struct Way {
     Vec3 from = Vec3::Zero(), to = Vec3::Zero();
     double distance(const Vec3& place) const;
@@ -46,25 +46,28 @@ class FineRefresh {
     FineZone zone;
     FineZoneOptions options;
     FineContact contact;
-    std::vector<Way> ways;   // of each tool, that it serves for
+    std::vector<Way> ways;   // that it serves for
     std::vector<int> nodes;  // of its cells' corners
     double cell = 0;         // [m]
     double late = 1;         // see SeenTool
   };
   struct Wanted {
-    double contact_radius = 0;  // [m]
-    double late = 1;            // see SeenTool
+    double contact_radius = 0;               // [m]
+    double late = 1;                         // see SeenTool
+    double areas = 0;                        // of all contacts over that of a round one of this radius
+    double whole_area = 0, whole_width = 0;  // of long contacts of tools that are pressed in deeply [m^2], half [m]
     bool touches = false;
-    std::vector<Way> ways;  // of each tool until the next model is in use
+    std::vector<Way> ways;  // of all tools until the next model is in use
   };
   Wanted wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                 std::span<const SeenTool> places) const;
   static double longest(std::span<const Way> ways);  // [m]
   double ahead_radius(const Wanted& wanted) const;
   bool serves(const Wanted& wanted) const;
-  double largest_fineness(std::size_t tools) const;
+  double largest_fineness(double areas) const;
+  bool has_room(const Wanted& wanted, double cell) const;
   double cell_size(double least, double most, double cell) const;
-  void make_zone(const Wanted& wanted);
+  void make_zone(const Wanted& wanted, std::size_t tools);
   double bend(const VectorX& x) const;
   const Surface& surface_;
   RefinableBody refinable_;

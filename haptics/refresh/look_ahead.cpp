@@ -10,21 +10,26 @@
 #include "core/base/ticks.hpp"
 #include "core/body/near_triangles.hpp"
 #include "core/body/node_weights.hpp"
+#include "haptics/refresh/contact_length.hpp"
 
 namespace kt {
 
 namespace {
 
-/// One hold of all contacts of a tool on refined cells: of their mean by normal force, which yields as they do
-/// together. Its force is the resultant's along the mean normal: on a ball that is pressed in, the normals spread, and
-/// how far the mean sinks depends on all of the forces.
-/// @param at  of each contact
-ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const ContactNodes::OnFine> at) {
+Vec3 force_on_body(const ContactHold& hold) { return hold.friction - hold.force * hold.normal; }
+
+/// One hold of a tool's contacts on refined cells, or of a section of them: of their mean by normal force, which yields
+/// as they do together. Its force is the resultant's along the mean normal: on a ball that is pressed in, the normals
+/// spread, and how far the mean sinks depends on all of the forces.
+/// @param all      contacts of the tool      @param at  of each
+/// @param section  in it: indices
+ContactHold mean_hold(std::span<const ContactHold> all, std::span<const ContactNodes::OnFine> at,
+                      std::span<const std::size_t> section) {
   ContactHold out;
   double sum_of_forces = 0, sticking = 0;
   Vec3 normal = Vec3::Zero(), total = Vec3::Zero(), sunk = Vec3::Zero();
-  const auto force_on_body = [](const ContactHold& hold) { return Vec3(hold.friction - hold.force * hold.normal); };
-  for (const ContactHold& hold : holds) {
+  for (const std::size_t i : section) {
+    const ContactHold& hold = all[i];
     const double force = std::max(hold.force, 0.0);
     sum_of_forces += force;
     normal += force * hold.normal;
@@ -38,14 +43,16 @@ ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const Contac
   std::vector<NodeWeights> yields;
   std::vector<double> share;
   std::map<int, double> moves;
-  for (std::size_t i = 0; i < holds.size(); ++i) {
-    share.push_back(std::max(holds[i].force, 0.0) / sum_of_forces);
-    out.point += share[i] * holds[i].point;
-    for (int k = 0; k < holds[i].moves.count; ++k)
-      moves[holds[i].moves.node[static_cast<std::size_t>(k)]] +=
-          share[i] * holds[i].moves.weight[static_cast<std::size_t>(k)];
-    yields.push_back(at[i].patch ? at[i].patch->yields_with(at[i].facet, at[i].bary) : NodeWeights());
+  share.assign(all.size(), 0);
+  for (const std::size_t i : section) {
+    share[i] = std::max(all[i].force, 0.0) / sum_of_forces;
+    out.point += share[i] * all[i].point;
+    for (int k = 0; k < all[i].moves.count; ++k)
+      moves[all[i].moves.node[static_cast<std::size_t>(k)]] +=
+          share[i] * all[i].moves.weight[static_cast<std::size_t>(k)];
   }
+  for (const ContactNodes::OnFine& fine : at)
+    yields.push_back(fine.patch ? fine.patch->yields_with(fine.facet, fine.bary) : NodeWeights());
   std::vector<std::pair<int, double>> heaviest(moves.begin(), moves.end());
   constexpr std::size_t kHeaviest = 32;
   if (heaviest.size() > kHeaviest) {
@@ -55,8 +62,8 @@ ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const Contac
   double sum = 0;
   for (const auto& [node, weight] : heaviest) sum += weight;
   for (const auto& [node, weight] : heaviest) out.moves.add(node, weight / sum);
-  for (std::size_t i = 0; i < holds.size(); ++i)
-    for (std::size_t j = 0; j < holds.size(); ++j) {
+  for (const std::size_t i : section)
+    for (std::size_t j = 0; j < all.size(); ++j) {
       if (!at[i].patch || at[i].patch != at[j].patch) continue;
       const NodeWeights &a = yields[i], &b = yields[j];
       Mat3 response = Mat3::Zero();
@@ -66,7 +73,7 @@ ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const Contac
                       at[i].patch->R.block<3, 3>(3 * a.node[static_cast<std::size_t>(k)],
                                                  3 * b.node[static_cast<std::size_t>(l)]);
       out.yields += share[i] * share[j] * response;
-      sunk += share[i] * (response * force_on_body(holds[j]));
+      sunk += share[i] * (response * force_on_body(all[j]));
     }
   // Along the normal as under all of the forces, and still positive semidefinite.
   const Vec3& n = out.normal;
@@ -78,10 +85,31 @@ ContactHold mean_hold(std::span<const ContactHold> holds, std::span<const Contac
   return out;
 }
 
+/// Contacts of a tool that are held together: all of a round contact, and of a long one those beside one another, since
+/// the body may bend along it.
+std::vector<std::vector<std::size_t>> sections_of(std::span<const ContactHold> holds,
+                                                  const std::optional<ContactLength>& length) {
+  constexpr double kSection = 2;  // times its width
+  constexpr int kMost = 4;
+  const int count =
+      length
+          ? std::clamp(static_cast<int>(std::lround(length->half_length / (kSection * length->half_width))), 2, kMost)
+          : 1;
+  std::vector<std::vector<std::size_t>> out(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < holds.size(); ++i) {
+    const double s = length ? (holds[i].point - length->middle).dot(length->along) / length->half_length : 0;
+    out[static_cast<std::size_t>(std::clamp(static_cast<int>(0.5 * (s + 1) * count), 0, count - 1))].push_back(i);
+  }
+  std::erase_if(out, [&](const auto& section) {
+    return std::ranges::none_of(section, [&](std::size_t i) { return holds[i].force > 0; });
+  });
+  return out;
+}
+
 }  // namespace
 
 std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
-                                    int tool) {
+                                    const ToolShape& shape, int tool) {
   std::vector<ContactHold> out;
   if (reports.empty()) return out;
   const LocalReport& last = reports.back();
@@ -106,8 +134,12 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
     sum += std::max(hold.force, 0.0);
     resultant += std::max(hold.force, 0.0) * hold.normal;
   }
-  if (yields && resultant.norm() > kOneSide * sum) out = {mean_hold(out, fine)};
-  return out;
+  if (!yields || !(resultant.norm() > kOneSide * sum)) return out;
+  std::vector<ContactHold> means;
+  for (const std::vector<std::size_t>& section : sections_of(
+           out, contact_length(shape, last.tools[static_cast<std::size_t>(tool)].pose.r, last.contacts(), tool)))
+    means.push_back(mean_hold(out, fine, section));
+  return means;
 }
 
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool) {

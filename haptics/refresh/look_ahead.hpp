@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/shape/tool_shape.hpp"
 #include "core/global/held_model.hpp"
 #include "core/local/contact_surface.hpp"
 #include "core/local/reducer.hpp"
@@ -14,11 +15,12 @@
 
 namespace kt {
 
-/// The contacts of a tool at the end of the reports, none without any.
+/// The contacts of a tool at the end of the reports, none without any. On refined cells one for all of them; of a long
+/// contact one for each of up to four sections.
 /// @param nodes    that moved with contacts
 /// @param rate_hz  of the ticks
 std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
-                                    int tool = 0);
+                                    const ToolShape& shape, int tool = 0);
 
 /// The tool's mean velocity [m/s] over the last reports, up to kVelocityTime of them; zero for fewer than two.
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool = 0);

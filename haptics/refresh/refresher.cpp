@@ -324,7 +324,7 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
       static_cast<std::size_t>(std::min(kMostStops, std::ceil(lead / kLongestStep))));
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, k);
-    std::vector<ContactHold> holds = last_holds(reports, nodes_, options_.local.rate_hz, k);
+    std::vector<ContactHold> holds = last_holds(reports, nodes_, options_.local.rate_hz, tools_[k].shape, k);
     Vec3 step = lead * velocity;
     if (known_.delay > 0) {
       const Vec3 way = along_surface(way_until_used(velocity, k), holds);
@@ -359,6 +359,23 @@ std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const 
                        is_first ? static_cast<int>(shape.corners.size()) : kFew);
 }
 
+/// Which way several contacts are held that are held together: as they are in the mean. None: each is held by itself.
+std::optional<ContactHold> all_alike(std::span<const ContactHold> holds, std::span<const LocalReport> reports,
+                                     int tool) {
+  if (holds.size() == 1) return holds.front();
+  if (holds.empty() || std::ranges::count(reports.back().contacts(), tool, &TickContact::tool) == std::ssize(holds))
+    return std::nullopt;
+  ContactHold out;
+  double sticking = 0;
+  for (const ContactHold& hold : holds) {
+    out.normal += hold.force * hold.normal;
+    sticking += hold.sticks ? hold.force : -hold.force;
+  }
+  out.normal.normalize();
+  out.sticks = sticking > 0;
+  return out;
+}
+
 /// The body at time t, and where it will be in the middle of the next model's use, if that can be told.
 std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> reports, bool looks_ahead) {
   const auto start = std::chrono::steady_clock::now();
@@ -366,8 +383,8 @@ std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> 
   std::vector<ContactHold> holds;
   std::array<std::optional<ContactHold>, kMaxTools> mean{};  // of several contacts: it holds all of them alike
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
-    std::vector<ContactHold> own = last_holds(reports, nodes_, options_.local.rate_hz, k);
-    if (fine_ && own.size() == 1) mean[static_cast<std::size_t>(k)] = own.front();
+    std::vector<ContactHold> own = last_holds(reports, nodes_, options_.local.rate_hz, tools_[k].shape, k);
+    if (fine_) mean[static_cast<std::size_t>(k)] = all_alike(own, reports, k);
     std::ranges::move(own, std::back_inserter(holds));
   }
   for (const LocalReport& report : reports)
@@ -401,7 +418,7 @@ std::vector<ToolPlace> Refresher::place_tools(double t, std::span<const Pose> at
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     const Vec3 velocity = tool_velocity(reports, options_.local.rate_hz, static_cast<int>(k));
     ToolPlace& tool =
-        out.emplace_back(at[k].x, reports.empty() ? -1 : reports.back().tools[k].triangle,
+        out.emplace_back(at[k].x, seen_[k].triangle,
                          patch_reach(surface_, global_.state().x, tools_[k], at[k].x, velocity, interval(t),
                                      contact_extent(tools_[k].shape, seen_[k], models_come_late(options_))));
     expect_late(tools_[k], velocity, way_until_used(velocity, static_cast<int>(k)), known_.delay, tool);

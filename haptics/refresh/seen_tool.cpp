@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "haptics/refresh/contact_length.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 
 namespace kt {
@@ -28,12 +29,11 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
   double force = 0, spread = 0, farthest_sq = 0;
   Vec3 middle = Vec3::Zero();
   int count = 0;
-  const auto push = [](const TickContact& c) { return std::max(0.0, -c.impulse.dot(c.normal)); };
   for (const TickContact& c : contacts) {
     if (c.tool != tool) continue;
     ++count;
-    force += push(c);
-    middle += push(c) * c.point;
+    force += push_of(c);
+    middle += push_of(c) * c.point;
   }
   if (count < 3 || !(force > 0)) return 0;
   middle /= force;
@@ -43,9 +43,9 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
     for (const TickContact& other : contacts)
       if (other.tool == tool && &other != &c) spacing_sq = std::min(spacing_sq, (other.point - c.point).squaredNorm());
     const double apart_sq = (c.point - middle).squaredNorm();
-    if (push(c) * count > kPushes * force) farthest_sq = std::max(farthest_sq, apart_sq);
+    if (push_of(c) * count > kPushes * force) farthest_sq = std::max(farthest_sq, apart_sq);
     // A node stands for what lies around it: a pressure shared out to nodes s apart is spread by s^2 / 3 more.
-    spread += push(c) * std::max(apart_sq - spacing_sq / 3, kLeast * apart_sq);
+    spread += push_of(c) * std::max(apart_sq - spacing_sq / 3, kLeast * apart_sq);
   }
   return std::sqrt(std::max(2.5 * spread / force, farthest_sq));
 }
@@ -54,29 +54,51 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
 Vec3 measured_normal(std::span<const TickContact> contacts, int tool) {
   Vec3 sum = Vec3::Zero();
   for (const TickContact& c : contacts)
-    if (c.tool == tool) sum += std::max(0.0, -c.impulse.dot(c.normal)) * c.normal;
+    if (c.tool == tool) sum += push_of(c) * c.normal;
   return sum.norm() > 0 ? Vec3(sum.normalized()) : sum;
 }
 
-/// Adds where a tool touched the body in the last tick, in the middle of its contacts by force.
-void see_contact(const TouchedBody& body, std::span<const TickContact> contacts, int tool, SeenTool& out) {
-  double force = 0;
-  Vec3 middle = Vec3::Zero(), moves = Vec3::Zero();
+/// Adds where a tool touched the body in the last tick, in the middle of its contacts by force, and along which length.
+/// @param length  of the contact as it is now; none: it is about round
+void see_contact(const TouchedBody& body, std::span<const TickContact> contacts, int tool,
+                 const std::optional<ContactLength>& length, SeenTool& out) {
+  double force = 0, length_sq = 0;
+  Vec3 middle = Vec3::Zero(), moves = Vec3::Zero(), stretch = Vec3::Zero();
   for (const TickContact& contact : contacts) {
     if (contact.tool != tool) continue;
-    const double push = std::max(0.0, -contact.impulse.dot(contact.normal));
+    const double push = push_of(contact), s = length ? (contact.point - length->middle).dot(length->along) : 0;
     const Vec3 bary = body.nodes.on_triangle(contact).bary;
     const Triangle& t = body.surface.triangles[contact.triangle];
     force += push;
+    length_sq += push * s * s;
     for (int i = 0; i < 3; ++i) {
       middle += push * bary[i] * node(body.rest, t[i]);
       moves += push * bary[i] * node(body.v, t[i]);
+      stretch += push * s * bary[i] * node(body.rest, t[i]);
     }
   }
   if (!(force > 0)) return;
   moves /= force;
   out.touched = middle / force;
   out.velocity -= moves - moves.dot(out.normal) * out.normal;  // along the normal it yields to the tool
+  if (!length || !(length_sq > 0)) return;
+  out.half_length = length->half_length / length_sq * stretch;  // s has a mean of zero
+  out.half_width = length->half_width;
+}
+
+/// The one that carries most, of a ball; of a tool that touches far from its reference point the patch reaches as far
+/// around that.
+int touched_triangle(const ToolShape& shape, const Vec3& place, const LocalReport& report, int tool) {
+  int out = report.tools[static_cast<std::size_t>(tool)].triangle;
+  if (shape.corners.empty()) return out;
+  double nearest_sq = std::numeric_limits<double>::infinity();
+  for (const TickContact& c : report.contacts()) {
+    if (const double away_sq = (c.point - place).squaredNorm(); c.tool == tool && away_sq < nearest_sq) {
+      nearest_sq = away_sq;
+      out = c.triangle;
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -100,7 +122,8 @@ SeenTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& a
   const std::span<const TickContact> contacts = reports.back().contacts();
   out.contact_radius = measured_contact_radius(contacts, tool);
   out.normal = measured_normal(contacts, tool);
-  see_contact(body, contacts, tool, out);
+  out.triangle = touched_triangle(shape, at.x, reports.back(), tool);
+  see_contact(body, contacts, tool, contact_length(shape, at.r, contacts, tool), out);
   return out;
 }
 

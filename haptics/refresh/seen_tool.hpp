@@ -18,7 +18,12 @@ struct SeenTool {
   double time = 0;               ///< until the next local model is there [s]
   double late = 1;               ///< time since the last one over the usual interval, 1 to 3, from the schedule alone
   double contact_radius = 0;     ///< measured [m]; 0: not known
-  Vec3 normal = Vec3::Zero();    ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
+  /// Of the contact of a capsule that lies: from its middle to its end, on the body at rest, and half its width [m];
+  /// zero: it is about round, or not known.
+  Vec3 half_length = Vec3::Zero();
+  double half_width = 0;
+  int triangle = -1;           ///< of the surface, that it touches: of some that nearest to its reference point
+  Vec3 normal = Vec3::Zero();  ///< of its contacts by force, from the body towards it, unit; zero: it touches nothing
   std::optional<Vec3>
       touched{};  ///< middle of its contacts by force, on the body at rest [m]; none: it touches nothing
 };

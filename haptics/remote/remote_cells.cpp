@@ -37,7 +37,7 @@ RemoteCells::RemoteCells(const DeformableModel& model, const Surface& surface, i
 std::string RemoteCells::trouble(const FineOrigin& origin) const {
   const FineZoneOptions& o = origin.options;
   const auto is_place = [](const Vec3& v) { return is_within(v); };
-  if (o.others.size() >= static_cast<std::size_t>(kMaxTools * kPlacesOfWay))
+  if (o.others.size() >= static_cast<std::size_t>(kMaxTools * kPlacesOfTool))
     return "refined cells: there are too many places";
   if (!is_place(o.centre) || !std::ranges::all_of(o.others, is_place) || !is_length(o.radius) || !is_length(o.reach) ||
       !is_length(o.size.flat) || !is_length(o.size.least_flat) || !(o.size.edge > 0 && o.size.edge <= kFarthest) ||

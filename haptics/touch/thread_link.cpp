@@ -143,8 +143,8 @@ class ThreadLink final : public BodyLink {
     if (!spare_motions_.empty() && ticks_.ask_motion(spare_motions_.back())) spare_motions_.pop_back();
   }
 
-  /// The new local model goes on from the motion that was asked for last, and is brought near the present. Where nobody
-  /// ticks, from that at its refresh.
+  /// The new local model goes on from the motion that was asked for last, and is brought near the present: the ticking
+  /// thread runs it in. Where nobody ticks, from that at its refresh.
   /// @param taken  reports that the refresh has taken
   void start(ModelParcel& parcel, std::size_t taken) {
     constexpr int kMostWaits = 20;
@@ -157,7 +157,8 @@ class ThreadLink final : public BodyLink {
     const LocalMotion& motion = now ? *now : *newest_;
     body_.start(motion, pending_.all().subspan(now ? taken : 0), *parcel.model);
     parcel.at_tick = motion.tick;
-    bring_near(parcel);
+    parcel.run_in_tick = motion.tick + run_in_;
+    replay(parcel);
     if (now) spare_motions_.push_back(std::move(now));
   }
 
@@ -205,32 +206,18 @@ class ThreadLink final : public BodyLink {
   }
 
   /// Replays what the haptic side has reported since the model's start, along the same sweeps as HapticSide::catch_up;
-  /// its own thread does the last few ticks. A model that is nearly there runs in first.
-  void bring_near(ModelParcel& parcel) {
-    constexpr int kMostRounds = 24;
-    const int started = parcel.at_tick;
-    for (int round = 0; round < kMostRounds; ++round) {
-      receive();
-      if (replay(parcel)) continue;
-      if (parcel.at_tick - started >= run_in_ || stop_) return;
-      std::this_thread::sleep_for(kWait);
-    }
-  }
-
-  /// What there is of it now. False: nothing, or one was lost (the haptic side has its own record).
-  bool replay(ModelParcel& parcel) {
+  /// its own thread does the rest. Where one was lost, too: it has its own record.
+  void replay(ModelParcel& parcel) {
+    receive();
     std::vector<ToolSweep> sweeps(body_.options().tools.size());
     const std::span<const LocalReport> reports = pending_.all();
     auto before = std::ranges::lower_bound(reports, parcel.at_tick - 1, {}, &LocalReport::tick);
-    bool has_any = false;
     for (; before != reports.end() && before->tick == parcel.at_tick - 1; ++before, ++parcel.at_tick) {
       const auto next = before + 1;
       if (next == reports.end() || next->tick != parcel.at_tick) break;
       for (std::size_t k = 0; k < sweeps.size(); ++k) sweeps[k] = {before->tools[k].pose, next->tools[k].pose};
       catch_up_.step(*parcel.model, sweeps);
-      has_any = true;
     }
-    return has_any;
   }
 
   BodySide& body_;

@@ -23,6 +23,7 @@ void TickEnd::before_tick(HapticSide& side) noexcept {
   // A model is taken only when the used one can be handed back: freeing is not for this thread.
   if (!arrived_ && used_.is_empty()) arrived_ = down_.take();
   if (!arrived_ || (catches_up_ && !side.catch_up(arrived_->model, arrived_->at_tick, kMostCaughtUp))) return;
+  if (side.next_tick() < arrived_->run_in_tick) return;
   arrived_->adopted_tick = side.next_tick();
   arrived_->model = side.adopt(std::move(arrived_->model));
   if (observer_) observer_->adopted(side.model());

@@ -15,7 +15,8 @@ namespace kt {
 /// model that it took the place of, and when it did.
 struct ModelParcel {
   int linearized_tick = 0, at_tick = 0, adopted_tick = -1;
-  int frame = -1;  ///< as its maker counts
+  int run_in_tick = 0;  ///< it is run in by then, and not adopted before
+  int frame = -1;       ///< as its maker counts
   std::unique_ptr<PreparedLocalModel> model;
 };
 
@@ -25,7 +26,7 @@ class TickEnd {
   TickEnd(const TouchOptions& options, ModelObserver* observer);
 
   // In the thread that ticks.
-  /// Adopts a model that has arrived, once it has caught up.
+  /// Adopts a model that has arrived, once it has caught up and is run in.
   void before_tick(HapticSide& side) noexcept;
   /// The report is lost where there is no room.
   void after_tick(HapticSide& side, const LocalReport& report) noexcept;
