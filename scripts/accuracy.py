@@ -4,8 +4,6 @@ DIR/scene-material/.
 
     scripts/accuracy.py DIR docs/pictures
 """
-import csv
-import json
 import math
 import os
 import sys
@@ -14,6 +12,8 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+
+from measured import read_csv, read_json  # noqa: E402
 
 COLOURS = {"tet4": "#d55e00", "tet10": "#0072b2"}
 plt.rcParams.update({"font.size": 11, "axes.spines.top": False, "axes.spines.right": False, "axes.titleweight": "bold",
@@ -115,8 +115,7 @@ def recovery(rows, folder):
 
 
 def normal_force(run):
-    with open(os.path.join(run, "trace.csv"), encoding="utf-8") as file:
-        return [float(row["f_n"]) for row in csv.DictReader(file)]
+    return [float(row["f_n"]) for row in read_csv(os.path.join(run, "trace.csv"))]
 
 
 def springs(folder):
@@ -134,8 +133,7 @@ def scenes(folder):
           "|---|---|---|---|---|---|---|---|")
     for scene in ("slab_drag", "organ_springs", "paper_slide", "paper_stick", "paper_stick_slip"):
         for material in ("linear", "corotational", "stvk", "neo_hookean"):
-            with open(os.path.join(folder, f"{scene}-{material}", "summary.json"), encoding="utf-8") as file:
-                run = json.load(file)
+            run = read_json(os.path.join(folder, f"{scene}-{material}", "summary.json"))
             ratio = run["force"]["max_t_over_mu_n"]
             inverted = [warning.split()[0] for warning in run["warnings"] if "inside out" in warning]
             print(f"| {scene} | {material} | {run['force']['mean_n']:.3f} | {'-' if ratio is None else f'{ratio:.3g}'} | "
@@ -146,8 +144,7 @@ def scenes(folder):
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    with open(os.path.join(sys.argv[1], "fem.json"), encoding="utf-8") as file:
-        data = json.load(file)
+    data = read_json(os.path.join(sys.argv[1], "fem.json"))
     cantilever(data["cantilever"], sys.argv[2])
     hertz(data["hertz"], sys.argv[2])
     recovery(data["recovery"], sys.argv[2])

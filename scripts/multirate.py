@@ -5,11 +5,7 @@ it is.
 
     scripts/multirate.py RESULTS docs/accuracy_and_speed.md docs/pictures bench/results
 """
-import csv
-import json
 import os
-import re
-import subprocess
 import sys
 
 import matplotlib
@@ -18,6 +14,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 
+from measured import machine, percent as some_percent, put_between, read_csv, read_json, table, write_csv  # noqa: E402
 from report_parts.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, VERMILION  # noqa: E402
 
 plt.rcParams.update(STYLE)
@@ -40,8 +37,7 @@ def load(folder, name):
     if not os.path.exists(path):
         print(f"no {name}: its part stays as it is")
         return None
-    with open(path, encoding="utf-8") as file:
-        return json.load(file)
+    return read_json(path)
 
 
 def headline(model):
@@ -58,57 +54,24 @@ def pick(rows, **wanted):
 
 
 def percent(value):
-    """Two figures are enough, and more than machines agree on."""
-    if value is None:
-        return "failed"
-    return f"{100 * value:.2g} %" if value < 0.095 else f"{100 * value:.0f} %"
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(str(cell) for cell in line) + " |" for line in [head, *rows]]
-    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
-
-
-def cpu():
-    with open("/proc/cpuinfo", encoding="utf-8") as file:
-        names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
-    return f"{names[0] if names else 'unknown CPU'}, {os.cpu_count()} cores"
+    return "failed" if value is None else some_percent(value)
 
 
 class Output:
     def __init__(self, document, pictures, results):
         self.document, self.pictures, self.results = document, pictures, results
-        with open(document, encoding="utf-8") as file:
-            self.text = file.read()
-        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
-        self.origin = f"# scripts/multirate; {cpu()}; commit {commit or 'unknown'}"
         os.makedirs(results, exist_ok=True)
         os.makedirs(pictures, exist_ok=True)
 
     def section(self, name, text):
-        begin, end = f"<!-- multirate:{name} begin -->", f"<!-- multirate:{name} end -->"
-        if self.text.count(begin) != 1 or self.text.count(end) != 1 or self.text.index(begin) > self.text.index(end):
-            sys.exit(f"{self.document}: needs the lines \"{begin}\" and \"{end}\", in this order and once each")
-        self.text = re.sub(re.escape(begin) + ".*?" + re.escape(end), lambda _: f"{begin}\n\n{text.strip()}\n\n{end}",
-                           self.text, flags=re.S)
+        put_between(self.document, f"multirate:{name}", text)
 
     def csv(self, name, rows):
-        keys = unique(key for row in rows for key in row)
-        with open(os.path.join(self.results, f"multirate_{name}.csv"), "w", newline="", encoding="utf-8") as file:
-            file.write(self.origin + "\n")
-            writer = csv.DictWriter(file, keys, lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
+        write_csv(os.path.join(self.results, f"multirate_{name}.csv"), f"scripts/multirate; {machine()}", rows)
 
     def picture(self, figure, name):
         figure.savefig(os.path.join(self.pictures, f"multirate_{name}.png"), bbox_inches="tight", pad_inches=0.1)
         plt.close(figure)
-
-    def finish(self):
-        temporary = self.document + ".part"
-        with open(temporary, "w", encoding="utf-8") as file:
-            file.write(self.text)
-        os.replace(temporary, self.document)
 
 
 def limit_lines(panel, limits=(5, 10), where="left"):
@@ -283,8 +246,7 @@ def flat(row):
 # --- Refresh
 
 def read_trace(folder, name):
-    with open(os.path.join(folder, "traces", name + ".csv"), encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = read_csv(os.path.join(folder, "traces", name + ".csv"))
     t = [float(r["t"]) for r in rows]
     size = [sum(float(r["force_" + c]) ** 2 for c in "xyz") ** 0.5 for r in rows]
     return t, size, [float(r["t"]) for r in rows if r["refresh"] == "1"]
@@ -409,7 +371,6 @@ def main():
         refresh(switched + pick(rows, method="krylov"), folder, out)
     if ticks or refreshes:
         cost(ticks, refreshes, rows, out)
-    out.finish()
 
 
 if __name__ == "__main__":
