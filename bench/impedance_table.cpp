@@ -2,10 +2,10 @@
 // around a vertex) against the whole linearized body: the table of docs/method.md#4-the-local-model-section-iii, on
 // three bodies.
 //   ./build/release/bench/impedance_table [--json FILE]
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <iomanip>
-#include <iostream>
 
 #include "bench/two_rings.hpp"
 #include "core/local/certificate.hpp"
@@ -141,9 +141,9 @@ int run(const std::string& json) {
 }  // namespace kt
 
 int main(int argc, char** argv) {
-  if (argc != 1 && !(argc == 3 && std::string(argv[1]) == "--json")) {
-    std::cerr << "impedance_table [--json FILE]\n";
-    return 2;
-  }
-  return kt::run(argc == 3 ? argv[2] : "");
+  std::string json;
+  CLI::App app;
+  app.add_option("--json", json);
+  CLI11_PARSE(app, argc, argv);
+  return kt::run(json);
 }
