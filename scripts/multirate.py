@@ -299,25 +299,13 @@ def refresh_figure(folder, model, rate, late, out):
 
 # --- Cost
 
-def cost(ticks, refreshes, force_rows, out):
-    fragments, rows = [], []
-    if ticks:
-        lines = []
-        for b in ticks["benchmarks"]:
-            name = b["name"].split("/")[1]
-            lines.append([METHODS[name][0], f"{b['dof']:.0f}", f"{b['patch_vertices']:.0f}", f"{b['contacts']:.1f}", f"{b['p50_us']:.1f}", f"{b['p999_us']:.1f}"])
-            rows.append({"what": "tick", "reducer": name, "nodes": 3703, **{k: b[k] for k in ("dof", "patch_vertices", "contacts", "p50_us", "p999_us", "max_us")}})
-        fragments.append(table(["reducer", "dof", "patch vertices", "contacts, mean", "tick, median [µs]", "tick, p99.9 [µs]"], lines))
-    if refreshes:
-        lines = []
-        for b in sorted(refreshes["benchmarks"], key=lambda b: b["nodes"]):
-            name = b["name"].split("/")[1]
-            whole = b["global_ms"] + b["refresh_ms"]
-            lines.append([f"{b['nodes']:.0f}", METHODS[name][0], f"{b['dof']:.0f}"] + [f"{b[k]:.2g}" if b[k] < 10 else f"{b[k]:.0f}" for k in (
-                "global_ms", "linearize_ms", "reduce_ms", "prepare_ms")] + [f"{whole:.0f}", f"{b['cpu_ms']:.0f}", f"{1000 / whole:.0f}"])
-            rows.append({"what": "refresh", "reducer": name, **{k: b[k] for k in (
-                "nodes", "dof", "global_ms", "linearize_ms", "reduce_ms", "prepare_ms", "refresh_ms", "cpu_ms", "definite_tangents")}})
-        fragments.append(table(["nodes", "reducer", "dof", "global step [ms]", "linearize", "reduce", "prepare", "all [ms]", "CPU [ms]", "so at most [Hz]"], lines))
+def cost(ticks, force_rows, out):
+    lines, rows = [], []
+    for b in ticks["benchmarks"]:
+        name = b["name"].split("/")[1]
+        lines.append([METHODS[name][0], f"{b['dof']:.0f}", f"{b['patch_vertices']:.0f}", f"{b['contacts']:.1f}", f"{b['p50_us']:.1f}", f"{b['p999_us']:.1f}"])
+        rows.append({"what": "tick", "reducer": name, "nodes": 3703, **{k: b[k] for k in ("dof", "patch_vertices", "contacts", "p50_us", "p999_us", "max_us")}})
+    fragments = [table(["reducer", "dof", "patch vertices", "contacts, mean", "tick, median [µs]", "tick, p99.9 [µs]"], lines)]
     if force_rows:
         cost_figure(force_rows, out)
         fragments.append("![Force error against the cost of a tick](pictures/multirate_cost.png)")
@@ -362,15 +350,15 @@ def main():
     out = Output(document, pictures, results)
     table_of_impedance, rows, switched = (load(folder, name) for name in (
         "impedance.json", "force.json", "refresh.json"))
-    ticks, refreshes = load(folder, "tick.json"), load(folder, "refresh_cost.json")
+    ticks = load(folder, "tick.json")
     if table_of_impedance:
         impedance(table_of_impedance, out)
     if rows:
         force(rows, load(folder, "deep.json"), out)
     if rows and switched:
         refresh(switched + pick(rows, method="krylov"), folder, out)
-    if ticks or refreshes:
-        cost(ticks, refreshes, rows, out)
+    if ticks:
+        cost(ticks, rows, out)
 
 
 if __name__ == "__main__":
