@@ -4,12 +4,14 @@
 // body: a blunt tool presses a soft block, moves to and fro on it and goes up and down, so that contacts open, stick
 // and slip; one coefficient (0.5), or two (0.6 and 0.4). random: operators of random bodies, other velocities each
 // tick.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <random>
 #include <string>
 
+#include "core/base/percentile.hpp"
 #include "core/local/local_dynamics.hpp"
 #include "haptics/contact/contact_sweeps.hpp"
 #include "tests/support/linearized_block.hpp"
@@ -215,11 +217,6 @@ Row run_random(int contacts, int ticks) {
   return out;
 }
 
-double quantile(std::vector<double> values, double share) {
-  std::ranges::sort(values);
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
 int run(int ticks, const std::string& csv) {
   std::FILE* file = csv.empty() ? nullptr : std::fopen(csv.c_str(), "w");
   if (file)
@@ -232,16 +229,16 @@ int run(int ticks, const std::string& csv) {
   const auto print = [&](const char* family, int i, const Row& row) {
     std::vector<double> sweeps(row.sweeps.begin(), row.sweeps.end());
     const double n = static_cast<double>(row.us.size()), all = n * kPeer[i].contacts;
-    const double p50 = quantile(row.us, 0.5), p99 = quantile(row.us, 0.99), single = quantile(row.single_us, 0.5);
+    const double p50 = percentile(row.us, 0.5), p99 = percentile(row.us, 0.99), single = percentile(row.single_us, 0.5);
     std::printf("%-15s %8d %8.2f %8.2f %10.2f %7.0f %5.0f %9.2f%% %9.1e %6.1f %5.1f%%  %.0f/%.0f/%.0f%%\n", family,
-                kPeer[i].contacts, p50, p99, single, quantile(sweeps, 0.5), quantile(sweeps, 0.99),
+                kPeer[i].contacts, p50, p99, single, percentile(sweeps, 0.5), percentile(sweeps, 0.99),
                 100 * row.converged / n, row.worst, kPeer[i].p50_us, 100 * kPeer[i].converged, 100 * row.open / all,
                 100 * row.sticks / all, 100 * row.slips / all);
     std::fflush(stdout);
     if (file)
       std::fprintf(file, "%s,%d,%.4g,%.4g,%.4g,%.0f,%.0f,%.5g,%.3g,%g,%g\n", family, kPeer[i].contacts, p50, p99,
-                   single, quantile(sweeps, 0.5), quantile(sweeps, 0.99), row.converged / n, row.worst, kPeer[i].p50_us,
-                   kPeer[i].converged);
+                   single, percentile(sweeps, 0.5), percentile(sweeps, 0.99), row.converged / n, row.worst,
+                   kPeer[i].p50_us, kPeer[i].converged);
   };
   for (int i = 0; i < static_cast<int>(std::size(kPeer)); ++i) {
     const int c = kPeer[i].contacts;
@@ -259,9 +256,9 @@ int run(int ticks, const std::string& csv) {
 int main(int argc, char** argv) {
   int ticks = 500;
   std::string csv;
-  for (int i = 1; i + 1 < argc; i += 2) {
-    if (std::string(argv[i]) == "--ticks") ticks = std::stoi(argv[i + 1]);
-    if (std::string(argv[i]) == "--csv") csv = argv[i + 1];
-  }
+  CLI::App app;
+  app.add_option("--ticks", ticks);
+  app.add_option("--csv", csv);
+  CLI11_PARSE(app, argc, argv);
   return kt::run(ticks, csv);
 }

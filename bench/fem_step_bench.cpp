@@ -117,5 +117,3 @@ const bool kRegistered = [] {
 
 }  // namespace
 }  // namespace kt
-
-BENCHMARK_MAIN();

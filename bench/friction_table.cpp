@@ -1,17 +1,16 @@
 // Textbook problems of friction solved by the tick, against their closed forms, at several steps.
 //   build/release/bench/friction_table [--seconds N]      N: how long creep is watched (default 60)
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
-#include <string>
 
 #include "bench/friction_rig.hpp"
 
 int main(int argc, char** argv) {
   using namespace kt;
   double seconds = 60;
-  if (argc == 3 && std::string(argv[1]) == "--seconds") seconds = std::atof(argv[2]);
-  if ((argc != 1 && argc != 3) || !(seconds > 0))
-    return std::fprintf(stderr, "friction_table: known: --seconds N, above 0\n"), 2;
+  CLI::App app;
+  app.add_option("--seconds", seconds, "how long creep is watched")->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
 
   std::printf("Stick-slip of a block under a belt\n%8s %-15s | %9s %8s | %9s %8s | %9s %8s | %9s\n", "step", "scheme",
               "period", "error", "lowest", "error", "highest", "error", "apart");

@@ -2,12 +2,11 @@
 // around a vertex) against the whole linearized body: the table of docs/method.md#4-the-local-model-section-iii, on
 // three bodies.
 //   ./build/release/bench/impedance_table [--json FILE]
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <iomanip>
-#include <iostream>
 
-#include "bench/two_rings.hpp"
 #include "core/local/certificate.hpp"
 #include "core/local/certified_rates.hpp"
 #include "haptics/session/session.hpp"
@@ -29,6 +28,33 @@ int top_vertex(const Mesh& mesh, const Surface& surface) {
     for (int i : t)
       if ((node(mesh.x, i) - top).norm() < (node(mesh.x, best) - top).norm() - 1e-9) best = i;
   return best;
+}
+
+/// All triangles around the vertex and around its neighbours: 19 vertices on a regular surface.
+SurfacePatch two_rings(const Surface& surface, int vertex) {
+  std::vector<char> near(surface.topology.first.size() - 1, 0), inside(surface.triangles.size(), 0);
+  for (int t : surface.topology.triangles_of(vertex))
+    for (int i : surface.triangles[t]) near[i] = 1;
+  std::vector<int> local(near.size(), -1);
+  for (std::size_t t = 0; t < inside.size(); ++t)
+    for (int i : surface.triangles[t]) inside[t] |= near[i];
+  SurfacePatch patch;
+  for (int i = 0; i < static_cast<int>(near.size()); ++i)
+    for (int t : surface.topology.triangles_of(i))
+      if (inside[t] && local[i] < 0) {
+        local[i] = patch.num_vertices();
+        patch.global_node.push_back(i);
+      }
+  for (int t = 0; t < static_cast<int>(inside.size()); ++t) {
+    if (!inside[t]) continue;
+    const Triangle& g = surface.triangles[t];
+    patch.triangles.push_back({local[g[0]], local[g[1]], local[g[2]]});
+    patch.global_triangle.push_back(t);
+    patch.on_rim.push_back(0);
+  }
+  patch.in_reach.assign(patch.global_node.size(), 1);
+  patch.topology = make_topology(patch.triangles, patch.num_vertices());
+  return patch;
 }
 
 struct Row {
@@ -141,9 +167,9 @@ int run(const std::string& json) {
 }  // namespace kt
 
 int main(int argc, char** argv) {
-  if (argc != 1 && !(argc == 3 && std::string(argv[1]) == "--json")) {
-    std::cerr << "impedance_table [--json FILE]\n";
-    return 2;
-  }
-  return kt::run(argc == 3 ? argv[2] : "");
+  std::string json;
+  CLI::App app;
+  app.add_option("--json", json);
+  CLI11_PARSE(app, argc, argv);
+  return kt::run(json);
 }

@@ -12,6 +12,7 @@
 #include <random>
 #include <span>
 
+#include "core/linear/free_dofs.hpp"
 #include "core/local/contact_surface.hpp"
 #include "haptics/body/body.hpp"
 #include "io/mesh/mesh_formats.hpp"
@@ -74,18 +75,6 @@ struct Answer {
   int nodes = 0;
 };
 
-SparseMatrix free_part(const SparseMatrix& matrix, const std::vector<int>& number, int count) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int k = 0; k < matrix.outerSize(); ++k)
-    for (SparseMatrix::InnerIterator it(matrix, k); it; ++it) {
-      const int i = number[static_cast<std::size_t>(it.row())], j = number[static_cast<std::size_t>(it.col())];
-      if (i >= 0 && j >= 0) entries.emplace_back(i, j, it.value());
-    }
-  SparseMatrix out(count, count);
-  out.setFromTriplets(entries.begin(), entries.end());
-  return out;
-}
-
 /// Subspace iteration (Bathe 1971).
 std::array<double, 3> frequencies(const SparseMatrix& M, const Eigen::SimplicialLDLT<SparseMatrix>& inverse) {
   constexpr int kVectors = 8, kSteps = 20;
@@ -115,15 +104,10 @@ Answer answer(const Mesh& mesh, const BodyOptions& options, const Vec3& directio
   out.made_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const DeformableModel& own = body.model().own();
   out.nodes = own.mesh().num_nodes();
-  std::vector<int> number(static_cast<std::size_t>(own.mesh().x.size()), 0);
-  for (const int i : own.fixed_nodes())
-    for (int c = 0; c < 3; ++c) number[static_cast<std::size_t>(3 * i + c)] = -1;
-  int count = 0;
-  for (int& n : number)
-    if (n == 0) n = count++;
+  const FreeDofs dofs = make_free_dofs(out.nodes, own.fixed_nodes());
   const auto start = std::chrono::steady_clock::now();
-  const SparseMatrix K = free_part(-own.tangent(rest_state(own), TangentKind::exact).dfdx, number, count);
-  const SparseMatrix M = free_part(own.mass(), number, count);
+  const SparseMatrix K = gather(dofs, SparseMatrix(-own.tangent(rest_state(own), TangentKind::exact).dfdx));
+  const SparseMatrix M = gather(dofs, own.mass());
   const Eigen::SimplicialLDLT<SparseMatrix> inverse(K);
   out.factored_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 
@@ -140,9 +124,7 @@ Answer answer(const Mesh& mesh, const BodyOptions& options, const Vec3& directio
     moved_by(surface, {}, static_cast<int>(t), third).add_to(force, its * direction);
     area += its;
   }
-  VectorX load = VectorX::Zero(count);
-  for (std::size_t i = 0; i < number.size(); ++i)
-    if (number[i] >= 0) load[number[i]] = force[static_cast<Eigen::Index>(i)] / area;
+  const VectorX load = gather(dofs, force) / area;
   out.deflection = load.dot(VectorX(inverse.solve(load)));
   out.hz = frequencies(M, inverse);
   return out;

@@ -15,6 +15,7 @@
 #include <random>
 #include <sstream>
 
+#include "core/base/percentile.hpp"
 #include "haptics/session/session.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/lattice.hpp"
@@ -73,13 +74,6 @@ Mesh surface_of(const std::string& file, int triangles) {
   return mesh;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 struct Pressed {
   double force = 0, refresh_ms = 0, longest_ms = 0, tick_us = 0, made_s = 0, rate_hz = 0;
   int nodes = 0;
@@ -94,9 +88,9 @@ Pressed press(Scene s, const Mesh& surface, const std::array<double, 2>& at, dou
   out.nodes = session.model().mesh().num_own_nodes();
   const SessionResult r = session.run();
   const std::vector<double> refreshes(r.refresh.cpu_ms.begin() + 1, r.refresh.cpu_ms.end());
-  out.refresh_ms = median(refreshes);
+  out.refresh_ms = percentile(refreshes, 0.5);
   out.longest_ms = refreshes.empty() ? 0 : std::ranges::max(refreshes);
-  out.tick_us = median(std::vector<double>(r.step_us.begin(), r.step_us.end()));
+  out.tick_us = percentile(r.step_us, 0.5);
   out.rate_hz = static_cast<double>(refreshes.size()) / s.duration;
   out.force = r.tools[0].frames.back().f_n;
   return out;
@@ -163,8 +157,8 @@ void print_row(const std::string& file, const Options& options) {
   }
   const std::size_t name = file.find_last_of('/') + 1;
   std::printf("| %s | %zu | %.2f | %.2f | %d | %d | %.0f | %.0f | %.0f | %s%s%s |\n", file.c_str() + name,
-              surface.triangles.size(), lattice_s, of.made_s, of.nodes, report.parted_cubes, median(refresh),
-              longest_ms, median(ticks), held.c_str(), forces.c_str(), truth ? "" : " mN");
+              surface.triangles.size(), lattice_s, of.made_s, of.nodes, report.parted_cubes, percentile(refresh, 0.5),
+              longest_ms, percentile(ticks, 0.5), held.c_str(), forces.c_str(), truth ? "" : " mN");
   std::fflush(stdout);
 }
 

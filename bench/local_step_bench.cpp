@@ -1,20 +1,67 @@
-// Cost of one haptic tick in steady sliding contact, whole and by stages; scenes/slab_drag.json, 2560 or 10240 surface
-// triangles, wall reducer.
+// Cost of one haptic tick in steady sliding contact; scenes/slab_drag.json, 2560 or 10240 surface triangles, wall
+// reducer.
 //   ./build/release/bench/local_step_bench --benchmark_counters_tabular=true
 //   ./build/release/bench/local_step_bench --benchmark_filter='Tick/coarse' --benchmark_format=json
 // TickBlock rows: the same over a block of 3703 nodes, each reducer.
-// Tick rows: CPU time of the tick's thread; p50_us, p999_us and max_us over a drag with its refreshes.
+// p50_us, p999_us, max_us: CPU time of the tick's thread over the ticks of a drag.
 #include <benchmark/benchmark.h>
 
-#include "bench/steady_drag.hpp"
-#include "collision/held/first_contact.hpp"
-#include "core/base/cpu_time.hpp"
-#include "haptics/session/metrics.hpp"
+#include <filesystem>
+#include <vector>
+
+#include "core/base/percentile.hpp"
+#include "haptics/session/session.hpp"
+#include "io/files/output_file.hpp"
+#include "io/mesh/mesh_formats.hpp"
 
 namespace kt {
 namespace {
 
-constexpr int kTicks = 6000, kBlockTicks = 3000;  // over a block refreshes cost more than ticks
+constexpr double kPressed = 0.2;  // [s]
+
+/// scenes/slab_drag.json with another mesh, tool and number of rings, dragged to and fro over the middle of the slab
+/// (0.1 x 0.1 x 0.03 m).
+Scene slab_drag(const std::string& mesh, const std::string& shape, int rings) {
+  Scene scene;
+  scene.object.mesh = KT_SOURCE_DIR "/meshes/" + mesh;
+  scene.tool.shape = shape;
+  scene.local.rings = rings;
+  const bool is_point =
+      shape == "point";  // it makes a sharp dent: deeper than 3 mm tetrahedra turn inside out under it
+  const double top = 0.03 + (is_point ? 0 : scene.tool.radius), z = top - (is_point ? 0.002 : 0.004);
+  std::vector<Waypoint> path{{0, {0.03, 0.05, top + 0.002}}, {kPressed, {0.03, 0.05, z}}};
+  for (int i = 1; i <= 20; ++i) path.push_back({kPressed + 0.8 * i, {i % 2 ? 0.07 : 0.03, 0.05, z}});
+  scene.tool.path.press_drag.reset();
+  scene.tool.path.waypoints = path;
+  scene.local.reducer = "wall";
+  scene.local.refine = "off";
+  if (!KT_WITH_EMBREE) scene.collision.backend = "brute_force";
+  return scene;
+}
+
+/// The same drag, a sphere 2 mm deep, over a neo-Hookean block as large as the slab. Its mesh is written to the
+/// temporary folder: a scene names a file.
+Scene block_drag(const std::string& reducer, int rings) {
+  constexpr int kAcross = 22, kUp = 6;
+  Mesh mesh = kuhn_block(kAcross, kAcross, kUp, 0.1 / kAcross);
+  for (Eigen::Index i = 2; i < mesh.x.size(); i += 3) mesh.x[i] *= 0.03 / (0.1 / kAcross * kUp);
+  const auto file = std::filesystem::temp_directory_path() / text("kilotouch_block_", mesh.num_nodes(), ".msh");
+  write_file_whole(file.string(), write_msh(mesh));
+  Scene scene = slab_drag("", "sphere", rings);
+  scene.object.mesh = file.string();
+  scene.object.model.type = "fem";
+  scene.local.reducer = reducer;
+  for (Waypoint& w : *scene.tool.path.waypoints)
+    if (w.t >= kPressed) w.position.z() += 0.002;
+  return scene;
+}
+
+struct NamedReducer {
+  const char *name, *reducer;
+  int rings;
+};
+constexpr NamedReducer kReducers[] = {{"wall1", "wall", 1},    {"wall3", "wall", 3},  {"condensed", "condensed", 1},
+                                      {"krylov", "krylov", 1}, {"modal", "modal", 1}, {"auto", "auto", 1}};
 
 struct Setup {
   const char *name, *mesh, *shape;
@@ -27,183 +74,44 @@ constexpr Setup kSetups[] = {
     {"fine/sphere/1_ring", "slab_fine.off", "sphere", 1},     {"fine/sphere/3_rings", "slab_fine.off", "sphere", 3},
 };
 
-void tick_scene(benchmark::State& state, const Scene& scene) {
-  SteadyDrag drag(scene);
+/// Ticks of a run in lockstep, from where the tool is pressed in on.
+void tick_scene(benchmark::State& state, Scene scene, int ticks) {
+  constexpr double kSettled = kPressed + 0.1;  // [s]
+  scene.duration = kSettled + ticks / scene.local.rate_hz;
+  scene.link.type = "lockstep";
+  Session session(scene);
+  SessionResult result;
+  for (auto _ : state) result = session.run();
   std::vector<double> us;
-  int contacts = 0;
-  for (auto _ : state) {
-    drag.refresh_when_due();
-    const double start = thread_time_us();
-    const LocalFrame frame = drag.step();
-    us.push_back(thread_time_us() - start);
+  double contacts = 0;
+  for (std::size_t i = 0; i < result.step_us.size(); ++i) {
+    const LocalFrame& frame = result.tools[0].frames[i];
+    if (frame.t < kSettled) continue;
+    us.push_back(result.step_us[i]);
     contacts += frame.contacts;
-    state.SetIterationTime(1e-6 * us.back());
   }
   state.counters["p50_us"] = percentile(us, 0.5);
   state.counters["p999_us"] = percentile(us, 0.999);
   state.counters["max_us"] = percentile(us, 1);
-  state.counters["dof"] = drag.local.model().model.dof();
-  state.counters["patch_vertices"] = drag.local.model().model.patch.num_vertices();
-  state.counters["contacts"] = static_cast<double>(contacts) / static_cast<double>(us.size());
+  state.counters["dof"] = result.last_dof;
+  state.counters["patch_vertices"] = result.last_patch_vertices;
+  state.counters["contacts"] = contacts / static_cast<double>(us.size());
 }
 
 void tick(benchmark::State& state, const Setup& setup) {
-  tick_scene(state, slab_drag(setup.mesh, setup.shape, setup.rings));
+  tick_scene(state, slab_drag(setup.mesh, setup.shape, setup.rings), 6000);
 }
 
+/// Fewer ticks, since refreshes cost more than they do.
 void tick_block(benchmark::State& state, const NamedReducer& r) {
-  tick_scene(state, block_drag(kBlocks[1], r.reducer, r.rings));
-}
-
-/// The local model of a drag at rest in time, to repeat one stage of the tick on it.
-struct Still {
-  explicit Still(const Setup& setup) : drag(slab_drag(setup.mesh, setup.shape, setup.rings)) {
-    x = model().x0.head(prepared().patch_basis.rows()) + prepared().patch_basis * prepared().state.q;
-    x_end = x;
-    candidates.resize(model().patch.triangles.size());
-    find_contacts();
-  }
-  const PreparedLocalModel& prepared() const { return drag.local.model(); }
-  const LocalModel& model() const { return prepared().model; }
-
-  int find_candidates() { return prepared().index->candidates(drag.sweep(), 1.05 * drag.tool.radius, candidates); }
-
-  void find_contacts() {
-    const Vec3 tool = drag.sweep().x_t0;
-    const Contact& held = prepared().state.anchors.contacts[0];
-    if (drag.tool.kind == ToolShape::Kind::point) {
-      contacts.count = 0;
-      contacts.add(track_point_contact(model().patch, x, tool, held.triangle));
-      return;
-    }
-    const auto found = static_cast<std::size_t>(find_candidates());
-    find_sphere_contacts(model().patch, x, tool, drag.tool.radius, 0.05 * drag.tool.radius, {candidates.data(), found},
-                         held.triangle, contacts);
-  }
-
-  /// The contacts as the tick poses them, pressed together with 0.1 m/s.
-  ContactProblem problem() const {
-    const MatrixX& C = prepared().dynamics->metric().C;
-    ContactProblem p;
-    p.count = contacts.count;
-    p.h = drag.local.h();
-    p.velocity.setZero(3 * p.count);
-    p.W.setZero(3 * p.count, 3 * p.count);
-    for (int i = 0; i < p.count; ++i) {
-      const Contact& a = contacts.contacts[i];
-      p.normal[i] = a.normal;
-      p.velocity.segment<3>(3 * i) = 0.1 * a.normal + Vec3(0.05, 0, 0);
-      for (int k = 0; k < p.count; ++k) {
-        const Contact& b = contacts.contacts[k];
-        for (int r = 0; r < 3; ++r)
-          for (int s = 0; s < 3; ++s)
-            p.W.block<3, 3>(3 * i, 3 * k) +=
-                a.bary[r] * b.bary[s] *
-                C.block<3, 3>(3 * model().patch.triangles[a.triangle][r], 3 * model().patch.triangles[b.triangle][s]);
-      }
-    }
-    return p;
-  }
-
-  SteadyDrag drag;
-  VectorX x, x_end;
-  ContactSet contacts;
-  std::vector<int> candidates;
-};
-
-void free_motion(benchmark::State& state, const Setup& setup) {
-  const Still still(setup);
-  const PreparedLocalModel& m = still.prepared();
-  VectorX v = m.state.q, v_end = v, x = still.x, u = still.x;
-  for (auto _ : state) {
-    m.recover_patch(m.state.q, x);
-    x += m.model.x0.head(x.size());
-    m.dynamics->free_motion(m.state.q, m.state.q_rate, v, v_end);
-    m.recover_patch(v, u);
-    benchmark::DoNotOptimize(u.data());
-  }
-}
-
-void broad_phase(benchmark::State& state, const Setup& setup) {
-  Still still(setup);
-  int found = 0;
-  for (auto _ : state) {
-    still.prepared().index->refit(still.x, still.x_end);
-    found = still.find_candidates();
-    benchmark::DoNotOptimize(found);
-  }
-  state.counters["candidates"] = found;
-}
-
-void narrow_phase(benchmark::State& state, const Setup& setup) {
-  Still still(setup);
-  still.prepared().index->refit(still.x, still.x_end);
-  const MovingTriangles surface{still.model().patch.triangles, still.x, still.x_end};
-  for (auto _ : state)
-    benchmark::DoNotOptimize(find_first_contact(*still.prepared().index, surface, still.drag.tool, still.drag.sweep(),
-                                                {}, still.candidates));
-}
-
-void contact_finding(benchmark::State& state, const Setup& setup) {
-  Still still(setup);
-  still.prepared().index->refit(still.x, still.x_end);
-  for (auto _ : state) {
-    still.find_contacts();
-    benchmark::DoNotOptimize(still.contacts);
-  }
-  state.counters["contacts"] = still.contacts.count;
-}
-
-void contact_solve(benchmark::State& state, const Setup& setup) {
-  const Still still(setup);
-  const ContactProblem problem = still.problem();
-  const auto solver = make_contact_solver("coulomb", {0.5, 0.5});
-  ContactSolution solution;
-  for (auto _ : state) {
-    solution.impulse.setZero(3 * problem.count);  // a cold start: the tick's warm one is cheaper
-    solver->solve(problem, solution);
-    benchmark::DoNotOptimize(solution);
-  }
-  state.counters["sweeps"] = solution.iterations;
-}
-
-/// Motion of the patch and of the reduced coordinates by the contact impulses.
-void response(benchmark::State& state, const Setup& setup) {
-  const Still still(setup);
-  const PreparedLocalModel& m = still.prepared();
-  const MatrixX &C = m.dynamics->metric().C, &Y = m.dynamics->metric().Y;
-  VectorX du = VectorX::Zero(C.rows()), q = m.state.q;
-  for (auto _ : state) {
-    for (const Contact& contact : still.contacts)
-      for (int c = 0; c < 3; ++c) {
-        const Eigen::Index at = 3 * still.model().patch.triangles[contact.triangle][c];
-        const Vec3 impulse = 1e-9 * contact.bary[c] * contact.normal;
-        du.noalias() += C.middleCols<3>(at) * impulse;
-        q.noalias() += Y.middleCols<3>(at) * impulse;
-      }
-    benchmark::DoNotOptimize(q.data());
-    benchmark::DoNotOptimize(du.data());
-  }
+  tick_scene(state, block_drag(r.reducer, r.rings), 3000);
 }
 
 const int kRegistered = [] {
-  for (const NamedReducer& r : tick_reducers())
-    benchmark::RegisterBenchmark((std::string("TickBlock/") + r.name).c_str(), tick_block, r)
-        ->Iterations(kBlockTicks)
-        ->UseManualTime()
-        ->Unit(benchmark::kMicrosecond);
-  for (const Setup& s : kSetups) {
-    benchmark::RegisterBenchmark((std::string("Tick/") + s.name).c_str(), tick, s)
-        ->Iterations(kTicks)
-        ->UseManualTime()
-        ->Unit(benchmark::kMicrosecond);
-    const std::pair<const char*, void (*)(benchmark::State&, const Setup&)> stages[] = {
-        {"FreeMotion/", free_motion},         {"BroadPhase/", broad_phase},     {"NarrowPhase/", narrow_phase},
-        {"ContactFinding/", contact_finding}, {"ContactSolve/", contact_solve}, {"Response/", response}};
-    if (std::string(s.name).rfind("coarse", 0) == 0)
-      for (const auto& [name, run] : stages)
-        benchmark::RegisterBenchmark((std::string(name) + s.name).c_str(), run, s)->Unit(benchmark::kMicrosecond);
-  }
+  for (const NamedReducer& r : kReducers)
+    benchmark::RegisterBenchmark((std::string("TickBlock/") + r.name).c_str(), tick_block, r)->Iterations(1);
+  for (const Setup& s : kSetups)
+    benchmark::RegisterBenchmark((std::string("Tick/") + s.name).c_str(), tick, s)->Iterations(1);
   return 0;
 }();
 

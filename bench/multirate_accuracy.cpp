@@ -3,11 +3,10 @@
 //   build/release/bench/multirate_accuracy [SCENE.json...] [--methods wall1,krylov] [--models msd,fem]
 //     [--rates 10,30,60] [--latencies 0,1] [--reference-rate 10000] [--cache DIR] [--json FILE] [--set KEY=VALUE]...
 //     [--traces DIR] [--diagnose]      latencies in frames of the global rate; --set is for every run
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <map>
 
 #include "haptics/session/metrics.hpp"
 #include "io/files/output_file.hpp"
@@ -43,21 +42,8 @@ const std::vector<Method> kMethods = {
     {"krylov_bare", {"local.reducer=krylov", "local.catch_up=false", "local.blend_ms=0"}},
     {"krylov_catch_up", {"local.reducer=krylov", "local.catch_up=true", "local.blend_ms=0"}},
     {"krylov_blend", {"local.reducer=krylov", "local.catch_up=false", "local.blend_ms=12"}},
-    {"krylov_both", {"local.reducer=krylov", "local.catch_up=true", "local.blend_ms=12"}},
     {"krylov_no_look_ahead", {"local.reducer=krylov", "global.look_ahead=false"}},
     {"krylov_early", {"local.reducer=krylov", "global.early_refresh=true"}},
-    // Where the error of the best comes from:
-    {"full_10khz", {"local.reducer=full", "local.rate_hz=10000"}},
-    {"krylov_10khz", {"local.reducer=krylov", "local.rate_hz=10000"}},
-    {"condensed_10khz", {"local.reducer=condensed", "local.rate_hz=10000"}},
-    {"condensed_newton", {"local.reducer=condensed", "global.integrator=newton_euler"}},
-    {"condensed_static", {"local.reducer=condensed", "global.integrator=quasistatic"}},
-    {"krylov_newton", {"local.reducer=krylov", "global.integrator=newton_euler"}},
-    {"krylov_sdirk2", {"local.reducer=krylov", "global.integrator=sdirk2"}},
-    {"krylov_static", {"local.reducer=krylov", "global.integrator=quasistatic"}},
-    {"full_exact", {"local.reducer=full", "global.definite=false"}},
-    {"full_newton", {"local.reducer=full", "global.integrator=newton_euler"}},
-    {"full_static", {"local.reducer=full", "global.integrator=quasistatic"}},
 };
 
 const std::vector<Method> kModels = {
@@ -71,7 +57,8 @@ const std::vector<std::string> kCommon = {"duration=0.6", "tool.path.press_drag.
                                           "tool.path.press_drag.speed=0.05", "link.type=lockstep", "link.latency_ms=0"};
 
 struct Arguments {
-  std::vector<std::string> scenes, methods{"wall1", "condensed", "krylov", "full"}, models{"msd", "fem"}, set;
+  std::vector<std::string> scenes{KT_SOURCE_DIR "/scenes/slab_drag.json"},
+      methods{"wall1", "condensed", "krylov", "full"}, models{"msd", "fem"}, set;
   std::vector<double> rates{10, 30, 60}, latencies{0, 1};
   double reference_rate = 10000;
   std::string cache = "reference_cache", json, traces;
@@ -85,71 +72,6 @@ const Method& find(const std::vector<Method>& table, const std::string& what, co
     known.push_back(m.name);
   }
   throw_unknown(what, name, known);
-}
-
-std::vector<std::string> split(const std::string& words) {
-  std::vector<std::string> out;
-  std::stringstream in(words);
-  for (std::string word; std::getline(in, word, ',');) out.push_back(word);
-  return out;
-}
-
-std::vector<double> numbers(const std::string& option, const std::string& words) {
-  std::vector<double> out;
-  for (const std::string& word : split(words)) {
-    std::size_t used = 0;
-    try {
-      out.push_back(std::stod(word, &used));
-    } catch (const std::logic_error&) {
-    }
-    if (used != word.size()) throw InputError(text(option, ": \"", word, "\" is not a number"));
-  }
-  return out;
-}
-
-Arguments parse(int argc, char** argv) {
-  Arguments out;
-  for (int i = 1; i < argc; ++i) {
-    const std::string option = argv[i];
-    if (option.rfind("--", 0) != 0) {
-      out.scenes.push_back(option);
-      continue;
-    }
-    if (option == "--diagnose") {
-      out.diagnose = true;
-      continue;
-    }
-    const auto value = [&]() -> std::string {
-      if (i + 1 == argc) throw InputError(option + ": a value must follow");
-      return argv[++i];
-    };
-    if (option == "--methods")
-      out.methods = split(value());
-    else if (option == "--models")
-      out.models = split(value());
-    else if (option == "--rates")
-      out.rates = numbers(option, value());
-    else if (option == "--latencies")
-      out.latencies = numbers(option, value());
-    else if (option == "--reference-rate")
-      out.reference_rate = numbers(option, value()).at(0);
-    else if (option == "--cache")
-      out.cache = value();
-    else if (option == "--json")
-      out.json = value();
-    else if (option == "--traces")
-      out.traces = value();
-    else if (option == "--set")
-      out.set.push_back(value());
-    else
-      throw_unknown("option", option,
-                    {"--methods", "--models", "--rates", "--latencies", "--reference-rate", "--cache", "--json",
-                     "--traces", "--set", "--diagnose"});
-  }
-  for (const std::string& m : out.methods) find(kMethods, "method", m);
-  for (const std::string& m : out.models) find(kModels, "model", m);
-  if (out.scenes.empty()) out.scenes = {KT_SOURCE_DIR "/scenes/slab_drag.json"};
-  return out;
 }
 
 class Table {
@@ -306,6 +228,8 @@ void diagnose(const Session& session, const std::vector<PosePath>& path, const A
 }
 
 void go(const Arguments& arguments) {
+  for (const std::string& m : arguments.methods) find(kMethods, "method", m);
+  for (const std::string& m : arguments.models) find(kModels, "model", m);
   Table table(arguments);
   for (const std::string& scene_file : arguments.scenes)
     for (const std::string& model : arguments.models) {
@@ -341,8 +265,22 @@ void go(const Arguments& arguments) {
 }  // namespace kt
 
 int main(int argc, char** argv) {
+  kt::Arguments arguments;
+  CLI::App app;
+  app.add_option("scenes", arguments.scenes);
+  app.add_option("--methods", arguments.methods)->delimiter(',')->allow_extra_args(false);
+  app.add_option("--models", arguments.models)->delimiter(',')->allow_extra_args(false);
+  app.add_option("--rates", arguments.rates)->delimiter(',')->allow_extra_args(false);
+  app.add_option("--latencies", arguments.latencies)->delimiter(',')->allow_extra_args(false);
+  app.add_option("--reference-rate", arguments.reference_rate);
+  app.add_option("--cache", arguments.cache);
+  app.add_option("--json", arguments.json);
+  app.add_option("--traces", arguments.traces);
+  app.add_option("--set", arguments.set)->allow_extra_args(false);
+  app.add_flag("--diagnose", arguments.diagnose);
+  CLI11_PARSE(app, argc, argv);
   try {
-    kt::go(kt::parse(argc, argv));
+    kt::go(arguments);
   } catch (const kt::InputError& e) {
     std::cerr << "multirate_accuracy: " << e.what() << '\n';
     return 2;
@@ -350,5 +288,4 @@ int main(int argc, char** argv) {
     std::cerr << "multirate_accuracy: " << e.what() << '\n';
     return 1;
   }
-  return 0;
 }

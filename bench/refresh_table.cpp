@@ -3,6 +3,7 @@
 // percentile, its largest and what was predicted of it. The first refresh, which sets the run up, is left out.
 //   build/release/bench/refresh_table [--reducer NAME] [--model msd|fem] [--nodes ABOUT] [--duration S] [--thread 1]
 //     [--stages 1] [--threads N]
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 
@@ -86,16 +87,15 @@ void run(const SizedBody& body, const std::string& model, const Options& options
 int main(int argc, char** argv) {
   kt::Options options;
   int threads = 0;
-  for (int i = 1; i + 1 < argc; i += 2) {
-    const std::string word = argv[i], value = argv[i + 1];
-    if (word == "--reducer") options.reducer = value;
-    if (word == "--model") options.model = value;
-    if (word == "--nodes") options.nodes = std::stoi(value);
-    if (word == "--duration") options.duration = std::stod(value);
-    if (word == "--stages") options.stages = value == "1";
-    if (word == "--threads") threads = std::stoi(value);
-    if (word == "--thread") options.thread = value == "1";
-  }
+  CLI::App app;
+  app.add_option("--reducer", options.reducer);
+  app.add_option("--model", options.model);
+  app.add_option("--nodes", options.nodes);
+  app.add_option("--duration", options.duration);
+  app.add_option("--stages", options.stages);
+  app.add_option("--threads", threads);
+  app.add_option("--thread", options.thread);
+  CLI11_PARSE(app, argc, argv);
   std::printf(
       "body  nodes reducer                 dof vert | global linear reduce certif prepar |    cpu    p90    max  "
       "p90/p50 "

@@ -1,9 +1,9 @@
 // Soft bodies pressed, sheared, folded, stacked and thrown for a thousand global steps: intersections (found by CGAL),
 // momentum, kinetic energy, what Newton's method took, time.
 //   build/release/bench/self_contact_table [--steps N] [--every N] [--scene N]     every: steps between two searches
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "bench/pressed_bodies.hpp"
@@ -74,16 +74,11 @@ void run(PressedBodies scene, const Options& options) {
 
 int main(int argc, char** argv) {
   kt::Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string name = argv[i];
-    int* value = name == "--steps" ? &options.steps : name == "--every" ? &options.every : &options.scene;
-    if ((name != "--steps" && name != "--every" && name != "--scene") || i + 1 == argc ||
-        (*value = std::atoi(argv[++i])) < 1) {
-      std::fprintf(stderr, "self_contact_table: %s: must be --steps, --every or --scene and a whole number from 1 on\n",
-                   name.c_str());
-      return 2;
-    }
-  }
+  CLI::App app;
+  app.add_option("--steps", options.steps)->check(CLI::PositiveNumber);
+  app.add_option("--every", options.every)->check(CLI::PositiveNumber);
+  app.add_option("--scene", options.scene)->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
   std::printf("%-31s %5s %6s | %13s | %8s %8s | %6s %6s | %7s %7s | %8s %10s\n", "scene", "nodes", "steps",
               "intersections", "contacts", "nearest", "Newton", "not", "ms a", "slowest", "momentum", "kinetic");
   std::printf("%-31s %5s %6s | %13s | %8s %8s | %6s %6s | %7s %7s | %8s %10s\n", "", "", "", "", "at most", "[m]",

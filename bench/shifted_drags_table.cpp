@@ -3,6 +3,7 @@
 // Median and worst of the drags of each scene.
 //   build/release/bench/shifted_drags_table [--scene NAME] [--model msd|fem] [--reducer NAME] [--drags N]
 //     [--max-volume M3] [--duration S] [--reference-rate HZ] [--cache DIR]
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -78,17 +79,16 @@ void run(const std::string& name, const Options& options) {
 
 int main(int argc, char** argv) {
   kt::Options options;
-  for (int i = 1; i + 1 < argc; i += 2) {
-    const std::string word = argv[i], value = argv[i + 1];
-    if (word == "--scene") options.scene = value;
-    if (word == "--model") options.model = value;
-    if (word == "--reducer") options.reducer = value;
-    if (word == "--drags") options.drags = std::stoi(value);
-    if (word == "--max-volume") options.max_volume = std::stod(value);
-    if (word == "--duration") options.duration = std::stod(value);
-    if (word == "--reference-rate") options.reference_rate = std::stod(value);
-    if (word == "--cache") options.cache = value;
-  }
+  CLI::App app;
+  app.add_option("--scene", options.scene);
+  app.add_option("--model", options.model);
+  app.add_option("--reducer", options.reducer);
+  app.add_option("--drags", options.drags);
+  app.add_option("--max-volume", options.max_volume);
+  app.add_option("--duration", options.duration);
+  app.add_option("--reference-rate", options.reference_rate);
+  app.add_option("--cache", options.cache);
+  CLI11_PARSE(app, argc, argv);
   for (const char* scene : {"organ_drag", "slab_drag"})
     if (options.scene.empty() || options.scene == scene) kt::run(scene, options);
   return 0;

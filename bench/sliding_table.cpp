@@ -3,8 +3,8 @@
 //   build/release/bench/sliding_table [--ticks N] [--mu MU]... [--csv FILE] [--jumps FILE] [MESH...]
 // MESH: closed surface meshes in any unit, brought to 0.1 m; besides those of meshes/. --jumps: every crossing of an
 // edge.
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -76,26 +76,13 @@ void run(const std::string& path, double wanted_mu, const Options& options, std:
 
 int main(int argc, char** argv) {
   kt::Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.rfind("--", 0) != 0) {
-      options.meshes.push_back(word);
-      continue;
-    }
-    if (i + 1 == argc) return std::fprintf(stderr, "sliding_table: %s wants a value\n", argv[i]), 2;
-    const std::string value = argv[++i];
-    if (word == "--ticks" && std::atoi(value.c_str()) > 0) {
-      options.ticks = std::atoi(value.c_str());
-    } else if (word == "--mu") {
-      options.mu.push_back(std::atof(value.c_str()));
-    } else if (word == "--csv") {
-      options.csv = value;
-    } else if (word == "--jumps") {
-      options.jumps = value;
-    } else {
-      return std::fprintf(stderr, "sliding_table: %s %s is not known\n", argv[i - 1], argv[i]), 2;
-    }
-  }
+  CLI::App app;
+  app.add_option("--ticks", options.ticks)->check(CLI::PositiveNumber);
+  app.add_option("--mu", options.mu)->allow_extra_args(false);
+  app.add_option("--csv", options.csv);
+  app.add_option("--jumps", options.jumps, "every crossing of an edge");
+  app.add_option("meshes", options.meshes, "besides those of meshes/");
+  CLI11_PARSE(app, argc, argv);
   std::ofstream csv, jumps;
   if (!options.csv.empty()) csv.open(options.csv);
   if (!options.jumps.empty()) jumps.open(options.jumps);

@@ -2,6 +2,7 @@
 // deforming surfaces: does the engine report every impact in time? The truth is computed in 113 bits.
 //   build/release/bench/tunnelling_table [--shots N] [--seed N] [--csv FILE] [mesh or folder]...
 // Besides the given ones: meshes/, meshes/broken/ and two sheets of one layer. Exit code 1: something leaked.
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -174,36 +175,6 @@ std::string csv_line(const std::string& name, long triangles, const Row& row) {
   return text;
 }
 
-/// Number of a command-line option, or an exception.
-long number(const std::string& name, const std::string& text) {
-  std::size_t end = 0;
-  const long value = std::stol(text, &end);
-  if (end != text.size() || value < 1) throw std::invalid_argument(name);
-  return value;
-}
-
-Options parse(int argc, char** argv) {
-  Options out;
-  for (int i = 1; i < argc; ++i) {
-    const std::string name = argv[i];
-    if (name.rfind("--", 0) != 0) {
-      out.meshes.push_back(name);
-      continue;
-    }
-    if (i + 1 == argc) throw std::invalid_argument(name);
-    const std::string value = argv[++i];
-    if (name == "--shots")
-      out.shots = number(name, value);
-    else if (name == "--seed")
-      out.seed = static_cast<unsigned>(number(name, value));
-    else if (name == "--csv")
-      out.csv = value;
-    else
-      throw std::invalid_argument(name);
-  }
-  return out;
-}
-
 bool run(const Options& options) {
   std::vector<std::string> places{KT_SOURCE_DIR "/meshes", KT_SOURCE_DIR "/meshes/broken"};
   places.insert(places.end(), options.meshes.begin(), options.meshes.end());
@@ -236,12 +207,17 @@ bool run(const Options& options) {
 }  // namespace kt
 
 int main(int argc, char** argv) {
+  kt::Options options;
+  CLI::App app;
+  app.add_option("--shots", options.shots)->check(CLI::PositiveNumber);
+  app.add_option("--seed", options.seed)->check(CLI::PositiveNumber);
+  app.add_option("--csv", options.csv);
+  app.add_option("meshes", options.meshes, "meshes and folders");
+  CLI11_PARSE(app, argc, argv);
   try {
-    return kt::run(kt::parse(argc, argv)) ? 0 : 1;
+    return kt::run(options) ? 0 : 1;
   } catch (const std::exception& error) {
-    std::fprintf(stderr,
-                 "tunnelling_table: %s\nallowed: --shots N, --seed N (from 1 on), --csv FILE, meshes and folders\n",
-                 error.what());
+    std::fprintf(stderr, "tunnelling_table: %s\n", error.what());
     return 2;
   }
 }

@@ -5,7 +5,11 @@ import math
 import os
 import sys
 
-FOLDER = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(os.path.dirname(HERE), "scripts"))
+from mesh_shapes import icosphere  # noqa: E402
+
+FOLDER = sys.argv[1] if len(sys.argv) > 1 else HERE
 
 
 def number(value):
@@ -132,33 +136,6 @@ def graded_pad():
     return refined(*box(5, 5, 2, (0.05, 0.05, 0.02)), wanted)
 
 
-def icosphere(level, shape):
-    """Subdivided icosahedron; shape(unit vector) -> position."""
-    t = (1 + math.sqrt(5)) / 2
-    points = [(-1, t, 0), (1, t, 0), (-1, -t, 0), (1, -t, 0), (0, -1, t), (0, 1, t), (0, -1, -t), (0, 1, -t),
-              (t, 0, -1), (t, 0, 1), (-t, 0, -1), (-t, 0, 1)]
-    points = [tuple(c / math.hypot(*p) for c in p) for p in points]
-    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6),
-             (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10),
-             (8, 6, 7), (9, 8, 1)]
-    for _ in range(level):
-        middle, finer = {}, []
-
-        def between(a, b):
-            key = (min(a, b), max(a, b))
-            if key not in middle:
-                p = tuple((u + v) / 2 for u, v in zip(points[a], points[b]))
-                middle[key] = len(points)
-                points.append(tuple(c / math.hypot(*p) for c in p))
-            return middle[key]
-
-        for a, b, c in faces:
-            ab, bc, ca = between(a, b), between(b, c), between(c, a)
-            finer += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
-        faces = finer
-    return [shape(p) for p in points], faces
-
-
 def organ_shape(u):
     """A smooth lobe with a hollow on one side, like a kidney: 0.12 x 0.08 x 0.05 m."""
     x, y, z = u
@@ -227,8 +204,9 @@ def good_meshes():
     write_off("slab_graded.off", *graded_slab(), "slab 0.1 x 0.06 x 0.03, finest along the middle of its top")
     write_off("pad.off", *box(5, 5, 2, (0.05, 0.05, 0.02)), "pad 0.05 x 0.05 x 0.02, 10 mm triangles")
     write_off("pad_graded.off", *graded_pad(), "pad 0.05 x 0.05 x 0.02, finest at the middle of its top")
-    write_off("sphere.off", *icosphere(3, lambda p: tuple(0.03 * c for c in p)), "icosphere, radius 0.03")
-    write_off("organ.off", *icosphere(3, organ_shape), "smooth kidney-like lobe")
+    directions, faces = icosphere(3)
+    write_off("sphere.off", [tuple(0.03 * c for c in d) for d in directions], faces, "icosphere, radius 0.03")
+    write_off("organ.off", list(map(organ_shape, directions)), faces, "smooth kidney-like lobe")
     write_off("sheet.off", *box(20, 20, 1, (0.1, 0.1, 0.002)), "closed thin plate 0.1 x 0.1 x 0.002")
     write_off("torus.off", *torus(32, 16, 0.04, 0.015), "torus, radii 0.04 and 0.015")
     write_off("genus5.off", *pierced_plate(), "plate with five square holes")

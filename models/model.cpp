@@ -8,13 +8,11 @@ namespace kt {
 #define MODEL(name, available, option, what) \
   std::unique_ptr<DeformableModel> make_##name##_model(Mesh mesh, const ModelOptions& options);
 #include "models/models.def"
-#undef MODEL
 
 std::vector<BackendInfo> model_backends() {
   return {
 #define MODEL(name, available, option, what) {#name, what, available != 0, option},
 #include "models/models.def"
-#undef MODEL
   };
 }
 
@@ -59,7 +57,6 @@ std::unique_ptr<DeformableModel> make_model(const std::string& type, Mesh mesh, 
 #define MODEL(name, available, option, what) \
   if (type == #name) return make_##name##_model(std::move(mesh), options);
 #include "models/models.def"
-#undef MODEL
   return nullptr;
 }
 

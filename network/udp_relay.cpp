@@ -133,7 +133,6 @@ UdpRelayCounts UdpRelay::counts() const {
 }
 
 void UdpRelay::set_dark(bool dark) { parts_->dark = dark; }
-void UdpRelay::set_loss(double loss) { parts_->loss = loss; }
 void UdpRelay::set_delay(double delay_ms) { parts_->delay_ms = delay_ms; }
 
 }  // namespace kt

@@ -37,9 +37,8 @@ class UdpRelay {
 
   std::uint16_t port() const;
   UdpRelayCounts counts() const;
-  void set_dark(bool dark);    ///< dark: everything that arrives is lost
-  void set_loss(double loss);  ///< from now on
-  void set_delay(double delay_ms);
+  void set_dark(bool dark);         ///< dark: everything that arrives is lost
+  void set_delay(double delay_ms);  ///< from now on
 
  private:
   struct Parts;

@@ -115,7 +115,7 @@ const std::vector<Home> kHomes{
      "haptics/driver/haply/haply_messages\\.cpp|tests/(fakes|haptics)/haply_[a-z_]*\\.cpp"},
     {"valijson/", "io/scene/json_schema\\.cpp"},
     {"zlib.h", "io/mesh/format/inflate_zlib\\.cpp"},
-    {"CLI/", "(apps|lab/commands)/.*"},
+    {"CLI/", "(apps|lab/commands|bench)/.*"},
     {"benchmark/", "bench/.*"},
     {"gtest/", "tests/.*"},
     {"gmock/", "tests/.*"},

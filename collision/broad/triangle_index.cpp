@@ -4,7 +4,6 @@ namespace kt {
 
 #define TRIANGLE_INDEX(name, available, option, what) std::unique_ptr<TriangleIndex> make_##name##_triangle_index();
 #include "collision/broad/triangle_index.def"
-#undef TRIANGLE_INDEX
 
 // A backend that is not in this build must not be asked for by the linker.
 #define KT_MAKE_IF_1(name) return make_##name##_triangle_index();
@@ -16,7 +15,6 @@ std::vector<BackendInfo> triangle_index_backends() {
   return {
 #define TRIANGLE_INDEX(name, available, option, what) {#name, what, available != 0, option},
 #include "collision/broad/triangle_index.def"
-#undef TRIANGLE_INDEX
   };
 }
 
@@ -27,7 +25,6 @@ std::unique_ptr<TriangleIndex> make_triangle_index(const std::string& name) {
     KT_MAKE_IF(available, known)                       \
   }
 #include "collision/broad/triangle_index.def"
-#undef TRIANGLE_INDEX
   return nullptr;
 }
 

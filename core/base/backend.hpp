@@ -1,7 +1,7 @@
 #pragma once
 // A family of backends is a .def table: one line a backend. `kilotouch list`, the factories and the conformance tests
-// all read that one table, so a new backend is one file and one line.
-//
+// all read that one table, so a new backend is one file and one line. Each defines FAMILY before it includes the table,
+// whose last line undefines it.
 //   FAMILY(name, available, "option that turns it on", "what it is")     available: 1, or a KT_WITH_... macro (0 or 1)
 #include <string>
 #include <vector>

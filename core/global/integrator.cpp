@@ -11,13 +11,11 @@ namespace kt {
 #define INTEGRATOR(name, available, option, what) \
   std::unique_ptr<Integrator> make_##name##_integrator(const IntegratorOptions& options);
 #include "core/global/integrators.def"
-#undef INTEGRATOR
 
 std::vector<BackendInfo> integrator_backends() {
   return {
 #define INTEGRATOR(name, available, option, what) {#name, what, available != 0, option},
 #include "core/global/integrators.def"
-#undef INTEGRATOR
   };
 }
 
@@ -25,7 +23,6 @@ std::unique_ptr<Integrator> make_integrator(const std::string& name, const Integ
 #define INTEGRATOR(known, available, option, what) \
   if (name == #known) return make_##known##_integrator(options);
 #include "core/global/integrators.def"
-#undef INTEGRATOR
   require_backend("integrator", name, integrator_backends());
   return nullptr;
 }

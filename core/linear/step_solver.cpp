@@ -5,13 +5,11 @@ namespace kt {
 #define STEP_SOLVER(name, available, option, what) \
   std::unique_ptr<StepSolver> make_##name##_step_solver(StepSolverOptions options);
 #include "core/linear/step_solvers.def"
-#undef STEP_SOLVER
 
 std::vector<BackendInfo> step_solver_backends() {
   return {
 #define STEP_SOLVER(name, available, option, what) {#name, what, available != 0, option},
 #include "core/linear/step_solvers.def"
-#undef STEP_SOLVER
   };
 }
 
@@ -19,7 +17,6 @@ std::unique_ptr<StepSolver> make_step_solver(const std::string& name, StepSolver
 #define STEP_SOLVER(known, available, option, what) \
   if (name == #known) return make_##known##_step_solver(std::move(options));
 #include "core/linear/step_solvers.def"
-#undef STEP_SOLVER
   require_backend("solver", name, step_solver_backends());
   return nullptr;
 }

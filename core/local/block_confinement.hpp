@@ -12,7 +12,6 @@ class BlockConfinement {
   BlockConfinement(const NodeBlocks& blocks, const Interpolation& interpolation);
 
   /// Lower blocks of the product, column by column, the diagonal first.
-  int num_columns() const { return static_cast<int>(begin_.size()) - 1; }
   int first(int column) const { return begin_[column]; }
   int last(int column) const { return begin_[column + 1]; }
   int row(int block) const { return rows_[block]; }

@@ -97,11 +97,6 @@ Certificate BodyCertificate::certify(const LocalModel& model) const {
   return out;
 }
 
-Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
-                    std::span<const double> hz) {
-  return BodyCertificate(body, model.patch, {vertices.begin(), vertices.end()}, hz).certify(model);
-}
-
 namespace {
 
 using Rows = NodeRows<6>;  // real parts of three motions, then their imaginary parts

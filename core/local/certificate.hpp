@@ -20,11 +20,6 @@ struct Certificate {
 /// nearest to the site first, to those of further tools next: at most `count` local vertex numbers.
 std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& site, int count = 4);
 
-/// In full, for set-up and tests: one factorization of the whole body for each frequency.
-/// @param body  whole, of the tangent that the model was made from
-Certificate certify(const LocalModel& model, const FreeBody& body, std::span<const int> vertices,
-                    std::span<const double> hz = kCertifiedHz);
-
 /// What the body answers at a vertex, from a local model's answer: the model's own motion u of the whole body leaves a
 /// residual r of the dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough
 /// solution gives a good estimate of the error: A confined to the model's motions and a few more, to which the kept
@@ -40,7 +35,7 @@ double estimate_error(const GradedBody& graded, const LocalModel& model, int ver
 /// The body's side of a certificate, once for many local models of one patch.
 class BodyCertificate {
  public:
-  /// In full, as above.
+  /// In full: one factorization of the whole body for each frequency.
   /// @param body      whole, of the tangent that the models are made from
   /// @param vertices  of the patch
   BodyCertificate(const FreeBody& body, const SurfacePatch& patch, std::vector<int> vertices,

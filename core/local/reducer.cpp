@@ -15,13 +15,11 @@ namespace kt {
 #define REDUCER(name, available, option, what) \
   LocalModel reduce_##name(const TangentModel&, SurfacePatch, const ContactSite&, const ReduceOptions&);
 #include "core/local/reducers.def"
-#undef REDUCER
 
 std::vector<BackendInfo> reducer_backends() {
   return {
 #define REDUCER(name, available, option, what) {#name, what, available != 0, option},
 #include "core/local/reducers.def"
-#undef REDUCER
   };
 }
 
@@ -29,7 +27,6 @@ ReduceFn find_reducer(const std::string& name) {
 #define REDUCER(known, available, option, what) \
   if (name == #known) return reduce_##known;
 #include "core/local/reducers.def"
-#undef REDUCER
   require_backend("reducer", name, reducer_backends());
   return {};
 }

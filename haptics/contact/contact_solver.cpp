@@ -7,7 +7,6 @@ namespace kt {
 #define CONTACT_SOLVER(name, available, option, what) \
   std::unique_ptr<ContactSolver> make_##name##_solver(SurfaceFriction friction);
 #include "haptics/contact/contact_solver.def"
-#undef CONTACT_SOLVER
 
 const char* name_of(ContactMode mode) {
   constexpr const char* kNames[] = {"free", "stick", "slide", "frictional_slide"};
@@ -30,7 +29,6 @@ std::vector<BackendInfo> contact_solver_backends() {
   return {
 #define CONTACT_SOLVER(name, available, option, what) {#name, what, available != 0, option},
 #include "haptics/contact/contact_solver.def"
-#undef CONTACT_SOLVER
   };
 }
 
@@ -43,7 +41,6 @@ std::unique_ptr<ContactSolver> make_contact_solver(const std::string& law, const
 #define CONTACT_SOLVER(name, available, option, what) \
   if (law == #name) return make_##name##_solver(std::move(surface));
 #include "haptics/contact/contact_solver.def"
-#undef CONTACT_SOLVER
   return nullptr;
 }
 

@@ -11,7 +11,6 @@ namespace kt {
 
 #define DEVICE(name, available, option, what) std::unique_ptr<HapticDevice> make_##name##_device(const DeviceOptions&);
 #include "haptics/device/device.def"
-#undef DEVICE
 #define KT_MAKE_IF_1(name) return make_##name##_device(options);
 #define KT_MAKE_IF_0(name)
 #define KT_MAKE_IF(available, name) KT_MAKE_IF_(available, name)
@@ -21,7 +20,6 @@ std::vector<BackendInfo> device_backends() {
   return {
 #define DEVICE(name, available, option, what) {#name, what, available != 0, option},
 #include "haptics/device/device.def"
-#undef DEVICE
   };
 }
 
@@ -30,7 +28,6 @@ std::vector<BackendInfo> live_device_backends() {
 #define DEVICE(name, available, option, what)
 #define LIVE_DEVICE(name, available, option, what) {#name, what, available != 0, option},
 #include "haptics/device/device.def"
-#undef DEVICE
   };
 }
 
@@ -69,7 +66,6 @@ std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceO
     KT_MAKE_IF(available, known)               \
   }
 #include "haptics/device/device.def"
-#undef DEVICE
   return nullptr;
 }
 

@@ -6,7 +6,6 @@ namespace kt {
 #define LIVE_DEVICE(name, available, option, what) \
   std::vector<FoundDevice> find_##name##_devices(const DeviceSettings&);
 #include "haptics/device/device.def"
-#undef DEVICE
 #define KT_FIND_IF_1(name) return find_##name##_devices(settings);
 #define KT_FIND_IF_0(name) return {};
 #define KT_FIND_IF(available, name) KT_FIND_IF_(available, name)
@@ -19,7 +18,6 @@ std::vector<FoundDevice> find_devices(const std::string& name, const DeviceSetti
     KT_FIND_IF(available, known)                    \
   }
 #include "haptics/device/device.def"
-#undef DEVICE
   return {};
 }
 

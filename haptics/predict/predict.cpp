@@ -6,7 +6,6 @@ std::vector<Prediction> predict_failures(const BuiltScene& built) {
   std::vector<Prediction> out;
 #define PREDICTION(name) predict_##name(built, out);
 #include "haptics/predict/predictions.def"
-#undef PREDICTION
   return out;
 }
 

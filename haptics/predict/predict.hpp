@@ -25,6 +25,5 @@ std::vector<Prediction> predict_failures(const BuiltScene& built);
 
 #define PREDICTION(name) void predict_##name(const BuiltScene& built, std::vector<Prediction>& out);
 #include "haptics/predict/predictions.def"
-#undef PREDICTION
 
 }  // namespace kt

@@ -51,7 +51,6 @@ class PassivityControl {
   /// From now on, until a written force acts [s]; at most PassivityOptions::most_delay.
   void set_delay(double delay) noexcept { forces_.set_delay(delay); }
   double delay() const noexcept { return forces_.delay(); }
-  void set_most_damping(double most) noexcept { o_.most_damping = most; }
 
   double taken() const { return taken_; }  ///< from the hand so far [J]; negative: the hand was given energy
   double least() const { return least_; }  ///< smallest so far [J]

@@ -131,7 +131,6 @@ std::vector<BackendInfo> link_backends() {
   return {
 #define LINK(name, available, option, what) {#name, what, available != 0, option},
 #include "haptics/link/link.def"
-#undef LINK
   };
 }
 

@@ -29,7 +29,6 @@ Backend find_backend(const std::string& name) {
 #define TETRAHEDRALIZER(known, available, option, what) \
   if (name == #known) return KT_ENTRY(available, known);
 #include "io/solid/tetrahedralizer.def"
-#undef TETRAHEDRALIZER
   return nullptr;
 }
 
@@ -147,7 +146,6 @@ std::vector<BackendInfo> tetrahedralizers() {
   return {
 #define TETRAHEDRALIZER(name, available, option, what) {#name, what, available, option},
 #include "io/solid/tetrahedralizer.def"
-#undef TETRAHEDRALIZER
   };
 }
 

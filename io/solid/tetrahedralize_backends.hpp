@@ -11,7 +11,6 @@ namespace kt {
 #define TETRAHEDRALIZER(name, available, option, what) \
   Mesh tetrahedralize_##name(const Mesh& surface, const TetrahedralizeOptions& options);
 #include "io/solid/tetrahedralizer.def"
-#undef TETRAHEDRALIZER
 
 /// Limits that the options ask for.
 ChildLimits child_limits(const TetrahedralizeOptions& options);

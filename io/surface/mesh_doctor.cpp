@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <numeric>
 
 #include "core/base/error.hpp"
 #include "io/mesh/edge_table.hpp"
+#include "io/surface/winding_number.hpp"
 
 namespace kt {
 namespace {
@@ -93,17 +93,6 @@ void examine_edges(const Mesh& mesh, const EdgeTable& table, MeshReport& r) {
     ++finite;
   }
   if (finite > 0) r.edge_mean = sum / finite;
-}
-
-/// How often a closed oriented set of triangles winds around p: 1 inside, 0 outside.
-double winding_number(const VectorX& x, const std::vector<Triangle>& triangles, const Vec3& p) {
-  double angle = 0;
-  for (const Triangle& t : triangles) {
-    const Vec3 a = node(x, t[0]) - p, b = node(x, t[1]) - p, c = node(x, t[2]) - p;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    angle += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return angle / (4 * std::numbers::pi);
 }
 
 double volume_of(const VectorX& x, const std::vector<Triangle>& triangles) {

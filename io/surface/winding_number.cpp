@@ -16,8 +16,8 @@ constexpr int kDeepest = 64;  // of a tree that halves
 /// complex number: their product has the sum, but for whole turns, which are counted. So one arc tangent does for all.
 class SolidAngles {
  public:
-  void add(const Mesh& surface, const Triangle& t, const Vec3& place) {
-    const Vec3 a = node(surface.x, t[0]) - place, b = node(surface.x, t[1]) - place, c = node(surface.x, t[2]) - place;
+  void add(const VectorX& nodes, const Triangle& t, const Vec3& place) {
+    const Vec3 a = node(nodes, t[0]) - place, b = node(nodes, t[1]) - place, c = node(nodes, t[2]) - place;
     const double na = a.norm(), nb = b.norm(), nc = c.norm();
     const double y = a.dot(b.cross(c));
     const double x = na * nb * nc + a.dot(b) * nc + b.dot(c) * na + c.dot(a) * nb;
@@ -71,9 +71,9 @@ double crossing(const Vec3& from, const Vec3& along, const Vec3& a, const Vec3& 
 
 }  // namespace
 
-double winding_number(const Mesh& surface, const Vec3& place) {
+double winding_number(const VectorX& x, std::span<const Triangle> triangles, const Vec3& place) {
   SolidAngles sum;
-  for (const Triangle& t : surface.triangles) sum.add(surface, t, place);
+  for (const Triangle& t : triangles) sum.add(x, t, place);
   return sum.sum();
 }
 
@@ -140,7 +140,7 @@ double WindingNumber::at(const Vec3& place) const {
       far += (first + second) / (4 * std::numbers::pi);
     } else if (b.right == 0) {
       for (int k = b.begin; k < b.end; ++k)
-        near.add(surface_, surface_.triangles[static_cast<std::size_t>(order_[static_cast<std::size_t>(k)])], place);
+        near.add(surface_.x, surface_.triangles[static_cast<std::size_t>(order_[static_cast<std::size_t>(k)])], place);
     } else {
       open[static_cast<std::size_t>(count++)] = b.right;
       open[static_cast<std::size_t>(count++)] = self + 1;

@@ -4,6 +4,7 @@
 // 2013). Far triangles count as one dipole with its first derivative (Barill, Dickson, Schmidt, Levin and Jacobson
 // 2018).
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/body/mesh.hpp"
@@ -11,7 +12,7 @@
 namespace kt {
 
 /// Of all triangles, one by one.
-double winding_number(const Mesh& surface, const Vec3& place);
+double winding_number(const VectorX& x, std::span<const Triangle> triangles, const Vec3& place);
 
 /// The same to within some hundredths, quickly. Const, and asked from any number of threads.
 class WindingNumber {

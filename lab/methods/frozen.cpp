@@ -44,13 +44,9 @@ class Statics {
   Eigen::SimplicialLDLT<SparseMatrix> solver_;
 };
 
-class Frozen final : public HapticMethod {
+class Frozen final : public Baseline {
  public:
-  explicit Frozen(const HapticMethodOptions& options)
-      : tool_(options.tools[0]), h_(options.h), solver_(make_cone_solver("frozen", options)) {
-    solution_.impulse.setZero(0);
-    u_.setZero(0);
-  }
+  explicit Frozen(const HapticMethodOptions& options) : Baseline("frozen", options) { u_.setZero(0); }
 
   void prepare_method_data(PreparedLocalModel& m, double interval) const override {
     auto out = std::make_unique<FrozenContacts>();
@@ -83,12 +79,7 @@ class Frozen final : public HapticMethod {
 
   LocalFrame step(const ToolSweep& sweep) noexcept override {
     PreparedLocalModel& m = *model_;
-    LocalFrame frame;
-    t_ += h_;
-    frame.t = t_;
-    frame.pose = {sweep.x_t1, sweep.r_t1};
-    frame.model_frame = m.model.frame;
-    samples_.count = 0;
+    LocalFrame frame = next_frame(sweep);
     if (const FrozenContacts* frozen = data()) {
       fill_problem(*frozen, sweep.x_t1);
       if (soften(m, problem_)) frame.flags |= kRigidContact;
@@ -105,11 +96,6 @@ class Frozen final : public HapticMethod {
     sliding_ = frame.mode == ContactMode::frictional_slide;
     return frame;
   }
-
-  std::span<const TickContact> samples() const noexcept override { return samples_.view(); }
-  const PreparedLocalModel& model() const noexcept override { return *model_; }
-  double h() const noexcept override { return h_; }
-  const ToolShape& tool() const noexcept override { return tool_; }
 
  private:
   const FrozenContacts* data() const noexcept { return static_cast<const FrozenContacts*>(model_->data.get()); }
@@ -163,18 +149,9 @@ class Frozen final : public HapticMethod {
     }
   }
 
-  ToolShape tool_;
-  double h_, t_ = 0;
-  std::unique_ptr<ContactSolver> solver_;
-  std::unique_ptr<PreparedLocalModel> model_;
   Vec3 before_ = Vec3::Zero();  // the tool after the last tick
   ContactVector u_;             // displacement of the contact points then [m]
-  bool sliding_ = false;
   ContactSet contacts_;
-  ContactProblem problem_;
-  ContactSolution solution_;
-  std::array<Vec3, kMaxContacts> point_{};
-  SampleList samples_;
 };
 
 }  // namespace

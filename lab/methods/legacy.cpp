@@ -13,12 +13,9 @@ namespace {
 
 constexpr double kTouching = 1e-4;  // [m] tool and surface this near at a refresh: in contact
 
-class Legacy final : public HapticMethod {
+class Legacy final : public Baseline {
  public:
-  explicit Legacy(const HapticMethodOptions& options)
-      : tool_(options.tools[0]), h_(options.h), solver_(make_cone_solver("legacy", options)) {
-    solution_.impulse.setZero(0);
-  }
+  explicit Legacy(const HapticMethodOptions& options) : Baseline("legacy", options) {}
 
   void prepare_method_data(PreparedLocalModel& m, double) const override {
     const SurfacePatch& patch = m.model.patch;
@@ -44,12 +41,7 @@ class Legacy final : public HapticMethod {
 
   LocalFrame step(const ToolSweep& sweep) noexcept override {
     PreparedLocalModel& m = *model_;
-    LocalFrame frame;
-    t_ += h_;
-    frame.t = t_;
-    frame.pose = {sweep.x_t1, sweep.r_t1};
-    frame.model_frame = m.model.frame;
-    samples_.count = 0;
+    LocalFrame frame = next_frame(sweep);
     if (arrived_) reference_ = sweep.x_t0;
     arrived_ = false;
 
@@ -61,11 +53,6 @@ class Legacy final : public HapticMethod {
     sliding_ = frame.mode == ContactMode::frictional_slide;
     return frame;
   }
-
-  std::span<const TickContact> samples() const noexcept override { return samples_.view(); }
-  const PreparedLocalModel& model() const noexcept override { return *model_; }
-  double h() const noexcept override { return h_; }
-  const ToolShape& tool() const noexcept override { return tool_; }
 
  private:
   void hold_vertex(const ToolSweep& sweep, LocalFrame& frame) noexcept {
@@ -99,16 +86,8 @@ class Legacy final : public HapticMethod {
     report_contacts(m.model.patch, m.state.anchors, solution_, point_, h_, frame, samples_);
   }
 
-  ToolShape tool_;
-  double h_, t_ = 0;
-  std::unique_ptr<ContactSolver> solver_;
-  std::unique_ptr<PreparedLocalModel> model_;
   Vec3 reference_ = Vec3::Zero();  // the tool when the model arrived
-  bool arrived_ = false, sliding_ = false;
-  ContactProblem problem_;
-  ContactSolution solution_;
-  std::array<Vec3, kMaxContacts> point_{};
-  SampleList samples_;
+  bool arrived_ = false;
 };
 
 }  // namespace

@@ -9,17 +9,12 @@
 namespace kt {
 namespace {
 
-class Penalty final : public HapticMethod {
+class Penalty final : public Baseline {
  public:
-  explicit Penalty(const HapticMethodOptions& options)
-      : tool_(options.tools[0]),
-        h_(options.h),
-        coupling_(options.coupling),
-        solver_(make_cone_solver("penalty", options)) {
+  explicit Penalty(const HapticMethodOptions& options) : Baseline("penalty", options), coupling_(options.coupling) {
     if (!(coupling_.stiffness > 0 && coupling_.damping >= 0))
       throw InputError(text("contact.penalty: stiffness = ", coupling_.stiffness,
                             " N/m must be above 0, damping = ", coupling_.damping, " N.s/m at least 0"));
-    solution_.impulse.setZero(0);
   }
 
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override {
@@ -44,12 +39,7 @@ class Penalty final : public HapticMethod {
 
   LocalFrame step(const ToolSweep& sweep) noexcept override {
     PreparedLocalModel& m = *model_;
-    LocalFrame frame;
-    t_ += h_;
-    frame.t = t_;
-    frame.pose = {sweep.x_t1, sweep.r_t1};
-    frame.model_frame = m.model.frame;
-    samples_.count = 0;
+    LocalFrame frame = next_frame(sweep);
 
     // The body moves under the force of the tick before; where it is then, the proxy meets it.
     find_free_motion(m);
@@ -76,11 +66,6 @@ class Penalty final : public HapticMethod {
     sliding_ = frame.mode == ContactMode::frictional_slide;
     return frame;
   }
-
-  std::span<const TickContact> samples() const noexcept override { return samples_.view(); }
-  const PreparedLocalModel& model() const noexcept override { return *model_; }
-  double h() const noexcept override { return h_; }
-  const ToolShape& tool() const noexcept override { return tool_; }
 
  private:
   /// Force of the coupling per stretch gained in one tick [N/m], and how much of the old stretch its damper keeps.
@@ -144,20 +129,11 @@ class Penalty final : public HapticMethod {
   static constexpr double kOwnShare = 0.25;
   static constexpr double kMargin = 1e-3;  // [m] more than proxy and surface move towards each other in a tick
 
-  ToolShape tool_;
-  double h_, t_ = 0;
   ProxyCoupling coupling_;
-  std::unique_ptr<ContactSolver> solver_;
-  LocalMotion motion_;  // room, for the refresh
-  std::unique_ptr<PreparedLocalModel> model_;
+  LocalMotion motion_;           // room, for the refresh
   Vec3 stretch_ = Vec3::Zero();  // from the tool to the proxy [m]
-  bool sliding_ = false;
   ContactSet contacts_, before_;
-  ContactProblem problem_;
-  ContactSolution solution_;
   ContactVector impulse_before_;
-  std::array<Vec3, kMaxContacts> point_{};
-  SampleList samples_;
 };
 
 }  // namespace

@@ -2,12 +2,24 @@
 
 namespace kt {
 
-std::unique_ptr<ContactSolver> make_cone_solver(const std::string& method, const HapticMethodOptions& options) {
-  auto solver = make_contact_solver(options.law, options.friction, options.friction_of_triangle);
-  if (solver->deformation() != Deformation::none)
+Baseline::Baseline(const std::string& method, const HapticMethodOptions& options)
+    : tool_(options.tools[0]),
+      h_(options.h),
+      solver_(make_contact_solver(options.law, options.friction, options.friction_of_triangle)) {
+  if (solver_->deformation() != Deformation::none)
     throw InputError(text("local.method \"", method, "\" needs contact.law \"coulomb\", not \"", options.law,
                           "\": it has no place for the paper's operators"));
-  return solver;
+  solution_.impulse.setZero(0);
+}
+
+LocalFrame Baseline::next_frame(const ToolSweep& sweep) noexcept {
+  LocalFrame frame;
+  t_ += h_;
+  frame.t = t_;
+  frame.pose = {sweep.x_t1, sweep.r_t1};
+  frame.model_frame = model_->model.frame;
+  samples_.count = 0;
+  return frame;
 }
 
 void find_free_motion(PreparedLocalModel& m) noexcept {

@@ -12,8 +12,30 @@ struct SampleList {
   std::span<const TickContact> view() const noexcept { return {samples.data(), static_cast<std::size_t>(count)}; }
 };
 
-/// The solver of a method that needs Coulomb's cone. Throws InputError for another law.
-std::unique_ptr<ContactSolver> make_cone_solver(const std::string& method, const HapticMethodOptions& options);
+/// What baselines with ticks of their own hold.
+class Baseline : public HapticMethod {
+ public:
+  std::span<const TickContact> samples() const noexcept override { return samples_.view(); }
+  const PreparedLocalModel& model() const noexcept override { return *model_; }
+  double h() const noexcept override { return h_; }
+  const ToolShape& tool() const noexcept override { return tool_; }
+
+ protected:
+  /// Throws InputError for a law that is not Coulomb's cone.
+  Baseline(const std::string& method, const HapticMethodOptions& options);
+  /// Of the tick that begins; nothing is touched yet.
+  LocalFrame next_frame(const ToolSweep& sweep) noexcept;
+
+  ToolShape tool_;
+  double h_, t_ = 0;
+  std::unique_ptr<ContactSolver> solver_;
+  std::unique_ptr<PreparedLocalModel> model_;
+  bool sliding_ = false;  // in the last tick
+  ContactProblem problem_;
+  ContactSolution solution_;
+  std::array<Vec3, kMaxContacts> point_{};
+  SampleList samples_;
+};
 
 /// Point of a patch triangle in a stacked array (3p).
 inline Vec3 at_point(const VectorX& stacked, const Triangle& t, const Vec3& bary) noexcept {

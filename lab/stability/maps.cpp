@@ -9,13 +9,11 @@ namespace kt {
 
 #define MAP(name, title) StabilityMap map_##name(const MapOptions& options);
 #include "lab/stability/maps.def"
-#undef MAP
 
 const std::vector<MapEntry>& stability_maps() {
   static const std::vector<MapEntry> table = {
 #define MAP(name, title) {#name, title, map_##name},
 #include "lab/stability/maps.def"
-#undef MAP
   };
   return table;
 }

@@ -7,13 +7,11 @@ namespace kt {
 
 #define MATERIAL(name, available, option, what) std::unique_ptr<Material> make_##name##_material(const Lame& lame);
 #include "models/fem/materials.def"
-#undef MATERIAL
 
 std::vector<BackendInfo> material_backends() {
   return {
 #define MATERIAL(name, available, option, what) {#name, what, available != 0, option},
 #include "models/fem/materials.def"
-#undef MATERIAL
   };
 }
 
@@ -22,7 +20,6 @@ std::unique_ptr<Material> make_material(const std::string& name, const Lame& lam
 #define MATERIAL(known, available, option, what) \
   if (name == #known) return make_##known##_material(lame);
 #include "models/fem/materials.def"
-#undef MATERIAL
   return nullptr;
 }
 

@@ -28,7 +28,6 @@ class RateControl {
   double limit() const { return is_testing_ ? test_limit_ : limit_; }
   /// The loss that does not depend on the rate; none: not known yet.
   std::optional<double> chance_loss() const { return chance_; }
-  bool is_testing() const { return is_testing_; }
   int num_full() const { return full_; }  ///< times that the line was found full
 
  private:

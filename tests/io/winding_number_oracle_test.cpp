@@ -19,7 +19,7 @@ TEST(WindingNumber, IsThatOfAllTriangles) {
     double most = 0;
     for (int i = 0; i < 2000; ++i) {
       const Vec3 place = box.centre() + 1.2 * box.size().cwiseProduct(sample.cube());
-      const double exact = winding_number(mesh, place);
+      const double exact = winding_number(mesh.x, mesh.triangles, place);
       most = std::max(most, std::abs(winding.at(place) - exact));
       EXPECT_NEAR(exact, std::round(exact), 1e-9) << name;
       EXPECT_EQ(winding.is_inside(place), exact > 0.5) << name;

@@ -1,8 +1,6 @@
 // Reads what the server sends as bytes (view/frame_bytes.hpp): little-endian, fields one after another.
 'use strict';
 
-const MODES = ['free', 'stick', 'slide', 'frictional slide'];
-
 class Reader {
   constructor(buffer) { this.view = new DataView(buffer); this.buffer = buffer; this.at = 0; }
   u32() { const v = this.view.getUint32(this.at, true); this.at += 4; return v; }

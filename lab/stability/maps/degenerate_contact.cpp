@@ -121,10 +121,7 @@ std::string loudness(const Session& session, const SessionResult& result) {
 }
 
 MapPoint run_case(const Case& c, double angle, double distance) {
-  MapPoint p;
-  p.series = c.series();
-  p.x = angle;
-  p.y = std::max(distance, kExact);
+  MapPoint p = point_at(c.series(), angle, std::max(distance, kExact));
   try {
     Session session(scene_of(c, angle, distance), c.feature == Feature::zero_area ? with_zero_area(block()) : block());
     for (const Prediction& prediction : session.predictions()) {

@@ -2,7 +2,6 @@
 // limit (which falls with it, as Lanczos says), and whether implicit steps of a body pressed hard still converge.
 #include <cmath>
 
-#include "core/body/state.hpp"
 #include "lab/stability/map.hpp"
 #include "lab/stability/runs/explicit_limit.hpp"
 #include "lab/stability/runs/rays.hpp"
@@ -44,13 +43,10 @@ RayResult implicit_ray(const Ray& ray, const DeformableModel& model) {
   const VectorX load = press(model);
   RayResult out;
   for (double dt : {1e-4, 1e-3, 1e-2, 1e-1}) {
-    MapPoint p;
-    p.series = ray.series();
-    p.x = ray.dihedral;
-    p.y = dt;
+    MapPoint p = point_at(ray.series(), ray.dihedral, dt);
     const auto integrator = make_integrator(ray.integrator);
     State state = rest_state(model);
-    try {
+    judge_steps(p, state, [&] {
       for (int i = 0; i < kSteps; ++i) integrator->step(model, load, dt, state);
       const int inverted = count_inverted(model.mesh(), state.x), open = integrator->statistics().not_converged;
       p.value = integrator->statistics().iterations / static_cast<double>(kSteps);
@@ -59,13 +55,7 @@ RayResult implicit_ray(const Ray& ray, const DeformableModel& model) {
                                                    : MapVerdict::works;
       p.why = text(p.value, " linear systems a step; ", open, " of ", kSteps, " steps did not converge, ", inverted,
                    " elements inside out");
-    } catch (const RunError& e) {
-      p.verdict = MapVerdict::fails;
-      p.why = e.what();
-    }
-    StateHash hash;
-    hash.add(state.x);
-    p.hash = hash.value();
+    });
     out.points.push_back(p);
   }
   return out;

@@ -46,14 +46,7 @@ RayResult wall_ray(const Setting& setting, double damping, bool controlled, cons
   const auto fails = [&](double stiffness) {
     loop.wall_stiffness = stiffness;
     const double most = controlled ? kMostDamping : 0;
-    MapPoint p;
-    p.series = series;
-    p.x = damping;
-    p.y = stiffness;
-    if (const auto prediction = predict_limit_cycle(loop, most)) {
-      p.predicted_failure = true;
-      p.prediction = prediction->message();
-    }
+    MapPoint p = point_at(series, damping, stiffness, predict_limit_cycle(loop, most));
     const WallRun run = press_wall(loop, most);
     p.verdict = judge_ripple(run, p.why);
     p.value = run.ripple;

@@ -3,13 +3,13 @@
 // through zero stays there.
 #include <cmath>
 
-#include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/map.hpp"
 #include "lab/stability/runs/bodies.hpp"
 #include "lab/stability/runs/rays.hpp"
+#include "lab/stability/runs/step_runs.hpp"
 
 namespace kt {
 namespace {
@@ -29,19 +29,12 @@ State crushed(const DeformableModel& model, double share) {
 MapPoint release(const ModelChoice& choice, double share, double dt) {
   const auto model =
       clamped(choice, kuhn_block(kCells, kCells, kCells, kCell), {.damping_mass = 5, .damping_stiffness = 2e-3});
-  MapPoint p;
-  p.series = choice.name();
-  p.x = share;
-  p.y = dt;
-  if (const auto prediction = predict_collapse(choice.name(), share)) {
-    p.predicted_failure = true;
-    p.prediction = prediction->message();
-  }
+  MapPoint p = point_at(choice.name(), share, dt, predict_collapse(choice.name(), share));
   const auto integrator = make_integrator("newton_euler", {.solver = "direct"});
   State state = crushed(*model, share);
   const VectorX none = VectorX::Zero(state.x.size());
   const auto off = [&] { return (state.x - model->mesh().x).lpNorm<Eigen::Infinity>() / (kCells * kCell); };
-  try {
+  judge_steps(p, state, [&] {
     while (state.t < kMostTime && off() > 1e-3) integrator->step(*model, none, dt, state);
     int inverted = 0;
     for (const Tetrahedron& t : model->mesh().tetrahedra) inverted += tetrahedron_volume(state.x, t) <= 0;
@@ -50,13 +43,7 @@ MapPoint release(const ModelChoice& choice, double share, double dt) {
                 : p.value > 1e-3                 ? MapVerdict::degrades
                                                  : MapVerdict::works;
     p.why = text("after ", state.t, " s off by ", 100 * p.value, " % of its edge, ", inverted, " elements inside out");
-  } catch (const RunError& e) {
-    p.verdict = MapVerdict::fails;
-    p.why = e.what();
-  }
-  StateHash hash;
-  hash.add(state.x);
-  p.hash = hash.value();
+  });
   return p;
 }
 

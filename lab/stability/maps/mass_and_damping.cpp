@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/body/state.hpp"
 #include "haptics/predict/predict_time_step.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/map.hpp"
@@ -34,14 +33,6 @@ std::unique_ptr<DeformableModel> block(const Ray& ray, double damping, const Map
   return clamped(ray.model, kuhn_block(n, n, n, kCell), {.young = 1e4, .damping_stiffness = damping});
 }
 
-MapPoint point_of(const Ray& ray, double damping) {
-  MapPoint out;
-  out.series = ray.series();
-  out.x = ray.ratio;
-  out.y = damping;
-  return out;
-}
-
 double explicit_limit(const Ray& ray, double damping, const MapOptions& options) {
   const auto block_model = block(ray, damping, options);
   const UnevenMass body(*block_model, ray.ratio);
@@ -55,10 +46,8 @@ RayResult explicit_ray(const Ray& ray, const MapOptions& options) {
   const auto fails = [&](double damping) {
     const auto block_model = block(ray, damping, options);
     const UnevenMass body(*block_model, ray.ratio);
-    MapPoint p = point_of(ray, damping);
-    const auto prediction = predict_unstable_step(body, rest_state(body), ray.integrator, kStep);
-    p.predicted_failure = prediction.has_value();
-    if (prediction) p.prediction = prediction->message();
+    MapPoint p = point_at(ray.series(), ray.ratio, damping,
+                          predict_unstable_step(body, rest_state(body), ray.integrator, kStep));
     State start = rest_state(body);
     start.x += shaken_positions(body, 1e-6 * kCell);
     const auto integrator = make_integrator(ray.integrator);
@@ -89,9 +78,9 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
     State exact = start, state = start;
     const auto direct = make_integrator(ray.integrator, {.solver = "direct"});
     const auto tested = make_integrator(ray.integrator, {.solver = ray.solver});
-    MapPoint p = point_of(ray, damping);
+    MapPoint p = point_at(ray.series(), ray.ratio, damping);
     const VectorX none = VectorX::Zero(start.x.size());
-    try {
+    judge_steps(p, state, [&] {
       for (int i = 0; i < kSteps; ++i) {
         direct->step(body, none, kStep, exact);
         tested->step(body, none, kStep, state);
@@ -101,13 +90,7 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
       p.verdict = !(growth < 10) ? MapVerdict::fails : p.value > 0.1 ? MapVerdict::degrades : MapVerdict::works;
       p.why = text("off by ", 100 * p.value, " % from the direct solver, ",
                    tested->statistics().linear_iterations / kSteps, " iterations a step");
-    } catch (const RunError& e) {
-      p.verdict = MapVerdict::fails;
-      p.why = e.what();
-    }
-    StateHash hash;
-    hash.add(state.x);
-    p.hash = hash.value();
+    });
     out.points.push_back(p);
   }
   return out;

@@ -87,13 +87,7 @@ RayResult trace(const Element& e, int cells, const Reference& reference) {
     return [&, limit](double distance) {
       const double nu = 0.5 - distance;
       const auto model = cantilever(e, cells, nu);
-      MapPoint p;
-      p.series = e.name;
-      p.x = distance;
-      p.y = cells;
-      const auto prediction = predict_locking(*model, e.element, nu);
-      p.predicted_failure = prediction.has_value();
-      if (prediction) p.prediction = prediction->message();
+      MapPoint p = point_at(e.name, distance, cells, predict_locking(*model, e.element, nu));
       double off = std::numeric_limits<double>::infinity();
       try {
         const double tip = deflection(*model);

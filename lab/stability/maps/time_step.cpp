@@ -31,14 +31,6 @@ std::unique_ptr<DeformableModel> body_of(const Ray& ray, const MapOptions& optio
   return clamped(ray.model, kuhn_block(n, n, n, kCell), {.young = ray.young, .damping_stiffness = ray.damping});
 }
 
-MapPoint point_of(const Ray& ray, double dt) {
-  MapPoint out;
-  out.series = ray.series();
-  out.x = ray.young;
-  out.y = dt;
-  return out;
-}
-
 /// Where the theory gives the JND, per omega.
 double theoretical_limit(const std::string& integrator) {
   return bisect(1e-3, 2, {.tolerance = 1e-6},
@@ -54,9 +46,8 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
   RayResult out;
   const auto is_off = [&](double dt) {
     constexpr int kSteps = 20;
-    MapPoint p = point_of(ray, dt);
-    const auto prediction = predict_unstable_step(*model, rest_state(*model), ray.integrator, dt);
-    p.predicted_failure = prediction.has_value();
+    MapPoint p = point_at(ray.series(), ray.young, dt);
+    p.predicted_failure = predict_unstable_step(*model, rest_state(*model), ray.integrator, dt).has_value();
     const auto integrator = make_integrator(ray.integrator);
     const StepRun run = run_vibration(*model, *integrator, slowest, amplitude, dt, kSteps);
     p.value = run.period_error;
@@ -84,7 +75,7 @@ RayResult static_ray(const Ray& ray, const MapOptions& options) {
   const VectorX load = shaken_positions(*model, 1e-3 * ray.young * kCell * kCell);
   RayResult out;
   for (double dt : {1e-5, 1e-3, 1e-1, 10.0}) {
-    MapPoint p = point_of(ray, dt);
+    MapPoint p = point_at(ray.series(), ray.young, dt);
     const auto integrator = make_integrator(ray.integrator);
     State state = rest_state(*model);
     integrator->step(*model, load, dt, state);

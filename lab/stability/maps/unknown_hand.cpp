@@ -83,14 +83,7 @@ RayResult ray(const Delays& delay, const Column& column, double damping, const M
   const HandPort port = port_of(column.what, damping, delay.told);
   const auto fails = [&](double stiffness) {
     loop.wall_stiffness = stiffness;
-    MapPoint p;
-    p.series = series;
-    p.x = damping;
-    p.y = stiffness;
-    if (const auto prediction = predict_limit_cycle(loop, port)) {
-      p.predicted_failure = true;
-      p.prediction = prediction->message();
-    }
+    MapPoint p = point_at(series, damping, stiffness, predict_limit_cycle(loop, port));
     const WallRun run = press_wall(loop, port);
     p.verdict = judge_ripple(run, p.why);
     p.why += text("; felt as ", run.felt, " N/m");

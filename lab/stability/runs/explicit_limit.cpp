@@ -20,14 +20,7 @@ RayResult find_explicit_limit(const DeformableModel& model, const std::string& i
   start.x += shaken_positions(model, kShake * bounds(model.mesh()).size().maxCoeff());
   RayResult out;
   const auto fails = [&](double dt) {
-    MapPoint p;
-    p.series = series;
-    p.x = x;
-    p.y = dt;
-    if (const auto prediction = predict_unstable_step(mode, integrator, dt)) {
-      p.predicted_failure = true;
-      p.prediction = prediction->message();
-    }
+    MapPoint p = point_at(series, x, dt, predict_unstable_step(mode, integrator, dt));
     const auto stepper = make_integrator(integrator);
     const StepRun run = run_steps(model, *stepper, start, dt, kSteps, kGrowth);
     judge_growth(run, kGrowth, p);

@@ -20,6 +20,13 @@ void join_boundary(MapBoundary piece, std::vector<MapBoundary>& out) {
 
 }  // namespace
 
+MapPoint point_at(const std::string& series, double x, double y, const std::optional<Prediction>& foreseen) {
+  MapPoint out{.series = series, .x = x, .y = y, .why = {}, .prediction = {}};
+  out.predicted_failure = foreseen.has_value();
+  if (foreseen) out.prediction = foreseen->message();
+  return out;
+}
+
 void run_rays(const MapOptions& options, int count, const std::function<RayResult(int)>& ray, StabilityMap& map) {
   std::vector<RayResult> results(static_cast<std::size_t>(count));
   std::atomic<int> next{0};

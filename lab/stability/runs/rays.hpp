@@ -1,10 +1,15 @@
 #pragma once
 // Independent rays of a map on several threads.
 #include <functional>
+#include <optional>
 
+#include "haptics/predict/predict.hpp"
 #include "lab/stability/map.hpp"
 
 namespace kt {
+
+/// A point before its run, and what the engine foresees of it.
+MapPoint point_at(const std::string& series, double x, double y, const std::optional<Prediction>& foreseen = {});
 
 /// What one ray finds.
 struct RayResult {

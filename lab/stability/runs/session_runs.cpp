@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lab/stability/runs/rays.hpp"
+
 namespace kt {
 
 Scene slab_scene() {
@@ -61,10 +63,7 @@ std::string failure_of(const SessionRun& run) {
 }
 
 MapPoint point_of(const std::string& series, double x, double y, const SessionRun& run) {
-  MapPoint out;
-  out.series = series;
-  out.x = x;
-  out.y = y;
+  MapPoint out = point_at(series, x, y);
   out.predicted_failure = !run.predictions.empty();
   for (const Prediction& p : run.predictions) out.prediction += (out.prediction.empty() ? "" : "; ") + p.message();
   out.hash = run.result.hash;

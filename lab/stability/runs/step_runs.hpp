@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string>
 
+#include "core/base/error.hpp"
+#include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "lab/stability/map.hpp"
 #include "lab/stability/runs/bodies.hpp"
@@ -25,6 +27,20 @@ StepRun run_steps(const DeformableModel& model, Integrator& integrator, State st
 
 /// What such a run says of a point of a map: it fails when the displacement grew by more than `limit`.
 void judge_growth(const StepRun& run, double limit, MapPoint& point);
+
+/// Judges a point by `work`, steps of `state`: one that throws RunError has failed.
+template <class Work>
+void judge_steps(MapPoint& point, const State& state, const Work& work) {
+  try {
+    work();
+  } catch (const RunError& e) {
+    point.verdict = MapVerdict::fails;
+    point.why = e.what();
+  }
+  StateHash hash;
+  hash.add(state.x);
+  point.hash = hash.value();
+}
 
 /// Steps of the vibration, released at rest. With q its amplitude and p that of its velocity over omega, q + ip turns
 /// and shrinks by the same factor in every step; the error is that factor taken for a whole
