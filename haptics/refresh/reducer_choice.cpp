@@ -9,6 +9,7 @@
 #include "core/base/numbers.hpp"
 #include "core/local/certified_rates.hpp"
 #include "haptics/options/band_powers.hpp"
+#include "haptics/refresh/tick_cost.hpp"
 
 namespace kt {
 namespace {
@@ -83,14 +84,16 @@ std::optional<ReducerChoice::Body> ReducerChoice::certify_body(const TangentMode
   }
 }
 
-void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
+void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site,
+                           const ExpectedTouch& touch) {
   const CertifiedAt now = where(tangent, patch);
   if (is_set_up_ && at_.is_near(now)) return;
   const bool is_first = !std::exchange(is_set_up_, true);  // graded_ is as it was made
   at_ = now;
+  touch_ = touch;
   if (!kept_ || !is_first) return make_set_up(tangent, patch, site);
-  SetUpKey key =
-      set_up_key(is_auto_ ? "auto" : candidates_.front().name, rings_, needs_, excitation_, tangent, patch, site);
+  SetUpKey key = set_up_key(is_auto_ ? "auto" : candidates_.front().name, rings_, needs_, touch_, excitation_, tangent,
+                            patch, site);
   if (const std::shared_ptr<const ReducerSetUp> found = kept_->find(key)) {
     candidates_ = found->candidates;
     chosen_ = found->chosen;
@@ -125,7 +128,7 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
     try {
       const LocalModel model = find_reducer(c.reducer)(tangent, patch, site, options);
       c.dof = model.dof();
-      c.tick_us = predict_tick_us(model);
+      c.tick_us = predict_tick_us(model, touch_);
       const double own_us = predict_refresh_us(model, c.options) + predict_grading_us(c, num_nodes);
       c.own_ms = 1e-3 * own_us;
       c.refresh_ms = needs_.rest_ms + std::max(c.own_ms, needs_.beside_ms);
@@ -328,8 +331,11 @@ void ReducerChoice::follow_changes(int tick) {
 }
 
 std::string ReducerChoice::reason() const {
-  if (!is_auto_) return "chosen by the scene";
   const ReducerCandidate& c = chosen();
+  if (!is_auto_)
+    return c.tick_us > needs_.budget_us ? text("chosen by the scene; its ticks are to take ", std::round(c.tick_us),
+                                               " us, ", needs_.budget_us, " are there")
+                                        : "chosen by the scene";
   std::string out = c.name;
   if (last_change_)
     return out + text(": in use since tick ", last_change_->tick, ": ", last_change_->why, " with ", last_change_->from,

@@ -181,7 +181,9 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   }
   start = std::chrono::steady_clock::now();
   const double cpu_start = thread_time_ms();
-  if (is_new_) choice_.set_up(tangent_, patch, site);
+  if (is_new_)
+    choice_.set_up(tangent_, patch, site,
+                   expect_touch(options_, global_.model().mesh(), surface_, patch, site, fine_.has_value()));
   LocalModel local = choice_.reduce(tangent_, patch, site);
   if (!is_positive_semidefinite(local.stiffness))
     throw IndefiniteTangent("the body's definite tangent is not positive definite");
