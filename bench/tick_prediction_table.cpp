@@ -1,6 +1,6 @@
-// What is predicted of a tick in contact, over what it takes: the reducer in use at the end of a run in lockstep, its
-// prediction at set-up, and the median CPU time of the ticks that touch. Runs of one scene are the same to the bit, so
-// the least time of each tick over several runs is the tick's: the rest is the scheduler's.
+// What is predicted of ticks in contact, over what they take: medians over the ticks that touch in a run in lockstep,
+// of the prediction at the refresh before each tick, of the one at set-up, and of the CPU time. Runs of one scene are
+// the same to the bit, so the least time of each tick over several runs is the tick's: the rest is the scheduler's.
 //   build/release/bench/tick_prediction_table [--runs N] [SCENE.json [KEY=VALUE...]]...
 #include <algorithm>
 #include <cstdio>
@@ -8,7 +8,10 @@
 
 #include "core/base/error.hpp"
 #include "core/base/percentile.hpp"
+#include "haptics/halves/body_side.hpp"
 #include "haptics/session/session.hpp"
+#include "haptics/touch/touch.hpp"
+#include "haptics/touch/touch_halves.hpp"
 
 namespace kt {
 namespace {
@@ -18,42 +21,61 @@ struct Case {
   std::vector<std::string> settings;
 };
 
-/// CPU time of each tick [us], the least of all runs.
-std::vector<double> tick_times(Session& session, int runs, SessionResult& last) {
-  SessionOptions options;
-  options.check_contacts = false;
-  std::vector<double> out;
-  for (int k = 0; k < runs; ++k) {
-    last = session.run(options);
-    if (out.empty()) out.assign(last.step_us.begin(), last.step_us.end());
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = std::min(out[i], last.step_us[i]);
+/// A tick in contact.
+struct Tick {
+  double us = 0, predicted_us = 0;
+  int places = 0;
+};
+
+/// Ticks of a run, with what was predicted of them.
+class Follower final : public SessionWatcher {
+ public:
+  void begun(Touch& touch) override { touch_ = &touch; }
+  void ticked(std::span<const LocalFrame> frames, double us, long long /*allocations*/) override {
+    const ReducerChoice& choice = TouchHalves::slow(*touch_).refresher().choice();
+    if (ticks.empty()) at_set_up = choice.chosen().tick_us;
+    Tick& tick = ticks.emplace_back(us, choice.chosen().tick_us);
+    for (const LocalFrame& frame : frames) tick.places += frame.contacts;
   }
-  return out;
+  std::vector<Tick> ticks;
+  double at_set_up = 0;
+
+ private:
+  Touch* touch_ = nullptr;
+};
+
+template <class Of>
+double median_of(const std::vector<Tick>& ticks, const Of& of) {
+  std::vector<double> out;
+  for (const Tick& tick : ticks)
+    if (tick.places > 0) out.push_back(of(tick));
+  return percentile(out, 0.5);
 }
 
 void print_row(const Case& of, int runs) {
   Scene scene = load_scene(of.file, of.settings);
   scene.link = LinkSettings();
   Session session(scene);
+  Follower first;
   SessionResult result;
-  const std::vector<double> us = tick_times(session, runs, result);
-  std::vector<double> touching, places;
-  for (std::size_t i = 0; i < us.size(); ++i) {
-    int held = 0;
-    for (const ToolRun& tool : result.tools) held += tool.frames[i].contacts;
-    if (held == 0) continue;
-    touching.push_back(us[i]);
-    places.push_back(held);
+  for (int k = 0; k < runs; ++k) {
+    Follower again;
+    SessionOptions options;
+    options.check_contacts = false;
+    options.watcher = k == 0 ? &first : &again;
+    result = session.run(options);
+    for (std::size_t i = 0; i < again.ticks.size(); ++i)
+      first.ticks[i].us = std::min(first.ticks[i].us, again.ticks[i].us);
   }
-  const auto chosen = std::ranges::find(result.reducer_candidates, result.reducer_name, &ReducerCandidate::name);
-  if (chosen == result.reducer_candidates.end()) throw RunError("the reducer at the end is none of the candidates");
-  const double measured = percentile(touching, 0.5), predicted = chosen->tick_us;
+  const double measured = median_of(first.ticks, [](const Tick& t) { return t.us; });
+  const double predicted = median_of(first.ticks, [](const Tick& t) { return t.predicted_us; });
+  const double places = median_of(first.ticks, [](const Tick& t) { return t.places; });
   std::string name = of.file.substr(of.file.find_last_of('/') + 1);
   name.resize(name.size() - std::string(".json").size());
   for (const std::string& setting : of.settings) name += ", " + setting;
-  std::printf("| %s | %s | %d | %s | %.0f | %.0f | %.0f | %.2f |\n", name.c_str(), result.reducer.c_str(), chosen->dof,
-              result.refresh.fineness.empty() ? "no" : "yes", percentile(places, 0.5), predicted, measured,
-              predicted / measured);
+  std::printf("| %s | %s, %d | %s | %.0f | %.0f | %.0f | %.0f | %.2f |\n", name.c_str(), result.reducer.c_str(),
+              result.last_dof, result.refresh.fineness.empty() ? "no" : "yes", places, measured, first.at_set_up,
+              predicted, predicted / measured);
   std::fflush(stdout);
 }
 
@@ -86,7 +108,7 @@ int main(int argc, char** argv) {
       cases.back().settings.push_back(word);
   }
   if (cases.empty()) cases = kt::usual_cases();
-  std::puts("| scene | reducer | coordinates | refined | places | predicted us | measured us | predicted / measured |");
+  std::puts("| scene | reducer, coordinates | refined | places | measured us | at set-up us | predicted us | over |");
   std::puts("|---|---|---|---|---|---|---|---|");
   for (const kt::Case& of : cases) kt::print_row(of, runs);
 }

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "collision/held/surface_contacts.hpp"
+#include "core/base/percentile.hpp"
 #include "core/fine/fine_refinement.hpp"
 #include "core/fine/fine_size.hpp"
 #include "haptics/refresh/refine_choice.hpp"
@@ -54,11 +55,10 @@ double total_area(std::span<const SurfaceCell> cells) {
   return out;
 }
 
-/// How large refined cells may be under a contact [m]: they are made for one that has grown a little.
+/// How large refined cells may be under a contact [m].
 double largest_leaf(const TouchOptions& options, double contact_radius) {
-  constexpr double kGrown = 1.1, kOfTwo = 1.4;
-  return (options.tools.size() > 1 ? kOfTwo : 1) * std::max(kLeastFineness, options.local.fineness) * kGrown *
-         contact_radius;
+  constexpr double kOfTwo = 1.4;
+  return (options.tools.size() > 1 ? kOfTwo : 1) * std::max(kLeastFineness, options.local.fineness) * contact_radius;
 }
 
 /// Whether a tool meets the patch's rim before the next refresh, as one does that moves fast over small triangles: the
@@ -119,6 +119,16 @@ ExpectedTouch expect_touch(const TouchOptions& options, const Mesh& mesh, const 
     out.facets = rim * std::min<double>(ApronWindow::kTriangles,
                                         static_cast<double>(surface.triangles.size() - patch.triangles.size()));
   return out;
+}
+
+ExpectedTouch seen_touch(ExpectedTouch expected, std::span<const LocalReport> reports, bool is_refined) {
+  std::vector<double> places;
+  for (const LocalReport& report : reports)
+    if (report.count > 0) places.push_back(report.count);
+  if (places.empty() || !(expected.places > 0)) return expected;  // no method but multirate has such places
+  expected.places = percentile(places, 0.5);
+  expected.is_refined = is_refined;
+  return expected;
 }
 
 }  // namespace kt

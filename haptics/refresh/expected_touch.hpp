@@ -1,9 +1,11 @@
 #pragma once
-// What a tick in contact will have to hold, from tools, path and surface: known at the refresh, before a tool touches.
+// What a tick in contact will have to hold: before a tool touches from tools, path and surface, then from the ticks
+// until now.
 #include <span>
 
 #include "core/local/reducer.hpp"
 #include "haptics/options/touch_options.hpp"
+#include "haptics/tick/local_report.hpp"
 
 namespace kt {
 
@@ -37,5 +39,8 @@ double expected_nodes(double contact_radius, std::span<const SurfaceCell> cells,
 /// @param refines  the cells under the tools are refined
 ExpectedTouch expect_touch(const TouchOptions& options, const Mesh& mesh, const Surface& surface,
                            const SurfacePatch& patch, const ContactSite& site, bool refines);
+
+/// What was expected, with the places that ticks held since, if they touched.
+ExpectedTouch seen_touch(ExpectedTouch expected, std::span<const LocalReport> reports, bool is_refined);
 
 }  // namespace kt

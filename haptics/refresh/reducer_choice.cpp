@@ -178,6 +178,7 @@ void ReducerChoice::go_on_from(ReducerChoice& before) {
   if (!before.is_set_up_ || is_auto_ != before.is_auto_ || !same_candidates || !same_needs) return;
   is_set_up_ = true;
   at_ = before.at_;
+  touch_ = before.touch_;
   graded_ = std::move(before.graded_);
   candidates_ = std::move(before.candidates_);
   chosen_ = before.chosen_;
@@ -220,6 +221,15 @@ void ReducerChoice::go_to(std::size_t candidate, int tick, const std::string& wh
   latest_ = chosen().errors;
   running_ = RunningCertificate();
   quiet_ = 0;
+}
+
+void ReducerChoice::expect(const ExpectedTouch& touch) {
+  const double more = predict_contact_us(touch) - predict_contact_us(touch_);
+  for (ReducerCandidate& c : candidates_) {
+    c.tick_us += more;
+    c.cost_us += more;
+  }
+  touch_ = touch;
 }
 
 std::vector<ReducerCandidate> ReducerChoice::candidates_now() const { return measured_.expected(candidates_); }

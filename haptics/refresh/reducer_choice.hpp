@@ -40,6 +40,10 @@ class ReducerChoice {
   /// it has been far below for long.
   void revise(const LocalModel& model, const ContactSite& site, int tick);
 
+  /// What ticks hold now: their predictions follow, of all candidates alike.
+  void expect(const ExpectedTouch& touch);
+  const ExpectedTouch& expected_touch() const { return touch_; }
+
   /// What the refresh at this tick took: over the budget for some refreshes, "auto" steps down, and up again when there
   /// is room for long. Depends on the clock: a replay follows the changes that were recorded.
   /// @param own_ms  part of it that the local model took     @param beside_ms  what another core took meanwhile

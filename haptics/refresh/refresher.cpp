@@ -486,6 +486,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   known_.last = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
+  choice_.expect(seen_touch(choice_.expected_touch(), reports, local.fine != nullptr));
   local.frame = known_.frame++;
   is_new_ = false;
   if (when_reduced) when_reduced();

@@ -9,5 +9,7 @@ namespace kt {
 /// measured ticks of a core of 2.1 GHz (docs/accuracy_and_speed.md#what-is-predicted-of-a-tick). Without contact, or
 /// where `touch` has places in contact.
 double predict_tick_us(const LocalModel& model, const ExpectedTouch& touch = {});
+/// The part of it that contact takes, whatever the model.
+double predict_contact_us(const ExpectedTouch& touch);
 
 }  // namespace kt

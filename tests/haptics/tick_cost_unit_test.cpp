@@ -90,6 +90,17 @@ TEST(PredictedTick, IsLongerWithEachPlaceAndWithWhatIsAround) {
   }
 }
 
+TEST(SeenTouch, HoldsWhatTicksHeldInTheMiddle) {
+  std::vector<LocalReport> reports(5);
+  const std::array<int, 5> counts{0, 7, 20, 9, 0};
+  for (std::size_t i = 0; i < counts.size(); ++i) reports[i].count = counts[i];
+  const ExpectedTouch expected{.places = 30, .facets = 100};
+  const ExpectedTouch now = seen_touch(expected, reports, true);
+  EXPECT_EQ(now, (ExpectedTouch{.places = 9, .facets = 100, .is_refined = true}));
+  EXPECT_EQ(seen_touch(expected, std::span(reports).first(1), true), expected) << "nothing was touched";
+  EXPECT_EQ(seen_touch({}, reports, true), ExpectedTouch{}) << "of a method without places";
+}
+
 /// So that it says nothing about which local model is cheaper.
 TEST(PredictedTick, HasTheSameContactWhateverTheModel) {
   const auto of_contact = [](const LocalModel& model) {
