@@ -6,7 +6,7 @@
 #include <mutex>
 
 #include "core/local/graded_body.hpp"
-#include "haptics/refresh/expected_touch.hpp"
+#include "haptics/cost/expected_touch.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 
 namespace kt {

@@ -23,7 +23,7 @@ struct ReducerCandidate {
   double tick_us = 0;            ///< predicted, in contact (tick_cost.hpp)
   double own_ms = 0;             ///< predicted CPU time of making the local model
   double refresh_ms = 0;         ///< predicted: the whole refresh, with its global step
-  double cost_us = 0;            ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
+  double cost_us = 0;  ///< predicted CPU time of both sides a haptic tick, without contact, which costs all alike
 };
 
 struct ReducerNeeds {

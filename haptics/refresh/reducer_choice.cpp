@@ -8,8 +8,8 @@
 #include "core/base/error.hpp"
 #include "core/base/numbers.hpp"
 #include "core/local/certified_rates.hpp"
+#include "haptics/cost/tick_cost.hpp"
 #include "haptics/options/band_powers.hpp"
-#include "haptics/refresh/tick_cost.hpp"
 
 namespace kt {
 namespace {
@@ -133,7 +133,8 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
       c.own_ms = 1e-3 * own_us;
       c.refresh_ms = needs_.rest_ms + std::max(c.own_ms, needs_.beside_ms);
       const double refreshes_us = needs_.refresh_per_tick * 1e3 * c.refresh_ms;
-      c.cost_us = c.tick_us + refreshes_us;
+      const double free_us = predict_tick_us(model);
+      c.cost_us = free_us + refreshes_us;
       if (c.reducer == "full") {
         c.error = c.force_error = 0;
       } else if (body) {
@@ -143,7 +144,7 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
         if (!body->answers_at_rest) c.errors.insert(c.errors.begin(), std::numeric_limits<double>::quiet_NaN());
         c.force_error = excitation_ ? expected_force_error(*excitation_, c.errors) : c.error;
       }
-      c.cost_us = c.tick_us + refreshes_per_interval(c) * refreshes_us;
+      c.cost_us = free_us + refreshes_per_interval(c) * refreshes_us;
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
       if (c.dof == 0) c.tick_us = c.own_ms = c.refresh_ms = c.cost_us = std::numeric_limits<double>::infinity();
     }
@@ -225,10 +226,7 @@ void ReducerChoice::go_to(std::size_t candidate, int tick, const std::string& wh
 
 void ReducerChoice::expect(const ExpectedTouch& touch) {
   const double more = predict_contact_us(touch) - predict_contact_us(touch_);
-  for (ReducerCandidate& c : candidates_) {
-    c.tick_us += more;
-    c.cost_us += more;
-  }
+  for (ReducerCandidate& c : candidates_) c.tick_us += more;
   touch_ = touch;
 }
 

@@ -6,8 +6,8 @@
 
 #include "core/local/certificate.hpp"
 #include "core/local/certified_rates.hpp"
+#include "haptics/cost/expected_touch.hpp"
 #include "haptics/options/touch_options.hpp"
-#include "haptics/refresh/expected_touch.hpp"
 #include "haptics/refresh/kept_set_up.hpp"
 #include "haptics/refresh/measured_refreshes.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"

@@ -183,7 +183,8 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   const double cpu_start = thread_time_ms();
   if (is_new_)
     choice_.set_up(tangent_, patch, site,
-                   expect_touch(options_, global_.model().mesh(), surface_, patch, site, fine_.has_value()));
+                   expect_touch(options_, global_.model().mesh(), surface_, patch, site,
+                                {.is_refined = fine_.has_value(), .is_projected = is_geometric(options_.contact.law)}));
   LocalModel local = choice_.reduce(tangent_, patch, site);
   if (!is_positive_semidefinite(local.stiffness))
     throw IndefiniteTangent("the body's definite tangent is not positive definite");

@@ -1,5 +1,5 @@
 // What is predicted of a tick, against what can be counted: nodes under a disc, numbers that a solver reads.
-#include "haptics/refresh/tick_cost.hpp"
+#include "haptics/cost/tick_cost.hpp"
 
 #include <gtest/gtest.h>
 

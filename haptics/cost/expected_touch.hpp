@@ -18,6 +18,9 @@ struct ExpectedTouch {
   bool operator==(const ExpectedTouch&) const = default;
 };
 
+/// Of a contact that is not measured yet [m]: that of a ball pressed in by a sixteenth of its radius.
+double expected_contact_radius(const ToolShape& shape);
+
 /// Radius of the contact of a tool that is pressed in by `depth` [m]; 0: not known. No larger than the tool's.
 double pressed_contact_radius(const ToolShape& shape, double depth);
 
@@ -36,9 +39,9 @@ struct SurfaceCell {
 double expected_nodes(double contact_radius, std::span<const SurfaceCell> cells, double leaf);
 
 /// @param mesh     of the body at rest     @param patch, site  where tools are about to touch
-/// @param refines  the cells under the tools are refined
+/// @param kind     is_refined and is_projected alone
 ExpectedTouch expect_touch(const TouchOptions& options, const Mesh& mesh, const Surface& surface,
-                           const SurfacePatch& patch, const ContactSite& site, bool refines);
+                           const SurfacePatch& patch, const ContactSite& site, const ExpectedTouch& kind);
 
 /// What was expected, with the places that ticks held since, if they touched.
 ExpectedTouch seen_touch(ExpectedTouch expected, std::span<const LocalReport> reports, bool is_refined);

@@ -1,7 +1,7 @@
 #pragma once
 // What a haptic tick will take.
 #include "core/local/local_model.hpp"
-#include "haptics/refresh/expected_touch.hpp"
+#include "haptics/cost/expected_touch.hpp"
 
 namespace kt {
 

@@ -1,4 +1,4 @@
-#include "haptics/refresh/expected_touch.hpp"
+#include "haptics/cost/expected_touch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,6 @@
 #include "core/base/percentile.hpp"
 #include "core/fine/fine_refinement.hpp"
 #include "core/fine/fine_size.hpp"
-#include "haptics/refresh/refine_choice.hpp"
-#include "haptics/refresh/touch_parts.hpp"
 #include "haptics/tick/apron_window.hpp"
 
 namespace kt {
@@ -72,6 +70,10 @@ bool meets_rim(const TouchOptions& options, const TouchTool& tool, const Contact
 
 }  // namespace
 
+double expected_contact_radius(const ToolShape& shape) {
+  return 0.25 * std::max(shape.radius, 0.3 * tool_reach(shape));
+}
+
 double pressed_contact_radius(const ToolShape& shape, double depth) {
   const double radius = std::max(shape.radius, 0.3 * tool_reach(shape));
   if (!(depth > 0)) return expected_contact_radius(shape);
@@ -93,14 +95,14 @@ double expected_nodes(double contact_radius, std::span<const SurfaceCell> cells,
 }
 
 ExpectedTouch expect_touch(const TouchOptions& options, const Mesh& mesh, const Surface& surface,
-                           const SurfacePatch& patch, const ContactSite& site, bool refines) {
+                           const SurfacePatch& patch, const ContactSite& site, const ExpectedTouch& kind) {
   constexpr double kRefinedRim = 0.7;  // of the ticks: where many places are held the patch is as small as the contact
   constexpr int kSeen = 3;   // places, from which on a contact's radius is measured, and the patch fitted to it
   constexpr int kAdded = 4;  // of a tool's share of kMaxContacts, kept for places that are pushed at
   ExpectedTouch out;
   if (options.local.method != "multirate") return out;
-  out.is_refined = refines;
-  out.is_projected = is_geometric(options.contact.law);
+  const bool refines = out.is_refined = kind.is_refined;
+  out.is_projected = kind.is_projected;
   const std::vector<SurfaceCell> cells = surface_cells(mesh, surface, patch);
   const double triangle = cells.empty() ? 0 : total_area(cells) / static_cast<double>(cells.size());
   double rim = refines ? kRefinedRim : 0;

@@ -1,4 +1,4 @@
-#include "haptics/refresh/tick_cost.hpp"
+#include "haptics/cost/tick_cost.hpp"
 
 namespace kt {
 namespace {
