@@ -70,7 +70,8 @@ struct TouchOptions {
   CollisionSettings collision{};
   std::uint64_t seed = 1;                      ///< of what the link loses
   std::shared_ptr<const BandPowers> motion{};  ///< that the surface is to follow, as far as it is known before
-  double stale_s = 0.25;  ///< age of a local model from which on frames carry kStaleModel, beyond usual intervals [s]
+  double press_depth = 0;  ///< most that a tool is to be pressed in by [m], as far as it is known before; 0: not known
+  double stale_s = 0.25;   ///< age of a local model from which on frames carry kStaleModel, beyond usual intervals [s]
   TouchReplay replay{};
 };
 

@@ -9,7 +9,7 @@
 #include "collision/shape/closest_point.hpp"
 #include "collision/shape/tool_shape.hpp"
 #include "core/base/stages.hpp"
-#include "haptics/refresh/refine_choice.hpp"
+#include "haptics/cost/expected_touch.hpp"
 
 namespace kt {
 namespace {

@@ -41,11 +41,13 @@ void add(std::vector<double>& out, const ReducerNeeds& needs) {
 
 }  // namespace
 
-SetUpKey set_up_key(const std::string& reducer, int rings, const ReducerNeeds& needs,
+SetUpKey set_up_key(const std::string& reducer, int rings, const ReducerNeeds& needs, const ExpectedTouch& touch,
                     const std::optional<Excitation>& excitation, const TangentModel& tangent, const SurfacePatch& patch,
                     const ContactSite& site) {
   SetUpKey out{reducer, {static_cast<double>(rings), patch.is_curved ? 1.0 : 0.0}, patch.global_node, hash_of(tangent)};
   add(out.numbers, needs);
+  out.numbers.insert(out.numbers.end(), {touch.places, touch.facets, touch.is_refined ? 1.0 : 0.0,
+                                         touch.is_long ? 1.0 : 0.0, touch.is_projected ? 1.0 : 0.0});
   add(out.numbers, site);
   if (excitation) std::ranges::copy(*excitation, std::back_inserter(out.numbers));
   return out;

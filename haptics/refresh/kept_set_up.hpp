@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "core/local/graded_body.hpp"
+#include "haptics/cost/expected_touch.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 
 namespace kt {
@@ -30,7 +31,7 @@ struct SetUpKey {
 };
 
 /// @param excitation  that is known before
-SetUpKey set_up_key(const std::string& reducer, int rings, const ReducerNeeds& needs,
+SetUpKey set_up_key(const std::string& reducer, int rings, const ReducerNeeds& needs, const ExpectedTouch& touch,
                     const std::optional<Excitation>& excitation, const TangentModel& tangent, const SurfacePatch& patch,
                     const ContactSite& site);
 

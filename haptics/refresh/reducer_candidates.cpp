@@ -121,21 +121,6 @@ std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, cons
   return static_cast<std::size_t>(best - candidates.begin());
 }
 
-double predict_tick_us(const LocalModel& model) {
-  constexpr double kRest = 6, kPerNumber = 2e-4;  // collision and contact; us a number that the motion reads
-  constexpr double kDenseLimit = 450;             // as in LocalDynamics
-  const double r = model.dof(), rows = 3.0 * model.patch.num_vertices();
-  const bool dense = 2.0 * static_cast<double>(model.basis.nonZeros()) > static_cast<double>(model.basis.size());
-  double numbers = dense ? 2 * rows * r : 2 * rows;
-  // Vibrations step each by itself, but the damping of a body that bends couples them: counted as if it did.
-  const bool vibrations = model.stiffness.nonZeros() <= model.dof();
-  if (r <= kDenseLimit)
-    numbers += r * r;
-  else  // two sparse triangular solves, of a full matrix where the damping of vibrations fills it
-    numbers += vibrations ? 5 * r * r : 40 * static_cast<double>(model.stiffness.nonZeros());
-  return kRest + kPerNumber * numbers;
-}
-
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options) {
   constexpr double kRest = 5000, kPerColumnSq = 0.25;    // solutions, orthonormalization
   constexpr double kPerMotionCubed = 3e-3;               // vibrations, scheme

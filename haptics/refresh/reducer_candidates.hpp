@@ -20,10 +20,10 @@ struct ReducerCandidate {
   double error = 0;              ///< certified, worst of 0-500 Hz, relative; infinity: it could not be made
   std::vector<double> errors{};  ///< certified, at kCertifiedHz; NaN: not known there; empty: at none
   double force_error = 0;        ///< to expect: `errors` weighted by what is excited; without a motion: `error`
-  double tick_us = 0;            ///< predicted
+  double tick_us = 0;            ///< predicted, in contact (tick_cost.hpp)
   double own_ms = 0;             ///< predicted CPU time of making the local model
   double refresh_ms = 0;         ///< predicted: the whole refresh, with its global step
-  double cost_us = 0;            ///< predicted CPU time of both sides a haptic tick: the refreshes are most of it
+  double cost_us = 0;  ///< predicted CPU time of both sides a haptic tick, without contact, which costs all alike
 };
 
 struct ReducerNeeds {
@@ -65,10 +65,8 @@ const std::vector<double>& most_shifts_hz();
 /// need be. Candidates are not empty.
 std::size_t choose_reducer(const std::vector<ReducerCandidate>& candidates, const ReducerNeeds& needs);
 
-/// CPU time of a haptic tick in contact [us], from the sizes alone, so that the same scene chooses the same everywhere:
-/// fitted to measured ticks (docs/accuracy_and_speed.md), right to within a factor of two.
-double predict_tick_us(const LocalModel& model);
-/// The same of making a local model [us].
+/// CPU time of making a local model [us], from the sizes alone, so that the same scene chooses the same everywhere:
+/// right to within a factor of two.
 double predict_refresh_us(const LocalModel& model, const ReduceOptions& options);
 /// The same of what a refresh takes beside that [ms]: global step, look-ahead, tangent.
 double predict_rest_ms(int num_nodes, int num_tetrahedra, bool is_fem);

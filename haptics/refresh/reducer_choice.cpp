@@ -8,6 +8,7 @@
 #include "core/base/error.hpp"
 #include "core/base/numbers.hpp"
 #include "core/local/certified_rates.hpp"
+#include "haptics/cost/tick_cost.hpp"
 #include "haptics/options/band_powers.hpp"
 
 namespace kt {
@@ -83,14 +84,16 @@ std::optional<ReducerChoice::Body> ReducerChoice::certify_body(const TangentMode
   }
 }
 
-void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
+void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site,
+                           const ExpectedTouch& touch) {
   const CertifiedAt now = where(tangent, patch);
   if (is_set_up_ && at_.is_near(now)) return;
   const bool is_first = !std::exchange(is_set_up_, true);  // graded_ is as it was made
   at_ = now;
+  touch_ = touch;
   if (!kept_ || !is_first) return make_set_up(tangent, patch, site);
-  SetUpKey key =
-      set_up_key(is_auto_ ? "auto" : candidates_.front().name, rings_, needs_, excitation_, tangent, patch, site);
+  SetUpKey key = set_up_key(is_auto_ ? "auto" : candidates_.front().name, rings_, needs_, touch_, excitation_, tangent,
+                            patch, site);
   if (const std::shared_ptr<const ReducerSetUp> found = kept_->find(key)) {
     candidates_ = found->candidates;
     chosen_ = found->chosen;
@@ -125,12 +128,13 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
     try {
       const LocalModel model = find_reducer(c.reducer)(tangent, patch, site, options);
       c.dof = model.dof();
-      c.tick_us = predict_tick_us(model);
+      c.tick_us = predict_tick_us(model, touch_);
       const double own_us = predict_refresh_us(model, c.options) + predict_grading_us(c, num_nodes);
       c.own_ms = 1e-3 * own_us;
       c.refresh_ms = needs_.rest_ms + std::max(c.own_ms, needs_.beside_ms);
       const double refreshes_us = needs_.refresh_per_tick * 1e3 * c.refresh_ms;
-      c.cost_us = c.tick_us + refreshes_us;
+      const double free_us = predict_tick_us(model);
+      c.cost_us = free_us + refreshes_us;
       if (c.reducer == "full") {
         c.error = c.force_error = 0;
       } else if (body) {
@@ -140,7 +144,7 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
         if (!body->answers_at_rest) c.errors.insert(c.errors.begin(), std::numeric_limits<double>::quiet_NaN());
         c.force_error = excitation_ ? expected_force_error(*excitation_, c.errors) : c.error;
       }
-      c.cost_us = c.tick_us + refreshes_per_interval(c) * refreshes_us;
+      c.cost_us = free_us + refreshes_per_interval(c) * refreshes_us;
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
       if (c.dof == 0) c.tick_us = c.own_ms = c.refresh_ms = c.cost_us = std::numeric_limits<double>::infinity();
     }
@@ -175,6 +179,7 @@ void ReducerChoice::go_on_from(ReducerChoice& before) {
   if (!before.is_set_up_ || is_auto_ != before.is_auto_ || !same_candidates || !same_needs) return;
   is_set_up_ = true;
   at_ = before.at_;
+  touch_ = before.touch_;
   graded_ = std::move(before.graded_);
   candidates_ = std::move(before.candidates_);
   chosen_ = before.chosen_;
@@ -217,6 +222,12 @@ void ReducerChoice::go_to(std::size_t candidate, int tick, const std::string& wh
   latest_ = chosen().errors;
   running_ = RunningCertificate();
   quiet_ = 0;
+}
+
+void ReducerChoice::expect(const ExpectedTouch& touch) {
+  const double more = predict_contact_us(touch) - predict_contact_us(touch_);
+  for (ReducerCandidate& c : candidates_) c.tick_us += more;
+  touch_ = touch;
 }
 
 std::vector<ReducerCandidate> ReducerChoice::candidates_now() const { return measured_.expected(candidates_); }
@@ -328,8 +339,11 @@ void ReducerChoice::follow_changes(int tick) {
 }
 
 std::string ReducerChoice::reason() const {
-  if (!is_auto_) return "chosen by the scene";
   const ReducerCandidate& c = chosen();
+  if (!is_auto_)
+    return c.tick_us > needs_.budget_us ? text("chosen by the scene; its ticks are to take ", std::round(c.tick_us),
+                                               " us, ", needs_.budget_us, " are there")
+                                        : "chosen by the scene";
   std::string out = c.name;
   if (last_change_)
     return out + text(": in use since tick ", last_change_->tick, ": ", last_change_->why, " with ", last_change_->from,

@@ -6,6 +6,7 @@
 
 #include "core/local/certificate.hpp"
 #include "core/local/certified_rates.hpp"
+#include "haptics/cost/expected_touch.hpp"
 #include "haptics/options/touch_options.hpp"
 #include "haptics/refresh/kept_set_up.hpp"
 #include "haptics/refresh/measured_refreshes.hpp"
@@ -21,7 +22,9 @@ class ReducerChoice {
   /// Takes one of the candidates of "auto", which it certifies, or the named reducer, which it certifies only where no
   /// samples will be taken of it. Once, at set-up; again where go_on_from() took over the certificate of a body that is
   /// far from this one.
-  void set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
+  /// @param touch  what ticks will hold; none: they are predicted without contact
+  void set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site,
+              const ExpectedTouch& touch = {});
   /// Set-ups of this body are kept there, and taken from there where nothing of them can differ. Null: nowhere.
   /// Borrowed.
   void keep_set_ups(KeptSetUp* kept) { kept_ = kept; }
@@ -36,6 +39,10 @@ class ReducerChoice {
   /// goes over to a better reducer when the force error to expect is above the tolerance, and tries a cheaper one when
   /// it has been far below for long.
   void revise(const LocalModel& model, const ContactSite& site, int tick);
+
+  /// What ticks hold now: their predictions follow, of all candidates alike.
+  void expect(const ExpectedTouch& touch);
+  const ExpectedTouch& expected_touch() const { return touch_; }
 
   /// What the refresh at this tick took: over the budget for some refreshes, "auto" steps down, and up again when there
   /// is room for long. Depends on the clock: a replay follows the changes that were recorded.
@@ -84,6 +91,7 @@ class ReducerChoice {
   KeptSetUp* kept_ = nullptr;
   CertifiedAt at_;
   ReducerNeeds needs_;
+  ExpectedTouch touch_;
   GradedBody graded_;
   RunningCertificate running_;
   std::vector<ReducerCandidate> candidates_;  ///< by predicted cost

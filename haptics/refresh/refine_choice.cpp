@@ -8,6 +8,7 @@
 #include "core/body/embedded_surface.hpp"
 #include "core/fine/fine_size.hpp"
 #include "core/fine/isotropic_cells.hpp"
+#include "haptics/cost/expected_touch.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 
 namespace kt {
@@ -34,10 +35,6 @@ std::string why_no_material(const DeformableModel& model) {
 }
 
 }  // namespace
-
-double expected_contact_radius(const ToolShape& shape) {
-  return 0.25 * std::max(shape.radius, 0.3 * tool_reach(shape));
-}
 
 RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local) {
   if (local.refine == "off") return {false, "local.refine is off"};

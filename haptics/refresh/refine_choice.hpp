@@ -13,9 +13,6 @@ struct RefineChoice {
   std::string why_not;  ///< the reason, where auto leaves the cells as they are
 };
 
-/// Of a contact that is not measured yet [m]: that of a ball pressed in by a sixteenth of its radius.
-double expected_contact_radius(const ToolShape& shape);
-
 /// What settings alone decide. Throws InputError for an unknown name, and where follow asks for what does not go
 /// together.
 RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local);

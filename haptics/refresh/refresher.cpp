@@ -181,7 +181,10 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   }
   start = std::chrono::steady_clock::now();
   const double cpu_start = thread_time_ms();
-  if (is_new_) choice_.set_up(tangent_, patch, site);
+  if (is_new_)
+    choice_.set_up(tangent_, patch, site,
+                   expect_touch(options_, global_.model().mesh(), surface_, patch, site,
+                                {.is_refined = fine_.has_value(), .is_projected = is_geometric(options_.contact.law)}));
   LocalModel local = choice_.reduce(tangent_, patch, site);
   if (!is_positive_semidefinite(local.stiffness))
     throw IndefiniteTangent("the body's definite tangent is not positive definite");
@@ -501,6 +504,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   known_.last = t;
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
+  choice_.expect(seen_touch(choice_.expected_touch(), reports, local.fine != nullptr));
   local.frame = known_.frame++;
   is_new_ = false;
   if (when_reduced) when_reduced();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <ranges>
 
 #include "core/body/state.hpp"
@@ -178,6 +179,16 @@ std::optional<BandPowers> Session::followed_motion() const {
   return out;
 }
 
+/// As the scene says, or how deep its path goes into the body at rest, as a ball's. Of two tools the least: one that
+/// lifts the other's side goes where the body was, and is not pressed in by it.
+double Session::press_depth() const {
+  if (const auto& press = scene().tool.path.press_drag) return press->depth;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < tools().size(); ++k)
+    least = std::min(least, path_depth(paths()[k].points, FollowedMotion(surface(), start().x, tools()[k].radius, 0)));
+  return least;
+}
+
 /// The devices of the scene's tools, or what they did in the run that is replayed.
 std::vector<std::unique_ptr<HapticDevice>> Session::devices(const SessionOptions& options) const {
   std::vector<std::unique_ptr<HapticDevice>> out;
@@ -211,6 +222,7 @@ SessionResult Session::run(const SessionOptions& options) {
   std::vector<Pose> start;
   TouchOptions touched = this->options();
   if (const auto motion = followed_motion()) touched.motion = std::make_shared<const BandPowers>(*motion);
+  touched.press_depth = press_depth();
   touched.replay = options.replay;
   result.tools.resize(tools().size());
   for (std::size_t k = 0; k < tools().size(); ++k) {

@@ -159,6 +159,7 @@ class Session : public BuiltScene {
  private:
   std::vector<std::unique_ptr<HapticDevice>> devices(const SessionOptions& options) const;
   std::optional<BandPowers> followed_motion() const;
+  double press_depth() const;
   std::vector<Prediction> predictions_;
 };
 

@@ -10,6 +10,8 @@
 namespace kt {
 namespace {
 
+constexpr double kMostSpan = 20;  // [s] of a path that is looked at
+
 ClosestPoint closest_on(const Surface& surface, const VectorX& x, int triangle, const Vec3& place) {
   const Triangle& t = surface.triangles[static_cast<std::size_t>(triangle)];
   return closest_point_on_triangle(place, node(x, t[0]), node(x, t[1]), node(x, t[2]));
@@ -73,8 +75,17 @@ Vec3 FollowedMotion::move_to(const Vec3& place) {
   return dragged_ - depth * normal;
 }
 
+double path_depth(const std::vector<TimedPoint>& path, FollowedMotion motion) {
+  constexpr double kEvery = 0.005;  // [s]
+  if (path.empty()) return 0;
+  const auto looks = static_cast<int>(std::min(path.back().t - path.front().t, kMostSpan) / kEvery) + 1;
+  double most = 0;
+  for (int i = 0; i <= looks; ++i)
+    most = std::max(most, motion.move_to(interpolate_path(path, path.front().t + i * kEvery)).norm());
+  return most;
+}
+
 BandPowers path_powers(const std::vector<TimedPoint>& path, FollowedMotion motion, double rate_hz, double use) {
-  constexpr double kMostSpan = 20;  // [s]
   SpectrumMeter meter(rate_hz, use, std::numeric_limits<double>::infinity());
   if (path.empty()) return meter.powers();
   const double end = std::min(path.back().t, path.front().t + kMostSpan);

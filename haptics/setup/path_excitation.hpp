@@ -30,6 +30,9 @@ class FollowedMotion {
   bool has_last_ = false;
 };
 
+/// The deepest place of a path [m], looked for every 5 ms of at most its first twenty seconds; 0: it touches nothing.
+double path_depth(const std::vector<TimedPoint>& path, FollowedMotion motion);
+
 /// Over the whole path, at most its first twenty seconds.
 BandPowers path_powers(const std::vector<TimedPoint>& path, FollowedMotion motion, double rate_hz, double use);
 
