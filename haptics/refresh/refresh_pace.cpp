@@ -8,7 +8,9 @@ namespace {
 
 constexpr int kMostHaste = 4;
 constexpr double kGaveWay = 0.15;  // of the largest force: that a local model was off
-constexpr double kAlert = 0.25;    // [s] after that
+/// [N] Devices have more friction than that: an error of a smaller force counts as one of this force.
+constexpr double kFelt = 0.01;
+constexpr double kAlert = 0.25;  // [s] after that
 constexpr double kOfTheDelay = 0.25;
 constexpr double kShortestInterval = 0.008;  // [s] in which a new local model's force is back where its own balance is
 
@@ -16,6 +18,7 @@ constexpr double kShortestInterval = 0.008;  // [s] in which a new local model's
 
 void RefreshPace::judge(double t, double error, double force, double tolerance) noexcept {
   most_force_ = std::max(most_force_, force);
+  error *= std::min(1.0, force / kFelt);
   if (error * force > kGaveWay * most_force_) gave_way_ = t;
   if (error > tolerance)
     haste_ = std::min(2 * haste_, kMostHaste);
