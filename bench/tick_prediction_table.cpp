@@ -2,6 +2,7 @@
 // of the prediction at the refresh before each tick, of the one at set-up, and of the CPU time. Runs of one scene are
 // the same to the bit, so the least time of each tick over several runs is the tick's: the rest is the scheduler's.
 //   build/release/bench/tick_prediction_table [--runs N] [SCENE.json [KEY=VALUE...]]...
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -95,14 +96,16 @@ std::vector<Case> usual_cases() {
 }  // namespace
 }  // namespace kt
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   int runs = 3;
+  std::vector<std::string> words;
+  CLI::App app("CPU time of a tick in contact, predicted over measured");
+  app.add_option("--runs", runs, "of each, of which the smallest counts tick by tick")->check(CLI::PositiveNumber);
+  app.add_option("scenes", words, "each with its settings behind it; none: the usual ones");
+  CLI11_PARSE(app, argc, argv);
   std::vector<kt::Case> cases;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--runs" && i + 1 < argc)
-      runs = std::stoi(argv[++i]);
-    else if (word.ends_with(".json"))
+  for (const std::string& word : words) {
+    if (word.ends_with(".json"))
       cases.push_back({word, {}});
     else if (!cases.empty())
       cases.back().settings.push_back(word);
@@ -111,4 +114,7 @@ int main(int argc, char** argv) {
   std::puts("| scene | reducer, coordinates | refined | places | measured us | at set-up us | predicted us | over |");
   std::puts("|---|---|---|---|---|---|---|---|");
   for (const kt::Case& of : cases) kt::print_row(of, runs);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 2;
 }

@@ -71,9 +71,10 @@ void find_missing_refinement(const Session& session, const SessionResult& result
                           .refines;
   if (!has_to || !(static_cast<double>(all - with) > kSome * static_cast<double>(all))) return;
   out.push_back(Finding{told("no cells could be refined under the tool in ", all - with, " of ", all,
-                             " refreshes, the contact is too large for local.refine_nodes: there the force is that of "
+                             " refreshes, the contact is too large for local.refine_nodes, or has more places than a "
+                             "tick holds: there the force is that of "
                              "the cells as they are, which is larger"),
-                        {more_refined_nodes(session.scene())}}
+                        {more_refined_nodes(session.scene()), advise("take a shorter or a smaller tool")}}
                     .at("local.refine_nodes", static_cast<double>(all - with), kSome * static_cast<double>(all)));
 }
 

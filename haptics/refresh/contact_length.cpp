@@ -10,7 +10,6 @@ double push_of(const TickContact& contact) { return std::max(0.0, -contact.impul
 std::optional<ContactLength> contact_length(const ToolShape& shape, const Quaternion& turned,
                                             std::span<const TickContact> contacts, int tool) {
   constexpr int kFewest = 3;
-  constexpr double kLong = 2;  // times its width
   if (shape.kind != ToolShape::Kind::capsule) return std::nullopt;
   ContactLength out;
   Vec3 normal = Vec3::Zero();
@@ -37,7 +36,7 @@ std::optional<ContactLength> contact_length(const ToolShape& shape, const Quater
   }
   out.half_length = std::sqrt(3 * length_sq);
   out.half_width = 2 * std::sqrt(width_sq);
-  if (!(out.half_length > kLong * out.half_width)) return std::nullopt;
+  if (!(out.half_length > kStaysLong * out.half_width)) return std::nullopt;
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "collision/shape/tool_shape.hpp"
 #include "core/base/stages.hpp"
 #include "haptics/cost/expected_touch.hpp"
+#include "haptics/refresh/contact_length.hpp"
 
 namespace kt {
 namespace {
@@ -47,6 +48,8 @@ NearestPlace nearest_place(const Surface& surface, const VectorX& x, const Vecto
   return out;
 }
 
+bool shape_is_long(const ToolShape& shape) { return shape.kind == ToolShape::Kind::capsule; }
+
 /// A tool's contact until the next local model is there, on the body at rest.
 struct ContactAhead {
   double radius = 0;  ///< half the width of one that is long [m]
@@ -54,9 +57,11 @@ struct ContactAhead {
   Vec3 half_length = Vec3::Zero();  ///< from its middle to its end; zero: it is round
 };
 
-ContactAhead touched_ahead(const ToolShape& shape, const SeenTool& tool) {
-  const bool is_long = tool.half_length.norm() > expected_contact_radius(shape);
-  const double now = std::max(is_long ? tool.half_width : tool.contact_radius, expected_contact_radius(shape));
+/// @param was_long  the zone that is there goes along it
+ContactAhead touched_ahead(const ToolShape& shape, const SeenTool& tool, bool was_long) {
+  const double width = std::max(tool.half_width, expected_contact_radius(shape));
+  const bool is_long = tool.half_length.norm() > (was_long ? kStaysLong : kLong) * width;
+  const double now = is_long ? width : std::max(tool.contact_radius, expected_contact_radius(shape));
   return {pressed_radius(shape, now, -tool.time * tool.velocity.dot(tool.normal)), *tool.touched,
           is_long ? tool.half_length : Vec3::Zero()};
 }
@@ -73,7 +78,7 @@ ContactAhead next_contact(const Surface& surface, const VectorX& x, const Vector
   ContactAhead out{
       std::max(expected_contact_radius(shape), pressed_radius(shape, 0, -way.dot(nearest.apart.normalized()) - gap)),
       nearest.at_rest - 0.5 * way};
-  if (shape.kind != ToolShape::Kind::capsule) return out;
+  if (!shape_is_long(shape)) return out;
   const NearestPlace a = nearest_to({tool.core.data(), 1}), b = nearest_to({tool.core.data() + 1, 1});
   const double depth = out.radius * out.radius / shape.radius;
   if (std::abs(a.apart.norm() - b.apart.norm()) > depth) return out;
@@ -99,13 +104,15 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
     const SeenTool& tool = places[k];
     const Vec3 way = tool.time * tool.velocity;
     out.touches = out.touches || tool.touched.has_value();
-    const ContactAhead contact = tool.touched ? touched_ahead(tools[k].shape, tool)
+    const ContactAhead contact = tool.touched ? touched_ahead(tools[k].shape, tool, zone_ && zone_->is_long)
                                               : next_contact(surface_, x, body_.mesh->x, patch, tools[k].shape, tool);
     if (way.norm() > kLeastTravel * contact.radius) out.late = std::max(out.late, tool.late);
     out.contact_radius = std::max(out.contact_radius, contact.radius);
     const double length = contact.half_length.norm();
-    if (length > 0) {
-      out.whole_area += 4 * tool_reach(tools[k].shape) * tools[k].shape.radius;
+    const bool had_no_room = zone_ && !zone_->has_room && shape_is_long(tools[k].shape) && tool.touched;
+    if (length > 0 || had_no_room) {
+      out.is_long = true;
+      out.whole_area = std::max(out.whole_area, 4 * tool_reach(tools[k].shape) * tools[k].shape.radius);
       out.whole_width = std::max(out.whole_width, tools[k].shape.radius);
     }
     area += contact.radius * (std::numbers::pi * contact.radius + 4 * length);
@@ -136,8 +143,9 @@ double FineRefresh::longest(std::span<const Way> ways) {
 /// shrink by steps.
 double FineRefresh::ahead_radius(const Wanted& wanted) const {
   constexpr double kShrinks = 0.85;
-  return zone_ && wanted.touches ? std::max(wanted.contact_radius, kShrinks * zone_->contact.contact_radius)
-                                 : wanted.contact_radius;
+  return zone_ && wanted.touches && wanted.is_long == zone_->is_long
+             ? std::max(wanted.contact_radius, kShrinks * zone_->contact.contact_radius)
+             : wanted.contact_radius;
 }
 
 /// Cells that may be this large, in contact radii: a tick has room for the places of one round contact, which two
@@ -180,11 +188,12 @@ double FineRefresh::cell_size(double least, double most, double cell) const {
 
 /// A tick holds all places of a long contact, even of a tool that is pressed in by its radius. Of a contact that is
 /// held in part the rest sinks in, another part from tick to tick.
-bool FineRefresh::has_room(const Wanted& wanted, double cell) const {
+bool FineRefresh::has_room(const Wanted& wanted, double cell, std::size_t tools) const {
+  constexpr double kAdded = 4;  // of a tool's share, kept for places that are pushed at
   if (!(wanted.whole_area > 0)) return true;
   const double most = largest_fineness(kMostAreas) * wanted.whole_width;
   const double spacing = 0.5 * cell * std::exp2(-std::max(0.0, std::ceil(std::log2(cell / most))));
-  return wanted.whole_area <= kMaxContacts * spacing * spacing;
+  return wanted.whole_area <= (kMaxContacts / static_cast<double>(tools) - kAdded) * spacing * spacing;
 }
 
 /// Around the ways of the tools, and half as far again, so that it serves for longer. The later models come under a
@@ -204,7 +213,7 @@ void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
     const double far = std::min(kMargin * length, (static_cast<double>(most_places) - 1) * apart);
     const Vec3 to = length > 0 ? Vec3(way.from + far / length * (way.to - way.from)) : way.from;
     ways.push_back({way.from, to});
-    const int count = static_cast<int>(std::ceil(far / apart));
+    const int count = std::min(static_cast<int>(std::ceil(far / apart)), static_cast<int>(most_places) - 1);
     for (int i = 0; i <= count; ++i) places.push_back(way.from + i / std::max(1.0, 1.0 * count) * (to - way.from));
   }
   contact.centre = places.front();
@@ -214,8 +223,12 @@ void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   options.size.edge = sized_ = cell_size(least * contact.contact_radius, most * contact.contact_radius, cell);
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / wanted.late);
   options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
-  FineZone zone = has_room(wanted, cell) ? make_fine_zone(body_, options) : FineZone();
+  const bool fits = has_room(wanted, cell, tools);
+  FineZone zone = fits ? make_fine_zone(body_, options) : FineZone();
   zone_ = Zone{std::move(zone), options, contact, std::move(ways), {}, cell, wanted.late};
+  if (wanted.is_long) zone_->room = most / largest_fineness(1);
+  zone_->is_long = wanted.is_long;
+  zone_->has_room = fits;
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
     zone_->nodes.insert(zone_->nodes.end(), t.begin(), t.end());
@@ -257,7 +270,7 @@ std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, 
   const auto made = make_fine_patch(body_, zone_->zone, surface_.triangles,
                                     find_yield(body_, zone_->zone, state, tangent.dfdx, *solver_));
   FineOrigin origin = fine_origin(body_, zone_->zone, zone_->options, state);
-  made->fineness = origin.fineness = zone_->zone.largest / zone_->contact.contact_radius;
+  made->fineness = origin.fineness = zone_->zone.largest / (zone_->room * zone_->contact.contact_radius);
   made->origin = std::make_shared<const FineOrigin>(std::move(origin));
   patch_ = made;
   x_ = x;

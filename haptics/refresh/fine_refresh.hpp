@@ -50,13 +50,16 @@ class FineRefresh {
     std::vector<int> nodes;  // of its cells' corners
     double cell = 0;         // [m]
     double late = 1;         // see SeenTool
+    double room = 1;         // cells under a long contact may be so many times as large as under a round one
+    bool is_long = false;    // it goes along a capsule
+    bool has_room = true;    // a tick holds all places of the contact
   };
   struct Wanted {
     double contact_radius = 0;               // [m]
     double late = 1;                         // see SeenTool
     double areas = 0;                        // of all contacts over that of a round one of this radius
     double whole_area = 0, whole_width = 0;  // of long contacts of tools that are pressed in deeply [m^2], half [m]
-    bool touches = false;
+    bool touches = false, is_long = false;
     std::vector<Way> ways;  // of all tools until the next model is in use
   };
   Wanted wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
@@ -65,7 +68,7 @@ class FineRefresh {
   double ahead_radius(const Wanted& wanted) const;
   bool serves(const Wanted& wanted) const;
   double largest_fineness(double areas) const;
-  bool has_room(const Wanted& wanted, double cell) const;
+  bool has_room(const Wanted& wanted, double cell, std::size_t tools) const;
   double cell_size(double least, double most, double cell) const;
   void make_zone(const Wanted& wanted, std::size_t tools);
   double bend(const VectorX& x) const;

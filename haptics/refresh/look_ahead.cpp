@@ -100,10 +100,19 @@ std::vector<std::vector<std::size_t>> sections_of(std::span<const ContactHold> h
     const double s = length ? (holds[i].point - length->middle).dot(length->along) / length->half_length : 0;
     out[static_cast<std::size_t>(std::clamp(static_cast<int>(0.5 * (s + 1) * count), 0, count - 1))].push_back(i);
   }
-  std::erase_if(out, [&](const auto& section) {
-    return std::ranges::none_of(section, [&](std::size_t i) { return holds[i].force > 0; });
-  });
   return out;
+}
+
+/// No: the tool is pressed from both sides there.
+bool is_one_sided(std::span<const ContactHold> holds, std::span<const std::size_t> section) {
+  constexpr double kOneSide = 0.1;  // of the sum of the forces
+  double sum = 0;
+  Vec3 resultant = Vec3::Zero();
+  for (const std::size_t i : section) {
+    sum += std::max(holds[i].force, 0.0);
+    resultant += std::max(holds[i].force, 0.0) * holds[i].normal;
+  }
+  return resultant.norm() > kOneSide * sum;
 }
 
 }  // namespace
@@ -126,19 +135,15 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
                    .friction = force - along * s.normal});
     fine.push_back(nodes.on_fine(last.model_frame, s));
   }
-  const bool yields = std::ranges::any_of(fine, [](const auto& at) { return at.patch != nullptr; });
-  constexpr double kOneSide = 0.1;  // of the sum of the forces: of less, the tool is pressed from both sides
-  double sum = 0;
-  Vec3 resultant = Vec3::Zero();
-  for (const ContactHold& hold : out) {
-    sum += std::max(hold.force, 0.0);
-    resultant += std::max(hold.force, 0.0) * hold.normal;
-  }
-  if (!yields || !(resultant.norm() > kOneSide * sum)) return out;
+  if (std::ranges::none_of(fine, [](const auto& at) { return at.patch != nullptr; })) return out;
   std::vector<ContactHold> means;
   for (const std::vector<std::size_t>& section : sections_of(
-           out, contact_length(shape, last.tools[static_cast<std::size_t>(tool)].pose.r, last.contacts(), tool)))
-    means.push_back(mean_hold(out, fine, section));
+           out, contact_length(shape, last.tools[static_cast<std::size_t>(tool)].pose.r, last.contacts(), tool))) {
+    if (is_one_sided(out, section))
+      means.push_back(mean_hold(out, fine, section));
+    else
+      for (const std::size_t i : section) means.push_back(out[i]);
+  }
   return means;
 }
 

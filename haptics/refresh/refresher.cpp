@@ -362,39 +362,28 @@ std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const 
                        is_first ? static_cast<int>(shape.corners.size()) : kFew);
 }
 
-/// Which way several contacts are held that are held together: as they are in the mean. None: each is held by itself.
-std::optional<ContactHold> all_alike(std::span<const ContactHold> holds, std::span<const LocalReport> reports,
-                                     int tool) {
-  if (holds.size() == 1) return holds.front();
-  if (holds.empty() || std::ranges::count(reports.back().contacts(), tool, &TickContact::tool) == std::ssize(holds))
-    return std::nullopt;
-  ContactHold out;
-  double sticking = 0;
-  for (const ContactHold& hold : holds) {
-    out.normal += hold.force * hold.normal;
-    sticking += hold.sticks ? hold.force : -hold.force;
-  }
-  out.normal.normalize();
-  out.sticks = sticking > 0;
-  return out;
-}
-
 /// The body at time t, and where it will be in the middle of the next model's use, if that can be told.
 std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> reports, bool looks_ahead) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<ContactSample> history;
   std::vector<ContactHold> holds;
-  std::array<std::optional<ContactHold>, kMaxTools> mean{};  // of several contacts: it holds all of them alike
+  std::array<std::vector<ContactHold>, kMaxTools> means{};  // of several contacts each: held alike
   for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
     std::vector<ContactHold> own = last_holds(reports, nodes_, options_.local.rate_hz, tools_[k].shape, k);
-    if (fine_) mean[static_cast<std::size_t>(k)] = all_alike(own, reports, k);
+    const bool is_merged =
+        own.size() == 1 ||
+        (!own.empty() && std::ranges::count(reports.back().contacts(), k, &TickContact::tool) > std::ssize(own));
+    if (fine_ && is_merged) means[static_cast<std::size_t>(k)] = own;
     std::ranges::move(own, std::back_inserter(holds));
   }
   for (const LocalReport& report : reports)
     for (const TickContact& c : report.contacts()) {
-      const std::optional<ContactHold>& hold = mean[static_cast<std::size_t>(c.tool)];
-      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, hold ? hold->normal : c.normal,
-                         c.sticks && !(hold && !hold->sticks)});
+      const std::vector<ContactHold>& own = means[static_cast<std::size_t>(c.tool)];
+      const auto hold = std::ranges::min_element(
+          own, {}, [&](const ContactHold& mean) { return (mean.point - c.point).squaredNorm(); });
+      const bool is_held = hold != own.end();
+      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, is_held ? hold->normal : c.normal,
+                         c.sticks && !(is_held && !hold->sticks)});
     }
   known_.before = global_.state();
   {

@@ -90,10 +90,11 @@ void see_contact(const TouchedBody& body, std::span<const TickContact> contacts,
 /// around that.
 int touched_triangle(const ToolShape& shape, const Vec3& place, const LocalReport& report, int tool) {
   int out = report.tools[static_cast<std::size_t>(tool)].triangle;
-  if (shape.corners.empty()) return out;
+  if (shape.corners.empty() || out < 0) return out;
   double nearest_sq = std::numeric_limits<double>::infinity();
   for (const TickContact& c : report.contacts()) {
-    if (const double away_sq = (c.point - place).squaredNorm(); c.tool == tool && away_sq < nearest_sq) {
+    if (c.tool != tool || !(push_of(c) > 0)) continue;
+    if (const double away_sq = (c.point - place).squaredNorm(); away_sq < nearest_sq) {
       nearest_sq = away_sq;
       out = c.triangle;
     }

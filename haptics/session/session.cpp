@@ -180,9 +180,11 @@ std::optional<BandPowers> Session::followed_motion() const {
 }
 
 /// As the scene says, or how deep its path goes into the body at rest, as a ball's. Of two tools the least: one that
-/// lifts the other's side goes where the body was, and is not pressed in by it.
+/// lifts the other's side goes where the body was, and is not pressed in by it. The other computer of a network does
+/// not know it.
 double Session::press_depth() const {
-  if (const auto& press = scene().tool.path.press_drag) return press->depth;
+  if (scene().link.type == "network") return 0;
+  if (const auto& press = scene().tool.path.press_drag; press && tools().size() == 1) return press->depth;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < tools().size(); ++k)
     least = std::min(least, path_depth(paths()[k].points, FollowedMotion(surface(), start().x, tools()[k].radius, 0)));

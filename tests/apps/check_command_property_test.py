@@ -10,6 +10,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -18,9 +19,11 @@ from patience import PATIENCE
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
+sys.path.insert(0, os.path.join(ROOT, "scripts"))  # what scripts share
 loader = importlib.machinery.SourceFileLoader("mesh_variants", os.path.join(ROOT, "scripts", "mesh_variants"))
 variants = importlib.util.module_from_spec(importlib.util.spec_from_loader("mesh_variants", loader))
 loader.exec_module(variants)
+import mesh_shapes  # noqa: E402
 LONG = os.environ.get("KT_LONG")
 STAGES = ["load", "doctor", "repair", "queries", "shots", "solid", "models", "local_models", "press", "drag", "energy"]
 
@@ -68,13 +71,13 @@ class Check(unittest.TestCase):
 
     def small_library(self):
         """Seven files: three that can be touched, four with faults."""
-        sphere, box = variants.icosphere(1), variants.box(4, 3, 2)
-        self.write("ball.off", variants.write_off(*sphere))
-        self.write("deep/box.obj", variants.write_obj(*box))
-        self.write("deep/turned.stl", variants.write_stl_binary(box[0], [f[::-1] for f in box[1]]))
-        self.write("open.ply", variants.write_ply(sphere[0], sphere[1][4:]))
+        sphere, box = mesh_shapes.icosphere(1), mesh_shapes.box(4, 3, 2)
+        self.write("ball.off", mesh_shapes.write_off(*sphere))
+        self.write("deep/box.obj", mesh_shapes.write_obj(*box))
+        self.write("deep/turned.stl", mesh_shapes.write_stl_binary(box[0], [f[::-1] for f in box[1]]))
+        self.write("open.ply", mesh_shapes.write_ply(sphere[0], sphere[1][4:]))
         self.write("empty.off", b"")
-        self.write("cut.off", variants.write_off(*sphere)[:900])
+        self.write("cut.off", mesh_shapes.write_off(*sphere)[:900])
         self.write("nan.obj", b"v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n")
         return self.path("library")
 
@@ -114,7 +117,7 @@ class Check(unittest.TestCase):
         self.assertNotIn(self.folder, page)
 
     def test_a_surface_that_is_filled_is_of_springs_and_of_elements(self):
-        self.write("box.obj", variants.write_obj(*variants.box(4, 3, 2)))
+        self.write("box.obj", mesh_shapes.write_obj(*mesh_shapes.box(4, 3, 2)))
         check(self.path("library"), "--quick", "--body", "mesh", "--until", "models", "--out", self.path("out"), "--no-report")
         figures = {s["name"]: s["figures"] for s in self.rows(self.path("out"))["box.obj"]["stages"]}
         self.assertNotIn("lattice", figures["solid"])
@@ -123,7 +126,7 @@ class Check(unittest.TestCase):
 
     def test_a_cube_whose_corners_are_its_only_nodes_passes(self):
         # A motion of a whole wave a side moves all corners alike, and there is no force to compare with the tangent.
-        self.write("cube.off", variants.write_off(*variants.box(1, 1, 1)))
+        self.write("cube.off", mesh_shapes.write_off(*mesh_shapes.box(1, 1, 1)))
         check(self.path("library"), "--quick", "--body", "mesh", "--out", self.path("out"), "--no-report")
         energy = next(s for s in report(self.path("out"))["rows"][0]["stages"] if s["name"] == "energy")
         self.assertEqual(energy["verdict"], "pass", energy["why"])
@@ -226,7 +229,7 @@ class Check(unittest.TestCase):
         self.assertNotIn("nan.obj", text)
 
     def test_time_and_memory_cost_one_row(self):
-        self.write("large.off", variants.write_off(*variants.icosphere(5)))
+        self.write("large.off", mesh_shapes.write_off(*mesh_shapes.icosphere(5)))
         self.write("small.off", b"")
         check(self.path("library"), "--out", self.path("slow"), "--timeout", 0.7, "--no-report")
         rows = self.rows(self.path("slow"))

@@ -42,7 +42,7 @@ TEST(ContactLength, IsNoneOfARoundContactAnotherShapeAnotherToolOrAnUprightOne) 
   EXPECT_FALSE(contact_length(capsule, kLying, contacts(0.003, 0.002), 0));
   EXPECT_FALSE(contact_length({ToolShape::Kind::sphere, 0.004}, kLying, contacts(0.01, 0.002), 0));
   EXPECT_FALSE(contact_length(capsule, kLying, contacts(0.01, 0.002, 1), 0));
-  EXPECT_FALSE(contact_length(capsule, Quaternion::Identity(), contacts(0.001, 0.002), 0));
+  EXPECT_FALSE(contact_length(capsule, Quaternion::Identity(), contacts(0.01, 0.002), 0));
   EXPECT_FALSE(contact_length(capsule, kLying, {}, 0));
 }
 

@@ -189,8 +189,7 @@ TEST(FineTouch, SaysWhereTheRefinedCellsAreTooLarge) {
   EXPECT_EQ(cure(900, "none"), "none is told");
 }
 
-// A tool that stays on the refined cells, and one that outruns them: the ticks say so, and the run.
-// The contact of a capsule that lies is 20 mm long: a round zone around it has too many nodes.
+// A capsule of 20 mm that lies is refined along its contact, and the places of one of 40 mm are more than a tick holds.
 TEST(FineTouch, SaysWhereNoCellsAreRefined) {
   const Press p{.duration = 0.4, .press_time = 0.2};
   Scene s = scene_of(p);
@@ -202,11 +201,12 @@ TEST(FineTouch, SaysWhereNoCellsAreRefined) {
     });
   };
   EXPECT_FALSE(is_told());
-  s.local.refine_nodes = 100;
   s.tool.shape = "capsule";
   s.tool.radius = 0.004;
-  s.tool.length = 0.04;
   s.tool.turn = Vec3(std::numbers::pi / 2, 0, 0);
+  s.tool.length = 0.02;
+  EXPECT_FALSE(is_told());
+  s.tool.length = 0.04;
   EXPECT_TRUE(is_told());
 }
 
@@ -235,6 +235,7 @@ TEST(FineTouch, RefinesAlongACapsuleThatLies) {
   }
 }
 
+// A tool that stays on the refined cells, and one that outruns them: the ticks say so, and the run.
 TEST(FineTouch, SaysWhereAToolOutrunsTheRefinedCells) {
   const auto unrefined_ticks = [](double speed, double rate_hz) {
     Scene scene = scene_of({.speed = speed, .mu = 0.3, .duration = 0.45});

@@ -13,6 +13,14 @@ TEST(RefreshPace, HurriesForAnErrorOfAForceThatIsFelt) {
   EXPECT_EQ(pace.haste(), 4);
 }
 
+TEST(RefreshPace, TakesAnErrorOfASmallForceAsOneOfAHundredthOfANewton) {
+  RefreshPace pace;
+  pace.judge(0.1, 0.08, 0.005, 0.05);
+  EXPECT_EQ(pace.haste(), 1);
+  pace.judge(0.2, 0.12, 0.005, 0.05);
+  EXPECT_EQ(pace.haste(), 2);
+}
+
 // When a tool begins to touch, half of a force of half a millinewton is wrong.
 TEST(RefreshPace, DoesNotHurryForAForceThatNobodyFeels) {
   RefreshPace pace;

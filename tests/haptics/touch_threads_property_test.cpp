@@ -49,7 +49,8 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
     double before = 0, sum = 0, most_step = 0;
     int pressed = 0, stale = 0, off = 0, tick = 0;
     auto due = std::chrono::steady_clock::now();
-    for (int i = 0; i < 1000; ++tick) {  // i: along the path
+    int i = 0;  // along the path
+    for (; i < 1000 && tick < 60'000; ++tick) {
       model.is_held = i >= kHeld && i < kHeld + held_ms;
       if (model.is_held || tick - touch.status().linearized_tick < kMostBehind) ++i;
       due = std::max(due + 1ms, std::chrono::steady_clock::now());
@@ -66,7 +67,9 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
       stale += (f.flags & kStaleModel) != 0;
       before = force;
     }
+    model.is_held = false;
     touch.stop();
+    ASSERT_EQ(i, 1000) << touch.status().error;
     watch.finish(TouchHalves::fast(touch).model());
     EXPECT_EQ(off, 0) << held_ms;
     EXPECT_EQ(watch.lost(0).free_ticks_inside, 0) << held_ms;
