@@ -71,7 +71,7 @@ if(KT_WITH_LAB)
   set(kt_baselines lab/methods)
 endif()
 kt_library(haptics DIRS haptics/contact haptics/device haptics/safety haptics/machine haptics/driver haptics/driver/haply haptics/guard haptics/link haptics/tick
-                            haptics/cost haptics/refresh haptics/remote haptics/body haptics/halves haptics/watch haptics/touch
+                            haptics/cost haptics/touched haptics/refresh haptics/remote haptics/body haptics/halves haptics/watch haptics/touch
                             haptics/setup haptics/cells haptics/predict haptics/session haptics/findings ${kt_baselines}
            QUICK "haptics/(driver|setup|predict|session|findings)/"
            WITHOUT ${kt_off}

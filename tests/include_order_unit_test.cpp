@@ -27,7 +27,7 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
     {"haptics",
      {{"options", "contact", "device", "link"},
       {"safety", "machine", "tick"},
-      {"cost"},
+      {"cost", "touched"},
       {"refresh", "driver"},
       {"guard", "body"},
       {"halves"},

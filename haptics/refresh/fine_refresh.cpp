@@ -10,7 +10,7 @@
 #include "collision/shape/tool_shape.hpp"
 #include "core/base/stages.hpp"
 #include "haptics/cost/expected_touch.hpp"
-#include "haptics/refresh/contact_length.hpp"
+#include "haptics/touched/contact_length.hpp"
 
 namespace kt {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/base/ticks.hpp"
 #include "core/body/near_triangles.hpp"
 #include "core/body/node_weights.hpp"
-#include "haptics/refresh/contact_length.hpp"
+#include "haptics/touched/contact_length.hpp"
 
 namespace kt {
 

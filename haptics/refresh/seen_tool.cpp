@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "haptics/refresh/contact_length.hpp"
 #include "haptics/refresh/look_ahead.hpp"
+#include "haptics/touched/contact_length.hpp"
 
 namespace kt {
 namespace {

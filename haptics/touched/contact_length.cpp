@@ -1,4 +1,4 @@
-#include "haptics/refresh/contact_length.hpp"
+#include "haptics/touched/contact_length.hpp"
 
 #include <algorithm>
 #include <cmath>
