@@ -200,6 +200,7 @@ bool FineRefresh::has_room(const Wanted& wanted, double cell, std::size_t tools)
 /// tool that moves, the fewer nodes: large cells are off by less than no refined ones under a tool that has moved on.
 void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   constexpr double kMargin = 1.5, kLeastNodes = 150;
+  constexpr double kLongRoom = 0.85;  // of what a long contact asks for: cells beyond that are told as too large
   const double most = largest_fineness(wanted.areas), least = most / largest_fineness(1) * kLeastFineness;
   FineContact contact{.contact_radius = ahead_radius(wanted)};
   contact.travel = kLeastTravel * contact.contact_radius;
@@ -226,7 +227,7 @@ void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   const bool fits = has_room(wanted, cell, tools);
   FineZone zone = fits ? make_fine_zone(body_, options) : FineZone();
   zone_ = Zone{std::move(zone), options, contact, std::move(ways), {}, cell, wanted.late};
-  if (wanted.is_long) zone_->room = most / largest_fineness(1);
+  if (wanted.is_long) zone_->room = kLongRoom * most / largest_fineness(1);
   zone_->is_long = wanted.is_long;
   zone_->has_room = fits;
   for (const int c : zone_->zone.cells) {
