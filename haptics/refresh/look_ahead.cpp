@@ -147,6 +147,31 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
   return means;
 }
 
+LastContacts last_contacts(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
+                           std::span<const TouchTool> tools, bool are_refined) {
+  LastContacts out;
+  std::array<std::vector<ContactHold>, kMaxTools> means{};  // of several contacts each: held alike
+  for (int k = 0; k < static_cast<int>(tools.size()); ++k) {
+    const auto tool = static_cast<std::size_t>(k);
+    std::vector<ContactHold> own = last_holds(reports, nodes, rate_hz, tools[tool].shape, k);
+    const bool is_merged =
+        own.size() == 1 ||
+        (!own.empty() && std::ranges::count(reports.back().contacts(), k, &TickContact::tool) > std::ssize(own));
+    if (are_refined && is_merged) means[tool] = own;
+    std::ranges::move(own, std::back_inserter(out.holds));
+  }
+  for (const LocalReport& report : reports)
+    for (const TickContact& c : report.contacts()) {
+      const std::vector<ContactHold>& own = means[static_cast<std::size_t>(c.tool)];
+      const auto hold = std::ranges::min_element(
+          own, {}, [&](const ContactHold& mean) { return (mean.point - c.point).squaredNorm(); });
+      const bool is_held = hold != own.end();
+      out.history.push_back({c.t, nodes.moved_by(report.model_frame, c), c.impulse, is_held ? hold->normal : c.normal,
+                             c.sticks && !(is_held && !hold->sticks)});
+    }
+  return out;
+}
+
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool) {
   if (reports.size() < 2) return Vec3::Zero();
   const std::size_t ticks = std::min<std::size_t>(reports.size() - 1, ticks_in(kVelocityTime, rate_hz));

@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "collision/shape/tool_shape.hpp"
+#include "core/global/global_simulation.hpp"
 #include "core/global/held_model.hpp"
 #include "core/local/contact_surface.hpp"
 #include "core/local/reducer.hpp"
+#include "haptics/options/touch_options.hpp"
 #include "haptics/refresh/contact_nodes.hpp"
 #include "haptics/tick/local_report.hpp"
 
@@ -21,6 +23,15 @@ namespace kt {
 /// @param rate_hz  of the ticks
 std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
                                     const ToolShape& shape, int tool = 0);
+
+/// What ticks did to the body since the last refresh, and where it is held now.
+struct LastContacts {
+  std::vector<ContactSample> history;
+  std::vector<ContactHold> holds;
+};
+/// @param are_refined  several contacts are held by one, and were in the ticks before: by the nearest
+LastContacts last_contacts(std::span<const LocalReport> reports, const ContactNodes& nodes, double rate_hz,
+                           std::span<const TouchTool> tools, bool are_refined);
 
 /// The tool's mean velocity [m/s] over the last reports, up to kVelocityTime of them; zero for fewer than two.
 Vec3 tool_velocity(std::span<const LocalReport> reports, double rate_hz, int tool = 0);

@@ -365,35 +365,16 @@ std::optional<WayOut> Refresher::find_way_out(int tool, const Pose& pose) const 
 /// The body at time t, and where it will be in the middle of the next model's use, if that can be told.
 std::optional<State> Refresher::catch_up(double t, std::span<const LocalReport> reports, bool looks_ahead) {
   const auto start = std::chrono::steady_clock::now();
-  std::vector<ContactSample> history;
-  std::vector<ContactHold> holds;
-  std::array<std::vector<ContactHold>, kMaxTools> means{};  // of several contacts each: held alike
-  for (int k = 0; k < static_cast<int>(tools_.size()); ++k) {
-    std::vector<ContactHold> own = last_holds(reports, nodes_, options_.local.rate_hz, tools_[k].shape, k);
-    const bool is_merged =
-        own.size() == 1 ||
-        (!own.empty() && std::ranges::count(reports.back().contacts(), k, &TickContact::tool) > std::ssize(own));
-    if (fine_ && is_merged) means[static_cast<std::size_t>(k)] = own;
-    std::ranges::move(own, std::back_inserter(holds));
-  }
-  for (const LocalReport& report : reports)
-    for (const TickContact& c : report.contacts()) {
-      const std::vector<ContactHold>& own = means[static_cast<std::size_t>(c.tool)];
-      const auto hold = std::ranges::min_element(
-          own, {}, [&](const ContactHold& mean) { return (mean.point - c.point).squaredNorm(); });
-      const bool is_held = hold != own.end();
-      history.push_back({c.t, nodes_.moved_by(report.model_frame, c), c.impulse, is_held ? hold->normal : c.normal,
-                         c.sticks && !(is_held && !hold->sticks)});
-    }
+  const LastContacts last = last_contacts(reports, nodes_, options_.local.rate_hz, tools_, fine_.has_value());
   known_.before = global_.state();
   {
     const Stage stage("step");
-    global_.advance(t, history, holds);
+    global_.advance(t, last.history, last.holds);
   }
   record_.inverted = count_inverted();
   note_deformation();
   if (self_contact_) report_self_contact();
-  judge_linearization(holds);
+  judge_linearization(last.holds);
   std::optional<State> ahead;
   if (looks_ahead) {
     const Stage stage("look-ahead");

@@ -3,6 +3,7 @@
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -10,32 +11,10 @@ from patience import PATIENCE
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.path.abspath(os.environ.get("KILOTOUCH", os.path.join(ROOT, "build", "release", "kilotouch")))
+sys.path.insert(0, os.path.join(ROOT, "scripts"))
+from mesh_shapes import box, write_off  # noqa: E402
 
-
-def box(nx, ny, nz):
-    """OFF of the surface of a box of unit cubes."""
-    nodes, faces = {}, []
-
-    def quad(a, b, c, d):
-        i = [nodes.setdefault(p, len(nodes)) for p in (a, b, c, d)]
-        faces.extend([(i[0], i[1], i[2]), (i[0], i[2], i[3])])
-
-    for x in range(nx):
-        for y in range(ny):
-            quad((x, y, nz), (x + 1, y, nz), (x + 1, y + 1, nz), (x, y + 1, nz))
-            quad((x, y, 0), (x, y + 1, 0), (x + 1, y + 1, 0), (x + 1, y, 0))
-    for z in range(nz):
-        for x in range(nx):
-            quad((x, 0, z), (x + 1, 0, z), (x + 1, 0, z + 1), (x, 0, z + 1))
-            quad((x, ny, z), (x, ny, z + 1), (x + 1, ny, z + 1), (x + 1, ny, z))
-        for y in range(ny):
-            quad((0, y, z), (0, y, z + 1), (0, y + 1, z + 1), (0, y + 1, z))
-            quad((nx, y, z), (nx, y + 1, z), (nx, y + 1, z + 1), (nx, y, z + 1))
-    lines = [f"OFF\n{len(nodes)} {len(faces)} 0"]
-    return "\n".join(lines + [f"{x} {y} {z}" for x, y, z in nodes] + [f"3 {a} {b} {c}" for a, b, c in faces]) + "\n"
-
-
-BODY = box(4, 4, 1)
+BODY = write_off(*box(4, 4, 1)).decode()
 SCENE = {
     "object": {"mesh": "body.off", "scale": 0.01, "fixed": {"below": {"axis": "z", "fraction": 0.05}},
                "model": {"type": "fem", "young": 1e4}},
