@@ -1,20 +1,14 @@
 #include "collision/held/chosen_places.hpp"
 
 #include <array>
-#include <cstdint>
 #include <utility>
+
+#include "core/base/mixed.hpp"
 
 namespace kt {
 namespace {
 
 constexpr int kMostPlaces = 1024;  // beyond them others say enough
-
-/// Without order over the surface.
-std::uint32_t mixed(int number) noexcept {
-  auto h = static_cast<std::uint32_t>(number) + 0x9e3779b9u;
-  for (int i = 0; i < 2; ++i) h = (h ^ (h >> 16)) * 0x45d9f3bu;
-  return h ^ (h >> 16);
-}
 
 /// The same for a triangle from tick to tick and from model to model, and without order over the surface.
 std::uint32_t rank_of(const SurfacePatch& patch, int triangle) noexcept {

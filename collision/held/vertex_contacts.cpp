@@ -21,10 +21,12 @@ Vec3 nearest_on(const ToolCore& core, const Vec3& at) noexcept {
 /// Gives `take` the contact of each vertex that has one.
 template <class Take>
 void for_each_contact(const SurfacePatch& patch, const VectorX& x, const ToolCore& core, double radius, double margin,
-                      std::span<const int> triangles, std::vector<char>& is_seen, const Take& take) noexcept {
+                      std::span<const int> triangles, std::span<const char> is_place, std::vector<char>& is_seen,
+                      const Take& take) noexcept {
   for (const int t : triangles)
     for (const int v : patch.triangles[t]) {
       if (std::exchange(is_seen[static_cast<std::size_t>(v)], 1)) continue;
+      if (!is_place.empty() && !is_place[static_cast<std::size_t>(v)]) continue;
       const Vec3 at = node(x, v), place = nearest_on(core, at), apart = place - at;
       const double distance = apart.norm();
       if (!(distance < radius + margin && distance > 0)) continue;
@@ -72,13 +74,13 @@ void sort_outwards(const SurfacePatch& patch, const VectorX& x, std::span<Contac
 }  // namespace
 
 void add_vertex_contacts(const SurfacePatch& patch, const VectorX& x, const VectorX& x_before, const ToolCore& core,
-                         double radius, double margin, std::span<const int> triangles, int room,
-                         std::vector<char>& is_seen, ChosenVertices& chosen, ContactSet& out) noexcept {
+                         double radius, double margin, std::span<const int> triangles, std::span<const char> is_place,
+                         int room, std::vector<char>& is_seen, ChosenVertices& chosen, ContactSet& out) noexcept {
   constexpr int kMost = 512;        // beyond them others say enough
   constexpr double kFewMore = 1.5;  // of a contact that has grown a little: its rim carries least
   const int first = out.count;
   int count = 0;
-  for_each_contact(patch, x, core, radius, margin, triangles, is_seen, [&](const Contact& contact) {
+  for_each_contact(patch, x, core, radius, margin, triangles, is_place, is_seen, [&](const Contact& contact) {
     if (chosen.is_made && chosen.is_left_out[static_cast<std::size_t>(vertex_of(patch, contact))]) return;
     if (++count <= room) out.add(contact);
   });
@@ -86,7 +88,7 @@ void add_vertex_contacts(const SurfacePatch& patch, const VectorX& x, const Vect
   out.count = first;
   count = 0;
   std::array<Contact, kMost> found;
-  for_each_contact(patch, x, core, radius, margin, triangles, is_seen, [&](const Contact& contact) {
+  for_each_contact(patch, x, core, radius, margin, triangles, is_place, is_seen, [&](const Contact& contact) {
     if (count < kMost) found[static_cast<std::size_t>(count++)] = contact;
   });
   const std::span<Contact> all(found.data(), static_cast<std::size_t>(count));

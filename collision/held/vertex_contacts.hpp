@@ -20,12 +20,13 @@ struct ChosenVertices {
 /// the core is on the outer side. Of more than there is room for, those that are nearest with the surface at
 /// `x_before`; where more than that touch there, those nearest to their middle, and where half as many more do, some
 /// that lie apart (chosen_places.hpp); only those from then on.
+/// @param is_place of vertices: those that tools are held at; empty: all
 /// @param x_before where the surface was, in contact
 /// @param room     how many are added at most
 /// @param is_seen  of vertices: false before and after
 /// @param chosen   with room for all vertices
 void add_vertex_contacts(const SurfacePatch& patch, const VectorX& x, const VectorX& x_before, const ToolCore& core,
-                         double radius, double margin, std::span<const int> triangles, int room,
-                         std::vector<char>& is_seen, ChosenVertices& chosen, ContactSet& out) noexcept;
+                         double radius, double margin, std::span<const int> triangles, std::span<const char> is_place,
+                         int room, std::vector<char>& is_seen, ChosenVertices& chosen, ContactSet& out) noexcept;
 
 }  // namespace kt

@@ -5,10 +5,12 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "core/body/embedded_surface.hpp"
 #include "core/body/near_triangles.hpp"
 #include "core/fine/leaf_stiffness.hpp"
+#include "core/fine/places_apart.hpp"
 
 namespace kt {
 namespace {
@@ -45,6 +47,8 @@ const std::array<Matrix4d, 8>& to_eighths() {
 }
 
 class EmbeddedFacetMaker {
+  static constexpr double kSlack = 1e-9;
+
  public:
   EmbeddedFacetMaker(const FineBody& body, const FineNodes& nodes, FineZone& zone)
       : body_(body), surface_(*body.mesh->embedded), nodes_(nodes), zone_(zone) {
@@ -55,23 +59,79 @@ class EmbeddedFacetMaker {
       leaves_[static_cast<std::size_t>(zone.leaves[l].cell)].push_back(static_cast<int>(l));
   }
 
-  void add(int triangle) {
+  /// @param longest  edge of a piece [m]
+  void add(int triangle, double longest) {
     const Triangle& t = body_.mesh->triangles[static_cast<std::size_t>(triangle)];
     for (const int v : t)
-      if (!local_.contains(surface_.cell[static_cast<std::size_t>(v - surface_.first)])) return;
-    zone_.embedded.triangle.push_back(triangle);
-    zone_.embedded.facets.push_back({vertex(t[0]), vertex(t[1]), vertex(t[2])});
+      if (!local_.contains(cell_of(v))) return;
+    cut({corner_point(t[0]), corner_point(t[1]), corner_point(t[2])}, longest, [&](const std::array<CellPoint, 3>& p) {
+      zone_.embedded.triangle.push_back(triangle);
+      zone_.embedded.facets.push_back({vertex(p[0]), vertex(p[1]), vertex(p[2])});
+    });
   }
 
  private:
-  int vertex(int global) {
-    EmbeddedFacets& e = zone_.embedded;
-    const auto [found, is_new] = vertex_.try_emplace(global, static_cast<int>(e.vertex.size()));
-    if (is_new) locate(global);
-    return found->second;
+  int cell_of(int vertex) const { return surface_.cell[static_cast<std::size_t>(vertex - surface_.first)]; }
+
+  /// Gives the pieces. Whether an edge is cut depends on it alone, so that triangles side by side share theirs.
+  template <class Give>
+  void cut(const std::array<CellPoint, 3>& p, double longest, const Give& give) const {
+    const VectorX& x = body_.mesh->x;
+    std::array<bool, 3> is_long;
+    for (std::size_t e = 0; e < 3; ++e)
+      is_long[e] = longest > 0 && (p[e].of(x) - p[(e + 1) % 3].of(x)).norm() > longest;
+    const auto count = std::ranges::count(is_long, true);
+    if (count == 0) return give(p);
+    const std::array<CellPoint, 3> mid{middle(p[0], p[1]), middle(p[1], p[2]), middle(p[2], p[0])};
+    if (count == 3) {
+      for (std::size_t c = 0; c < 3; ++c) cut({p[c], mid[c], mid[(c + 2) % 3]}, longest, give);
+      return cut({mid[0], mid[1], mid[2]}, longest, give);
+    }
+    const auto e = static_cast<std::size_t>(std::ranges::find(is_long, true) - is_long.begin());
+    cut({p[e], mid[e], p[(e + 2) % 3]}, longest, give);
+    cut({mid[e], p[(e + 1) % 3], p[(e + 2) % 3]}, longest, give);
   }
 
-  static constexpr double kSlack = 1e-9;
+  int vertex(const CellPoint& point) {
+    const int known = vertex_.find(point);
+    if (known >= 0) return known;
+    zone_.embedded.vertex.push_back(point);
+    locate(point);
+    return vertex_.at(point);
+  }
+
+  /// Shares of a place in the corners of a cell.
+  Vector4d shares_in(int cell, const Vec3& place) const {
+    Matrix4d corners;
+    for (std::size_t c = 0; c < 4; ++c)
+      corners.col(static_cast<Eigen::Index>(c)) =
+          node(body_.mesh->x, body_.mesh->tetrahedra[static_cast<std::size_t>(cell)][c]).homogeneous();
+    return corners.inverse() * place.homogeneous();
+  }
+
+  /// The cell of the zone that holds a point between vertices, found from these through the cells' faces.
+  std::pair<int, Vector4d> cell_around(const CellPoint& point) const {
+    constexpr int kMostCells = 64;
+    const Vec3 place = point.of(body_.mesh->x);
+    std::vector<int> seen;
+    const auto see = [&](int cell) {
+      if (cell >= 0 && local_.contains(cell) && std::ranges::find(seen, cell) == seen.end()) seen.push_back(cell);
+    };
+    for (int k = 0; k < point.count; ++k) see(cell_of(point.corner[static_cast<std::size_t>(k)]));
+    std::pair<int, Vector4d> best{-1, Vector4d::Zero()};
+    double least = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < seen.size() && i < kMostCells; ++i) {
+      const Vector4d its = shares_in(seen[i], place);
+      if (its.minCoeff() > least) {
+        least = its.minCoeff();
+        best = {seen[i], its};
+      }
+      if (least >= -kSlack) break;
+      for (const int next : body_.across[static_cast<std::size_t>(seen[i])]) see(next);
+    }
+    return best;
+  }
+
   /// A leaf in shares of its cell's corners.
   struct LeafShares {
     Matrix4d to_leaf;    ///< those to shares of its own corners
@@ -90,15 +150,22 @@ class EmbeddedFacetMaker {
     return known.emplace(LeafShares{corners.inverse(), corners.rowwise().minCoeff(), corners.rowwise().maxCoeff()});
   }
 
-  void locate(int global) {
-    const auto v = static_cast<std::size_t>(global - surface_.first);
-    const Vector4d place(surface_.weights[v].data());
+  void locate(const CellPoint& point) {
+    int cell = 0;
+    Vector4d place;
+    if (point.count == 1) {
+      const auto v = static_cast<std::size_t>(point.corner[0] - surface_.first);
+      cell = surface_.cell[v];
+      place = Vector4d(surface_.weights[v].data());
+    } else {
+      std::tie(cell, place) = cell_around(point);
+    }
     double best = -std::numeric_limits<double>::infinity();
     Vector4d shares;
     const FineLeaf* leaf = nullptr;
     const auto look = [&](bool everywhere) {
-      for (const int l : leaves_[static_cast<std::size_t>(local_.at(surface_.cell[v]))]) {
-        const LeafShares& of = shares_of(l, surface_.corners[v]);
+      for (const int l : leaves_[static_cast<std::size_t>(local_.at(cell))]) {
+        const LeafShares& of = shares_of(l, body_.mesh->tetrahedra[static_cast<std::size_t>(cell)]);
         if (!everywhere && ((place - of.low).minCoeff() < -kSlack || (of.high - place).minCoeff() < -kSlack)) continue;
         const Vector4d its = of.to_leaf * place;
         if (!(its.minCoeff() > best)) continue;
@@ -121,7 +188,6 @@ class EmbeddedFacetMaker {
         weight[c] = its[static_cast<Eigen::Index>(c)];
       }
     }
-    zone_.embedded.vertex.push_back(global);
     zone_.embedded.node.push_back(node);
     zone_.embedded.weight.push_back(weight);
     zone_.embedded.leaf.push_back(static_cast<int>(leaf - zone_.leaves.data()));
@@ -131,7 +197,8 @@ class EmbeddedFacetMaker {
   const EmbeddedSurface& surface_;
   const FineNodes& nodes_;
   FineZone& zone_;
-  std::map<int, int> local_, vertex_;  // cells; vertices
+  std::map<int, int> local_;  // cells
+  FineNodes vertex_;
   std::vector<std::vector<int>> leaves_;
   std::vector<std::optional<LeafShares>> shares_;
 };
@@ -154,7 +221,11 @@ void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const Fin
   }
   std::ranges::sort(reached);
   EmbeddedFacetMaker maker(body, nodes, zone);
-  for (const int t : reached) maker.add(t);
+  constexpr double kLongestEdge = 2;    // of how far places are apart
+  constexpr double kLeastApart = 0.01;  // of the cubes: contacts that need less have no cells that are small enough
+  const double apart = options.apart > 0 ? std::max(options.apart, kLeastApart * body.mesh->embedded->edge) : 0;
+  for (const int t : reached) maker.add(t, kLongestEdge * apart);
+  if (apart > 0) zone.embedded.is_place = places_apart(x, zone.embedded, apart);
 }
 
 namespace {

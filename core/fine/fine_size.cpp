@@ -25,8 +25,9 @@ double cell_size_at(const FineBody& body, const Vec3& place) {
 }
 
 namespace {
-constexpr double kLeastFlat = 0.85;  // contact radii
-}
+constexpr double kLeastFlat = 0.85;    // contact radii
+constexpr double kPlacesApart = 0.27;  // contact radii: some twenty places under a ball
+}  // namespace
 
 FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness) {
   const double a = contact.contact_radius, way = a + contact.travel, cell = cell_size_at(body, contact.centre);
@@ -36,6 +37,7 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
   out.radius = std::max(1.6 * cell, way + 0.5 * cell);
   // Vertices of a scan touch further behind the middle of a contact that is dragged.
   out.reach = (body.mesh->embedded ? 1.4 : 1.15) * a + contact.travel;
+  if (body.mesh->embedded) out.apart = kPlacesApart * a;
   // Pressure falls off to the rim of the contact: cells there may be larger. Not on the way of a tool.
   out.size = {.edge = fineness * a,
               .flat = way,

@@ -23,6 +23,9 @@ struct FineZoneOptions {
   std::vector<Vec3> others{};  ///< where it or another one does, too
   double radius = 0;           ///< cells with a corner this near are refined, and those within size.flat [m]
   double reach = 0;            ///< of the surface that may be touched [m]
+  /// Of an embedded surface: places that tools are held at are no nearer than that, and its edges there no longer than
+  /// twice that [m]. 0: its triangles as they are.
+  double apart = 0;
   FineSize size;
   int most_nodes = 900;  ///< unknown ones; beyond it `size.flat` shrinks, then `size.edge` grows by a quarter, in turn
 
@@ -47,15 +50,16 @@ struct FineLeaf {
   bool is_empty = false;  ///< it holds no material: next to nothing, and what it has alone is held
 };
 
-/// Triangles of an embedded surface in the zone's leaves.
+/// Triangles of an embedded surface in the zone's leaves, long ones in pieces.
 struct EmbeddedFacets {
-  std::vector<int> triangle;             ///< of the body's surface, ascending
+  std::vector<int> triangle;             ///< of the body's surface, that each is a piece of; ascending
   std::vector<Triangle> facets;          ///< indices in `vertex`
-  std::vector<int> vertex;               ///< of the body's nodes
+  std::vector<CellPoint> vertex;         ///< where they are in the triangle
   std::vector<std::array<int, 4>> node;  ///< of the zone, that each vertex goes with, the field of the leaf taken as
                                          ///< linear between its nodes
   std::vector<std::array<double, 4>> weight;
-  std::vector<int> leaf;  ///< of the zone, that each vertex is in
+  std::vector<int> leaf;       ///< of the zone, that each vertex is in
+  std::vector<char> is_place;  ///< of each vertex: tools are held at it; empty: at all
 };
 
 /// Topology of a zone; geometry comes with positions.

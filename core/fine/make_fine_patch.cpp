@@ -92,14 +92,38 @@ void append_rows(const SparseMatrix& matrix, std::vector<int>& first, std::vecto
   }
 }
 
+/// Of a point in a triangle, as shares of its corners.
+Vec3 weights_of(const Triangle& t, const CellPoint& p) {
+  Vec3 out = Vec3::Zero();
+  for (int k = 0; k < p.count; ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (t[c] == p.corner[static_cast<std::size_t>(k)]) out[static_cast<Eigen::Index>(c)] += p.share(k);
+  return out;
+}
+
+/// As the triangle's corners do: its motion is linear between them.
+NodeWeights carried_by(const EmbeddedSurface& surface, const CellPoint& p) {
+  if (p.count == 1) return surface.carried_by(p.corner[0] - surface.first);
+  Vec3 weights = Vec3::Zero();
+  std::array<int, 3> corners{p.corner[0], p.corner[1], p.count > 2 ? p.corner[2] : p.corner[0]};
+  for (int k = 0; k < p.count; ++k) weights[k] = p.share(k);
+  return surface.moved_by(corners, weights);
+}
+
 /// Facets are whole triangles; vertices move as the body's surface does, and yield with nodes of leaves.
 void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) {
   const EmbeddedFacets& e = zone.embedded;
   const EmbeddedSurface& surface = *body.mesh->embedded;
   out.facets = e.facets;
   out.triangle = e.triangle;
-  out.corners.assign(e.facets.size(), Mat3::Identity());
-  out.to_facet = out.corners;
+  out.is_place = e.is_place;
+  for (std::size_t f = 0; f < e.facets.size(); ++f) {
+    const Triangle& t = body.mesh->triangles[static_cast<std::size_t>(e.triangle[f])];
+    Mat3& corners = out.corners.emplace_back();
+    for (int c = 0; c < 3; ++c)
+      corners.col(c) = weights_of(t, e.vertex[static_cast<std::size_t>(e.facets[f][static_cast<std::size_t>(c)])]);
+    out.to_facet.push_back(corners.inverse());
+  }
   const int begin = zone.num_unknown() - zone.num_yielding;
   struct Most {
     double share = 0;
@@ -110,7 +134,7 @@ void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) 
   out.first.push_back(0);
   out.first_from.push_back(0);
   for (std::size_t v = 0; v < e.vertex.size(); ++v) {
-    const NodeWeights carried = surface.carried_by(e.vertex[v] - surface.first);
+    const NodeWeights carried = carried_by(surface, e.vertex[v]);
     out.node.insert(out.node.end(), carried.node.begin(), carried.node.begin() + carried.count);
     out.weight.insert(out.weight.end(), carried.weight.begin(), carried.weight.begin() + carried.count);
     std::map<int, double> yields;
@@ -130,7 +154,8 @@ void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) 
   std::vector<SurfacePlace> place(e.vertex.size());
   for (std::size_t f = 0; f < e.facets.size(); ++f)
     for (int c = 0; c < 3; ++c)
-      place[static_cast<std::size_t>(e.facets[f][static_cast<std::size_t>(c)])] = {e.triangle[f], Vec3::Unit(c)};
+      place[static_cast<std::size_t>(e.facets[f][static_cast<std::size_t>(c)])] = {e.triangle[f],
+                                                                                   out.corners[f].col(c)};
   for (const Most& its : most)
     out.yielding.push_back(its.vertex < 0 ? SurfacePlace{} : place[static_cast<std::size_t>(its.vertex)]);
 }

@@ -97,6 +97,10 @@ class Refined {
     if (!is_new) return found->second;
     out_.facets.global_node.push_back(-1);
     out_.facets.in_reach.push_back(1);
+    if (!fine_.is_place.empty()) {
+      out_.is_place.resize(out_.facets.in_reach.size(), 0);
+      out_.is_place.back() = fine_.is_place[static_cast<std::size_t>(fine)];
+    }
     const auto follow = [&](int moving, double weight) {
       out_.from.push_back(moving);
       out_.weight.push_back(weight);

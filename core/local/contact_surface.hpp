@@ -37,6 +37,7 @@ struct ContactSurface {
   /// triangles. What moves the surface then goes on, after the patch's vertices, with how far its points have yielded.
   std::shared_ptr<const FinePatch> fine;
   std::vector<int> fine_facet;     ///< of each facet but the apron's: of the fine patch, -1: a triangle as it is
+  std::vector<char> is_place;      ///< of each vertex of refined facets: tools are held at it; empty: at all
   std::vector<int> facet_of_fine;  ///< of each facet of the fine patch; -1: its triangle is not refined
   /// Who moves with facet t: patch vertices moved_node[k] with moved_weight[k] of its three corners, first_moved[t] <=
   /// k < first_moved[t+1].

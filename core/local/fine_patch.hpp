@@ -24,6 +24,7 @@ struct FinePatch {
   std::vector<double> weight;
   std::vector<int> first_from, from;
   std::vector<double> share;
+  std::vector<char> is_place;                ///< of each vertex: tools are held at it; empty: at all
   std::vector<SurfacePlace> yielding;        ///< where the points are that yield by themselves, (y)
   MatrixX R;                                 ///< of these points [m/N], (3y x 3y), symmetric, positive semidefinite
   double retardation = 0;                    ///< [s]

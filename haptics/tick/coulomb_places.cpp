@@ -78,7 +78,7 @@ void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& o
     const double near = std::min(
         margin, kLookWithin * cell_of(patch, x, t.start) + (t.whole.sweep().x_t1 - t.whole.sweep().x_t0).norm());
     add_vertex_contacts(patch, x, m.work.x_event, t.whole.core(), shape.radius, near, all.subspan(plain.size()),
-                        room_for_vertices(tick, out), w.near[tool].is_seen, w.chosen[tool], out);
+                        m.surface.is_place, room_for_vertices(tick, out), w.near[tool].is_seen, w.chosen[tool], out);
     for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between nodes may reach into the tool
     w.near_is_ignored[tool] = true;
   }

@@ -56,8 +56,9 @@ Offset<wire::Refined> write(FlatBufferBuilder& to, const FineOrigin& origin) {
   for (const Vec3& other : o.others) others.push_back(wire::to_wire(other));
   const auto other_vector = to.CreateVectorOfStructs(others);
   const auto x = doubles(to, origin.x), v = doubles(to, origin.v);
-  return wire::CreateRefined(to, &centre, other_vector, o.radius, o.reach, o.size.edge, o.size.flat, o.size.least_flat,
-                             o.size.slope, o.most_nodes, static_cast<std::uint8_t>(origin.kind), origin.fineness, x, v);
+  return wire::CreateRefined(to, &centre, other_vector, o.radius, o.reach, o.apart, o.size.edge, o.size.flat,
+                             o.size.least_flat, o.size.slope, o.most_nodes, static_cast<std::uint8_t>(origin.kind),
+                             origin.fineness, x, v);
 }
 
 /// Null: it is none.
@@ -70,6 +71,7 @@ std::shared_ptr<const FineOrigin> read(const wire::Refined& r) {
     for (const wire::D3* other : *r.others()) o.others.push_back(wire::from_wire(*other));
   o.radius = r.radius();
   o.reach = r.reach();
+  o.apart = r.apart();
   o.size = {.edge = r.edge(), .flat = r.flat(), .least_flat = r.least_flat(), .slope = r.slope()};
   o.most_nodes = r.most_nodes();
   out->kind = static_cast<TangentKind>(r.kind());

@@ -121,7 +121,7 @@ TEST(VertexContacts, MoreThanRoomAreChosenApartAndStayTheSameAllTheTick) {
   const auto find = [&](const Vec3& centre, int room) {
     ContactSet out;
     const std::array corner{centre};
-    add_vertex_contacts(surface.patch, surface.x, surface.x, {corner, {}, {}}, kRadius, 3e-4, all, room, is_seen,
+    add_vertex_contacts(surface.patch, surface.x, surface.x, {corner, {}, {}}, kRadius, 3e-4, all, {}, room, is_seen,
                         chosen, out);
     return out;
   };

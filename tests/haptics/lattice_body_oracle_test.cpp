@@ -2,10 +2,12 @@
 // what it does not go with.
 #include <gtest/gtest.h>
 
+#include <map>
 #include <numbers>
 
 #include "core/body/embedded_surface.hpp"
 #include "core/fine/fine_size.hpp"
+#include "core/fine/places_apart.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "haptics/session/session.hpp"
@@ -126,13 +128,15 @@ struct PressedLattice {
   double mean = 0, most = 0, least = 0;  ///< force over the continuum's, in the last 0.2 s
 };
 
-/// A ball of 8 mm at rest on a block of 60 x 60 x 20 mm in cubes of 7.5 x 7.5 x 6.7 mm.
-PressedLattice press_lattice(const std::string& element, double edge, double depth, const Mesh& scan) {
+/// A ball at rest on a block of 60 x 60 x 20 mm in cubes of 7.5 x 7.5 x 6.7 mm.
+PressedLattice press_lattice(const std::string& element, double edge, double depth, const Mesh& scan,
+                             double radius = 0.008, std::array<double, 2> at = {0.0315, 0.0285}) {
   Scene s = scene_of_lattice();
   s.object.lattice = SceneLattice{.edge = edge, .nodes = {}};
   s.object.model.element = element;
+  s.tool.radius = radius;
   s.object.model.material = "linear";
-  s.tool.path.press_drag = PressDrag{.at = std::array{0.0315, 0.0285}, .depth = depth, .press_time = 0.3, .speed = 0};
+  s.tool.path.press_drag = PressDrag{.at = at, .depth = depth, .press_time = 0.3, .speed = 0};
   s.duration = 0.6;
   s.contact.mu_static = s.contact.mu_kinetic = 0;
   s.local.reducer = "condensed";
@@ -142,7 +146,7 @@ PressedLattice press_lattice(const std::string& element, double edge, double dep
                                                .poisson = 0.3,
                                                .thickness = 0.02,
                                                .width = 0.06 / std::sqrt(std::numbers::pi),
-                                               .radius = 0.008,
+                                               .radius = radius,
                                                .depth = depth,
                                                .cells = 16,
                                                .follows = true})
@@ -174,6 +178,45 @@ TEST(LatticeBody, UnderAFineScanTheForceIsTheContinuumsAndStays) {
     EXPECT_LT(pressed.most - pressed.least, 0.03) << depth;
   }
 }
+
+// Held at the vertices of the scan the ball sank in between large triangles, 0.65 of the force, and of small ones a
+// tick held others each time.
+TEST(LatticeBody, TheForceDoesNotDependOnTheTriangles) {
+  for (const int cells : {2, 8, 32}) {
+    const double size = 0.02 / cells;
+    const Mesh scan = surface_of(kuhn_block(3 * cells, 3 * cells, cells, size));
+    for (const double depth : {0.0005, 0.0012}) {
+      const PressedLattice pressed = press_lattice("tet4", 0.008, depth, scan, 0.004, {0.0309375, 0.0290625});
+      EXPECT_NEAR(pressed.mean, 1.06, 0.08) << size << ' ' << depth;
+      EXPECT_LT(pressed.most - pressed.least, 0.03) << size << ' ' << depth;
+    }
+  }
+}
+
+/// A bar in cubes of 9 mm, refined under a contact of 3 mm.
+struct RefinedBar {
+  explicit RefinedBar(const Mesh& bar)
+      : body(surface_of(bar), options()), refinable(make_refinable_body(body.model(), body.surface())) {
+    const Mesh& mesh = *refinable.fine.mesh;
+    const EmbeddedSurface& embedded = *mesh.embedded;
+    asked = fine_options(refinable.fine, {node(mesh.x, embedded.first + embedded.num_vertices() / 2), 0.003}, 1.0);
+    zone = make_fine_zone(refinable.fine, asked);
+  }
+  static BodyOptions options() {
+    BodyOptions out;
+    out.object.mesh = "bar";
+    out.object.body = "lattice";
+    out.object.model.type = "fem";
+    out.object.lattice = SceneLattice{.edge = 0.009, .nodes = {}};
+    return out;
+  }
+  Vec3 place(int vertex) const { return zone.embedded.vertex[vertex].of(refinable.fine.mesh->x); }
+
+  Body body;
+  RefinableBody refinable;
+  FineZoneOptions asked;
+  FineZone zone;
+};
 
 // ---- beams ----
 
@@ -366,17 +409,10 @@ TEST(LatticeBody, OfCubesFarWiderThanTheContactIsToldBeforeTheRun) {
 /// Cells that a surface cuts hold leaves without material: they are not unknowns, and no vertex of the surface is in
 /// one.
 TEST(LatticeBody, RefinesNothingWhereThereIsNoMaterial) {
-  BodyOptions options;
-  options.object.mesh = "bar";
-  options.object.body = "lattice";
-  options.object.model.type = "fem";
-  options.object.lattice = SceneLattice{.edge = 0.009, .nodes = {}};
-  const Body made(surface_of(turned_bar()), options);
-  const RefinableBody refinable = make_refinable_body(made.model(), made.surface());
-  const FineBody& body = refinable.fine;
+  const RefinedBar bar(turned_bar());
+  const FineZone& zone = bar.zone;
+  const FineBody& body = bar.refinable.fine;
   const EmbeddedSurface& embedded = *body.mesh->embedded;
-  const Vec3 place = node(body.mesh->x, embedded.first + embedded.num_vertices() / 2);
-  const FineZone zone = make_fine_zone(body, fine_options(body, {place, 0.003}, 1.0));
   ASSERT_GT(zone.embedded.vertex.size(), 10u);
   std::vector<char> is_needed(zone.nodes.size(), 0);
   int empty = 0;
@@ -392,6 +428,80 @@ TEST(LatticeBody, RefinesNothingWhereThereIsNoMaterial) {
   EXPECT_GT(empty, static_cast<int>(zone.leaves.size()) / 20);
   for (const int l : zone.embedded.leaf) EXPECT_FALSE(zone.leaves[l].is_empty);
   for (const int i : zone.unknown) EXPECT_TRUE(is_needed[i]) << i;
+}
+
+// Triangles of 10 mm, and of 0.5 mm.
+TEST(LatticeBody, RefinedTrianglesAreInPiecesAsSmallAsTheContactNeeds) {
+  for (const int cells : {2, 40}) {
+    const RefinedBar bar(kuhn_block(cells, cells, cells, 0.02 / cells));
+    const EmbeddedFacets& e = bar.zone.embedded;
+    const std::vector<Triangle>& triangles = bar.refinable.fine.mesh->triangles;
+    std::map<std::array<int, 2>, int> edges;
+    std::map<int, double> covered;  // of each triangle [m^2]
+    double longest = 0;
+    for (std::size_t f = 0; f < e.facets.size(); ++f) {
+      const Triangle& t = e.facets[f];
+      covered[e.triangle[f]] +=
+          0.5 * (bar.place(t[1]) - bar.place(t[0])).cross(bar.place(t[2]) - bar.place(t[0])).norm();
+      for (int c = 0; c < 3; ++c) {
+        const auto [a, b] = std::minmax(t[c], t[(c + 1) % 3]);
+        ++edges[{a, b}];
+        longest = std::max(longest, (bar.place(a) - bar.place(b)).norm());
+        EXPECT_TRUE(e.vertex[t[c]].lies_on(triangles[e.triangle[f]]));
+      }
+    }
+    EXPECT_LE(longest, (1 + 1e-12) * 2 * bar.asked.apart);
+    for (const auto& [t, area] : covered) {
+      const auto at = [&](int c) { return node(bar.refinable.fine.mesh->x, triangles[t][c]); };
+      const double whole = 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
+      EXPECT_NEAR(area, whole, 1e-12 * whole);
+    }
+    // Triangles side by side share whole edges: what one has alone is at the rim of what is refined, or in no piece.
+    std::size_t inner = 0;
+    for (const auto& [edge, count] : edges) {
+      EXPECT_LE(count, 2);
+      inner += count == 2;
+    }
+    EXPECT_EQ(e.vertex.size() + e.facets.size(), edges.size() + 1) << "Euler's number of a disc";
+    EXPECT_GT(inner, edges.size() / 2);
+    // No weight is left out, and none doubled.
+    for (const auto& weight : e.weight) EXPECT_NEAR(weight[0] + weight[1] + weight[2] + weight[3], 1, 1e-9);
+    for (std::size_t v = 0; v < e.vertex.size(); ++v) {
+      Vec3 at = Vec3::Zero();
+      for (int c = 0; c < 4; ++c) at += e.weight[v][c] * bar.zone.nodes[e.node[v][c]].of(bar.refinable.fine.mesh->x);
+      EXPECT_LT((at - bar.place(static_cast<int>(v))).norm(), 1e-9) << v;
+    }
+  }
+}
+
+TEST(LatticeBody, ToolsAreHeldAtPlacesThatLieApart) {
+  const RefinedBar bar(kuhn_block(40, 40, 40, 5e-4));
+  const EmbeddedFacets& e = bar.zone.embedded;
+  ASSERT_EQ(e.is_place.size(), e.vertex.size());
+  std::vector<int> places;
+  for (int v = 0; v < static_cast<int>(e.vertex.size()); ++v)
+    if (e.is_place[v]) places.push_back(v);
+  EXPECT_LT(places.size(), e.vertex.size() / 2);
+  const double apart = bar.asked.apart;
+  for (const int a : places)
+    for (const int b : places)
+      if (a < b) {
+        EXPECT_GE((bar.place(a) - bar.place(b)).norm(), apart);
+      }
+  for (int v = 0; v < static_cast<int>(e.vertex.size()); ++v)
+    EXPECT_TRUE(std::ranges::any_of(places, [&](int p) { return (bar.place(p) - bar.place(v)).norm() < apart; })) << v;
+  // The two sides of a sheet thinner than that have places of their own.
+  EmbeddedFacets sheet;
+  VectorX x(18);
+  for (int side = 0; side < 2; ++side)
+    for (int c = 0; c < 3; ++c) {
+      node(x, 3 * side + c) = Vec3(c == 1 ? 1e-3 : 0, c == 2 ? 1e-3 : 0, -1e-4 * side);
+      sheet.vertex.push_back(corner_point(3 * side + c));
+    }
+  sheet.facets = {{0, 1, 2}, {3, 5, 4}};
+  const std::vector<char> chosen = places_apart(x, sheet, 0.01);
+  EXPECT_EQ(std::count(chosen.begin(), chosen.begin() + 3, 1), 1);
+  EXPECT_EQ(std::count(chosen.begin() + 3, chosen.end(), 1), 1);
 }
 
 // ---- in a run ----

@@ -225,6 +225,8 @@ TEST(SentModel, RefinedCellsThatDoNotFitAreNamed) {
       [&](FineOrigin& f) { f.options.centre.y() = nan; },
       [&](FineOrigin& f) { f.options.radius = nan; },
       [](FineOrigin& f) { f.options.reach = -1; },
+      [](FineOrigin& f) { f.options.reach = 3 * f.options.size.flat; },
+      [](FineOrigin& f) { f.options.apart = 1e-3 * f.options.size.flat; },  // a scan in small pieces
       [](FineOrigin& f) { f.options.size.edge = 0; },
       [](FineOrigin& f) { f.options.size.edge = 1e-9; },  // would not fit into memory
       [](FineOrigin& f) { f.options.size.flat = 1; },
