@@ -3,8 +3,6 @@
 #include <array>
 #include <utility>
 
-#include "core/base/mixed.hpp"
-
 namespace kt {
 namespace {
 

@@ -5,6 +5,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
+#include <cstdint>
 
 namespace kt {
 
@@ -52,6 +53,13 @@ struct ToolTurn {
 /// The three entries of node i in a stacked array (x0 y0 z0 x1 y1 z1 ...).
 inline auto node(VectorX& x, int i) { return x.segment<3>(3 * i); }
 inline auto node(const VectorX& x, int i) { return x.segment<3>(3 * i); }
+
+/// A number's place in an order that has nothing to do with how things are numbered, the same everywhere.
+constexpr std::uint32_t mixed(int number) noexcept {
+  auto h = static_cast<std::uint32_t>(number) + 0x9e3779b9u;
+  for (int i = 0; i < 2; ++i) h = (h ^ (h >> 16)) * 0x45d9f3bu;
+  return h ^ (h >> 16);
+}
 
 /// All values of `matrix` zero in the pattern of `pattern`; keeps its storage when it has that pattern already,
 /// which is judged by the size and the number of entries: for matrices that only ever had this pattern.

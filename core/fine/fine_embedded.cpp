@@ -1,16 +1,14 @@
-#include "core/fine/fine_embedded.hpp"
+#include "core/fine/fine_surface.hpp"
 
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
-#include <tuple>
 
 #include "core/body/embedded_surface.hpp"
 #include "core/body/near_triangles.hpp"
 #include "core/fine/leaf_stiffness.hpp"
-#include "core/fine/places_apart.hpp"
 
 namespace kt {
 namespace {
@@ -48,6 +46,8 @@ const std::array<Matrix4d, 8>& to_eighths() {
 
 class EmbeddedFacetMaker {
   static constexpr double kSlack = 1e-9;
+  static constexpr double kOutside = 0.1;             // of a cell: a triangle that goes further out is not refined
+  static constexpr std::size_t kMostPieces = 50'000;  // of all triangles: no contact needs as many
 
  public:
   EmbeddedFacetMaker(const FineBody& body, const FineNodes& nodes, FineZone& zone)
@@ -64,10 +64,15 @@ class EmbeddedFacetMaker {
     const Triangle& t = body_.mesh->triangles[static_cast<std::size_t>(triangle)];
     for (const int v : t)
       if (!local_.contains(cell_of(v))) return;
+    EmbeddedFacets& e = zone_.embedded;
+    if (e.facets.size() > kMostPieces) longest = 0;
+    std::vector<Triangle> pieces;
     cut({corner_point(t[0]), corner_point(t[1]), corner_point(t[2])}, longest, [&](const std::array<CellPoint, 3>& p) {
-      zone_.embedded.triangle.push_back(triangle);
-      zone_.embedded.facets.push_back({vertex(p[0]), vertex(p[1]), vertex(p[2])});
+      pieces.push_back({vertex(p[0]), vertex(p[1]), vertex(p[2])});
     });
+    if (std::ranges::any_of(pieces, [](const Triangle& piece) { return std::ranges::min(piece) < 0; })) return;
+    e.triangle.insert(e.triangle.end(), pieces.size(), triangle);
+    e.facets.insert(e.facets.end(), pieces.begin(), pieces.end());
   }
 
  private:
@@ -92,12 +97,21 @@ class EmbeddedFacetMaker {
     cut({mid[e], p[(e + 1) % 3], p[(e + 2) % 3]}, longest, give);
   }
 
+  /// -1: between vertices, and in none of the zone's cells.
   int vertex(const CellPoint& point) {
     const int known = vertex_.find(point);
     if (known >= 0) return known;
+    const auto [cell, shares] = point.count == 1 ? cell_with(point.corner[0]) : cell_around(point);
+    if (point.count > 1 && shares.minCoeff() < -kOutside) return -1;
     zone_.embedded.vertex.push_back(point);
-    locate(point);
+    locate(cell, shares);
     return vertex_.at(point);
+  }
+
+  /// The cell that a vertex moves with, and its shares in the cell's corners.
+  std::pair<int, Vector4d> cell_with(int vertex) const {
+    const auto v = static_cast<std::size_t>(vertex - surface_.first);
+    return {surface_.cell[v], Vector4d(surface_.weights[v].data())};
   }
 
   /// Shares of a place in the corners of a cell.
@@ -150,16 +164,8 @@ class EmbeddedFacetMaker {
     return known.emplace(LeafShares{corners.inverse(), corners.rowwise().minCoeff(), corners.rowwise().maxCoeff()});
   }
 
-  void locate(const CellPoint& point) {
-    int cell = 0;
-    Vector4d place;
-    if (point.count == 1) {
-      const auto v = static_cast<std::size_t>(point.corner[0] - surface_.first);
-      cell = surface_.cell[v];
-      place = Vector4d(surface_.weights[v].data());
-    } else {
-      std::tie(cell, place) = cell_around(point);
-    }
+  /// The leaf of a cell that holds a place.
+  void locate(int cell, const Vector4d& place) {
     double best = -std::numeric_limits<double>::infinity();
     Vector4d shares;
     const FineLeaf* leaf = nullptr;
@@ -225,7 +231,9 @@ void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const Fin
   constexpr double kLeastApart = 0.01;  // of the cubes: contacts that need less have no cells that are small enough
   const double apart = options.apart > 0 ? std::max(options.apart, kLeastApart * body.mesh->embedded->edge) : 0;
   for (const int t : reached) maker.add(t, kLongestEdge * apart);
-  if (apart > 0) zone.embedded.is_place = places_apart(x, zone.embedded, apart);
+  if (!(apart > 0)) return;
+  zone.embedded.apart = apart;
+  zone.embedded.is_place = places_apart(x, zone.embedded, apart);
 }
 
 namespace {

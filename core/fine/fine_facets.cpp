@@ -1,4 +1,4 @@
-#include "core/fine/fine_facets.hpp"
+#include "core/fine/fine_surface.hpp"
 
 #include <set>
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/fine/fine_embedded.hpp"
+#include "core/fine/fine_surface.hpp"
 
 namespace kt {
 namespace {

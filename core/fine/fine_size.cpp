@@ -26,7 +26,7 @@ double cell_size_at(const FineBody& body, const Vec3& place) {
 
 namespace {
 constexpr double kLeastFlat = 0.85;    // contact radii
-constexpr double kPlacesApart = 0.27;  // contact radii: some twenty places under a ball
+constexpr double kPlacesApart = 0.27;  // contact radii: some twenty places under a ball, in a new zone
 }  // namespace
 
 FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness) {
@@ -37,7 +37,7 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
   out.radius = std::max(1.6 * cell, way + 0.5 * cell);
   // Vertices of a scan touch further behind the middle of a contact that is dragged.
   out.reach = (body.mesh->embedded ? 1.4 : 1.15) * a + contact.travel;
-  if (body.mesh->embedded) out.apart = kPlacesApart * a;
+  if (body.mesh->embedded) out.apart = kPlacesApart * std::min(a, contact.tool_radius);
   // Pressure falls off to the rim of the contact: cells there may be larger. Not on the way of a tool.
   out.size = {.edge = fineness * a,
               .flat = way,

@@ -1,5 +1,7 @@
 #pragma once
 // How fine a patch has to be for a contact, and what its force is then worth.
+#include <limits>
+
 #include "core/fine/fine_zone.hpp"
 
 namespace kt {
@@ -14,6 +16,8 @@ struct FineContact {
   double contact_radius = 0;   ///< [m]
   double travel = 0;           ///< how far the tool may go before the zone is made anew [m]
   std::vector<Vec3> others{};  ///< where it or another one touches, too
+  /// Of the smallest of the tools [m]: it must not pass between places of an embedded surface.
+  double tool_radius = std::numeric_limits<double>::infinity();
 };
 
 /// Leaves of `fineness` contact radii in all of the contact's way, and growing outwards by their distance from it;

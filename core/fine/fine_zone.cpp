@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "core/base/stages.hpp"
-#include "core/fine/fine_embedded.hpp"
-#include "core/fine/fine_facets.hpp"
 #include "core/fine/fine_refinement.hpp"
+#include "core/fine/fine_surface.hpp"
 
 namespace kt {
 namespace {

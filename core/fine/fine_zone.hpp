@@ -60,6 +60,7 @@ struct EmbeddedFacets {
   std::vector<std::array<double, 4>> weight;
   std::vector<int> leaf;       ///< of the zone, that each vertex is in
   std::vector<char> is_place;  ///< of each vertex: tools are held at it; empty: at all
+  double apart = 0;            ///< of those: none of the others is further from one on its side [m]
 };
 
 /// Topology of a zone; geometry comes with positions.

@@ -110,13 +110,14 @@ NodeWeights carried_by(const EmbeddedSurface& surface, const CellPoint& p) {
   return surface.moved_by(corners, weights);
 }
 
-/// Facets are whole triangles; vertices move as the body's surface does, and yield with nodes of leaves.
+/// Facets are triangles or pieces of them; vertices move as the body's surface does, and yield with nodes of leaves.
 void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) {
   const EmbeddedFacets& e = zone.embedded;
   const EmbeddedSurface& surface = *body.mesh->embedded;
   out.facets = e.facets;
   out.triangle = e.triangle;
   out.is_place = e.is_place;
+  out.apart = e.apart;
   for (std::size_t f = 0; f < e.facets.size(); ++f) {
     const Triangle& t = body.mesh->triangles[static_cast<std::size_t>(e.triangle[f])];
     Mat3& corners = out.corners.emplace_back();

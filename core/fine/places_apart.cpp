@@ -1,16 +1,15 @@
-#include "core/fine/places_apart.hpp"
+#include "core/fine/fine_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
-#include "core/base/mixed.hpp"
-
 namespace kt {
 namespace {
 
-constexpr double kSameSide = 0.5;  // cosine between normals
+/// Cosine between normals. A scan's may be rough, and those of triangles that are there twice, once turned, cancel.
+constexpr double kSameSide = -0.5;
 
 /// Unit normals of the vertices, weighted by area.
 std::vector<Vec3> normals(const VectorX& x, const EmbeddedFacets& e) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/base/error.hpp"
@@ -84,11 +85,19 @@ class Refined {
   }
 
  private:
+  /// And no piece has more of them than NodeWeights can hold.
   bool has_all_nodes(int first, int last) const {
-    for (int f = first; f < last; ++f)
-      for (const int v : fine_.facets[f])
-        for (int k = fine_.first[v]; k < fine_.first[v + 1]; ++k)
+    for (int f = first; f < last; ++f) {
+      std::set<int> body, yields;
+      for (const int v : fine_.facets[f]) {
+        for (int k = fine_.first[v]; k < fine_.first[v + 1]; ++k) {
           if (!vertex_of_node_.contains(fine_.node[k])) return false;
+          body.insert(fine_.node[k]);
+        }
+        yields.insert(fine_.from.begin() + fine_.first_from[v], fine_.from.begin() + fine_.first_from[v + 1]);
+      }
+      if (body.size() + yields.size() > NodeWeights::kMost) return false;
+    }
     return true;
   }
 

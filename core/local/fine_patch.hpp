@@ -25,6 +25,7 @@ struct FinePatch {
   std::vector<int> first_from, from;
   std::vector<double> share;
   std::vector<char> is_place;                ///< of each vertex: tools are held at it; empty: at all
+  double apart = 0;                          ///< none of the other vertices is further from one of those [m]
   std::vector<SurfacePlace> yielding;        ///< where the points are that yield by themselves, (y)
   MatrixX R;                                 ///< of these points [m/N], (3y x 3y), symmetric, positive semidefinite
   double retardation = 0;                    ///< [s]

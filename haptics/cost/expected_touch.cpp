@@ -97,6 +97,7 @@ double expected_nodes(double contact_radius, std::span<const SurfaceCell> cells,
 ExpectedTouch expect_touch(const TouchOptions& options, const Mesh& mesh, const Surface& surface,
                            const SurfacePatch& patch, const ContactSite& site, const ExpectedTouch& kind) {
   constexpr double kRefinedRim = 0.7;  // of the ticks: where many places are held the patch is as small as the contact
+  constexpr double kOnScan = 20;       // FineZoneOptions::apart
   constexpr int kSeen = 3;   // places, from which on a contact's radius is measured, and the patch fitted to it
   constexpr int kAdded = 4;  // of a tool's share of kMaxContacts, kept for places that are pushed at
   ExpectedTouch out;
@@ -110,7 +111,7 @@ ExpectedTouch expect_touch(const TouchOptions& options, const Mesh& mesh, const 
     const double radius = pressed_contact_radius(tool.shape, options.press_depth);
     double places = expected_places(radius, triangle);
     if (tool.shape.kind == ToolShape::Kind::point || out.is_projected) places = 1;
-    if (refines && surface.embedded) places = 0.5 * disc(radius) / std::max(triangle, 1e-12);
+    if (refines && surface.embedded) places = kOnScan;
     if (refines && !surface.embedded) places = expected_nodes(radius, cells, largest_leaf(options, radius));
     const double most = kMaxContacts / static_cast<double>(options.tools.size()) - kAdded;
     out.places += std::clamp(places, 1.0, most);

@@ -104,6 +104,7 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
     const SeenTool& tool = places[k];
     const Vec3 way = tool.time * tool.velocity;
     out.touches = out.touches || tool.touched.has_value();
+    if (tools[k].shape.radius > 0) out.tool_radius = std::min(out.tool_radius, tools[k].shape.radius);
     const ContactAhead contact = tool.touched ? touched_ahead(tools[k].shape, tool, zone_ && zone_->is_long)
                                               : next_contact(surface_, x, body_.mesh->x, patch, tools[k].shape, tool);
     if (way.norm() > kLeastTravel * contact.radius) out.late = std::max(out.late, tool.late);
@@ -202,7 +203,7 @@ void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   constexpr double kMargin = 1.5, kLeastNodes = 150;
   constexpr double kLongRoom = 0.85;  // of what a long contact asks for: cells beyond that are told as too large
   const double most = largest_fineness(wanted.areas), least = most / largest_fineness(1) * kLeastFineness;
-  FineContact contact{.contact_radius = ahead_radius(wanted)};
+  FineContact contact{.contact_radius = ahead_radius(wanted), .tool_radius = wanted.tool_radius};
   contact.travel = kLeastTravel * contact.contact_radius;
   std::vector<Way> ways;
   std::vector<Vec3> places;

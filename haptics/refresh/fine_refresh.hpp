@@ -55,8 +55,9 @@ class FineRefresh {
     bool has_room = true;    // a tick holds all places of the contact
   };
   struct Wanted {
-    double contact_radius = 0;               // [m]
-    double late = 1;                         // see SeenTool
+    double contact_radius = 0;                                     // [m]
+    double tool_radius = std::numeric_limits<double>::infinity();  // of the smallest [m]
+    double late = 1;                                               // see SeenTool
     double areas = 0;                        // of all contacts over that of a round one of this radius
     double whole_area = 0, whole_width = 0;  // of long contacts of tools that are pressed in deeply [m^2], half [m]
     bool touches = false, is_long = false;

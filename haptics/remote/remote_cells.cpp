@@ -14,7 +14,6 @@ namespace {
 constexpr double kFarthest = 1e6;     // [m] or [m/s]
 constexpr double kMostLeaves = 2e5;   // of the finest size
 constexpr double kMostReach = 2;      // times the place of the finest cells, fine_options()
-constexpr double kLeastApart = 0.05;  // of it
 constexpr double kLeastSlope = 0.25;  // of sizes over the distance: leaves away from the tool are few
 
 bool is_within(const VectorX& v) {
@@ -44,7 +43,6 @@ std::string RemoteCells::trouble(const FineOrigin& origin) const {
   if (!is_place(o.centre) || !std::ranges::all_of(o.others, is_place) || !is_length(o.radius) || !is_length(o.reach) ||
       !is_length(o.size.flat) || !is_length(o.size.least_flat) || !(o.size.edge > 0 && o.size.edge <= kFarthest) ||
       o.reach > kMostReach * o.size.flat || !is_length(o.apart) ||
-      (o.apart > 0 && o.apart < kLeastApart * o.size.flat) ||
       !(o.size.slope >= kLeastSlope && o.size.slope <= kFarthest) || !is_length(origin.fineness))
     return "refined cells: a length is wrong";
   const double places = 1 + static_cast<double>(o.others.size());

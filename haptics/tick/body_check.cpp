@@ -112,7 +112,8 @@ SurfacePatch& BodyCheck::near(int tool, const Vec3& place) {
 }
 
 /// How far a ball that lies on the nodes of refined facets may reach below these [m]: over a triangle of equal edges L
-/// L^2 / 6 R, the most for a longest edge. Of the facets that it covers.
+/// L^2 / 6 R, the most for a longest edge. Of the facets that it covers. Where tools are not held at all vertices, each
+/// point is within L / sqrt(3) of a vertex, and that within `apart` of a place: r^2 / 2 R for both.
 double BodyCheck::between_nodes(const MovingTool& tool, const Vec3& place) const {
   const ToolShape& shape = tool.shape();
   if (!has_vertex_contacts(tool.core()) || !(shape.radius > 0)) return 0;
@@ -123,7 +124,8 @@ double BodyCheck::between_nodes(const MovingTool& tool, const Vec3& place) const
     if (std::min({(a - place).norm(), (b - place).norm(), (c - place).norm()}) > covers) continue;
     longest_sq = std::max({longest_sq, (a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
   }
-  return longest_sq / (6 * shape.radius);
+  const double far = std::sqrt(longest_sq / 3) + (longest_sq > 0 ? model_->surface.fine->apart : 0);
+  return far * far / (2 * shape.radius);
 }
 
 double BodyCheck::depth(int tool, const ToolSweep& sweep) {

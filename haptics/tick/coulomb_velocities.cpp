@@ -3,6 +3,7 @@
 // tick takes it back: the force would swing from tick to tick for ever. So contacts give a second impulse, at the end,
 // that takes away the speed that is left: SHAKE and RATTLE (Andersen 1983).
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "core/body/node_weights.hpp"
 #include "haptics/tick/coulomb_stages.hpp"
@@ -21,9 +22,31 @@ struct SpeedCondition {
 constexpr int kMaxConditions = 3 * kMaxContacts;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxConditions, kMaxConditions>;
 
-/// No speed along the normal, nor along the surface where it sticks. None where a contact pulls. What touches refined
-/// cells has none: these have no mass, so that their rate takes on the tool's speed by itself. An impulse would have to
-/// give that speed to the coarse nodes: at a touch by 40 mm/s, half a gram or 20 mN for a tick.
+/// Whether a contact is on refined cells that yield to an impulse by more than the body does. These have no mass, so
+/// that their rate takes on the tool's speed by itself; an impulse that meets a condition would have to give that speed
+/// to the coarse nodes: at a touch by 40 mm/s, half a gram or 20 mN for a tick.
+bool has_soft_cells(const TickState& tick, const Contact& contact) noexcept {
+  const PreparedLocalModel& m = *tick.model;
+  if (!m.surface.is_refined(contact.triangle)) return false;
+  const NodeWeights moves = m.surface.moved_by(contact.triangle, contact.bary);
+  const auto body_end = std::find_if(moves.node.begin(), moves.node.begin() + moves.count,
+                                     [&](int i) { return i >= m.surface.num_nodes; });
+  const auto body = static_cast<int>(body_end - moves.node.begin());  // ascending: yielding points come last
+  const auto along = [&](const MatrixX& response, int first, int from, int end) {
+    double sum = 0;
+    for (int a = from; a < end; ++a)
+      for (int b = from; b < end; ++b)
+        sum += moves.weight[a] * moves.weight[b] *
+               contact.normal.dot(response.block<3, 3>(3 * (moves.node[a] - first), 3 * (moves.node[b] - first)) *
+                                  contact.normal);
+    return sum;
+  };
+  return m.yield_rate / m.dynamics->h() * along(m.surface.fine->R, m.surface.num_nodes, body, moves.count) >
+         along(m.dynamics->kick().C, 0, 0, body);
+}
+
+/// No speed along the normal, nor along the surface where it sticks. None where a contact pulls, and of those on soft
+/// cells.
 /// @return  how many
 int collect_conditions(const TickState& tick, std::array<SpeedCondition, kMaxConditions>& out) noexcept {
   int n = 0;
@@ -31,7 +54,7 @@ int collect_conditions(const TickState& tick, std::array<SpeedCondition, kMaxCon
     const Vec3 &normal = tick.contacts.contacts[i].normal, &impulse = tick.model->state.impulse[i];
     const double push = -impulse.dot(normal);
     if (!(push > 0)) return 0;
-    if (tick.model->surface.is_refined(tick.contacts.contacts[i].triangle)) continue;
+    if (has_soft_cells(tick, tick.contacts.contacts[i])) continue;
     if (tick.solution.mode[i] == ContactMode::stick) {
       for (int k = 0; k < 3; ++k) out[n++] = {i, Vec3::Unit(k), Vec3::Unit(k)};
     } else {

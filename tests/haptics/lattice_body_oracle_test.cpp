@@ -7,7 +7,7 @@
 
 #include "core/body/embedded_surface.hpp"
 #include "core/fine/fine_size.hpp"
-#include "core/fine/places_apart.hpp"
+#include "core/fine/fine_surface.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "haptics/session/session.hpp"
@@ -193,18 +193,20 @@ TEST(LatticeBody, TheForceDoesNotDependOnTheTriangles) {
   }
 }
 
-/// A bar in cubes of 9 mm, refined under a contact of 3 mm.
+/// A bar in cubes of 9 mm, refined under a contact.
 struct RefinedBar {
-  explicit RefinedBar(const Mesh& bar)
-      : body(surface_of(bar), options()), refinable(make_refinable_body(body.model(), body.surface())) {
+  explicit RefinedBar(const Mesh& bar, double contact_radius = 0.003, const std::string& element = "tet4")
+      : body(surface_of(bar), options(element)), refinable(make_refinable_body(body.model(), body.surface())) {
     const Mesh& mesh = *refinable.fine.mesh;
     const EmbeddedSurface& embedded = *mesh.embedded;
-    asked = fine_options(refinable.fine, {node(mesh.x, embedded.first + embedded.num_vertices() / 2), 0.003}, 1.0);
+    asked =
+        fine_options(refinable.fine, {node(mesh.x, embedded.first + embedded.num_vertices() / 2), contact_radius}, 1.0);
     zone = make_fine_zone(refinable.fine, asked);
   }
-  static BodyOptions options() {
+  static BodyOptions options(const std::string& element) {
     BodyOptions out;
     out.object.mesh = "bar";
+    out.object.model.element = element;
     out.object.body = "lattice";
     out.object.model.type = "fem";
     out.object.lattice = SceneLattice{.edge = 0.009, .nodes = {}};
@@ -430,11 +432,13 @@ TEST(LatticeBody, RefinesNothingWhereThereIsNoMaterial) {
   for (const int i : zone.unknown) EXPECT_TRUE(is_needed[i]) << i;
 }
 
-// Triangles of 10 mm, and of 0.5 mm.
+// Triangles with edges of 1.2 mm, as the lattice cuts them, under contacts of 1 mm, and of 0.5 mm that stay.
 TEST(LatticeBody, RefinedTrianglesAreInPiecesAsSmallAsTheContactNeeds) {
-  for (const int cells : {2, 40}) {
-    const RefinedBar bar(kuhn_block(cells, cells, cells, 0.02 / cells));
+  for (const auto& [cells, element] : {std::pair(2, "tet4"), {2, "tet10"}, {40, "tet4"}}) {
+    const RefinedBar bar(kuhn_block(cells, cells, cells, 0.02 / cells), cells == 2 ? 0.001 : 0.003, element);
     const EmbeddedFacets& e = bar.zone.embedded;
+    const auto between = std::ranges::count_if(e.vertex, [](const CellPoint& p) { return p.count > 1; });
+    EXPECT_EQ(between > 0, cells == 2);
     const std::vector<Triangle>& triangles = bar.refinable.fine.mesh->triangles;
     std::map<std::array<int, 2>, int> edges;
     std::map<int, double> covered;  // of each triangle [m^2]
@@ -464,8 +468,11 @@ TEST(LatticeBody, RefinedTrianglesAreInPiecesAsSmallAsTheContactNeeds) {
     }
     EXPECT_EQ(e.vertex.size() + e.facets.size(), edges.size() + 1) << "Euler's number of a disc";
     EXPECT_GT(inner, edges.size() / 2);
-    // No weight is left out, and none doubled.
-    for (const auto& weight : e.weight) EXPECT_NEAR(weight[0] + weight[1] + weight[2] + weight[3], 1, 1e-9);
+    // Each vertex is in its leaf.
+    for (const auto& weight : e.weight) {
+      EXPECT_NEAR(weight[0] + weight[1] + weight[2] + weight[3], 1, 1e-9);
+      EXPECT_GE(std::ranges::min(weight), -1e-6);
+    }
     for (std::size_t v = 0; v < e.vertex.size(); ++v) {
       Vec3 at = Vec3::Zero();
       for (int c = 0; c < 4; ++c) at += e.weight[v][c] * bar.zone.nodes[e.node[v][c]].of(bar.refinable.fine.mesh->x);

@@ -13,15 +13,19 @@ namespace {
 
 /// The local model of a pressed block.
 struct Pressed {
-  explicit Pressed(const std::string& reducer, const std::string& surface = "flat", const std::string& refine = "off")
-      : scene(make(reducer, surface, refine)) {
+  explicit Pressed(const std::string& reducer, const std::string& surface = "flat", const std::string& refine = "off",
+                   const std::string& body = "mesh")
+      : scene(make(reducer, surface, refine, body)) {
     const TouchOptions& o = scene.options();
     Refresher refresher(scene.model(), scene.surface(), o, scene.start());
     const Pose at{{0.03, 0.026, 0.038}, Quaternion::Identity()};
     model = refresher.refresh(0, std::span(&at, 1), {});
   }
-  static BuiltScene make(const std::string& reducer, const std::string& surface, const std::string& refine) {
+  static BuiltScene make(const std::string& reducer, const std::string& surface, const std::string& refine,
+                         const std::string& body) {
     Scene s = small_scene();
+    s.object.body = body;
+    if (body == "lattice") s.object.model.type = "fem";
     s.link.type = "network";
     s.local.reducer = reducer;
     s.contact.surface = surface;
@@ -161,10 +165,11 @@ TEST(SentModel, WhatDoesNotFitIsNamedAndNothingElse) {
 
 /// Refined cells are made on the hand's computer from some nodes' places: R is that of the body's, bit for bit.
 TEST(SentModel, RefinedCellsAreMadeAgainWithTheSameBits) {
-  for (const char* reducer : {"krylov", "condensed"}) {
-    const Pressed p(reducer, "flat", "follow");
+  for (const auto& [reducer, body] : {std::pair("krylov", "mesh"), {"condensed", "mesh"}, {"krylov", "lattice"}}) {
+    const Pressed p(reducer, "flat", "follow", body);
     const FinePatch& here = *p.model->surface.fine;
     ASSERT_GT(here.num_yielding(), 20);
+    EXPECT_EQ(here.apart > 0, body == std::string("lattice"));
     ModelUnpacker unpacker = p.unpacker();
     const SentModel sent = pack_model(*p.model, 16);
     ASSERT_EQ(unpacker.trouble(sent), "") << reducer;
@@ -172,6 +177,11 @@ TEST(SentModel, RefinedCellsAreMadeAgainWithTheSameBits) {
     ASSERT_TRUE(there->surface.fine);
     EXPECT_EQ(there->surface.fine->R, here.R);
     EXPECT_EQ(there->surface.fine->facets, here.facets);
+    EXPECT_EQ(there->surface.fine->corners, here.corners);
+    EXPECT_EQ(there->surface.fine->weight, here.weight);
+    EXPECT_EQ(there->surface.fine->share, here.share);
+    EXPECT_EQ(there->surface.fine->is_place, here.is_place);
+    EXPECT_EQ(there->surface.fine->apart, here.apart);
     EXPECT_EQ(there->surface.fine->retardation, here.retardation);
     EXPECT_EQ(there->surface.fine->fineness, here.fineness);
     EXPECT_EQ(there->state.yielded.size(), p.model->state.yielded.size());
@@ -225,8 +235,8 @@ TEST(SentModel, RefinedCellsThatDoNotFitAreNamed) {
       [&](FineOrigin& f) { f.options.centre.y() = nan; },
       [&](FineOrigin& f) { f.options.radius = nan; },
       [](FineOrigin& f) { f.options.reach = -1; },
-      [](FineOrigin& f) { f.options.reach = 3 * f.options.size.flat; },
-      [](FineOrigin& f) { f.options.apart = 1e-3 * f.options.size.flat; },  // a scan in small pieces
+      [](FineOrigin& f) { f.options.reach = 3 * f.options.size.flat; },  // all of a scan
+      [&](FineOrigin& f) { f.options.apart = nan; },
       [](FineOrigin& f) { f.options.size.edge = 0; },
       [](FineOrigin& f) { f.options.size.edge = 1e-9; },  // would not fit into memory
       [](FineOrigin& f) { f.options.size.flat = 1; },
