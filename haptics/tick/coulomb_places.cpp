@@ -36,6 +36,16 @@ int room_for_vertices(const TickState& tick, const ContactSet& found) noexcept {
   return std::max(kLeast, kMaxContacts / tick.num_tools() - kAdded - found.count);
 }
 
+/// Lets go of a contact from within refined facets: "nothing is in front of the core" says so where no facet was looked
+/// at, and on a rough scan what is nearest may face away. Vertices say more. Held at one place from both sides, a tool
+/// got 3e8 N.
+void drop_inside(const ContactSurface& surface, double radius, ContactSet& contacts) noexcept {
+  constexpr double kOn = 1 - 1e-9;
+  const auto is_inside = [&](const Contact& c) { return c.gap < -kOn * radius && surface.is_refined(c.triangle); };
+  const auto begin = contacts.contacts.begin();
+  contacts.count = static_cast<int>(std::remove_if(begin, begin + contacts.count, is_inside) - begin);
+}
+
 /// Those of one tool.
 void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& out) noexcept {
   PreparedLocalModel& m = *tick.model;
@@ -74,11 +84,13 @@ void find_contacts_of(TickState& tick, int tool, const VectorX& x, ContactSet& o
   find_tool_contacts(patch, x, t.whole.core(), shape.radius, margin, plain, t.start, w.near[tool], out, place - from,
                      m.state.overlap[tool].allowed());
   if (touches_vertices) {
+    const int plain_count = out.count;
     // How fast what yields goes back without contact says nothing: in contact it does not.
     const double near = std::min(
         margin, kLookWithin * cell_of(patch, x, t.start) + (t.whole.sweep().x_t1 - t.whole.sweep().x_t0).norm());
     add_vertex_contacts(patch, x, m.work.x_event, t.whole.core(), shape.radius, near, all.subspan(plain.size()),
                         m.surface.is_place, room_for_vertices(tick, out), w.near[tool].is_seen, w.chosen[tool], out);
+    if (out.count > plain_count) drop_inside(m.surface, shape.radius, out);
     for (const int facet : all) w.ignored[tool][facet] = 1;  // what lies between nodes may reach into the tool
     w.near_is_ignored[tool] = true;
   }
