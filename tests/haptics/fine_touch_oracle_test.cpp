@@ -134,7 +134,7 @@ TEST(FineTouch, ABallThatPressesFastStaysOutside) {
 }
 
 // Refined cells have no mass: their rate takes on the tool's speed. An impulse on the coarse nodes, as a contact
-// without them needs it, was felt as a knock: 9 times the force of the tick after it.
+// without them needs it, was felt as a knock: four times the force of the tick after it.
 TEST(FineTouch, ATouchAtSpeedIsNoKnock) {
   const SessionResult r = run({.cell = 0.01, .depth = 0.004, .mu = 0.3, .press_time = 0.05});
   const auto& frames = r.tools[0].frames;
