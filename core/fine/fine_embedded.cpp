@@ -229,9 +229,11 @@ void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const Fin
   EmbeddedFacetMaker maker(body, nodes, zone);
   constexpr double kLongestEdge = 2;    // of how far places are apart
   constexpr double kLeastApart = 0.01;  // of the cubes: contacts that need less have no cells that are small enough
-  constexpr double kFewNodes = 0.6;     // of the size that is wanted: leaves above it have less nodes than places
-  const double wider = std::max(1.0, zone.largest / (kFewNodes * options.size.edge));
-  const double apart = options.apart > 0 ? std::max(wider * options.apart, kLeastApart * body.mesh->embedded->edge) : 0;
+  // Large leaves have fewer nodes than there are such places. Not by options.size.edge: what a second computer is sent
+  // is the edge that was taken.
+  constexpr double kOfLeaf = 1.0 / 3, kWidest = 1.7;
+  const double wider = std::clamp(kOfLeaf * zone.largest, options.apart, kWidest * options.apart);
+  const double apart = options.apart > 0 ? std::max(wider, kLeastApart * body.mesh->embedded->edge) : 0;
   for (const int t : reached) maker.add(t, kLongestEdge * apart);
   if (!(apart > 0)) return;
   zone.embedded.apart = apart;

@@ -26,6 +26,7 @@ struct Pressed {
     Scene s = small_scene();
     s.object.body = body;
     if (body == "lattice") s.object.model.type = "fem";
+    if (body == "lattice") s.local.refine_nodes = 200;  // too few for cells of the size that is wanted
     s.link.type = "network";
     s.local.reducer = reducer;
     s.contact.surface = surface;
