@@ -196,19 +196,22 @@ class BlockSolver final : public SparseSolver, public CopiedSolver {
 
   void order_last(std::vector<int> nodes) override { last_ = std::move(nodes); }
 
-  /// Of A = L L^T, where L_22 is what L has on these rows and columns: (L_22 L_22^T)^-1. Nothing where others come
-  /// after some of them.
-  std::optional<MatrixX> trailing_inverse(Eigen::Index rows, Eigen::Index count) const {
+  /// Of A = L L^T what L has on the last `count` rows and columns, inverted: (L_22 L_22^T)^-1 is what the inverse of A
+  /// has there. Nothing where other rows come after some of them.
+  struct TrailingFactor {
+    RowMatrix inverse;
+    std::vector<int> place;  ///< of each of the last rows
+  };
+  std::optional<TrailingFactor> trailing_factor(Eigen::Index rows, Eigen::Index count) const {
     const int first = static_cast<int>((rows - count) / 3);
     if (others_ || count % 3 != 0 || !ends_with(first)) return {};
     const std::vector<int>& order = analysis_->supernodes.order;
     MatrixX L = MatrixX::Zero(count, count);
     for (std::size_t s = 0; s < analysis_->places.size(); ++s) copy_lower(s, first, L);
-    const MatrixX ordered = inverse_from(invert_lower(L));
-    std::vector<int> place(static_cast<std::size_t>(count));
+    TrailingFactor out{invert_lower(L), std::vector<int>(static_cast<std::size_t>(count))};
     for (std::size_t k = first; k < order.size(); ++k)
-      for (int c = 0; c < 3; ++c) place[3 * (order[k] - first) + c] = 3 * (static_cast<int>(k) - first) + c;
-    return MatrixX(ordered(place, place));
+      for (int c = 0; c < 3; ++c) out.place[3 * (order[k] - first) + c] = 3 * (static_cast<int>(k) - first) + c;
+    return out;
   }
 
  private:
@@ -379,10 +382,29 @@ class BlockSolver final : public SparseSolver, public CopiedSolver {
 
 MatrixX trailing_inverse(const SparseSolver& solver, Eigen::Index rows, Eigen::Index count) {
   if (const auto* own = dynamic_cast<const BlockSolver*>(&solver))
-    if (auto out = own->trailing_inverse(rows, count)) return *std::move(out);
+    if (const auto found = own->trailing_factor(rows, count))
+      return MatrixX(inverse_from(found->inverse)(found->place, found->place));
   MatrixX loads = MatrixX::Zero(rows, count);
   loads.bottomRows(count).setIdentity();
   return solver.solve(loads).bottomRows(count);
+}
+
+MatrixX trailing_inverse(const SparseSolver& solver, Eigen::Index rows, const SparseMatrix& P) {
+  const Eigen::Index count = P.cols();
+  if (const auto* own = dynamic_cast<const BlockSolver*>(&solver))
+    if (const auto found = own->trailing_factor(rows, count)) {
+      RowMatrix loaded = RowMatrix::Zero(count, P.rows());
+      for (Eigen::Index i = 0; i < count; ++i)
+        for (Eigen::Index j = 0; j < count; ++j) {
+          const double number = found->inverse(i, found->place[j]);
+          if (number == 0) continue;
+          for (SparseMatrix::InnerIterator it(P, j); it; ++it) loaded(i, it.row()) += it.value() * number;
+        }
+      return symmetric_product(loaded, loaded);
+    }
+  MatrixX loads = MatrixX::Zero(rows, P.rows());
+  loads.bottomRows(count) = P.transpose();
+  return P * solver.solve(loads).bottomRows(count);
 }
 
 std::unique_ptr<SparseSolver> make_block_solver() { return std::make_unique<BlockSolver>(); }

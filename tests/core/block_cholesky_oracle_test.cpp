@@ -93,9 +93,17 @@ TEST(BlockCholesky, HasTheTrailingBlockOfTheInverse) {
       solver->order_last(last);
       ASSERT_TRUE(solver->factor(m));
       EXPECT_LE(relative_error(trailing_inverse(*solver, n, 3 * count), expected), kRoundoff) << n << ' ' << count;
+      SparseMatrix points(2 * count, 3 * count);  // two numbers of each node, and the next one's
+      for (int i = 0; i < 2 * count; ++i) {
+        points.insert(i, i) = 1 + i % 3;
+        if (i + 4 < 3 * count) points.insert(i, i + 4) = -0.3;
+      }
+      const MatrixX seen = points * MatrixX(expected) * points.transpose();
+      EXPECT_LE(relative_error(trailing_inverse(*solver, n, points), seen), kRoundoff) << n << ' ' << count;
       other->order_last({0});
       ASSERT_TRUE(other->factor(m));
       EXPECT_LE(relative_error(trailing_inverse(*other, n, 3 * count), expected), kRoundoff) << n << ' ' << count;
+      EXPECT_LE(relative_error(trailing_inverse(*other, n, points), seen), kRoundoff) << n << ' ' << count;
       ASSERT_TRUE(other->factor(SparseMatrix(m.triangularView<Eigen::Lower>())));
       EXPECT_LE(relative_error(trailing_inverse(*other, n, 3 * count), expected), kRoundoff) << n << ' ' << count;
     }

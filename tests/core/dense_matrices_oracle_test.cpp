@@ -7,6 +7,7 @@
 
 #include "core/base/error.hpp"
 #include "core/linear/dense/dense_cholesky.hpp"
+#include "core/linear/dense/dense_product.hpp"
 #include "core/linear/dense/symmetric_eigen.hpp"
 #include "tests/support/numbers.hpp"
 
@@ -69,6 +70,13 @@ TEST(InverseFactor, IsThatOfEigensFactor) {
     EXPECT_EQ(MatrixX(inverse->triangularView<Eigen::StrictlyUpper>()).norm(), 0) << n;
   }
   EXPECT_EQ(inverse_factor(MatrixX(0, 0))->size(), 0);
+}
+
+TEST(InverseFactor, TimesItselfHasTheBitsOfAFullProduct) {
+  for (int n : {1, 15, 17, 33, 127, 128, 129, 300}) {
+    const RowMatrix lower = random_positive_definite(n, 7).triangularView<Eigen::Lower>();
+    EXPECT_EQ(product_with_itself(lower), symmetric_product(ColumnGroups(lower), ColumnGroups(lower))) << n;
+  }
 }
 
 TEST(InverseFactor, IsNoneOfWhatIsNotPositiveDefinite) {

@@ -123,6 +123,6 @@ RowMatrix invert_lower(const MatrixX& L) {
   return invert(whole, inverses).topLeftCorner(L.rows(), L.cols());
 }
 
-MatrixX inverse_from(const RowMatrix& inverse_factor) { return symmetric_product(inverse_factor, inverse_factor); }
+MatrixX inverse_from(const RowMatrix& inverse_factor) { return product_with_itself(inverse_factor); }
 
 }  // namespace kt

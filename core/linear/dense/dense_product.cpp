@@ -79,22 +79,37 @@ MatrixX symmetric_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref
   return symmetric_product(ColumnGroups(A), ColumnGroups(B));
 }
 
-/// So many rows at a time that those of two groups stay in the nearest cache.
-MatrixX symmetric_product(const ColumnGroups& A, const ColumnGroups& B) {
+namespace {
+
+/// So many rows at a time that those of two groups stay in the nearest cache. Zeros change no sum: they can be left
+/// out.
+/// @param is_lower  A's rows are zero right of the diagonal
+MatrixX product_of_groups(const ColumnGroups& A, const ColumnGroups& B, bool is_lower) {
   constexpr Eigen::Index kRows = 128;
   const Eigen::Index n = A.rows, k = A.cols;
   MatrixX out = MatrixX::Zero(k, k);
   double tile[kHigh * kBroad];
-  for (Eigen::Index from = 0; from < n; from += kRows)
-    for (Eigen::Index c0 = 0; c0 < k; c0 += kBroad)
-      for (Eigen::Index i = c0; i < k; i += kHigh) {
+  for (Eigen::Index from = 0; from < n; from += kRows) {
+    const Eigen::Index end = is_lower ? std::min(k, from + kRows) : k;
+    for (Eigen::Index c0 = 0; c0 < end; c0 += kBroad)
+      for (Eigen::Index i = c0; i < end; i += kHigh) {
         sum_tile(A.group(i / kBroad) + kBroad * from + i % kBroad, 1, kBroad, B.group(c0 / kBroad) + kBroad * from,
                  kBroad, std::min(kRows, n - from), tile);
         // Upper triangle, by columns.
         for (Eigen::Index r = i; r < std::min(i + kHigh, k); ++r)
           for (Eigen::Index c = c0; c < std::min(c0 + kBroad, r + 1); ++c) out(c, r) += tile[kBroad * (r - i) + c - c0];
       }
+  }
   return out.selfadjointView<Eigen::Upper>();
+}
+
+}  // namespace
+
+MatrixX symmetric_product(const ColumnGroups& A, const ColumnGroups& B) { return product_of_groups(A, B, false); }
+
+MatrixX product_with_itself(const RowMatrix& lower) {
+  const ColumnGroups groups(lower);
+  return product_of_groups(groups, groups, true);
 }
 
 RowMatrix tall_product(const Eigen::Ref<const RowMatrix>& A, const Eigen::Ref<const RowMatrix>& B) {

@@ -34,6 +34,9 @@ struct ColumnGroups {
 /// symmetric_product() of matrices that are in groups already.
 MatrixX symmetric_product(const ColumnGroups& A, const ColumnGroups& B);
 
+/// L^T L of a lower triangular matrix, whose zeros are there: symmetric_product()'s bits in a third to all of its time.
+MatrixX product_with_itself(const RowMatrix& lower);
+
 /// sum_k A(i, k) B(k, j) for kTileRows x kGroup entries, `out` row by row: what all products are made of.
 /// @param a  A(i, k) is at i * a_row + k * a_step      @param b  rows of kGroup numbers, `b_step` apart
 constexpr int kTileRows = 4;
