@@ -235,9 +235,7 @@ void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const Fin
   const double wider = std::clamp(kOfLeaf * zone.largest, options.apart, kWidest * options.apart);
   const double apart = options.apart > 0 ? std::max(wider, kLeastApart * body.mesh->embedded->edge) : 0;
   for (const int t : reached) maker.add(t, kLongestEdge * apart);
-  if (!(apart > 0)) return;
   zone.embedded.apart = apart;
-  zone.embedded.is_place = places_apart(x, zone.embedded, apart);
 }
 
 namespace {

@@ -11,8 +11,8 @@ namespace kt {
 /// in reach.
 void add_facets(const FineBody& body, const FineNodes& nodes, const FineZoneOptions& options, FineZone& zone);
 
-/// Fills zone.embedded: the triangles with a vertex in reach whose vertices are all in the zone, in pieces with edges of
-/// twice options.apart at most, each vertex in the eighth of a leaf that holds it.
+/// Fills zone.embedded: the triangles with a vertex in reach whose vertices are all in the zone, in pieces with edges
+/// of twice options.apart at most, each vertex in the eighth of a leaf that holds it.
 void add_embedded_facets(const FineBody& body, const FineNodes& nodes, const FineZoneOptions& options, FineZone& zone);
 
 /// Whether a leaf of a cell is empty: no material of the cell is as near as its corners are to its middle.
@@ -27,6 +27,10 @@ constexpr double kEmptyMaterial = 1e-2 * kLeastMaterial;
 /// cuts, constant and linear functions exactly; where it holds none, all over with kLeastMaterial, or
 /// kEmptyMaterial.
 std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const FineNodes& nodes, const FineZone& zone);
+
+/// Chooses the places of zone.embedded, apart as it says or, where there would be more of them than yielding nodes,
+/// further, and how the other vertices yield with them.
+void choose_places(const VectorX& x, FineZone& zone);
 
 /// Of each vertex, whether it is one of a set that no other vertex can be added to: no two are nearer than `apart` on
 /// the same side of the surface. Which of two neighbours is taken depends on their numbers alone, so that most stay

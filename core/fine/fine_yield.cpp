@@ -1,6 +1,7 @@
 #include "core/fine/fine_yield.hpp"
 
 #include <numeric>
+#include <optional>
 
 #include "core/base/error.hpp"
 #include "core/base/stages.hpp"
@@ -28,8 +29,36 @@ MatrixX block_of(const SparseMatrix& all, std::span<const int> nodes) {
   throw IndefiniteTangent(text("fine patch: the ", which, " stiffness around the contact is not positive definite"));
 }
 
-/// S_f: of the yielding nodes.
-MatrixX fine_compliance(const FineZone& zone, const SparseMatrix& K, SparseSolver& solver) {
+/// Three coordinates each.
+SparseMatrix in_space(const SparseMatrix& weights) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int j = 0; j < weights.outerSize(); ++j)
+    for (SparseMatrix::InnerIterator it(weights, j); it; ++it)
+      for (int d = 0; d < 3; ++d) entries.emplace_back(3 * static_cast<int>(it.row()) + d, 3 * j + d, it.value());
+  SparseMatrix out(3 * weights.rows(), 3 * weights.cols());
+  out.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
+/// How places of an embedded surface go with the yielding nodes.
+SparseMatrix place_weights(const FineZone& zone) {
+  const EmbeddedFacets& e = zone.embedded;
+  const int begin = zone.num_unknown() - zone.num_yielding;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < static_cast<int>(e.places.size()); ++i) {
+    const auto v = static_cast<std::size_t>(e.places[i]);
+    for (std::size_t c = 0; c < 4; ++c)
+      for (int k = zone.first[e.node[v][c]]; k < zone.first[e.node[v][c] + 1]; ++k)
+        if (zone.from[k] >= begin) entries.emplace_back(i, zone.from[k] - begin, e.weight[v][c] * zone.weight[k]);
+  }
+  SparseMatrix out(static_cast<Eigen::Index>(e.places.size()), zone.num_yielding);
+  out.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
+/// S_f.
+/// @param places  of the yielding nodes; null: these themselves
+MatrixX fine_compliance(const FineZone& zone, const SparseMatrix& K, const SparseMatrix* places, SparseSolver& solver) {
   std::vector<int> last(static_cast<std::size_t>(zone.num_yielding));
   std::iota(last.begin(), last.end(), zone.num_unknown() - zone.num_yielding);
   solver.order_last(last);
@@ -38,26 +67,23 @@ MatrixX fine_compliance(const FineZone& zone, const SparseMatrix& K, SparseSolve
     if (!solver.factor(K)) throw_indefinite("refined");
   }
   const Stage stage("fine.inverse");
+  if (places) return trailing_inverse(solver, K.rows(), in_space(*places));
   return trailing_inverse(solver, K.rows(), 3 * zone.num_yielding);
 }
 
-/// W of three coordinates each, for the inner nodes alone.
-SparseMatrix inner_weights(const FineBody& body, const FineZone& zone) {
-  const SparseMatrix W = coarse_weights(body, zone, zone.yielding());
+/// W S_c W^T.
+MatrixX coarse_compliance(const FineBody& body, const FineZone& zone, const SparseMatrix* places,
+                          const SparseMatrix& dfdx) {
+  const Stage stage("fine.coarse");
+  SparseMatrix all = coarse_weights(body, zone, zone.yielding());
+  if (places) all = SparseMatrix(*places * all);
+  SparseMatrix inner(all.rows(), static_cast<Eigen::Index>(zone.inner.size()));
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t j = 0; j < zone.inner.size(); ++j)
-    for (SparseMatrix::InnerIterator it(W, zone.inner[j]); it; ++it)
-      for (int d = 0; d < 3; ++d)
-        entries.emplace_back(3 * static_cast<int>(it.row()) + d, 3 * static_cast<int>(j) + d, it.value());
-  SparseMatrix out(3 * zone.num_yielding, 3 * static_cast<Eigen::Index>(zone.inner.size()));
-  out.setFromTriplets(entries.begin(), entries.end());
-  return out;
-}
-
-/// W S_c W^T.
-MatrixX coarse_compliance(const FineBody& body, const FineZone& zone, const SparseMatrix& dfdx) {
-  const Stage stage("fine.coarse");
-  const SparseMatrix W = inner_weights(body, zone);
+    for (SparseMatrix::InnerIterator it(all, zone.inner[j]); it; ++it)
+      entries.emplace_back(static_cast<int>(it.row()), static_cast<int>(j), it.value());
+  inner.setFromTriplets(entries.begin(), entries.end());
+  const SparseMatrix W = in_space(inner);
   const auto factor = inverse_factor(-block_of(dfdx, zone.inner));
   if (!factor) throw_indefinite("coarse");
   const MatrixX left = W * inverse_from(*factor);
@@ -118,9 +144,12 @@ FineYield find_yield(const FineBody& body, const FineZone& zone, const FineState
     const Stage stage("fine.matrices");
     K = fine_stiffness(body, zone, state);
   }
-  out.R = fine_compliance(zone, K, solver);
+  std::optional<SparseMatrix> places;
+  if (!zone.embedded.places.empty()) places = place_weights(zone);
+  const SparseMatrix* const at = places ? &*places : nullptr;
+  out.R = fine_compliance(zone, K, at, solver);
   const double whole = out.R.trace();
-  if (!zone.inner.empty()) out.R -= coarse_compliance(body, zone, dfdx);
+  if (!zone.inner.empty()) out.R -= coarse_compliance(body, zone, at, dfdx);
   out.R = MatrixX(0.5 * (out.R + out.R.transpose()));
   make_semidefinite(whole, out);
   return out;

@@ -11,7 +11,7 @@ namespace kt {
 SparseMatrix coarse_weights(const FineBody& body, const FineZone& zone, std::span<const int> nodes);
 
 struct FineYield {
-  MatrixX R;  ///< of the zone's yielding nodes [m/N], (3 yielding x 3 yielding), symmetric, semidefinite
+  MatrixX R;  ///< of the zone's num_points() [m/N], (3n x 3n), symmetric, semidefinite
   /// Its least eigenvalue over the largest before negative ones were set to zero, as springs have them, which are in
   /// places softer than the material that they stand for; 0: none was.
   double least = 0;

@@ -36,6 +36,7 @@ class ZoneMaker {
   ZoneMaker(const FineBody& body, const FineZoneOptions& options)
       : body_(body), x_(body.mesh->x), cells_(body.mesh->tetrahedra), options_(options) {
     zone_.cells = choose_cells(*body.mesh, options);
+    zone_.width = options.size.flat;
     is_chosen_.assign(cells_.size(), 0);
     for (const int c : zone_.cells) is_chosen_[c] = 1;
     find_walls();
@@ -75,6 +76,7 @@ class ZoneMaker {
     zone_.leaf_points = leaf_points(body_, nodes_, zone_);
     if (body_.mesh->embedded) find_empty_leaves();
     number_unknown();
+    if (body_.mesh->embedded) choose_places(x_, zone_);
     return std::move(zone_);
   }
 

@@ -24,7 +24,8 @@ struct FineZoneOptions {
   double radius = 0;           ///< cells with a corner this near are refined, and those within size.flat [m]
   double reach = 0;            ///< of the surface that may be touched [m]
   /// Of an embedded surface: places that tools are held at are no nearer than that, and its edges there no longer than
-  /// twice that [m]; both wider by up to 1.7 on large leaves. 0: its triangles as they are.
+  /// twice that [m]; both wider by up to 1.7 on large leaves, places by more where there are more of them than nodes
+  /// that yield. 0: its triangles as they are, places where it has vertices.
   double apart = 0;
   FineSize size;
   int most_nodes = 900;  ///< unknown ones; beyond it `size.flat` shrinks, then `size.edge` grows by a quarter, in turn
@@ -59,8 +60,12 @@ struct EmbeddedFacets {
                                          ///< linear between its nodes
   std::vector<std::array<double, 4>> weight;
   std::vector<int> leaf;       ///< of the zone, that each vertex is in
-  std::vector<char> is_place;  ///< of each vertex: tools are held at it; empty: at all
-  double apart = 0;            ///< of those: none of the others is further from one on its side [m]
+  std::vector<char> is_place;  ///< of each vertex: tools are held at it
+  std::vector<int> places;     ///< these vertices, ascending: what yields by itself
+  double apart = 0;            ///< none of the other vertices is further from a place on its side; 0: none is [m]
+  /// Vertex v yields as places[near[k]] do with share[k], first_near[v] <= k < first_near[v+1]; a place by itself.
+  std::vector<int> first_near, near;
+  std::vector<double> share;
 };
 
 /// Topology of a zone; geometry comes with positions.
@@ -74,7 +79,7 @@ struct FineZone {
   std::vector<int> first, from;
   std::vector<double> weight;
   std::vector<int> unknown;  ///< nodes; those of the surface in reach last
-  int num_yielding = 0;      ///< how many are in reach
+  int num_yielding = 0;      ///< how many are in reach; tools are held on these, or on places among them
   std::vector<Triangle>
       facets;  ///< of the surface's triangles in reach, flat, counter-clockwise seen from outside: nodes
   std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of; all pieces of it are there
@@ -83,7 +88,10 @@ struct FineZone {
   std::vector<std::vector<LeafPoint>> leaf_points;  ///< of leaves that a surface cuts, leaf_points(); none: whole ones
   double edge = 0;                                  ///< that was taken [m]
   double flat = 0;                                  ///< that was taken [m]
+  double width = 0;                                 ///< `flat` that was asked for: of the contact and its way [m]
   double largest = 0;                               ///< leaf within it of where a tool touches [m]
+  /// What R is of: yielding nodes, or places of an embedded surface.
+  int num_points() const { return embedded.places.empty() ? num_yielding : static_cast<int>(embedded.places.size()); }
   int num_unknown() const { return static_cast<int>(unknown.size()); }
   std::span<const int> yielding() const { return std::span(unknown).last(static_cast<std::size_t>(num_yielding)); }
 };

@@ -125,40 +125,22 @@ void place_embedded(const FineBody& body, const FineZone& zone, FinePatch& out) 
       corners.col(c) = weights_of(t, e.vertex[static_cast<std::size_t>(e.facets[f][static_cast<std::size_t>(c)])]);
     out.to_facet.push_back(corners.inverse());
   }
-  const int begin = zone.num_unknown() - zone.num_yielding;
-  struct Most {
-    double share = 0;
-    int vertex = -1;
-  };
-  std::vector<Most> most(
-      static_cast<std::size_t>(zone.num_yielding));  // of each point: the vertex that follows it most
   out.first.push_back(0);
-  out.first_from.push_back(0);
-  for (std::size_t v = 0; v < e.vertex.size(); ++v) {
-    const NodeWeights carried = carried_by(surface, e.vertex[v]);
+  for (const CellPoint& vertex : e.vertex) {
+    const NodeWeights carried = carried_by(surface, vertex);
     out.node.insert(out.node.end(), carried.node.begin(), carried.node.begin() + carried.count);
     out.weight.insert(out.weight.end(), carried.weight.begin(), carried.weight.begin() + carried.count);
-    std::map<int, double> yields;
-    for (std::size_t c = 0; c < 4; ++c) {
-      for (int k = zone.first[e.node[v][c]]; k < zone.first[e.node[v][c] + 1]; ++k)
-        if (zone.from[k] >= begin) yields[zone.from[k] - begin] += e.weight[v][c] * zone.weight[k];
-    }
-    for (const auto& [point, share] : yields) {
-      if (std::abs(share) < 1e-9) continue;
-      out.from.push_back(point);
-      out.share.push_back(share);
-      if (Most& its = most[static_cast<std::size_t>(point)]; share > its.share) its = {share, static_cast<int>(v)};
-    }
     out.first.push_back(static_cast<int>(out.node.size()));
-    out.first_from.push_back(static_cast<int>(out.from.size()));
   }
+  out.first_from = e.first_near;
+  out.from = e.near;
+  out.share = e.share;
   std::vector<SurfacePlace> place(e.vertex.size());
   for (std::size_t f = 0; f < e.facets.size(); ++f)
     for (int c = 0; c < 3; ++c)
       place[static_cast<std::size_t>(e.facets[f][static_cast<std::size_t>(c)])] = {e.triangle[f],
                                                                                    out.corners[f].col(c)};
-  for (const Most& its : most)
-    out.yielding.push_back(its.vertex < 0 ? SurfacePlace{} : place[static_cast<std::size_t>(its.vertex)]);
+  for (const int v : e.places) out.yielding.push_back(place[static_cast<std::size_t>(v)]);
 }
 
 }  // namespace
@@ -190,6 +172,7 @@ FineOrigin fine_origin(const FineBody& body, const FineZone& zone, FineZoneOptio
 std::shared_ptr<FinePatch> make_fine_patch(const FineBody& body, const FineZone& zone,
                                            std::span<const Triangle> triangles, FineYield yield) {
   auto out = std::make_shared<FinePatch>();
+  out->width = zone.width;
   if (body.mesh->embedded) {
     place_embedded(body, zone, *out);
     out->R = std::move(yield.R);

@@ -19,7 +19,7 @@ std::vector<int> zone_nodes(const FineBody& body, const FineZone& zone);
 FineOrigin fine_origin(const FineBody& body, const FineZone& zone, FineZoneOptions options, const FineState& state);
 
 /// @param triangles  of the body's surface, numbered as in body.triangle
-/// @param yield      of the zone's yielding nodes
+/// @param yield      of the zone's points
 std::shared_ptr<FinePatch> make_fine_patch(const FineBody& body, const FineZone& zone,
                                            std::span<const Triangle> triangles, FineYield yield);
 

@@ -1,5 +1,6 @@
 #include "core/fine/fine_surface.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,56 +11,148 @@ namespace {
 
 /// Cosine between normals. A scan's may be rough, and those of triangles that are there twice, once turned, cancel.
 constexpr double kSameSide = -0.5;
+constexpr double kLeastApart = 0.01;  // leaves: where vertices of a scan that is taken as it is are too many
 
-/// Unit normals of the vertices, weighted by area.
-std::vector<Vec3> normals(const VectorX& x, const EmbeddedFacets& e) {
-  std::vector<Vec3> out(e.vertex.size(), Vec3::Zero());
-  for (const Triangle& t : e.facets) {
-    const Vec3 a = e.vertex[t[0]].of(x), n = (e.vertex[t[1]].of(x) - a).cross(e.vertex[t[2]].of(x) - a);
-    for (const int v : t) out[v] += n;
+/// Where vertices are, and which way the surface looks there.
+struct Sides {
+  Sides(const VectorX& x, const EmbeddedFacets& e) : normal(e.vertex.size(), Vec3::Zero()) {
+    for (const CellPoint& p : e.vertex) place.push_back(p.of(x));
+    for (const Triangle& t : e.facets) {
+      const Vec3 n = (place[t[1]] - place[t[0]]).cross(place[t[2]] - place[t[0]]);
+      for (const int v : t) normal[v] += n;  // weighted by area
+    }
+    for (Vec3& n : normal) n.normalize();
   }
-  for (Vec3& n : out) n.normalize();
-  return out;
-}
+  bool are_alike(int a, int b) const { return normal[a].dot(normal[b]) > kSameSide; }
 
-}  // namespace
+  std::vector<Vec3> place, normal;
+};
 
-std::vector<char> places_apart(const VectorX& x, const EmbeddedFacets& facets, double apart) {
-  const std::vector<CellPoint>& vertex = facets.vertex;
-  const std::vector<Vec3> normal = normals(x, facets);
-  std::vector<Vec3> place(vertex.size());
-  std::ranges::transform(vertex, place.begin(), [&](const CellPoint& p) { return p.of(x); });
-  const auto at = [&](int v) -> const Vec3& { return place[v]; };
-  using Box = std::array<long, 3>;
-  const auto box_of = [&](const Vec3& p) {
-    return Box{std::lround(p[0] / apart), std::lround(p[1] / apart), std::lround(p[2] / apart)};
-  };
-  std::map<Box, std::vector<int>> kept;
-  const auto is_near_one = [&](int v) {
-    const Box box = box_of(at(v));
+/// Vertices in boxes as large as they are looked for around one.
+class NearVertices {
+ public:
+  NearVertices(const Sides& sides, double reach) : sides_(sides), reach_(reach) {}
+  void add(int v) { in_[box_of(sides_.place[v])].push_back(v); }
+
+  /// Gives those on the side of v that are nearer than the reach, until it says true.
+  template <class Give>
+  bool any(int v, const Give& give) const {
+    const Box box = box_of(sides_.place[v]);
     for (long i = -1; i <= 1; ++i)
       for (long j = -1; j <= 1; ++j)
         for (long k = -1; k <= 1; ++k) {
-          const auto found = kept.find({box[0] + i, box[1] + j, box[2] + k});
-          if (found != kept.end() && std::ranges::any_of(found->second, [&](int other) {
-                return (at(other) - at(v)).squaredNorm() < apart * apart && normal[other].dot(normal[v]) > kSameSide;
-              }))
-            return true;
+          const auto found = in_.find({box[0] + i, box[1] + j, box[2] + k});
+          if (found == in_.end()) continue;
+          for (const int other : found->second)
+            if ((sides_.place[other] - sides_.place[v]).squaredNorm() < reach_ * reach_ && sides_.are_alike(other, v) &&
+                give(other))
+              return true;
         }
     return false;
-  };
+  }
+
+ private:
+  using Box = std::array<long, 3>;
+  Box box_of(const Vec3& p) const {
+    return {std::lround(p[0] / reach_), std::lround(p[1] / reach_), std::lround(p[2] / reach_)};
+  }
+  const Sides& sides_;
+  double reach_;
+  std::map<Box, std::vector<int>> in_;
+};
+
+/// Ascending.
+std::vector<int> find_places(const Sides& sides, const std::vector<CellPoint>& vertex, double apart) {
+  NearVertices kept(sides, apart);
   std::vector<int> order(vertex.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, {}, [&](int v) {
     return std::tuple(vertex[v].count > 1, mixed(static_cast<int>(CellPointHash()(vertex[v]))), v);
   });
-  std::vector<char> out(vertex.size(), 0);
+  std::vector<int> out;
   for (const int v : order) {
-    if (is_near_one(v)) continue;
-    out[v] = 1;
-    kept[box_of(at(v))].push_back(v);
+    if (kept.any(v, [](int) { return true; })) continue;
+    kept.add(v);
+    out.push_back(v);
   }
+  std::ranges::sort(out);
   return out;
+}
+
+constexpr std::size_t kMostNear = 6;
+using Shares = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostNear, 1>;
+
+/// Of a point among others: they sum to 1, and give the point's own place as nearly as they can without being large for
+/// those that are far: least sum of (w r / unit)^2 + kLinear (sum of w (x - own) / unit)^2.
+Shares shares_among(const Vec3& own, std::span<const Vec3> others, double unit) {
+  constexpr double kLinear = 10, kRound = 0.01;
+  const auto n = static_cast<Eigen::Index>(others.size());
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostNear> apart(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) apart.col(i) = (others[static_cast<std::size_t>(i)] - own) / unit;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostNear, kMostNear> A =
+      kLinear * apart.transpose() * apart;
+  for (Eigen::Index i = 0; i < n; ++i) A(i, i) += apart.col(i).squaredNorm() + kRound;
+  const Shares out = A.ldlt().solve(Shares::Ones(n));
+  return out / out.sum();
+}
+
+void spread(const Sides& sides, EmbeddedFacets& e) {
+  constexpr double kReach = 2;  // of how far places are apart
+  NearVertices places(sides, kReach * e.apart);
+  std::vector<int> number(e.vertex.size(), -1);
+  for (std::size_t i = 0; i < e.places.size(); ++i) {
+    number[e.places[i]] = static_cast<int>(i);
+    if (e.apart > 0) places.add(e.places[i]);
+  }
+  e.first_near.push_back(0);
+  for (int v = 0; v < static_cast<int>(e.vertex.size()); ++v) {
+    if (number[v] >= 0) {
+      e.near.push_back(number[v]);
+      e.share.push_back(1);
+    } else {
+      std::vector<std::pair<double, int>> near;
+      places.any(v, [&](int other) {
+        near.emplace_back((sides.place[other] - sides.place[v]).squaredNorm(), other);
+        return false;
+      });
+      std::ranges::sort(near);
+      near.resize(std::min(near.size(), kMostNear));
+      std::vector<Vec3> at;
+      for (const auto& [distance_sq, other] : near) at.push_back(sides.place[other]);
+      const Shares shares = shares_among(sides.place[v], at, e.apart);
+      for (std::size_t i = 0; i < near.size(); ++i) {
+        e.near.push_back(number[near[i].second]);
+        e.share.push_back(shares[static_cast<Eigen::Index>(i)]);
+      }
+    }
+    e.first_near.push_back(static_cast<int>(e.near.size()));
+  }
+}
+
+}  // namespace
+
+std::vector<char> places_apart(const VectorX& x, const EmbeddedFacets& facets, double apart) {
+  std::vector<char> out(facets.vertex.size(), 0);
+  for (const int v : find_places(Sides(x, facets), facets.vertex, apart)) out[v] = 1;
+  return out;
+}
+
+void choose_places(const VectorX& x, FineZone& zone) {
+  constexpr double kWider = 1.25;
+  EmbeddedFacets& e = zone.embedded;
+  const Sides sides(x, e);
+  const auto most = static_cast<std::size_t>(zone.num_yielding);
+  if (e.apart > 0) {
+    e.places = find_places(sides, e.vertex, e.apart);
+  } else {
+    e.places.resize(e.vertex.size());
+    std::iota(e.places.begin(), e.places.end(), 0);
+    if (e.places.size() > most) e.apart = kLeastApart * zone.largest;
+  }
+  for (; e.places.size() > most; e.apart *= kWider) e.places = find_places(sides, e.vertex, kWider * e.apart);
+  e.is_place.assign(e.vertex.size(), 0);
+  for (const int v : e.places) e.is_place[v] = 1;
+  spread(sides, e);
 }
 
 }  // namespace kt

@@ -29,6 +29,7 @@ struct FinePatch {
   std::vector<SurfacePlace> yielding;        ///< where the points are that yield by themselves, (y)
   MatrixX R;                                 ///< of these points [m/N], (3y x 3y), symmetric, positive semidefinite
   double retardation = 0;                    ///< [s]
+  double width = 0;                          ///< of the contact that it was made for, and its way [m]
   double fineness = 0;                       ///< largest cell under the tool over the contact radius
   std::shared_ptr<const FineOrigin> origin;  ///< what it can be made from again; null: not kept
 
