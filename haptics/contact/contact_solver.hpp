@@ -28,6 +28,7 @@ struct ContactProblem {
   double h = 0;                              ///< [s], over which the impulses act as forces
   std::array<Vec3, kMaxContacts> normal;     ///< unit, from the body towards the tool
   std::array<int, kMaxContacts> triangle{};  ///< of the body's surface: where it has regions, their friction holds
+  std::array<double, kMaxContacts> lost_grip{};  ///< share of that friction that a place has lost
   ContactVector velocity;       ///< of the body's contact points without contact, relative to the tool [m/s];
                                 ///< its normal part is -gap/h, so that v+ = 0 closes the gap exactly
   ContactMatrix W;              ///< velocity change per impulse through the chosen metric [1/kg]

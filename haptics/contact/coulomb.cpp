@@ -17,7 +17,7 @@ class Coulomb final : public ContactSolver {
     if (out.impulse.size() != 3 * c) out.impulse.setZero(3 * c);
     out.inertial_impulse.setZero();
     for (int i = 0; i < c; ++i) {
-      own_[i] = used_->at(problem.triangle[i]);
+      own_[i] = used_->at(problem.triangle[i]).times(1 - problem.lost_grip[i]);
       out.grip[i] = problem.sliding[i] ? own_[i].mu_kinetic : own_[i].mu_static;
     }
     const ContactSystem system{{problem.normal.data(), count},

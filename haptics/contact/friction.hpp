@@ -20,6 +20,7 @@ struct Friction {
     const double v = speed / stribeck;
     return mu_kinetic + (mu_static - mu_kinetic) * std::exp(-v * v);
   }
+  Friction times(double share) const noexcept { return {share * mu_static, share * mu_kinetic, stribeck}; }
   bool operator==(const Friction&) const = default;
 };
 

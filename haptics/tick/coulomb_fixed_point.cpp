@@ -57,6 +57,36 @@ void find_responses(TickState& tick) noexcept {
   tick.coupled_in = m.model.frame;
 }
 
+/// Refined cells yield linearly: a place in front of a tool that sticks to it would be drawn along without end, past
+/// those ahead of it, where a body gets stiffer and lets it slip. It loses its hold with how much further it has
+/// yielded than the tool's places have in the mean.
+void find_lost_grip(TickState& tick) noexcept {
+  constexpr double kBegins = 0.25, kAll = 0.5;  // of the contact's radius and way
+  const PreparedLocalModel& m = *tick.model;
+  const ContactSet& contacts = tick.contacts;
+  tick.problem.lost_grip.fill(0);
+  if (!m.surface.fine) return;
+  std::array<Vec3, kMaxContacts> yielded;
+  std::array<Vec3, kMaxTools> mean;
+  std::array<int, kMaxTools> count{};
+  mean.fill(Vec3::Zero());
+  for (int i = 0; i < contacts.count; ++i) {
+    const Contact& c = contacts.contacts[i];
+    const NodeWeights moves = m.surface.moved_by(c.triangle, c.bary);
+    yielded[i].setZero();
+    for (int k = 0; k < moves.count; ++k)
+      if (moves.node[k] >= m.surface.num_nodes)
+        yielded[i] += moves.weight[k] * node(m.state.yielded, moves.node[k] - m.surface.num_nodes);
+    mean[c.tool] += yielded[i];
+    ++count[c.tool];
+  }
+  for (int i = 0; i < contacts.count; ++i) {
+    const int tool = contacts.contacts[i].tool;
+    const double further = (yielded[i] - mean[tool] / count[tool]).norm() / m.surface.fine->width;
+    tick.problem.lost_grip[i] = std::clamp((further - kBegins) / (kAll - kBegins), 0.0, 1.0);
+  }
+}
+
 /// A contact is softened, and flagged, where nothing can move.
 void fill_problem(TickState& tick) noexcept {
   PreparedLocalModel& m = *tick.model;
@@ -68,6 +98,7 @@ void fill_problem(TickState& tick) noexcept {
   problem.h = tick.h;
   problem.velocity.resize(3 * c);
   find_responses(tick);
+  find_lost_grip(tick);
   for (int i = 0; i < c; ++i) {
     const Contact& contact = tick.contacts.contacts[i];
     TouchingTool& tool = tick.tools[contact.tool];
