@@ -1,6 +1,7 @@
 #include "core/local/reducer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <queue>
@@ -33,22 +34,24 @@ ReduceFn find_reducer(const std::string& name) {
 
 namespace {
 
-/// By the distance of a box from p, or a place on its way. Along a straight way it is convex: thirds are cut off.
+/// By the distance of a box from the centre, or a place on its way. Along a straight way its square is convex: by its
+/// slope halves are cut off, and no place is nearer than the slope goes down to.
 bool within_reach(const Vec3& low, const Vec3& high, const ContactSite& site) {
-  constexpr int kCuts = 40;  // 1e-7 of the way
-  const auto distance_sq = [&](const Vec3& p) { return (p - p.cwiseMax(low).cwiseMin(high)).squaredNorm(); };
+  constexpr int kCuts = 40;
+  const auto away = [&](const Vec3& p) { return Vec3(p - p.cwiseMax(low).cwiseMin(high)); };
   const double reach_sq = site.reach * site.reach;
-  if (distance_sq(site.centre) <= reach_sq) return true;
+  if (away(site.centre).squaredNorm() <= reach_sq) return true;
   if (site.way.isZero(0)) return false;
   double begin = 0, end = 1;
   for (int i = 0; i < kCuts; ++i) {
-    const double first = (2 * begin + end) / 3, second = (begin + 2 * end) / 3;
-    const double at_first = distance_sq(site.centre + first * site.way);
-    const double at_second = distance_sq(site.centre + second * site.way);
-    if (std::min(at_first, at_second) <= reach_sq) return true;
-    (at_first < at_second ? end : begin) = at_first < at_second ? second : first;
+    const double at = 0.5 * (begin + end);
+    const Vec3 from = away(site.centre + at * site.way);
+    const double distance_sq = from.squaredNorm(), slope = 2 * from.dot(site.way);
+    if (distance_sq <= reach_sq) return true;
+    if (distance_sq - std::abs(slope) * 0.5 * (end - begin) > reach_sq) return false;
+    (slope > 0 ? end : begin) = at;
   }
-  return distance_sq(site.centre + end * site.way) <= reach_sq;
+  return false;
 }
 
 /// By the triangle's bounding box: never leaves out one within reach.
@@ -139,13 +142,12 @@ SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactS
 SurfacePatch patch_of(const Surface& surface, std::vector<int> triangles, bool smooth) {
   SurfacePatch patch;
   patch.global_triangle = std::move(triangles);
-  std::map<int, int> local;
   for (int t : patch.global_triangle)
-    for (int i : surface.triangles[t]) local.emplace(i, 0);
-  for (auto& [global, index] : local) {
-    index = patch.num_vertices();
-    patch.global_node.push_back(global);
-  }
+    patch.global_node.insert(patch.global_node.end(), surface.triangles[t].begin(), surface.triangles[t].end());
+  std::ranges::sort(patch.global_node);
+  patch.global_node.erase(std::ranges::unique(patch.global_node).begin(), patch.global_node.end());
+  std::vector<int> local(surface.topology.first.size(), -1);
+  for (int i = 0; i < patch.num_vertices(); ++i) local[patch.global_node[i]] = i;
   std::vector<char> inside(surface.triangles.size(), 0);
   for (int t : patch.global_triangle) inside[t] = 1;
   for (int t : patch.global_triangle) {

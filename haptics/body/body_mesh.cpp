@@ -94,15 +94,15 @@ Mesh load_body_mesh(const BodyOptions& options, std::vector<std::string>& notes,
 }
 
 Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vector<std::string>& notes) {
-  constexpr double kNodesAtOneHz = 18000;  // a refresh takes some 30 us a node
-  constexpr double kFewest = 200, kMost = 1500;
+  constexpr double kNodesAtOneHz = 18000;         // a refresh takes some 30 us a node
+  constexpr double kFewest = 200, kEnough = 600;  // refined cells have the contact: a slower rate is to be easier
   if (object.body != "lattice" || mesh.embedded) return mesh;
   const SceneLattice wanted = object.lattice.value_or(SceneLattice{});
   LatticeOptions options;
   options.name = object.mesh;
   options.edge = wanted.edge.value_or(0);
   options.is_quadratic = object.model.type == "fem" && object.model.element == "tet10";
-  options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kMost)));
+  options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kEnough)));
   LatticeReport report;
   Mesh out = make_lattice(mesh, options, &report);
   for (std::string& line : report.lines()) notes.push_back(std::move(line));

@@ -107,7 +107,8 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
     if (tools[k].shape.radius > 0) out.tool_radius = std::min(out.tool_radius, tools[k].shape.radius);
     const ContactAhead contact = tool.touched ? touched_ahead(tools[k].shape, tool, zone_ && zone_->is_long)
                                               : next_contact(surface_, x, body_.mesh->x, patch, tools[k].shape, tool);
-    if (way.norm() > kLeastTravel * contact.radius) out.late = std::max(out.late, tool.late);
+    const double moves = std::min(1.0, way.norm() / (0.5 * kLeastTravel * contact.radius));
+    out.late = std::max(out.late, 1 + moves * (tool.late - 1));
     out.contact_radius = std::max(out.contact_radius, contact.radius);
     const double length = contact.half_length.norm();
     const bool had_no_room = zone_ && !zone_->has_room && shape_is_long(tools[k].shape) && tool.touched;

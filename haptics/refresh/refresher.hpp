@@ -135,6 +135,7 @@ class Refresher {
     double furthest_sq = 0;             // [m^2]
     double delay = 0;                   // of the next local model on its way [s]
     double last = 0;                    // time of the last refresh [s]
+    double late = 1;                    // see SeenTool
     PastPlaces past;                    // of the tools
     int frame = 0;                      // of the next local model
     RefreshPace pace;                   // when the next is due

@@ -16,8 +16,10 @@ struct SeenTool {
   std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
   double time = 0;               ///< until the next local model is there [s]
-  double late = 1;               ///< time since the last one over the usual interval, 1 to 3, from the schedule alone
-  double contact_radius = 0;     ///< measured [m]; 0: not known
+  /// Longest time of late between refreshes over the usual interval, 1 to 3, forgotten by a tenth at each refresh; from
+  /// the schedule alone.
+  double late = 1;
+  double contact_radius = 0;  ///< measured [m]; 0: not known
   /// Of the contact of a capsule that lies: from its middle to its end, on the body at rest, and half its width [m];
   /// zero: it is about round, or not known.
   Vec3 half_length = Vec3::Zero();
