@@ -83,7 +83,7 @@ constexpr std::size_t kMostNear = 6;
 using Shares = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostNear, 1>;
 
 /// Of a point among others: they sum to 1, and give the point's own place as nearly as they can without being large for
-/// those that are far: least sum of (w r / unit)^2 + kLinear (sum of w (x - own) / unit)^2.
+/// those that are far: least sum of (w r / unit)^2 + kLinear (sum of w (x - own) / unit)^2, those below zero left out.
 Shares shares_among(const Vec3& own, std::span<const Vec3> others, double unit) {
   constexpr double kLinear = 10, kRound = 0.01;
   const auto n = static_cast<Eigen::Index>(others.size());
@@ -92,7 +92,7 @@ Shares shares_among(const Vec3& own, std::span<const Vec3> others, double unit) 
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostNear, kMostNear> A =
       kLinear * apart.transpose() * apart;
   for (Eigen::Index i = 0; i < n; ++i) A(i, i) += apart.col(i).squaredNorm() + kRound;
-  const Shares out = A.ldlt().solve(Shares::Ones(n));
+  const Shares out = A.ldlt().solve(Shares::Ones(n)).cwiseMax(0);
   return out / out.sum();
 }
 
