@@ -29,14 +29,8 @@ constexpr double kEmptyMaterial = 1e-2 * kLeastMaterial;
 std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const FineNodes& nodes, const FineZone& zone);
 
 /// Chooses the places of zone.embedded, apart as it says or, where there would be more of them than yielding nodes,
-/// further, and how the other vertices yield with them.
+/// further, and how the other vertices yield with them. None where nothing yields.
+/// @param x  of the body at rest [m]
 void choose_places(const VectorX& x, FineZone& zone);
-
-/// Of each vertex, whether it is one of a set that no other vertex can be added to: no two are nearer than `apart` on
-/// the same side of the surface. Which of two neighbours is taken depends on their numbers alone, so that most stay
-/// from zone to zone, and the scan's own vertices come before those that pieces of its triangles have. (A maximal
-/// independent set by fixed priorities: Luby 1986.)
-/// @param x  of the body at rest [m]      @param apart  [m]
-std::vector<char> places_apart(const VectorX& x, const EmbeddedFacets& facets, double apart);
 
 }  // namespace kt

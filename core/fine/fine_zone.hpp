@@ -23,9 +23,9 @@ struct FineZoneOptions {
   std::vector<Vec3> others{};  ///< where it or another one does, too
   double radius = 0;           ///< cells with a corner this near are refined, and those within size.flat [m]
   double reach = 0;            ///< of the surface that may be touched [m]
-  /// Of an embedded surface: places that tools are held at are no nearer than that, and its edges there no longer than
-  /// twice that [m]; both wider by up to 1.7 on large leaves, places by more where there are more of them than nodes
-  /// that yield. 0: its triangles as they are, places where it has vertices.
+  /// Of an embedded surface: places that tools are held at are no nearer than that, and edges of its pieces no longer
+  /// than twice that [m]; both wider by up to 1.7 on large leaves, places by more where there are more of them than
+  /// nodes that yield. 0: its triangles as they are, places where it has vertices.
   double apart = 0;
   FineSize size;
   int most_nodes = 900;  ///< unknown ones; beyond it `size.flat` shrinks, then `size.edge` grows by a quarter, in turn
@@ -79,7 +79,7 @@ struct FineZone {
   std::vector<int> first, from;
   std::vector<double> weight;
   std::vector<int> unknown;  ///< nodes; those of the surface in reach last
-  int num_yielding = 0;      ///< how many are in reach; tools are held on these, or on places among them
+  int num_yielding = 0;      ///< how many are in reach; what tools are held at are these, or places between them
   std::vector<Triangle>
       facets;  ///< of the surface's triangles in reach, flat, counter-clockwise seen from outside: nodes
   std::vector<int> facet_triangle;  ///< of the body's surface, that each is a piece of; all pieces of it are there

@@ -11,21 +11,42 @@ namespace {
 
 /// Cosine between normals. A scan's may be rough, and those of triangles that are there twice, once turned, cancel.
 constexpr double kSameSide = -0.5;
-constexpr double kLeastApart = 0.01;  // leaves: where vertices of a scan that is taken as it is are too many
+constexpr double kLeastApart = 1e-3;  // of the extent: where vertices of a scan that is taken as it is are too many
 
 /// Where vertices are, and which way the surface looks there.
 struct Sides {
-  Sides(const VectorX& x, const EmbeddedFacets& e) : normal(e.vertex.size(), Vec3::Zero()) {
+  Sides(const VectorX& x, const EmbeddedFacets& e)
+      : normal(e.vertex.size(), Vec3::Zero()), has_facet(e.vertex.size(), 0) {
     for (const CellPoint& p : e.vertex) place.push_back(p.of(x));
     for (const Triangle& t : e.facets) {
       const Vec3 n = (place[t[1]] - place[t[0]]).cross(place[t[2]] - place[t[0]]);
-      for (const int v : t) normal[v] += n;  // weighted by area
+      for (const int v : t) {
+        normal[v] += n;  // weighted by area
+        has_facet[v] = 1;
+      }
     }
     for (Vec3& n : normal) n.normalize();
+  }
+  /// Others are of triangles that were left out.
+  std::vector<int> with_facets() const {
+    std::vector<int> out;
+    for (int v = 0; v < static_cast<int>(has_facet.size()); ++v)
+      if (has_facet[v]) out.push_back(v);
+    return out;
+  }
+  /// Of the box around them, its diagonal [m].
+  double extent() const {
+    Vec3 low = place.front(), high = low;
+    for (const Vec3& p : place) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    return (high - low).norm();
   }
   bool are_alike(int a, int b) const { return normal[a].dot(normal[b]) > kSameSide; }
 
   std::vector<Vec3> place, normal;
+  std::vector<char> has_facet;
 };
 
 /// Vertices in boxes as large as they are looked for around one.
@@ -61,11 +82,13 @@ class NearVertices {
   std::map<Box, std::vector<int>> in_;
 };
 
-/// Ascending.
+/// A set that no other vertex can be added to: no two are nearer than `apart` on the same side of the surface. Which of
+/// two neighbours is taken depends on their numbers alone, so that most stay from zone to zone, and the scan's own
+/// vertices come before those that pieces of its triangles have. (A maximal independent set by fixed priorities: Luby
+/// 1986.) Ascending.
 std::vector<int> find_places(const Sides& sides, const std::vector<CellPoint>& vertex, double apart) {
   NearVertices kept(sides, apart);
-  std::vector<int> order(vertex.size());
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> order = sides.with_facets();
   std::ranges::sort(order, {}, [&](int v) {
     return std::tuple(vertex[v].count > 1, mixed(static_cast<int>(CellPointHash()(vertex[v]))), v);
   });
@@ -104,12 +127,12 @@ void spread(const Sides& sides, EmbeddedFacets& e) {
     number[e.places[i]] = static_cast<int>(i);
     if (e.apart > 0) places.add(e.places[i]);
   }
-  e.first_near.push_back(0);
+  e.first_near.assign(1, 0);
   for (int v = 0; v < static_cast<int>(e.vertex.size()); ++v) {
     if (number[v] >= 0) {
       e.near.push_back(number[v]);
       e.share.push_back(1);
-    } else {
+    } else if (sides.has_facet[v]) {
       std::vector<std::pair<double, int>> near;
       places.any(v, [&](int other) {
         near.emplace_back((sides.place[other] - sides.place[v]).squaredNorm(), other);
@@ -131,26 +154,25 @@ void spread(const Sides& sides, EmbeddedFacets& e) {
 
 }  // namespace
 
-std::vector<char> places_apart(const VectorX& x, const EmbeddedFacets& facets, double apart) {
-  std::vector<char> out(facets.vertex.size(), 0);
-  for (const int v : find_places(Sides(x, facets), facets.vertex, apart)) out[v] = 1;
-  return out;
-}
-
 void choose_places(const VectorX& x, FineZone& zone) {
   constexpr double kWider = 1.25;
   EmbeddedFacets& e = zone.embedded;
   const Sides sides(x, e);
-  const auto most = static_cast<std::size_t>(zone.num_yielding);
-  if (e.apart > 0) {
-    e.places = find_places(sides, e.vertex, e.apart);
-  } else {
-    e.places.resize(e.vertex.size());
-    std::iota(e.places.begin(), e.places.end(), 0);
-    if (e.places.size() > most) e.apart = kLeastApart * zone.largest;
-  }
-  for (; e.places.size() > most; e.apart *= kWider) e.places = find_places(sides, e.vertex, kWider * e.apart);
   e.is_place.assign(e.vertex.size(), 0);
+  e.first_near.assign(e.vertex.size() + 1, 0);
+  const auto most = static_cast<std::size_t>(zone.num_yielding);
+  if (most == 0 || e.facets.empty()) return;
+  double apart = e.apart;
+  if (apart > 0)
+    e.places = find_places(sides, e.vertex, apart);
+  else
+    e.places = sides.with_facets();
+  while (e.places.size() > most && apart < sides.extent()) {
+    const double times = std::max(kWider, std::sqrt(static_cast<double>(e.places.size()) / static_cast<double>(most)));
+    apart = apart > 0 ? times * apart : kLeastApart * sides.extent();
+    e.places = find_places(sides, e.vertex, apart);
+  }
+  e.apart = apart;
   for (const int v : e.places) e.is_place[v] = 1;
   spread(sides, e);
 }

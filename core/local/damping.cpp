@@ -12,6 +12,7 @@ bool is_diagonal(const SparseMatrix& m) {
 
 double damping_coupling(const LocalModel& model) {
   constexpr int kIterations = 15;
+  if (model.dof() == 0) return 0;  // all of it is clamped
   if (!is_diagonal(model.mass) || !is_diagonal(model.stiffness)) return std::numeric_limits<double>::infinity();
   const VectorX diagonal = model.damping.diagonal();
   const double floor = 1e-12 * diagonal.maxCoeff();

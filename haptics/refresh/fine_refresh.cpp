@@ -160,6 +160,7 @@ double FineRefresh::largest_fineness(double areas) const {
 bool FineRefresh::serves(const Wanted& wanted) const {
   constexpr double kGrown = 1.15, kShrunk = 0.6, kShrunkFewer = 0.85, kShorter = 3;
   constexpr double kWithin = 0.75;  // of the travel: a contact that has grown reaches further
+  constexpr double kLess = 0.5;     // of the lateness that a zone was made for
   if (!zone_) return false;
   const FineContact& has = zone_->contact;
   const bool is_capped = zone_->zone.edge > zone_->options.size.edge;  // a smaller one may have smaller cells
@@ -167,8 +168,8 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   if (grown > kGrown || grown < (is_capped ? kShrunkFewer : kShrunk)) return false;
   const double most = largest_fineness(wanted.areas) * wanted.contact_radius;
   const bool stays_now = longest(zone_->ways) > kShorter * longest(wanted.ways) + has.travel;
-  if (is_capped && ((zone_->late > 1 && wanted.late <= 1) || stays_now))
-    return false;  // it moved on and now stays: as small as they get
+  const bool is_in_time = wanted.late < 1 + kLess * (zone_->late - 1);
+  if (is_capped && (is_in_time || stays_now)) return false;  // it moved on and now stays: as small as they get
   if (!is_capped && zone_->zone.largest > (1 + 1e-6) * most) return false;
   const double within = kWithin * has.travel;
   return std::ranges::all_of(wanted.ways, [&](const Way& its) {

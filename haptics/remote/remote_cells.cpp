@@ -42,8 +42,9 @@ std::string RemoteCells::trouble(const FineOrigin& origin) const {
     return "refined cells: there are too many places";
   if (!is_place(o.centre) || !std::ranges::all_of(o.others, is_place) || !is_length(o.radius) || !is_length(o.reach) ||
       !is_length(o.size.flat) || !is_length(o.size.least_flat) || !(o.size.edge > 0 && o.size.edge <= kFarthest) ||
-      o.reach > kMostReach * o.size.flat || !is_length(o.apart) ||
-      !(o.size.slope >= kLeastSlope && o.size.slope <= kFarthest) || !is_length(origin.fineness))
+      o.reach > kMostReach * o.size.flat || !(o.size.flat > 0) || !is_length(o.apart) ||
+      (body_.mesh->embedded && !(o.apart > 0)) || !(o.size.slope >= kLeastSlope && o.size.slope <= kFarthest) ||
+      !is_length(origin.fineness))
     return "refined cells: a length is wrong";
   const double places = 1 + static_cast<double>(o.others.size());
   const double leaves = 5 * places * std::pow(1 + o.size.flat / o.size.edge, 3);

@@ -57,33 +57,48 @@ void find_responses(TickState& tick) noexcept {
   tick.coupled_in = m.model.frame;
 }
 
-/// Refined cells yield linearly: a place in front of a tool that sticks to it would be drawn along without end, past
-/// those ahead of it, where a body gets stiffer and lets it slip. It loses its hold with how much further it has
-/// yielded than the tool's places have in the mean.
+/// How far the place of a contact has yielded with refined cells [m].
+Vec3 yielded_at(const PreparedLocalModel& m, const Contact& c) noexcept {
+  const NodeWeights moves = m.surface.moved_by(c.triangle, c.bary);
+  Vec3 out = Vec3::Zero();
+  for (int k = 0; k < moves.count; ++k)
+    if (moves.node[k] >= m.surface.num_nodes)
+      out += moves.weight[k] * node(m.state.yielded, moves.node[k] - m.surface.num_nodes);
+  return out;
+}
+
+/// Of a scan. Refined cells yield linearly: a place in front of a tool that sticks to it would be drawn along without
+/// end, past those ahead of it, where a body gets stiffer and lets it slip. It loses its hold with how much further it
+/// has yielded the way that the tool goes along the surface than the tool's places have in the mean.
 void find_lost_grip(TickState& tick) noexcept {
   constexpr double kBegins = 0.25, kAll = 0.5;  // of the contact's radius and way
+  constexpr double kMost = 0.999;               // what has none is of another mode
   const PreparedLocalModel& m = *tick.model;
   const ContactSet& contacts = tick.contacts;
   tick.problem.lost_grip.fill(0);
-  if (!m.surface.fine) return;
-  std::array<Vec3, kMaxContacts> yielded;
-  std::array<Vec3, kMaxTools> mean;
-  std::array<int, kMaxTools> count{};
-  mean.fill(Vec3::Zero());
-  for (int i = 0; i < contacts.count; ++i) {
-    const Contact& c = contacts.contacts[i];
-    const NodeWeights moves = m.surface.moved_by(c.triangle, c.bary);
-    yielded[i].setZero();
-    for (int k = 0; k < moves.count; ++k)
-      if (moves.node[k] >= m.surface.num_nodes)
-        yielded[i] += moves.weight[k] * node(m.state.yielded, moves.node[k] - m.surface.num_nodes);
-    mean[c.tool] += yielded[i];
-    ++count[c.tool];
-  }
-  for (int i = 0; i < contacts.count; ++i) {
-    const int tool = contacts.contacts[i].tool;
-    const double further = (yielded[i] - mean[tool] / count[tool]).norm() / m.surface.fine->width;
-    tick.problem.lost_grip[i] = std::clamp((further - kBegins) / (kAll - kBegins), 0.0, 1.0);
+  if (!m.surface.fine || !m.surface.is_embedded || !(m.surface.fine->width > 0)) return;
+  for (int tool = 0; tool < tick.num_tools(); ++tool) {
+    const auto is_its = [&](const Contact& c) { return c.tool == tool && m.surface.is_refined(c.triangle); };
+    const ToolSweep& sweep = tick.tools[tool].whole.sweep();
+    Vec3 mean = Vec3::Zero(), normal = Vec3::Zero();
+    int count = 0;
+    for (const Contact& c : contacts) {
+      if (!is_its(c)) continue;
+      mean += yielded_at(m, c);
+      normal += c.normal;
+      ++count;
+    }
+    if (count < 2 || normal.isZero(0)) continue;
+    mean /= count;
+    normal.normalize();
+    const Vec3 way = sweep.x_t1 - sweep.x_t0, along = way - way.dot(normal) * normal;
+    if (along.isZero(0)) continue;
+    for (int i = 0; i < contacts.count; ++i) {
+      const Contact& c = contacts.contacts[i];
+      if (!is_its(c)) continue;
+      const double further = (yielded_at(m, c) - mean).dot(along.normalized()) / m.surface.fine->width;
+      tick.problem.lost_grip[i] = std::clamp((further - kBegins) / (kAll - kBegins), 0.0, kMost);
+    }
   }
 }
 

@@ -264,7 +264,12 @@ TEST(RefinedLattice, ToolsAreHeldAtPlacesThatLieApart) {
       sheet.vertex.push_back(corner_point(3 * side + c));
     }
   sheet.facets = {{0, 1, 2}, {3, 5, 4}};
-  const std::vector<char> chosen = places_apart(x, sheet, 0.01);
+  FineZone thin;
+  thin.embedded = sheet;
+  thin.embedded.apart = 0.01;
+  thin.num_yielding = 6;
+  choose_places(x, thin);
+  const std::vector<char>& chosen = thin.embedded.is_place;
   EXPECT_EQ(std::count(chosen.begin(), chosen.begin() + 3, 1), 1);
   EXPECT_EQ(std::count(chosen.begin() + 3, chosen.end(), 1), 1);
 }
@@ -355,6 +360,25 @@ TEST(RefinedLattice, HasNoMorePlacesThanNodesThatYield) {
     EXPECT_LE(zone.num_points(), zone.num_yielding) << apart;
     EXPECT_GT(zone.num_points(), 20) << apart;
   }
+}
+
+// Nothing yields there: the search for few enough places had no end.
+TEST(RefinedLattice, TouchesWhatIsClamped) {
+  for (const char* refine : {"auto", "off"})
+    for (const double at : {0.012, 0.04}) {
+      Scene s = scene_of_lattice();
+      s.object.mesh = KT_SOURCE_DIR "/meshes/organ.off";
+      s.object.size = 0.12;
+      s.object.fixed = {};
+      s.object.fixed.box = std::array{Vec3(0, -1, -1), Vec3(1, 1, 1)};
+      s.tool.radius = 0.006;
+      s.local.refine = refine;
+      s.tool.path.press_drag = PressDrag{.at = std::array{at, 0.0}, .depth = 0.001, .press_time = 0.1};
+      s.duration = 0.15;
+      const SessionResult r = Session(s).run();
+      ASSERT_EQ(r.tools[0].frames.size(), 150u);
+      EXPECT_TRUE(std::ranges::all_of(r.tools[0].frames, [](const LocalFrame& f) { return f.force.allFinite(); }));
+    }
 }
 
 // Two places in front of the ball stuck to it, were drawn along by 8 mm, more than twice the contact's radius, past
