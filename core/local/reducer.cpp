@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <queue>
 #include <utility>
@@ -74,6 +73,7 @@ std::vector<int> embedded_within_reach(const Surface& surface, const VectorX& x,
   return out;
 }
 
+/// In any order.
 std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, const ContactSite& site) {
   std::vector<int> found{site.triangle};
   std::vector<char> seen(surface.triangles.size(), 0);
@@ -93,7 +93,6 @@ std::vector<int> reachable_triangles(const Surface& surface, const VectorX& x, c
     visit_fans(found[i], [&](int t) { return within_reach(x, surface.triangles[t], site); });
   const std::size_t core = found.size();
   for (std::size_t i = 0; i < core; ++i) visit_fans(found[i], [](int) { return true; });
-  std::sort(found.begin(), found.end());
   return found;
 }
 
@@ -132,10 +131,10 @@ SurfacePatch make_patch(const Surface& surface, const VectorX& x, const ContactS
   std::vector<int> triangles = reachable_triangles(surface, x, site);
   for (const ContactSite& other : site.others) {
     const std::vector<int> more = reachable_triangles(surface, x, other);
-    std::vector<int> both;
-    std::ranges::set_union(triangles, more, std::back_inserter(both));
-    triangles = std::move(both);
+    triangles.insert(triangles.end(), more.begin(), more.end());
   }
+  std::ranges::sort(triangles);
+  triangles.erase(std::ranges::unique(triangles).begin(), triangles.end());
   return patch_of(surface, std::move(triangles), smooth);
 }
 
@@ -170,11 +169,11 @@ SurfacePatch patch_of(const Surface& surface, std::vector<int> triangles, bool s
 }
 
 int count_patch_vertices(const Surface& surface, const VectorX& x, const ContactSite& site) {
-  std::vector<int> nodes;
+  std::vector<char> seen(surface.topology.first.size(), 0);
+  int count = 0;
   for (const int t : reachable_triangles(surface, x, site))
-    nodes.insert(nodes.end(), surface.triangles[t].begin(), surface.triangles[t].end());
-  std::ranges::sort(nodes);
-  return static_cast<int>(std::ranges::unique(nodes).begin() - nodes.begin());
+    for (const int i : surface.triangles[t]) count += !std::exchange(seen[i], 1);
+  return count;
 }
 
 LocalModel restrict_to_nodes(const TangentModel& tangent, SurfacePatch patch, std::vector<int> dynamic_nodes) {

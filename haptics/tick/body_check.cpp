@@ -52,6 +52,8 @@ void BodyCheck::take(const PreparedLocalModel& model) {
   patch_x_.resize(3 * static_cast<Eigen::Index>(s.num_moving()));
   local_x_.resize(3 * vertices);
   x_.resize(local_x_.size() + 3 * static_cast<Eigen::Index>(rest_node_.size()));
+  for (int i = 0; !model.apron && i < static_cast<int>(rest_node_.size()); ++i)  // these stay where they are
+    node(x_, vertices + i) = node(model.body_x, rest_node_[static_cast<std::size_t>(i)]);
   for (Near& n : near_) n.slack = -1;
   refined_.clear();
   for (std::size_t t = 0; t < local_.size(); ++t)
@@ -72,12 +74,10 @@ void BodyCheck::place(const VectorX& q) {
     for (int v = 0; v < model_->surface.num_nodes; ++v)
       if (const int global = model_->model.patch.global_node[v]; model_->apron->motion().patch_vertex[global] < 0)
         node(x_, v) = model_->apron->motion().place(global, means);
-  for (int i = 0; i < static_cast<int>(rest_node_.size()); ++i) {
+  for (int i = 0; model_->apron && i < static_cast<int>(rest_node_.size()); ++i) {
     const int global = rest_node_[static_cast<std::size_t>(i)];
-    const int patch = model_->apron ? model_->apron->motion().patch_vertex[static_cast<std::size_t>(global)] : -1;
-    node(x_, vertices + i) = patch >= 0      ? Vec3(node(patch_x_, patch))
-                             : model_->apron ? model_->apron->motion().place(global, means)
-                                             : Vec3(node(model_->body_x, global));
+    const int patch = model_->apron->motion().patch_vertex[static_cast<std::size_t>(global)];
+    node(x_, vertices + i) = patch >= 0 ? Vec3(node(patch_x_, patch)) : model_->apron->motion().place(global, means);
   }
 }
 

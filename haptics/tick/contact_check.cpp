@@ -50,9 +50,11 @@ double ball_distance(const SurfacePatch& patch, const VectorX& x, double radius,
     for (int t = 0; t < static_cast<int>(patch.triangles.size()); ++t) {
       const Triangle& v = patch.triangles[t];
       const Vec3 a = node(x, v[0]);
-      const double extent = std::sqrt(std::max((node(x, v[1]) - a).squaredNorm(), (node(x, v[2]) - a).squaredNorm()));
-      const double reach = extent + share * std::sqrt(nearest_sq);
-      if ((centre - a).squaredNorm() > 1.001 * reach * reach) continue;  // all of it is further away
+      const double extent_sq = std::max((node(x, v[1]) - a).squaredNorm(), (node(x, v[2]) - a).squaredNorm());
+      const double away_sq = (centre - a).squaredNorm();
+      if (away_sq > 2.002 * (extent_sq + share * share * nearest_sq)) continue;  // at least as much as below
+      const double reach = std::sqrt(extent_sq) + share * std::sqrt(nearest_sq);
+      if (away_sq > 1.001 * reach * reach) continue;  // all of it is further away
       if (visit(t, closest_on(patch, x, t, centre))) return true;
     }
     return false;
