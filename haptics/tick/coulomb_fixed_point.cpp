@@ -102,13 +102,13 @@ void find_lost_grip(TickState& tick) noexcept {
   }
 }
 
-/// A contact is softened, and flagged, where nothing can move.
+/// A contact is softened where nothing can move, and flagged, and where it has next to nothing of the tick left.
 void fill_problem(TickState& tick) noexcept {
   PreparedLocalModel& m = *tick.model;
   const LocalWorkspace& w = m.work;
   ContactProblem& problem = tick.problem;
   const int c = tick.contacts.count;
-  const double h_left = tick.h_left(), softest = softest_contact(m) * tick.h / h_left;
+  const double h_left = tick.h_left(), clamped = softest_contact(m), softest = clamped * tick.h / h_left;
   problem.count = c;
   problem.h = tick.h;
   problem.velocity.resize(3 * c);
@@ -129,8 +129,8 @@ void fill_problem(TickState& tick) noexcept {
     problem.velocity.segment<3>(3 * i) = relative - n.dot(relative) * n - gap_free / h_left * n;
     auto own = problem.W.block<3, 3>(3 * i, 3 * i);
     if (own.trace() < 3 * softest) {
+      if (own.trace() < 3 * clamped) tool.flags |= kRigidContact;
       own += softest * Mat3::Identity();
-      tool.flags |= kRigidContact;
       tick.coupled_in = -1;  // not the body's own
     }
   }

@@ -37,5 +37,23 @@ TEST(StiffBody, PushesBackByItsYoungsModulusAndKeepsTheToolOutside) {
   }
 }
 
+// Softened for the ten thousandth of a tick that was left, the contact was told as one with a clamped part.
+TEST(StiffBody, ATouchAtTheEndOfATickIsNoClampedPart) {
+  Scene scene = small_scene();
+  scene.duration = 0.02;
+  scene.object.model.type = "fem";
+  constexpr double kSpeed = 0.02, kTouches = 0.0109999;  // [m/s], [s]
+  const Vec3 above(0.03, 0.026, 0.02 + scene.tool.radius + kSpeed * kTouches), down = kSpeed * Vec3::UnitZ();
+  scene.tool.path = {.press_drag = {},
+                     .waypoints = std::vector<Waypoint>{{0, above}, {scene.duration, above - scene.duration * down}},
+                     .recording = {},
+                     .hand = {},
+                     .device = {}};
+  const SessionResult run = Session(scene).run();
+  EXPECT_GT(run.tools[0].frames[10].toi, 0.999);
+  EXPECT_GT(run.tools[0].frames.back().f_n, 0);
+  for (const LocalFrame& f : run.tools[0].frames) EXPECT_FALSE(f.flags & kRigidContact) << f.t;
+}
+
 }  // namespace
 }  // namespace kt
