@@ -20,20 +20,25 @@
 namespace kt {
 namespace {
 
+/// The press and drag that `kilotouch run` gives a surface of 100 mm by default.
+Scene default_drag(const std::string& mesh, double duration) {
+  Scene s = scene_of_lattice();
+  s.object.mesh = mesh;
+  s.object.size = 0.1;
+  s.object.fixed.below = FixedBelow{"z", 0.2};
+  s.tool.radius = 0.004;
+  s.duration = duration;
+  s.local.refine = "auto";
+  s.tool.path.press_drag = PressDrag{
+      .at = {}, .depth = 0.003, .press_time = 0.2, .direction = {1, 0, 0}, .speed = 0.04, .ease = "minimum_jerk"};
+  return s;
+}
+
 // A scan's vertices are unevenly spread: the radius of the contact, the surface in reach and the patch must not depend
 // on which of them push. The default run of a surface had 94 of 1,200 ticks beside the refined cells, and three times
 // the force there.
 TEST(RefinedLattice, ADragOverAScanStaysOnTheRefinedCells) {
-  Scene s = scene_of_lattice();
-  s.object.mesh = KT_SOURCE_DIR "/meshes/organ.off";
-  s.object.size = 0.1;
-  s.object.fixed.below = FixedBelow{"z", 0.2};
-  s.tool.radius = 0.004;
-  s.duration = 0.7;
-  s.local.refine = "auto";
-  s.tool.path.press_drag = PressDrag{
-      .at = {}, .depth = 0.003, .press_time = 0.2, .direction = {1, 0, 0}, .speed = 0.04, .ease = "minimum_jerk"};
-  const SessionResult r = Session(s).run();
+  const SessionResult r = Session(default_drag(KT_SOURCE_DIR "/meshes/organ.off", 0.7)).run();
   double sum = 0, largest = 0;
   int beside = 0, touching = 0;
   for (const LocalFrame& f : r.tools[0].frames) {
@@ -51,15 +56,7 @@ TEST(RefinedLattice, ADragOverAScanStaysOnTheRefinedCells) {
 TEST(RefinedLattice, HoldsAToolFromOneSideOfARoughScan) {
   const std::string mesh = test_data() + "/meshes/organ_femur.off";
   if (!std::filesystem::exists(mesh)) GTEST_SKIP() << "no test data";
-  Scene s = scene_of_lattice();
-  s.object.mesh = mesh;
-  s.object.size = 0.1;
-  s.object.fixed.below = FixedBelow{"z", 0.2};
-  s.tool.radius = 0.004;
-  s.local.refine = "auto";
-  s.tool.path.press_drag = PressDrag{
-      .at = {}, .depth = 0.003, .press_time = 0.2, .direction = {1, 0, 0}, .speed = 0.04, .ease = "minimum_jerk"};
-  const SessionResult r = Session(s).run();
+  const SessionResult r = Session(default_drag(mesh, 0.3)).run();
   double largest = 0;
   for (const LocalFrame& f : r.tools[0].frames) largest = std::max(largest, f.f_n);
   EXPECT_GT(largest, 0.002);
@@ -384,19 +381,8 @@ TEST(RefinedLattice, TouchesWhatIsClamped) {
 // Two places in front of the ball stuck to it, were drawn along by 8 mm, more than twice the contact's radius, past
 // those ahead of them, and held it back with twice the force: 0.33 N.
 TEST(RefinedLattice, APlaceIsNotDrawnAlongPastOthers) {
-  Scene s = scene_of_lattice();
-  s.object.mesh = KT_SOURCE_DIR "/meshes/organ.off";
-  s.object.size = 0.1;
-  s.object.fixed.below = FixedBelow{"z", 0.2};
-  s.tool.radius = 0.004;
-  s.duration = 0.75;
-  s.local.refine = "auto";
-  s.tool.path.press_drag = PressDrag{.at = std::array{-0.0305, 0.0034956},
-                                     .depth = 0.003,
-                                     .press_time = 0.2,
-                                     .direction = {1, 0, 0},
-                                     .speed = 0.04,
-                                     .ease = "minimum_jerk"};
+  Scene s = default_drag(KT_SOURCE_DIR "/meshes/organ.off", 0.75);
+  s.tool.path.press_drag->at = std::array{-0.0305, 0.0034956};
   const SessionResult r = Session(s).run();
   double largest = 0;
   for (const LocalFrame& f : r.tools[0].frames) largest = std::max(largest, f.f_n);
