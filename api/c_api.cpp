@@ -330,9 +330,9 @@ kt_status kt_stats_of(const kt_touch* touch, kt_stats* out) {
   if (!touch || !out) return misuse("kt_stats_of: a null pointer");
   return guarded([&] {
     const kt::TouchStatus s = touch->touch.status();
-    kt_stats stats{out->size,        s.refreshes,  s.linearized_tick, s.dof,
-                   s.patch_vertices, s.refresh_ms, s.late_ticks,      s.expected_force_error,
-                   s.certified_error};
+    kt_stats stats{out->size,         s.refreshes,  s.linearized_tick, s.dof,
+                   s.patch_vertices,  s.refresh_ms, s.late_ticks,      s.expected_force_error,
+                   s.certified_error, s.fineness,   s.force_factor};
     std::memcpy(out, &stats, std::min<std::size_t>(out->size, sizeof stats));
   });
 }

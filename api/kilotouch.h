@@ -91,6 +91,8 @@ typedef struct kt_stats {
   uint32_t size; /* sizeof(kt_stats) */
   int32_t refreshes, linearized_tick, dof, patch_vertices;
   double refresh_ms, late_ticks, expected_force_error, certified_error; /* NaN: not known */
+  double fineness;     /* refined cells over the contact radius; NaN: none are refined */
+  double force_factor; /* force over the continuum's to expect of the cells under the tools; NaN: not known */
 } kt_stats;
 
 enum { KT_NOTE = 0, KT_DOUBT = 1, KT_FAILURE = 2 };

@@ -1,6 +1,6 @@
 // Refined cells against a body that is fine everywhere and is stepped as a whole (lab/study/full_simulation.hpp): tools
-// that are no balls, and the answer to vibration.
-//   fine_reference_table [cells across the reference [presses | vibration]]
+// that are no balls, large strain, and the answer to vibration.
+//   fine_reference_table [cells across the reference [presses | strain | vibration]]
 // A block of 60 x 60 x 20 mm bonded below, 10 kPa, nu = 0.3, small strains, no friction. The reference has cells of ten
 // nodes, 1.2 mm under the tool; the ball's force on it against the continuum's says how far it is off itself. The
 // engine has cells of four nodes, 5 and 10 mm, refreshed 30 times a second in lockstep.
@@ -42,10 +42,10 @@ Mesh reference_block(int wide) {
   return out;
 }
 
-Body block(Mesh mesh, const char* element, double retardation) {
+Body block(Mesh mesh, const char* element, double retardation, const char* material = "linear") {
   BodyOptions o;
   o.object.model.type = "fem";
-  o.object.model.material = "linear";
+  o.object.model.material = material;
   o.object.model.element = element;
   o.object.model.damping.stiffness = retardation;
   o.object.fixed.below = FixedBelow{"z", 1e-6};
@@ -82,11 +82,13 @@ std::vector<double> by_engine(const Body& body, const ToolShape& shape, const He
   return out;
 }
 
-/// @param steps  of each tick; its step is one of implicit Euler, which damps what is fast
-std::vector<double> by_reference(const Body& body, const ToolShape& shape, const Heights& heights, int steps) {
+/// @param steps        of each tick; its step is one of implicit Euler, which damps what is fast
+/// @param matrix_time  that one matrix serves [s]; of small strains there is one
+std::vector<double> by_reference(const Body& body, const ToolShape& shape, const Heights& heights, int steps,
+                                 double matrix_time = 1e3) {
   FullOptions o;
   o.h = kTick / steps;
-  o.matrix_time = 1e3;  // of small strains there is one
+  o.matrix_time = matrix_time;
   FullSimulation full(body.model(), body.surface(), {&shape, 1}, make_contact_solver("coulomb", {0, 0}), o,
                       body.start());
   std::vector<double> out;
@@ -146,6 +148,37 @@ void print_presses(int wide) {
     }
 }
 
+/// A layer of half the thickness, of a material that stiffens, pressed in by a fifth and two fifths of it.
+void print_strain(int wide) {
+  constexpr double kLayer = 0.5, kMatrixTime = 5e-3;
+  const auto thinner = [](Mesh mesh) {
+    for (int i = 0; i < mesh.num_nodes(); ++i) node(mesh.x, i).z() *= kLayer;
+    return mesh;
+  };
+  const auto cubes = [](int across, int thick) { return kuhn_block(across, across, thick, kWide / across); };
+  const auto body = [](Mesh mesh, const char* element) {
+    return block(std::move(mesh), element, 0.005, "neo_hookean");
+  };
+  const Body fine = body(thinner(reference_block(wide)), "tet10"), five = body(cubes(12, 2), "tet4"),
+             ten = body(cubes(6, 1), "tet10");
+  const ShapedTool ball{"ball of 8 mm", {ToolShape::Kind::sphere, 0.008}, 0.008};
+  std::puts(
+      "\n| neo-Hookean layer of 10 mm, depth mm | reference N | 4 nodes, 5 mm: as they are | refined | 10 nodes, 10 "
+      "mm: "
+      "as they are | refined |\n|---|---|---|---|---|---|");
+  for (const double depth : {0.002, 0.004}) {
+    Heights way = pressed(ball, depth);
+    for (double& height : way) height -= (1 - kLayer) * kThick;
+    const double truth = by_reference(fine, ball.shape, way, 1, kMatrixTime).back();
+    std::printf("| %.0f | %.4f |", 1e3 * depth, truth);
+    for (const Body* coarse : {&five, &ten})
+      for (const char* refine : {"off", "follow"})
+        std::printf(" %.2f |", by_engine(*coarse, ball.shape, way, refine).back() / truth);
+    std::puts("");
+    std::fflush(stdout);
+  }
+}
+
 constexpr double kTones[] = {2, 5, 10, 20, 35, 50, 75, 100};  // [Hz]: whole numbers of periods in a second
 
 /// A ball 1.5 mm deep that shakes by 20 um in each tone for a second, after half a second.
@@ -199,7 +232,8 @@ void print_impedance(int wide, double retardation) {
 int main(int argc, char** argv) {
   const int wide = argc > 1 ? std::atoi(argv[1]) : 18;
   const std::string what = argc > 2 ? argv[2] : "";
-  if (what != "vibration") kt::print_presses(wide);
-  if (what != "presses")
+  if (what.empty() || what == "presses") kt::print_presses(wide);
+  if (what.empty() || what == "strain") kt::print_strain(wide);
+  if (what.empty() || what == "vibration")
     for (const double retardation : {0.002, 0.01}) kt::print_impedance(wide, retardation);
 }

@@ -1,12 +1,14 @@
-// Presses through the whole engine, in lockstep and without friction: the force at rest with the body over the
-// continuum's, with and without refined cells.
-//   fine_touch_table
+// Presses through the whole engine without friction: the force at rest with the body over the continuum's, with and
+// without refined cells.
+//   fine_touch_table [presses] [materials] [threads] [drags]
 // A ball of 8 mm on a block of 60 x 60 x 20 mm bonded below, 10 kPa, nu = 0.3; at a node of the surface, in the middle
 // of an edge, and within a triangle. Truth: the ball meets the body where it has moved to
-// (tests/support/axisymmetric_press.hpp, `follows`). Then drags of 20 mm at 20 mm/s along eight paths.
+// (tests/support/axisymmetric_press.hpp, `follows`). "materials" has other Poisson's ratios and layers, "threads" two
+// threads in real time, the others are in lockstep. "drags": 20 mm at 20 mm/s along eight paths.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "core/body/mesh.hpp"
 #include "haptics/session/session.hpp"
@@ -15,13 +17,16 @@
 namespace kt {
 namespace {
 
-constexpr double kRadius = 0.008, kWide = 0.06, kThick = 0.02;
+constexpr double kRadius = 0.008, kWide = 0.06;
 
 struct Block {
   const char* name;
   const char* type;
   const char* element;
   double cell;
+  double poisson = 0.3;
+  double thick = 0.02;
+  const char* link = "lockstep";
 };
 
 Scene scene_of(const Block& body, const PressDrag& path, double duration, const char* refine) {
@@ -29,6 +34,8 @@ Scene scene_of(const Block& body, const PressDrag& path, double duration, const 
   s.object.mesh = std::string("block");
   s.object.model.type = body.type;
   s.object.model.element = body.element;
+  s.object.model.poisson = body.poisson;
+  s.link.type = body.link;
   s.object.model.material = std::string("linear");
   s.object.fixed.below = FixedBelow{"z", 1e-6};
   s.tool.radius = kRadius;
@@ -42,14 +49,17 @@ Scene scene_of(const Block& body, const PressDrag& path, double duration, const 
 }
 
 SessionResult run(const Block& body, const Scene& scene) {
-  const int wide = static_cast<int>(std::lround(kWide / body.cell));
-  return Session(scene, kuhn_block(wide, wide, static_cast<int>(std::lround(kThick / body.cell)), body.cell)).run();
+  const int wide = static_cast<int>(std::lround(kWide / body.cell)),
+            thick = std::max(1, static_cast<int>(std::lround(body.thick / body.cell)));
+  Mesh mesh = kuhn_block(wide, wide, thick, body.cell);
+  for (int i = 0; i < mesh.num_nodes(); ++i) mesh.x[3 * i + 2] *= body.thick / (thick * body.cell);
+  return Session(scene, std::move(mesh)).run();
 }
 
-double continuum(double depth) {
+double continuum(const Block& body, double depth) {
   return press_axisymmetric({.young = 1e4,
-                             .poisson = 0.3,
-                             .thickness = kThick,
+                             .poisson = body.poisson,
+                             .thickness = body.thick,
                              .width = kWide / std::sqrt(3.14159265358979323846),
                              .radius = kRadius,
                              .depth = depth,
@@ -74,7 +84,7 @@ Pressed press(const Block& body, double depth, double x, double y, const char* r
 }
 
 void print_row(const Block& body, double depth) {
-  const double truth = continuum(depth);
+  const double truth = continuum(body, depth);
   std::printf("| %s | %.1f |", body.name, 1e3 * depth);
   for (const char* refine : {"off", "follow"}) {
     double tick_us = 0;
@@ -118,27 +128,65 @@ void print_drags(const Block& body, double depth, const char* refine) {
       ++paths;
     }
   std::printf("| %s | %.1f | %s | %.2f | %.1f | %.1f | %.1f |\n", body.name, 1e3 * depth, refine,
-              force / paths / continuum(depth), 100 * ripple / paths, 100 * worst, 100 * step);
+              force / paths / continuum(body, depth), 100 * ripple / paths, 100 * worst, 100 * step);
   std::fflush(stdout);
 }
 
 }  // namespace
 }  // namespace kt
 
-int main() {
+namespace kt {
+namespace {
+
+void print_presses(std::initializer_list<Block> blocks, std::initializer_list<double> depths) {
   std::puts(
-      "| cells | depth mm | as they are: node, edge, within | contacts | tick us | refined | contacts | tick us |");
-  std::puts("|---|---|---|---|---|---|---|---|");
-  for (const kt::Block& body : {kt::Block{"4 nodes, 5 mm", "fem", "tet4", 0.005},
-                                {"4 nodes, 10 mm", "fem", "tet4", 0.01},
-                                {"10 nodes, 10 mm", "fem", "tet10", 0.01},
-                                {"springs, 5 mm", "msd", "tet4", 0.005}})
-    for (const double depth : {0.0005, 0.0015, 0.003}) kt::print_row(body, depth);
+      "| cells | depth mm | as they are: node, edge, within | contacts | tick us | refined | contacts | tick us |\n"
+      "|---|---|---|---|---|---|---|---|");
+  for (const Block& body : blocks)
+    for (const double depth : depths) print_row(body, depth);
+  std::puts("");
+}
+
+}  // namespace
+}  // namespace kt
+
+int main(int argc, char** argv) {
+  using kt::Block;
+  const auto asks = [&](const char* what) {
+    return argc == 1 || std::any_of(argv + 1, argv + argc, [&](const char* a) { return std::strcmp(a, what) == 0; });
+  };
+  const Block tet4{"4 nodes, 5 mm", "fem", "tet4", 0.005}, large{"4 nodes, 10 mm", "fem", "tet4", 0.01},
+      tet10{"10 nodes, 10 mm", "fem", "tet10", 0.01};
+  if (asks("presses"))
+    kt::print_presses({tet4,
+                       large,
+                       {"10 nodes, 5 mm", "fem", "tet10", 0.005},
+                       tet10,
+                       {"springs, 5 mm", "msd", "tet4", 0.005},
+                       {"springs, 10 mm", "msd", "tet4", 0.01}},
+                      {0.0005, 0.0015, 0.003});
+  if (asks("materials"))
+    kt::print_presses({{"4 nodes, 5 mm, nu 0.4", "fem", "tet4", 0.005, 0.4},
+                       {"4 nodes, 5 mm, nu 0.45", "fem", "tet4", 0.005, 0.45},
+                       {"4 nodes, 5 mm, nu 0.48", "fem", "tet4", 0.005, 0.48},
+                       {"4 nodes, 10 mm, nu 0.45", "fem", "tet4", 0.01, 0.45},
+                       {"10 nodes, 10 mm, nu 0.4", "fem", "tet10", 0.01, 0.4},
+                       {"10 nodes, 10 mm, nu 0.45", "fem", "tet10", 0.01, 0.45},
+                       {"10 nodes, 10 mm, nu 0.49", "fem", "tet10", 0.01, 0.49},
+                       {"4 nodes, 5 mm, layer 10 mm", "fem", "tet4", 0.005, 0.3, 0.01},
+                       {"4 nodes, 5 mm, layer 5 mm", "fem", "tet4", 0.005, 0.3, 0.005},
+                       {"4 nodes, 5 mm, layer 3 mm", "fem", "tet4", 0.005, 0.3, 0.003}},
+                      {0.0005, 0.0015});
+  if (asks("threads"))
+    kt::print_presses({{"4 nodes, 5 mm, two threads", "fem", "tet4", 0.005, 0.3, 0.02, "thread"},
+                       {"4 nodes, 10 mm, two threads", "fem", "tet4", 0.01, 0.3, 0.02, "thread"},
+                       {"10 nodes, 10 mm, two threads", "fem", "tet10", 0.01, 0.3, 0.02, "thread"}},
+                      {0.0005, 0.0015, 0.003});
+  if (!asks("drags")) return 0;
   std::puts(
-      "\n| cells | depth mm | local.refine | force / continuum | peak to peak % | worst | largest step % |\n"
+      "| cells | depth mm | local.refine | force / continuum | peak to peak % | worst | largest step % |\n"
       "|---|---|---|---|---|---|---|");
-  for (const kt::Block& body :
-       {kt::Block{"4 nodes, 5 mm", "fem", "tet4", 0.005}, {"4 nodes, 10 mm", "fem", "tet4", 0.01}})
+  for (const Block& body : {tet4, large})
     for (const double depth : {0.0005, 0.0015})
       for (const char* refine : {"off", "follow"}) kt::print_drags(body, depth, refine);
 }

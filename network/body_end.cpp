@@ -38,6 +38,7 @@ ModelMessage BodyEnd::packed(const PreparedLocalModel& model) {
   ModelMessage out{pack_model(model, side_.options().link.basis_bits), 0, 0, {}, 0};
   const TouchStatus status = side_.status();
   out.expected_force_error = status.expected_force_error;
+  out.force_factor = status.force_factor;
   out.refresh_ms = status.refresh_ms;
   kept_[model.model.frame] = {model.linearized_tick, static_cast<int>(model.model.recovered_node.size()),
                               model.model.patch.num_vertices(), model.recovered_row};

@@ -185,6 +185,7 @@ void ModelWorker::show(const ModelMessage& message) {
   status_.dof = m.dof();
   status_.patch_vertices = static_cast<int>(m.du.size() / 3);
   status_.fineness = m.fine ? m.fine->fineness : std::numeric_limits<double>::quiet_NaN();
+  status_.force_factor = message.force_factor;
   status_.refresh_ms = message.refresh_ms;
   status_.expected_force_error = message.expected_force_error;
   status_.certified_error = m.certified_error;

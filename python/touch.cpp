@@ -233,6 +233,9 @@ void bind_touch(py::module_& m) {
       .def_readonly("late_ticks", &TouchStatus::late_ticks, "until the last local model was in use")
       .def_readonly("expected_force_error", &TouchStatus::expected_force_error, "share; nan: not certified")
       .def_readonly("certified_error", &TouchStatus::certified_error, "of the impedance; nan: not certified")
+      .def_readonly("fineness", &TouchStatus::fineness, "refined cells over the contact radius; nan: none are refined")
+      .def_readonly("force_factor", &TouchStatus::force_factor,
+                    "force over the continuum's to expect of the cells under the tools; nan: not known")
       .def_readonly("reducer", &TouchStatus::reducer)
       .def_readonly("error", &TouchStatus::error, "why the body's simulation ended; empty: it goes on");
 

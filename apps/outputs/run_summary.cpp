@@ -170,6 +170,8 @@ Json mesh_at_contact_json(const std::optional<ContactWidth>& w) {
           {"cell_over_contact_radius", {{"min", w->least}, {"mean", w->mean}, {"max", w->most}}},
           {"refined", w->is_refined},
           {"why_not_refined", w->why_not.empty() ? Json(nullptr) : Json(w->why_not)},
+          {"refined_over_contact_radius", number_or_null(w->fineness)},
+          {"along_a_line", w->is_line},
           {"force_factor", number_or_null(w->factor)},
           {"fine_edge_m", number_or_null(w->fine_edge)}};
 }

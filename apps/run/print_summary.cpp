@@ -49,15 +49,22 @@ void print_trust(const Json& trust) {
 
 /// The mesh's share of the force: what no --reference on the same cells tells.
 void print_cells(const Json& width, const Json& error) {
-  if (width.is_null() || width["force_factor"].is_null()) return;
+  if (width.is_null()) return;
+  const bool is_known = !width["force_factor"].is_null();
+  if (!is_known && !width["along_a_line"].get<bool>()) return;
   const auto percent = [&](const char* key) { return in_percent(error[key].get<double>(), 2); };
   const auto mm = [&](const char* key, double times) {
     return short_number(1e3 * times * width[key].get<double>(), 2);
   };
   line("cells",
        text(mm("cell_m", 1), " mm under a contact of ", mm("contact_radius_m", 2), " mm",
-            width["refined"] ? ", refined under the tool" : ", as they are", ": expect about ",
-            short_number(width["force_factor"].get<double>()), " times the force of the continuum",
+            width["refined_over_contact_radius"].is_null()
+                ? std::string(width["refined"] ? ", refined under the tool" : ", as they are")
+                : text(", refined to ", short_number(width["refined_over_contact_radius"].get<double>(), 2),
+                       " of its radius"),
+            is_known ? text(": expect about ", short_number(width["force_factor"].get<double>()),
+                            " times the force of the continuum")
+                     : std::string(" and along a line: how much they add to the force is not known"),
             error["together"].is_null() ? std::string() : " (" + percent("together") + " off with the local model)"));
 }
 

@@ -46,6 +46,4 @@ FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, d
   return out;
 }
 
-double expected_fine_factor(double fineness) { return 1.05 + 0.01 * std::max(kLeastFineness, fineness); }
-
 }  // namespace kt

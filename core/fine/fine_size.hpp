@@ -33,9 +33,4 @@ constexpr int kPlacesOfWay = 12, kPlacesOfTool = 24;
 /// Cells that may be half as large as that give as many places to touch as a tick holds (kMaxContacts).
 constexpr double kLeastFineness = 1.35;
 
-/// Force over the continuum's to expect at leaves of that size over the contact radius, 0.5 to 1.4, and a Poisson's
-/// ratio of 0.3 or less: a fit to presses (bench/fine_press_table.cpp), which lie within 0.03 of it where the size is 1
-/// or less.
-double expected_fine_factor(double fineness);
-
 }  // namespace kt

@@ -70,7 +70,7 @@ public static class Kilotouch {
   public struct Stats {
     public uint size;
     public int refreshes, linearized_tick, dof, patch_vertices;
-    public double refresh_ms, late_ticks, expected_force_error, certified_error;
+    public double refresh_ms, late_ticks, expected_force_error, certified_error, fineness, force_factor;
   }
 
   [StructLayout(LayoutKind.Sequential, CharSet = CharSet.Ansi)]

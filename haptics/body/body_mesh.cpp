@@ -32,10 +32,10 @@ double rescale(Mesh& mesh, const SceneObject& object) {
 
 /// Beyond, squares and volumes leave the finite numbers; a body lies nowhere near.
 void require_near(const Mesh& mesh, const SceneObject& object) {
-  constexpr double kFarthest = 1e6;  // [m] as the tool's path
+  constexpr double kFarthestNode = 1e6;  // [m] as the tool's path
   const double farthest = mesh.x.size() > 0 ? mesh.x.lpNorm<Eigen::Infinity>() : 0;
-  if (!(farthest <= kFarthest))
-    throw InputError(text(object.mesh, ": reaches ", farthest, " m from the origin, must be within ", kFarthest,
+  if (!(farthest <= kFarthestNode))
+    throw InputError(text(object.mesh, ": reaches ", farthest, " m from the origin, must be within ", kFarthestNode,
                           " m: set object.size or object.scale"));
 }
 

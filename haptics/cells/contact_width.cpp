@@ -9,40 +9,18 @@
 #include "core/base/types.hpp"
 #include "core/body/embedded_surface.hpp"
 #include "core/body/near_triangles.hpp"
-#include "core/fine/fine_size.hpp"
 #include "haptics/cells/mesh_cures.hpp"
+#include "haptics/cost/force_factor.hpp"
 #include "haptics/refresh/refine_choice.hpp"
 #include "haptics/setup/built_scene.hpp"
 
 namespace kt {
 namespace {
 
-/// factor = limit + c ratio^p. Measured: tet4 1.28, 2.02, 4.17 at ratios 0.72, 1.44, 2.89; tet10 1.10, 1.42, 1.87 at
-/// 1.15, 1.92, 2.89; springs 0.82, 1.26, 2.70 at 0.72, 1.44, 2.89. Springs have no continuum to converge to: under a
-/// small tool they give way by turning.
-struct Law {
-  double limit, c, p;
-};
-
-std::optional<Law> law_of(const std::string& element) {
-  if (element == "msd") return Law{0.7, 0.25, 1.95};
-  if (element == "tet4") return Law{1, 0.51, 1.72};
-  if (element == "tet10") return Law{1, 0.085, 2.2};
-  return {};
-}
-
-/// The smooth surface is stiffer on the same nodes: tet4 2.59 instead of 2.04, springs 1.59 instead of 1.27, at 1.43.
-constexpr double kSmooth = 0.18;
-
-std::string element_of(const BuiltScene& built) {
-  const ModelInfo info = built.model().info();
-  if (info.type == "fem") return built.scene().object.model.element;
-  return info.parameters.contains("calibration_residual") ? info.type : "";  // its springs mean no material
-}
+std::string element_of(const BuiltScene& built) { return fitted_element(built.model().info()); }
 
 double force_factor(const BuiltScene& built, double ratio) {
-  const double factor = coarse_force_factor(element_of(built), ratio);
-  return built.scene().contact.surface == "flat" ? factor : factor * (1 + kSmooth * ratio);
+  return coarse_force_factor(element_of(built), ratio, built.scene().contact.surface != "flat");
 }
 
 /// Depth of a ball below the surface, and the triangle that it is nearest to.
@@ -116,7 +94,8 @@ Tip find_tip(const ToolShape& tool, const Vec3& up, double depth) {
 /// A tip below the surface, as deep as it is there.
 struct PressedTip {
   Pressed pressed;
-  double contact = 0;  ///< radius [m]; 0: it touches along a line
+  double contact = 0;  ///< radius, of a line half its width [m]
+  bool is_line = false;
 };
 
 PressedTip press_tip(const BuiltScene& built, const Pose& pose) {
@@ -138,9 +117,8 @@ PressedTip press_tip(const BuiltScene& built, const Pose& pose) {
   const Pressed p = pressed_in(x, built.surface(), pose.x + pose.r * lowest.at, tool.radius);
   if (!(p.depth > 0)) return {p, 0};
   const Tip tip = find_tip(tool, up, p.depth);
-  if (tip.is_edge) return {p, 0};
   // A ball is sqrt(2 R d) wide at the depth d, and touches over sqrt(R d).
-  return {p, tip.width / std::numbers::sqrt2 + std::sqrt(tool.radius * std::min(p.depth, tool.radius))};
+  return {p, tip.width / std::numbers::sqrt2 + std::sqrt(tool.radius * std::min(p.depth, tool.radius)), tip.is_edge};
 }
 
 /// Mean area of the triangles at each node [m^2].
@@ -159,17 +137,6 @@ VectorX area_at_nodes(const VectorX& x, const std::vector<Triangle>& triangles) 
 
 }  // namespace
 
-double coarse_force_factor(const std::string& element, double ratio) {
-  const auto law = law_of(element);
-  return law ? law->limit + law->c * std::pow(ratio, law->p) : std::numeric_limits<double>::quiet_NaN();
-}
-
-double ratio_of_factor(const std::string& element, double factor) {
-  const auto law = law_of(element);
-  return law ? std::pow(std::max(0.0, factor - law->limit) / law->c, 1 / law->p)
-             : std::numeric_limits<double>::quiet_NaN();
-}
-
 bool is_off(const ContactWidth& w) { return w.factor > kCoarseForce || w.factor < 1 / kCoarseForce; }
 
 bool stays_fine(const BuiltScene& built, const ContactWidth& w, double coarser, const std::string& element) {
@@ -177,7 +144,21 @@ bool stays_fine(const BuiltScene& built, const ContactWidth& w, double coarser, 
   return !std::isfinite(factor) || factor <= kCoarseForce;
 }
 
-std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Pose> way) {
+namespace {
+
+/// What a tip tells of the cells under the tool.
+bool counts(const PressedTip& tip, double deepest) { return tip.pressed.depth >= 0.5 * deepest && tip.contact > 0; }
+
+double factor_at(const BuiltScene& built, const ContactWidth& w, double ratio) {
+  if (!w.is_refined) return w.is_line ? std::numeric_limits<double>::quiet_NaN() : force_factor(built, ratio);
+  if (w.is_line) return kRefinedLine;
+  return refined_force_factor(built.model().info(),
+                              std::isfinite(w.fineness) ? w.fineness : built.scene().local.fineness);
+}
+
+}  // namespace
+
+std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Pose> way, double fineness) {
   constexpr double kWork = 1e6;  // closest points: below a tenth of a second
   const std::vector<Triangle>& triangles = built.surface().triangles;
   const VectorX& x = built.start().x;
@@ -192,13 +173,16 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
   if (!(deepest > 0)) return {};
   const VectorX area = area_at_nodes(x, triangles);
   const RefineChoice choice = choose_refine(built.model(), built.surface(), built.options());
-  ContactWidth out{.least = std::numeric_limits<double>::infinity(),
-                   .is_refined = choice.refines,
-                   .why_not = choice.why_not,
-                   .factor = 0};
+  ContactWidth out{
+      .least = std::numeric_limits<double>::infinity(),
+      .is_line = std::ranges::all_of(tips, [&](const PressedTip& t) { return t.is_line || !counts(t, deepest); }),
+      .is_refined = choice.refines,
+      .why_not = choice.why_not,
+      .fineness = fineness,
+      .factor = 0};
   int count = 0;
   for (const PressedTip& tip : tips) {
-    if (tip.pressed.depth < 0.5 * deepest || !(tip.contact > 0)) continue;
+    if (!counts(tip, deepest) || tip.is_line != out.is_line) continue;
     const Triangle& t = triangles[static_cast<std::size_t>(tip.pressed.triangle)];
     const auto& embedded = built.surface().embedded;
     const double cell = embedded ? embedded->spacing() : std::sqrt(2 * (area[t[0]] + area[t[1]] + area[t[2]]) / 3);
@@ -209,13 +193,13 @@ std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::spa
     out.mean += ratio;
     out.least = std::min(out.least, ratio);
     out.most = std::max(out.most, ratio);
-    out.factor += choice.refines ? refined_force_factor(built.model().info(), built.scene().local.fineness)
-                                 : force_factor(built, ratio);
+    out.factor += factor_at(built, out, ratio);
   }
   if (count == 0) return {};
   for (double* sum : {&out.cell, &out.contact_radius, &out.mean, &out.factor}) *sum /= count;
   const bool are_springs = element_of(built) == "msd";  // right at one size only
-  out.fine_edge = ratio_of_factor(element_of(built), are_springs ? 1 : kCoarseForce) * out.contact_radius;
+  if (!out.is_line)
+    out.fine_edge = ratio_of_factor(element_of(built), are_springs ? 1 : kCoarseForce) * out.contact_radius;
   return out;
 }
 
@@ -250,8 +234,9 @@ Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, 
                    " times the force of the continuum (", element, ")")};
   out = std::move(out).at("object.mesh", width.factor, 1);
   if (width.is_refined && element == "msd") {  // springs give way more than the material that they stand for
-    out.cures.push_back(set_to("object.model.type", "fem",
-                               told("about ", expected_fine_factor(built.scene().local.fineness), " times")));
+    out.cures.push_back(
+        set_to("object.model.type", "fem",
+               told("about ", refined_force_factor({"fem", {}, {}}, built.scene().local.fineness), " times")));
     return out;
   }
   if (built.scene().local.refine == "off" && built.scene().link.type != "network")

@@ -1,8 +1,8 @@
 #pragma once
 // The surface's cells against the width of the contact. A sphere pressed in by d touches over a circle of radius
-// a = sqrt(R d) (Hertz); where the cells are as long as that, few nodes carry the force, and it is too large. The tip
-// of a capsule or a mesh tool counts as the ball that is as wide as it at that depth; an edge, which touches along a
-// line, is left out.
+// a = sqrt(R d) (Hertz). Where the cells are as long as that, few nodes carry the force, and it is too large. The tip
+// of a capsule or a mesh tool counts as the ball that is as wide as it at that depth. An edge touches along a line:
+// there a is half the width of the contact.
 #include <limits>
 #include <optional>
 #include <span>
@@ -21,32 +21,25 @@ class BuiltScene;
 struct ContactWidth {
   double cell = 0;            ///< side of the surface's cells under the tool, sqrt(2 area of a triangle), mean [m]
   double contact_radius = 0;  ///< mean [m]
-  double least = 0, mean = 0, most = 0;  ///< cell / contact radius [-]
-  bool is_refined = false;               ///< under the tool, by local.refine
-  std::string why_not{};                 ///< else the reason
+  double least = 0, mean = 0, most = 0;                        ///< cell / contact radius [-]
+  bool is_line = false;                                        ///< everywhere, as under a capsule that lies
+  bool is_refined = false;                                     ///< under the tool, by local.refine
+  std::string why_not{};                                       ///< else the reason
+  double fineness = std::numeric_limits<double>::quiet_NaN();  ///< refined cell / contact radius; NaN: not measured
   /// Of the continuum's force to expect, mean; where cells are refined, after that. NaN: not known of this tool or
-  /// model.
+  /// model, nor of a line on cells as they are.
   double factor = std::numeric_limits<double>::quiet_NaN();
   double fine_edge = std::numeric_limits<double>::quiet_NaN();  ///< of the surface, for a factor of kCoarseForce [m]
 };
-
-constexpr double kCoarseForce = 1.25;  ///< factor of the continuum's force, or its inverse, that is told
-
-/// Force of a mesh of equal cells over the continuum's: a fit to presses at rest for nu = 0.3 and ratios of 0.7 to 3,
-/// to a tenth (tests/haptics/contact_width_oracle_test.cpp). NaN for a model that it does not have.
-/// @param element  tet4, tet10, or msd: springs calibrated to the same material
-/// @param ratio    cell / contact radius [-], >= 0
-double coarse_force_factor(const std::string& element, double ratio);
-
-/// The ratio at which the factor is reached.
-double ratio_of_factor(const std::string& element, double factor);
 
 /// Whether the factor is worth a warning.
 bool is_off(const ContactWidth& width);
 
 /// Along the way of the scene's first tool; none when the tool has no radius or nowhere enters the body at rest. At
 /// most some hundred places are looked at.
-std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Pose> way);
+/// @param fineness  of the refined cells in the run; NaN: that of local.fineness is expected
+std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Pose> way,
+                                               double fineness = std::numeric_limits<double>::quiet_NaN());
 /// Along places of a tool that keeps the orientation that it has at the start.
 std::optional<ContactWidth> find_contact_width(const BuiltScene& built, std::span<const Vec3> places);
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 #include "core/base/error.hpp"
+#include "core/base/percentile.hpp"
 #include "haptics/findings/kinds.hpp"
 
 namespace kt {
@@ -59,7 +61,10 @@ MeasuredRun measure_run(const Session& session, const SessionResult& result) {
   MeasuredRun out;
   for (const ToolRun& tool : result.tools)
     out.forces.push_back(measure_forces(tool.frames, steady_from(scene, result), 1 / scene.local.rate_hz));
-  out.width = find_contact_width(session, way_of(result.tools[0]));
+  const std::vector<double>& fineness = result.refresh.fineness;
+  out.width =
+      find_contact_width(session, way_of(result.tools[0]),
+                         fineness.empty() ? std::numeric_limits<double>::quiet_NaN() : percentile(fineness, 0.5));
   out.pace = judge_real_time(scene, result, pace_limits(session, out.width));
   return out;
 }

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "core/base/cpu_time.hpp"
+#include "core/body/embedded_surface.hpp"
 #include "haptics/contact/scene_friction.hpp"
+#include "haptics/cost/expected_touch.hpp"
+#include "haptics/cost/force_factor.hpp"
 #include "haptics/halves/live_settings.hpp"
 #include "haptics/refresh/refresh_cost.hpp"
 
@@ -226,12 +230,32 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   status_.dof = model->model.dof();
   status_.patch_vertices = model->model.patch.num_vertices();
   status_.fineness = model->model.fine ? model->model.fine->fineness : std::numeric_limits<double>::quiet_NaN();
+  status_.force_factor = force_factor(model->model);
   status_.refresh_ms = took;
   status_.expected_force_error = refresher_->choice().force_error();
   status_.certified_error = refresher_->choice().certified_error();
   status_.reducer = refresher_->choice().chosen().name;
   show(model->model, motion);
   return model;
+}
+
+double BodySide::force_factor(const LocalModel& model) const {
+  const ModelInfo info = (model_ ? *model_ : body_.model()).info();
+  if (model.fine) return refined_force_factor(info, model.fine->fineness);
+  const Surface& surface = body_.surface();
+  const VectorX& x = body_.model().mesh().x;
+  double contact = std::numeric_limits<double>::infinity(), cell = 0;
+  for (const TouchTool& tool : options_.tools)
+    contact = std::min(contact, tool.shape.kind == ToolShape::Kind::point ? 0 : expected_contact_radius(tool.shape));
+  for (const int i : model.patch.global_triangle) {
+    const Triangle& t = surface.triangles[i];
+    const Vec3 a = node(x, t[0]);
+    cell += std::sqrt((node(x, t[1]) - a).cross(node(x, t[2]) - a).norm());
+  }
+  cell /= static_cast<double>(model.patch.global_triangle.size());
+  if (surface.embedded) cell = surface.embedded->spacing();
+  if (!(contact > 0) || !(cell > 0)) return std::numeric_limits<double>::quiet_NaN();
+  return coarse_force_factor(fitted_element(info), cell / contact, options_.contact.surface != "flat");
 }
 
 void BodySide::start(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& model) {

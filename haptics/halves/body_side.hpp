@@ -74,6 +74,8 @@ class BodySide {
   void finish();
 
  private:
+  /// TouchStatus::force_factor, of this local model.
+  double force_factor(const LocalModel& model) const;
   double delay(int tick) const;
   void keep_last(const SettingChange& change);
   void apply_changes(int tick);

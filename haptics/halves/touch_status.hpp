@@ -28,7 +28,10 @@ struct TouchStatus {
   double certified_error =
       std::numeric_limits<double>::quiet_NaN();                ///< of the impedance, 0-500 Hz; NaN: not certified
   double fineness = std::numeric_limits<double>::quiet_NaN();  ///< refined cells over the contact radius; NaN: none
-  RefreshEnergy energy{};                                      ///< of all swaps so far
+  /// Force over the continuum's to expect of the cells under the tools (haptics/cost/force_factor.hpp); where none are
+  /// refined, of a ball pressed in by a sixteenth of its radius. NaN: not known of the tool or the model.
+  double force_factor = std::numeric_limits<double>::quiet_NaN();
+  RefreshEnergy energy{};  ///< of all swaps so far
   std::string reducer;
   std::string error;  ///< why the body's simulation ended; empty: it goes on
 };

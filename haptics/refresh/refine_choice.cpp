@@ -6,9 +6,9 @@
 
 #include "collision/shape/tool_shape.hpp"
 #include "core/body/embedded_surface.hpp"
-#include "core/fine/fine_size.hpp"
 #include "core/fine/isotropic_cells.hpp"
 #include "haptics/cost/expected_touch.hpp"
+#include "haptics/cost/force_factor.hpp"
 #include "haptics/refresh/touch_parts.hpp"
 
 namespace kt {
@@ -64,7 +64,12 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
     return {false, "global.self_contact is on"};
   }
   const auto is_point = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::point; };
-  if (std::ranges::any_of(options.tools, is_point)) return {false, "a tool is a point"};
+  if (std::ranges::any_of(options.tools, is_point)) {
+    if (options.local.refine == "follow")
+      throw InputError(
+          "local.refine \"follow\": not with tool.shape point, which has no contact; set local.refine off");
+    return {false, "a tool is a point"};
+  }
   if (options.local.refine == "follow") return out;
   double least = std::numeric_limits<double>::infinity();
   for (const TouchTool& tool : options.tools) least = std::min(least, expected_contact_radius(tool.shape));
@@ -74,12 +79,6 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
     return {false, "springs come out too soft in refined cells: local.refine follow does it"};
   if (std::string why = why_no_material(model); !why.empty()) return {false, std::move(why)};
   return out;
-}
-
-double refined_force_factor(const ModelInfo& model, double fineness) {
-  constexpr double kSprings = 0.79;
-  const bool are_springs = model.type == "msd" && model.parameters.contains("calibration_residual");
-  return are_springs ? kSprings : expected_fine_factor(fineness);
 }
 
 double refined_cells_error(const DeformableModel& model, const Surface& surface, const TouchOptions& options,

@@ -26,11 +26,8 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
 /// scenes/organ_drag.json at 450 and 900.
 double predict_refine_ms(int nodes);
 
-/// Force over the continuum's to expect where cells are refined under the tool. Springs give way more than the material
-/// where they are pressed deeply: 0.71 to 0.98 in the presses of bench/fine_touch_table.
-double refined_force_factor(const ModelInfo& model, double fineness);
-
-/// Relative error of the force by that; 0: no cells are refined. Throws as choose_refine().
+/// Relative error of the force by refined cells (refined_force_factor()); 0: no cells are refined. Throws as
+/// choose_refine().
 double refined_cells_error(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
                            bool touches_itself);
 

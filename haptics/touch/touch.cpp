@@ -9,6 +9,7 @@
 #include "core/base/ticks.hpp"
 #include "core/body/embedded_surface.hpp"
 #include "haptics/contact/scene_friction.hpp"
+#include "haptics/cost/force_factor.hpp"
 #include "haptics/link/mailbox.hpp"
 #include "haptics/touch/body_link.hpp"
 #include "haptics/touch/keep_memory.hpp"
@@ -165,6 +166,20 @@ void Touch::reset() {
   for (const SettingChange& c : before->changed) c.word.empty() ? set(c.key, c.value) : set(c.key, c.word);
 }
 
+namespace {
+
+Finding coarse_cells_finding(const TouchStatus& status, const std::string& refine) {
+  const bool is_refined = std::isfinite(status.fineness);
+  Finding out{told("object.mesh: the cells under the tool give about ", status.force_factor,
+                   " times the force of the continuum",
+                   is_refined ? "" : " of a press by a sixteenth of the tool's radius")};
+  if (!is_refined && refine == "off") out.cures.push_back(set_to("local.refine", "auto"));
+  out.cures.push_back(advise("take a body of elements (object.model.type fem), or smaller cells under the tool"));
+  return std::move(out).at("object.mesh", status.force_factor, kCoarseForce);
+}
+
+}  // namespace
+
 std::vector<Finding> Touch::findings() const {
   const Parts& p = *parts_;
   std::vector<Finding> found;
@@ -179,7 +194,10 @@ std::vector<Finding> Touch::findings() const {
       p.watch->tell(p.flagged[0].all(), p.body.model().mesh().tetrahedra.size(),
                     touching ? touching->options.stiffness : 0, found);
   }
-  if (const std::string error = status().error; !error.empty())
+  const TouchStatus s = status();
+  if (s.force_factor > kCoarseForce || s.force_factor < 1 / kCoarseForce)
+    found.push_back(coarse_cells_finding(s, p.options.local.refine));
+  if (const std::string& error = s.error; !error.empty())
     found.push_back({text("the body's simulation ended: ", error), {}, Finding::Weight::failure});
   return found;
 }

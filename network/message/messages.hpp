@@ -58,9 +58,9 @@ std::optional<MotionMessage> decode_motion(std::span<const std::uint8_t> bytes, 
 
 struct ModelMessage {
   SentModel model;
-  double expected_force_error = 0, refresh_ms = 0;  ///< as in TouchStatus
-  std::optional<double> loss{};                     ///< of datagrams to the body, as measured; none: not known yet
-  double body_ms = 0;                               ///< since the motion that it is made from came there
+  double expected_force_error = 0, force_factor = 0, refresh_ms = 0;  ///< as in TouchStatus
+  std::optional<double> loss{};  ///< of datagrams to the body, as measured; none: not known yet
+  double body_ms = 0;            ///< since the motion that it is made from came there
 };
 Bytes encode(const ModelMessage& message);
 /// Sizes within the message agree with its bytes; whether it fits the body ModelUnpacker::trouble() tells.

@@ -134,6 +134,7 @@ Bytes encode(const ModelMessage& message) {
   out.add_reducer(reducer);
   out.add_certified_error(m.certified_error);
   out.add_expected_force_error(message.expected_force_error);
+  out.add_force_factor(message.force_factor);
   out.add_refresh_ms(message.refresh_ms);
   out.add_scheme(static_cast<std::uint8_t>(m.scheme));
   out.add_sites(site_vector);
@@ -163,6 +164,7 @@ std::optional<ModelMessage> decode_model(std::span<const std::uint8_t> bytes) {
     return {};
   ModelMessage message;
   message.expected_force_error = m->expected_force_error();
+  message.force_factor = m->force_factor();
   message.refresh_ms = m->refresh_ms();
   message.loss = wire::loss_told(m->loss());
   message.body_ms = std::clamp(static_cast<double>(m->body_ms()), 0.0, 1e9);

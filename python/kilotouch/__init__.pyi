@@ -90,6 +90,8 @@ class Status:
     late_ticks: float
     expected_force_error: float
     certified_error: float
+    fineness: float
+    force_factor: float
     reducer: str
     error: str
 

@@ -63,6 +63,7 @@ ROWS = [  # (group, [(key in summary.json, name, how to write it, what it means)
         ("mesh_at_contact.cell_m", "cell of the surface under the tool", with_unit("mm", 1e3), "side of a square of two triangles"),
         ("mesh_at_contact.contact_radius_m", "radius of the contact", with_unit("mm", 1e3), "by Hertz, where the tool is deep"),
         ("mesh_at_contact.cell_over_contact_radius.mean", "cell over contact radius", PLAIN, "mean along the path; below 0.7 the mesh adds less than a quarter (4-node elements)"),
+        ("mesh_at_contact.refined_over_contact_radius", "refined cell over contact radius", PLAIN, "median over refreshes; up to 1.65 the force is near the continuum's"),
         ("mesh_at_contact.force_factor", "force over the continuum's, expected", with_unit(""), "by the mesh alone, a fit to presses at rest; 1 is right"),
     ]),
     ("Contact", [

@@ -1,0 +1,113 @@
+// Refined cells with what a scene may have beside one ball: two tools, two threads, tools of other shapes, regions of
+// friction, nearly incompressible bodies, large strain.
+#include <gtest/gtest.h>
+
+#include "core/base/error.hpp"
+#include "haptics/findings/run_findings.hpp"
+#include "haptics/touch/touch.hpp"
+#include "tests/support/fine_block.hpp"
+#include "tests/support/tool_shapes.hpp"
+
+namespace kt {
+namespace {
+
+double last_force(const SessionResult& r, std::size_t tool = 0) { return r.tools[tool].frames.back().f_n; }
+
+void expect_refined(const SessionResult& r) {
+  EXPECT_EQ(r.refresh.fineness.empty(), false);
+  for (const ToolRun& tool : r.tools) EXPECT_EQ(tool.lost.free_ticks_inside, 0);
+}
+
+// Far apart each has the force that it has alone. The cells of two are larger (a tick holds half as many places of
+// each), which changes it by some hundredths.
+TEST(FineScenes, TwoToolsHaveTheForceOfOne) {
+  const BlockPress press{.x = 2, .y = 1};
+  Scene two = scene_of(press);
+  two.second_tool = two.tool;
+  two.second_tool->path.press_drag->at = std::array{0.5 * kBlockWide - 0.012, 0.5 * kBlockWide - 0.006};
+  const SessionResult r = Session(two, block_of(press)).run();
+  expect_refined(r);
+  const double alone = last_force(run(press));
+  EXPECT_NEAR(last_force(r, 0) / alone, 1, 0.07);
+  EXPECT_NEAR(last_force(r, 1) / alone, 1, 0.1);
+}
+
+// Whatever the clock did, the run is repeated from its record, and the force at rest is that of lockstep.
+TEST(FineScenes, TwoThreadsAreRepeatedBitForBit) {
+  const BlockPress press{.speed = 0.01, .mu = 0.3, .duration = 0.5, .link = "thread"};
+  const SessionResult live = run(press);
+  expect_refined(live);
+  EXPECT_EQ(Session(scene_of(press), block_of(press), replay_of(live)).run().hash, live.hash);
+}
+
+struct Shaped {
+  const char* shape;
+  double radius, length;
+  double least, most;  ///< of the force on a body that is fine everywhere (bench/fine_reference_table.cpp) [N]
+};
+
+// Beside the bounds, what the cells as they are give is told by that table: 1.5 to 2 times as much.
+TEST(FineScenes, ToolsOfOtherShapesTouchRefinedCells) {
+  BlockPress press{.duration = 0.3, .press_time = 0.15};
+  Scene scene = scene_of(press);
+  scene.tool.path.press_drag->at = std::array{0.5 * kBlockWide + 0.0007, 0.5 * kBlockWide + 0.0011};
+  scene.tool.shape = "capsule";
+  scene.tool.radius = 0.004;
+  scene.tool.length = 0.02;
+  const SessionResult upright = Session(scene, block_of(press)).run();
+  expect_refined(upright);
+  EXPECT_NEAR(last_force(upright) / kUprightCapsule, 0.9, 0.08);
+  scene.local.refine = "off";
+  EXPECT_GT(last_force(Session(scene, block_of(press)).run()) / kUprightCapsule, 1.5);
+}
+
+// In a region the friction is the region's, at the places of refined cells as at nodes.
+TEST(FineScenes, RegionsHaveTheirOwnFriction) {
+  const BlockPress press{.x = -2, .speed = 0.02, .mu = 0.2, .duration = 1.1};
+  Scene scene = scene_of(press);
+  scene.tool.path.press_drag->direction = {1, 0, 0};
+  scene.contact.regions = {{{Vec3(0.5 * kBlockWide, -1, -1), Vec3(1, 1, 1)}, 0.6, 0.6}};
+  const SessionResult r = Session(scene, block_of(press)).run();
+  expect_refined(r);
+  const auto ratio = [&](std::size_t i) { return r.tools[0].frames[i].f_t / r.tools[0].frames[i].f_n; };
+  EXPECT_NEAR(ratio(520), 0.2, 0.03);
+  EXPECT_NEAR(ratio(r.tools[0].frames.size() - 1), 0.6, 0.09);
+}
+
+// What the cells do to a nearly incompressible body is told: by the run, and by a Touch.
+TEST(FineScenes, TellTheForceToExpect) {
+  BlockPress press;
+  Scene scene = scene_of(press);
+  for (const double poisson : {0.3, 0.48}) {
+    scene.object.model.poisson = poisson;
+    const Session session(scene, block_of(press));
+    const SessionResult r = Session(scene, block_of(press)).run();
+    const MeasuredRun measured = measure_run(session, r);
+    ASSERT_TRUE(measured.width);
+    EXPECT_GT(measured.width->fineness, 0.5);
+    EXPECT_LT(measured.width->fineness, 1.65);
+    EXPECT_NEAR(measured.width->factor, poisson < 0.4 ? 1.06 : 1.18, 0.015) << poisson;
+  }
+  press.type = "msd";
+  press.refine = "off";
+  Session springs(scene_of(press), block_of(press));
+  Touch touch(springs.body(), springs.options());
+  const Pose above{Vec3(0.5 * kBlockWide, 0.5 * kBlockWide, kBlockThick + kBallRadius + 1e-3)};
+  touch.place(above);
+  touch.tick(above);
+  EXPECT_TRUE(std::isnan(touch.status().fineness));
+  EXPECT_GT(touch.status().force_factor, 2);
+  const std::vector<Finding> found = touch.findings();
+  EXPECT_TRUE(std::ranges::any_of(found, [](const Finding& f) {
+    return f.where == "object.mesh" && !f.cures.empty() && f.cures[0].key == "local.refine";
+  })) << "one tells that the cells are too coarse";
+}
+
+TEST(FineScenes, APointHasNoContactToRefine) {
+  Scene scene = scene_of({});
+  scene.tool.shape = "point";
+  EXPECT_THROW(Session(scene, block_of({})).run(), InputError);
+}
+
+}  // namespace
+}  // namespace kt
