@@ -162,6 +162,10 @@ class Tutorial:
         shutil.rmtree(self.folder)
 
 
+def has_cgal():
+    return "cgal" in subprocess.run([PROGRAM, "list"], capture_output=True, text=True).stdout
+
+
 class Tutorials(unittest.TestCase):
     def lacks(self, page):
         with open(page, encoding="utf-8") as file:
@@ -169,7 +173,7 @@ class Tutorials(unittest.TestCase):
         needs = (m[1] if (m := re.search(r"<!-- needs: (.*) -->", text)) else "").split()
         for what in needs:
             there = {"python": os.path.isdir(os.path.join(PACKAGE, "kilotouch")), "parallel": shutil.which("parallel"),
-                     "matplotlib": importlib.util.find_spec("matplotlib")}.get(what)
+                     "matplotlib": importlib.util.find_spec("matplotlib"), "cgal": what == "cgal" and has_cgal()}.get(what)
             if there is None:  # a part of the build
                 there = what in subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout
             if not there:
