@@ -14,6 +14,7 @@ KILOTOUCH names the program. A tutorial that needs what the build or the machine
 import contextlib
 import glob
 import importlib.util
+import json
 import os
 import re
 import shutil
@@ -163,7 +164,11 @@ class Tutorial:
 
 
 def has_cgal():
-    return "cgal" in subprocess.run([PROGRAM, "list"], capture_output=True, text=True).stdout
+    with tempfile.TemporaryDirectory() as folder:
+        file = os.path.join(folder, "list.json")
+        subprocess.run([PROGRAM, "list", "--json", file], stdout=subprocess.DEVNULL, check=True)
+        with open(file, encoding="utf-8") as listed:
+            return any(b["name"] == "cgal" and b["available"] for family in json.load(listed).values() for b in family)
 
 
 class Tutorials(unittest.TestCase):
