@@ -1,12 +1,14 @@
 #pragma once
-// The front door: everything that a program around the engine needs. What is not included here is not installed.
+// The front door, with everything that a program around the engine needs. Headers that it does not include are not
+// installed.
 //
-//   kt::Body body(options) or kt::Body(std::make_unique<MyModel>(...));   // what is touched
-//   kt::Touch touch(body, options);                                      // by what, and how
+//   kt::Body body(options) or kt::Body(std::make_unique<MyModel>(...));   // the touched body
+//   kt::Touch touch(body, options);                                      // tools and settings
 //   touch.place(pose); touch.start();                                    // the body in a thread of its own
-//   const kt::LocalFrame& f = touch.tick(pose);                          // your loop, your clock: force, torque, flags
+//   const kt::LocalFrame& f = touch.tick(pose);                          // your loop and clock, with force, torque,
+//   flags
 //
-// docs/embedding.md says the rest. The C interface is kilotouch.h.
+// docs/embedding.md has the rest. The C interface is kilotouch.h.
 #include "collision/shape/tool_shape.hpp"
 #include "core/base/error.hpp"
 #include "core/body/check_model.hpp"
@@ -22,6 +24,6 @@
 
 namespace kt {
 
-const char* version() noexcept;  ///< of the library: "0.2.0"
+const char* version() noexcept;  ///< version of the library, "0.2.0"
 
 }  // namespace kt

@@ -55,29 +55,33 @@ py::tuple order_of(const PushedDevice& device) {
 }  // namespace
 
 void bind_device(py::module_& m) {
-  py::class_<DeviceReadingAt>(m, "DeviceReading", "Where a device is and how it is: for Touch.tick_device().")
+  py::class_<DeviceReadingAt>(m, "DeviceReading", "Pose and state of a device, for Touch.tick_device().")
       .def(py::init(&make_reading), py::arg("pose"), py::arg("age") = 0.0, py::arg("health") = "ok",
            py::arg("buttons") = 0U, py::arg("delay") = 0.0, py::arg("delays") = 0U, py::arg("v") = py::none(),
-           "pose: (3,) [m] or (7,), with the turn as a quaternion w x y z, in the world's frame; age: of the pose [s]; "
-           "health: ok, stale, gone, fault or uncalibrated; buttons: bit 0 is the first; delay: from a force that was "
-           "written until it acted, as measured last [s], and how many were measured; v: the device's own velocity "
-           "(3,) [m/s].");
+           "pose is (3,) [m] or (7,), with the turn as a quaternion w x y z, in the world's frame, age that of the "
+           "pose [s]. "
+           "health is ok, stale, gone, fault or uncalibrated. Bit 0 of buttons is the first. delay is the time from a "
+           "force "
+           "that was written until it acted, as measured last [s], delays the number of measurements. v is the "
+           "device's own "
+           "velocity (3,) [m/s].");
   py::class_<PushedDevice, std::shared_ptr<PushedDevice>>(
       m, "PushedDevice",
-      "A device that Python drives: poses in, forces out. The scene's tool.path.device.name is "
-      "pushed; Session.start(pushed=device) ticks it at the haptic rate in a thread of its own.")
+      "A device that Python drives, with poses in and forces out. The scene's tool.path.device.name is "
+      "pushed. Session.start(pushed=device) ticks it at the haptic rate in a thread of its own.")
       .def(py::init<>())
       .def("push", &push, py::arg("pose"), py::arg("buttons") = 0U, py::arg("v") = py::none(), py::arg("age") = 0.0,
-           "Where the device is now: (3,) [m] or (7,), in its own frame. A pose that is older than 5 ms shuts the "
-           "gate, so push at 250 Hz or more; a first one before start(). age: since it was read [s].")
-      .def_property_readonly("order", &order_of,
-                             "What to write to the device now: (force (3,) [N], torque (3,) [N m]), in its own frame. "
-                             "Finite, within the limits; zero when no tick has come for 20 ms. Read it after what may "
-                             "block.")
+           "Pose of the device now, (3,) [m] or (7,), in its own frame. A pose that is older than 5 ms shuts the "
+           "gate, so push at 250 Hz or more, and a first one before start(). age is the time since it was read [s].")
+      .def_property_readonly(
+          "order", &order_of,
+          "The force to write to the device now, (force (3,) [N], torque (3,) [N m]), in its own frame. "
+          "Finite, within the limits, zero when no tick has come for 20 ms. Read it after calls that "
+          "may block.")
       .def_property(
           "health", [](const PushedDevice& d) { return name_of(d.slots->health.load()); },
           [](PushedDevice& d, const std::string& name) { d.slots->health.store(health_of(name)); },
-          "ok, stale, gone, fault or uncalibrated: all but ok shut the gate. push() sets it to ok.");
+          "ok, stale, gone, fault or uncalibrated. All but ok shut the gate. push() sets it to ok.");
 }
 
 }  // namespace kt

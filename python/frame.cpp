@@ -93,20 +93,20 @@ LocalFrame frame_of(const py::tuple& s) {
 
 void bind_frame(py::module_& m) {
   const auto read = [](auto member, const char*) { return [member](const LocalFrame& f) { return f.*member; }; };
-  py::class_<LocalFrame> frame(m, "Frame", "What one haptic tick gives, of one tool. SI units, world frame.");
+  py::class_<LocalFrame> frame(m, "Frame", "Result of one haptic tick for one tool. SI units, world frame.");
   const auto add = [&](const char* name, auto member, const char* doc) {
     frame.def_property_readonly(name, read(member, doc), doc);
   };
   add("t", &LocalFrame::t, "end of the tick [s]");
-  add("force", &LocalFrame::force, "on the tool (3,) [N]");
-  add("torque", &LocalFrame::torque, "on the tool about its reference point (3,) [N m]");
+  add("force", &LocalFrame::force, "force on the tool (3,) [N]");
+  add("torque", &LocalFrame::torque, "torque on the tool about its reference point (3,) [N m]");
   add("f_n", &LocalFrame::f_n, "normal part of the force [N]");
   add("f_t", &LocalFrame::f_t, "tangential part of the force [N]");
-  add("normal", &LocalFrame::normal, "of the contact that carries most, from the body towards the tool (3,)");
-  add("point", &LocalFrame::point, "where that one touches the tool (3,) [m]");
-  add("gap", &LocalFrame::gap, "smallest of a held contact [m]; inf: nothing is touched");
-  add("triangle", &LocalFrame::triangle, "of the body's surface; -1: none");
-  add("contacts", &LocalFrame::contacts, "how many places touch");
+  add("normal", &LocalFrame::normal, "normal of the contact that carries most, from the body towards the tool (3,)");
+  add("point", &LocalFrame::point, "place of that one on the tool (3,) [m]");
+  add("gap", &LocalFrame::gap, "smallest gap of a held contact [m], inf where nothing is touched");
+  add("triangle", &LocalFrame::triangle, "triangle of the body's surface, -1 for none");
+  add("contacts", &LocalFrame::contacts, "number of places that touch");
   add("model_frame", &LocalFrame::model_frame, "count of the local model in use");
   frame.def_property_readonly(
       "x", [](const LocalFrame& f) { return f.pose.x; }, "the tool's reference point at t (3,) [m]");

@@ -66,8 +66,8 @@ py::array_t<double> rows_of(const VectorX& x) {
 void bind_mesh(py::module_& m) {
   py::class_<Mesh>(m, "Mesh", "Rest places and triangles of a surface, and the tetrahedra of a solid. SI units.")
       .def(py::init(&make_mesh), py::arg("x"), py::arg("triangles") = py::none(), py::arg("tetrahedra") = py::none(),
-           "x: (n, 3) [m]; triangles: (m, 3), counter-clockwise from outside, without them the tetrahedra's faces; "
-           "tetrahedra: (k, 4), turned to positive volume. All are copied. InputError: what, where, value.")
+           "x is (n, 3) [m], triangles (m, 3), counter-clockwise from outside, without them the tetrahedra's faces, "
+           "tetrahedra (k, 4), turned to positive volume. All are copied. InputError with quantity, place and value.")
       .def_property_readonly(
           "x", [](const Mesh& mesh) { return rows_of(mesh.x); }, "(n, 3) [m], a copy")
       .def_property_readonly(
@@ -79,7 +79,7 @@ void bind_mesh(py::module_& m) {
           "Size, counts and every defect, as `kilotouch mesh info` prints them.")
       .def(
           "save", [](const Mesh& mesh, const py::object& path) { save_mesh(path_of(path), mesh); }, py::arg("path"),
-          "By extension: .obj .off .ply .stl .vtu .msh. The file appears whole or not at all.")
+          "Writes by extension, .obj .off .ply .stl .vtu .msh. The file appears whole or not at all.")
       .def(py::pickle(
           [](const Mesh& mesh) {
             return py::make_tuple(rows_of(mesh.x), index_array(mesh.triangles), index_array(mesh.tetrahedra));
@@ -101,7 +101,7 @@ void bind_mesh(py::module_& m) {
         return mesh;
       },
       py::arg("path"), py::arg("scale") = 1.0,
-      "A mesh file (.obj .off .ply .stl .node .msh .vtu .vtk .mesh). scale: one unit of it [m].");
+      "A mesh file (.obj .off .ply .stl .node .msh .vtu .vtk .mesh). scale is one unit of it [m].");
 }
 
 }  // namespace kt

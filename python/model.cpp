@@ -148,8 +148,9 @@ void bind_model(py::module_& m) {
         return py::make_tuple(check.passed(), check.text());
       },
       py::arg("model"), py::arg("strain") = ModelCheckOptions{}.strain, py::arg("anchored") = false,
-      "Tries a model at rest and in random states: (whether nothing is broken, a line for each finding). strain: nodes "
-      "are moved by up to this share of their shortest edge. anchored: it may depend on where it is.");
+      "Tries a model at rest and in random states. Gives (whether nothing is broken, a line for each finding). Nodes "
+      "are "
+      "moved by up to the share strain of their shortest edge. An anchored model may depend on its place.");
 }
 
 }  // namespace kt

@@ -3,7 +3,7 @@
 #include "api/kilotouch.hpp"
 
 PYBIND11_MODULE(_kilotouch, m) {
-  m.doc() = "Touch on deformable bodies at a kilohertz: see kilotouch";
+  m.doc() = "Touch on deformable bodies at a kilohertz, see kilotouch";
   m.attr("__version__") = KT_VERSION;
   static kt::py::handle input = kt::py::register_exception<kt::InputError>(m, "InputError", PyExc_ValueError);
   kt::py::register_exception<kt::RunError>(m, "RunError", PyExc_RuntimeError);

@@ -56,7 +56,7 @@ void bind_scene(py::module_& m) {
       .def("_keys", [](const NamedScene&) { return known_scene_keys(); })
       .def(
           "to_json", [](const NamedScene& named) { return to_json(named.scene); },
-          "Every key with its value: a scene file. Python's json reads it.")
+          "Every key with its value, as a scene file. Python's json reads it.")
       .def(py::pickle([](const NamedScene& named) { return py::make_tuple(to_json(named.scene), named.name); },
                       [](const py::tuple& s) {
                         if (s.size() != 2) throw InputError("Scene: pickled by another version");

@@ -221,15 +221,17 @@ void bind_session(py::module_& m) {
                             "A scene that can be run, as often as one likes, each time from its start on.")
       .def(py::init<const NamedScene&, const py::object&, const py::object&>(), py::arg("scene"),
            py::arg("mesh") = py::none(), py::arg("model") = py::none(),
-           "mesh: a kilotouch.Mesh for the scene's own; model: a kilotouch.Model for it.")
+           "mesh is a kilotouch.Mesh for the scene's own, model a kilotouch.Model for it.")
       .def(
           "run",
           [](PythonSession& s, const py::object& path, std::shared_ptr<PushedDevice> pushed) {
             return s.run(path, std::move(pushed));
           },
           py::arg("path") = py::none(), py::arg("pushed") = py::none(),
-          "The whole run, as `kilotouch run`: a Trace. path: (n, 3) [m] of the first tool, in place of the scene's: "
-          "its start, then where it is after each tick. pushed: a PushedDevice that another thread drives. Ctrl-C ends "
+          "The Trace of the whole run, as of `kilotouch run`. path is (n, 3) [m] of the first tool, in place of the "
+          "scene's, "
+          "with its start, then its place after each tick. pushed is a PushedDevice that another thread drives. Ctrl-C "
+          "ends "
           "it.")
       .def(
           "start",
@@ -237,17 +239,17 @@ void bind_session(py::module_& m) {
             s.start(path, std::move(pushed));
           },
           py::arg("path") = py::none(), py::arg("pushed") = py::none(),
-          "The same in a thread of its own; stop() gives its trace.")
+          "The same in a thread of its own. stop() gives its trace.")
       .def(
           "stop", [](PythonSession& s) { return s.stop(); },
-          "Ends a run that was started: its Trace. Raises what ended it before.")
+          "Ends a run that was started, and gives its Trace. Raises the exception that ended it before.")
       .def_property_readonly("is_running", [](PythonSession& s) { return s.is_running(); })
       .def_property_readonly(
           "progress", [](PythonSession& s) { return s.progress(); },
-          "Share of the started run that is done, 0 to 1; 0 until its first tick.")
+          "Share of the started run that is done, 0 to 1, and 0 until its first tick.")
       .def_property_readonly(
           "predictions", [](PythonSession& s) { return lines(s.predicted()); },
-          "What is known to go wrong in a run, found at set-up: a list of sentences.")
+          "Faults of a run that were found at set-up, a list of sentences.")
       .def_property_readonly(
           "findings", [](PythonSession& s) { return dicts_of(s.predicted()); },
           "The same as values, as Touch.findings.");

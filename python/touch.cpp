@@ -224,54 +224,61 @@ py::object get(PythonTouch& t, const std::string& key) {
 void end_touches() { PythonTouch::end_all(); }
 
 void bind_touch(py::module_& m) {
-  py::class_<TouchStatus>(m, "Status", "How a touch goes: of the refresh that was made last.")
-      .def_readonly("refreshes", &TouchStatus::refreshes, "made so far")
+  py::class_<TouchStatus>(m, "Status", "State of a touch after its last refresh.")
+      .def_readonly("refreshes", &TouchStatus::refreshes, "refreshes so far")
       .def_readonly("linearized_tick", &TouchStatus::linearized_tick)
-      .def_readonly("dof", &TouchStatus::dof, "of its local model")
+      .def_readonly("dof", &TouchStatus::dof, "size of its local model")
       .def_readonly("patch_vertices", &TouchStatus::patch_vertices)
       .def_readonly("refresh_ms", &TouchStatus::refresh_ms, "CPU time, with its global step")
-      .def_readonly("late_ticks", &TouchStatus::late_ticks, "until the last local model was in use")
-      .def_readonly("expected_force_error", &TouchStatus::expected_force_error, "share; nan: not certified")
-      .def_readonly("certified_error", &TouchStatus::certified_error, "of the impedance; nan: not certified")
-      .def_readonly("fineness", &TouchStatus::fineness, "refined cells over the contact radius; nan: none are refined")
+      .def_readonly("late_ticks", &TouchStatus::late_ticks, "ticks until the last local model was in use")
+      .def_readonly("expected_force_error", &TouchStatus::expected_force_error, "share, nan where not certified")
+      .def_readonly("certified_error", &TouchStatus::certified_error, "error of the impedance, nan where not certified")
+      .def_readonly("fineness", &TouchStatus::fineness,
+                    "refined cells over the contact radius, nan where none are refined")
       .def_readonly("force_factor", &TouchStatus::force_factor,
-                    "force over the continuum's to expect of the cells under the tools; nan: not known")
+                    "force to expect of the cells under the tools over the continuum's, nan where not known")
       .def_readonly("reducer", &TouchStatus::reducer)
       .def_readonly("error", &TouchStatus::error, "why the body's simulation ended; empty: it goes on");
 
   py::class_<PythonTouch>(m, "Touch",
                           "A body that tools touch, one call a haptic tick. Without start() the body is refreshed "
-                          "inside some ticks: the same poses give the same bits.")
+                          "inside some ticks, and the same poses give the same bits.")
       .def(py::init<const NamedScene&, const py::object&, const py::object&, const py::object&>(), py::arg("scene"),
            py::arg("mesh") = py::none(), py::arg("model") = py::none(), py::arg("body_of") = py::none(),
-           "scene: tools and settings; its path is not followed. mesh: a kilotouch.Mesh for the scene's own; model: a "
-           "kilotouch.Model for it; body_of: a Touch whose body this one shares, with the first local model that it "
-           "found. InputError: what, where, value, allowed.")
+           "scene has tools and settings. Its path is not followed. mesh is a kilotouch.Mesh for the scene's own, "
+           "model a "
+           "kilotouch.Model for it, body_of a Touch whose body this one shares, with the first local model that it "
+           "found. InputError with quantity, place, value and allowed range.")
       .def(
           "place",
           [](PythonTouch& t, const py::args& poses) {
             const Tools tools = tools_of(t, poses);
             t.alone([&] { t.touch().place(tools.span()); });
           },
-          "Where the tools are before the first tick.")
+          "Poses of the tools before the first tick.")
       .def(
           "start", [](PythonTouch& t) { t.start(); },
-          "The body from now on in a thread of its own: after place(), before the first tick.")
+          "The body from now on in a thread of its own. Call it after place(), before the first tick.")
       .def(
-          "stop", [](PythonTouch& t) { t.stop(); }, "Ends that thread. Raises what ended the body's simulation before.")
+          "stop", [](PythonTouch& t) { t.stop(); },
+          "Ends that thread. Raises the exception that ended the body's simulation before.")
       .def(
           "reset", [](PythonTouch& t) { t.reset(); },
-          "Back to before the first tick: the body as it was at the start, settings as they were set last. A thread of "
+          "Back to before the first tick, with the body as it was at the start, settings as they were set last. A "
+          "thread of "
           "the body's own ends.")
-      .def("tick", &tick, py::arg("dt") = py::none(),
-           "tick(pose, ...): the tools have come to these poses, one each: (3,) [m], or (7,) with the turn as a "
-           "quaternion w x y z. A Frame, of two tools a tuple. dt: seconds since the last call, for a loop that does "
-           "not keep local.rate_hz.")
-      .def("tick_device", &tick_device, py::arg("dt") = py::none(),
-           "tick_device(reading, ...): the same for devices that somebody holds, a DeviceReading each. Forces and "
-           "torques of the frames are what is to be written to the devices now: made safe by tool.path.device's limits "
-           "(docs/devices.md). To be called each period of local.rate_hz: one call is one tick. dt: seconds that "
-           "really passed since the last one.")
+      .def(
+          "tick", &tick, py::arg("dt") = py::none(),
+          "tick(pose, ...) takes the poses that the tools have come to, one each, (3,) [m], or (7,) with the turn as a "
+          "quaternion w x y z. It gives a Frame, of two tools a tuple. dt are the seconds since the last call, for a "
+          "loop that does "
+          "not keep local.rate_hz.")
+      .def(
+          "tick_device", &tick_device, py::arg("dt") = py::none(),
+          "tick_device(reading, ...) is the same for devices that a person holds, a DeviceReading each. Forces and "
+          "torques of the frames are to be written to the devices now. They are made safe by tool.path.device's limits "
+          "(docs/devices.md). Call it each period of local.rate_hz. One call is one tick. dt are the seconds that "
+          "really passed since the last one.")
       .def("__getitem__", &get, py::arg("key"))
       .def("__setitem__", &set, py::arg("key"), py::arg("value"))
       .def_property_readonly(
@@ -284,21 +291,22 @@ void bind_touch(py::module_& m) {
             }
             return rows_of(x);
           },
-          "Where the body's nodes are, as the last refresh had them, with the part around the contact as it was some "
-          "ticks ago: (n, 3) [m], a copy.")
+          "Positions of the body's nodes, as the last refresh had them, with the part around the contact as it was "
+          "some "
+          "ticks ago, (n, 3) [m], a copy.")
       .def_property_readonly(
-          "mesh", [](PythonTouch& t) { return t.held().body.model().mesh(); }, "At rest; a copy.")
+          "mesh", [](PythonTouch& t) { return t.held().body.model().mesh(); }, "The mesh at rest, a copy.")
       .def_property_readonly(
-          "status", [](PythonTouch& t) { return t.touch().status(); }, "Of the refresh that was made last.")
+          "status", [](PythonTouch& t) { return t.touch().status(); }, "Status after the last refresh.")
       .def_property_readonly(
           "warnings", [](PythonTouch& t) { return lines(t.held().findings()); },
-          "What speaks against the forces so far, a line each: of the body, and of the ticks.")
+          "Facts against the forces so far, of body and ticks, a line each.")
       .def_property_readonly(
           "findings", [](PythonTouch& t) { return dicts_of(t.held().findings()); },
-          "The same as values: a dict each, with what, weight (note, doubt, failure), where, value, limit, and cures "
+          "The same as values, a dict each, with what, weight (note, doubt, failure), where, value, limit, and cures "
           "(key, value, told).")
       .def_property_readonly(
-          "h", [](PythonTouch& t) { return t.touch().h(); }, "of a tick [s]")
+          "h", [](PythonTouch& t) { return t.touch().h(); }, "time of a tick [s]")
       .def_property_readonly("num_tools", [](PythonTouch& t) { return t.touch().num_tools(); });
 }
 

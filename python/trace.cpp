@@ -36,7 +36,7 @@ py::list tools_of(const Trace& trace) {
 
 void bind_trace(py::module_& m) {
   py::class_<Trace> trace(m, "Trace",
-                          "What a run left: numpy columns, a row a tick, read-only; of the first tool. SI units.");
+                          "Records of a run's first tool, numpy columns, a row a tick, read-only. SI units.");
   const auto vector = [&](const char* name, auto read, const char* doc) {
     trace.def_property_readonly(
         name, [read](const py::object& self) { return of_frames<double>(self, 3, read); }, doc);
@@ -51,45 +51,47 @@ void bind_trace(py::module_& m) {
   vector(
       "x", [](const LocalFrame& f) { return f.pose.x.data(); }, "the tool's reference point (n, 3) [m]");
   vector(
-      "force", [](const LocalFrame& f) { return f.force.data(); }, "on the tool, as written to the device (n, 3) [N]");
+      "force", [](const LocalFrame& f) { return f.force.data(); },
+      "force on the tool, as written to the device (n, 3) [N]");
   vector(
-      "torque", [](const LocalFrame& f) { return f.torque.data(); }, "about the reference point (n, 3) [N m]");
+      "torque", [](const LocalFrame& f) { return f.torque.data(); }, "torque about the reference point (n, 3) [N m]");
   vector(
-      "normal", [](const LocalFrame& f) { return f.normal.data(); }, "of the contact that carries most (n, 3)");
+      "normal", [](const LocalFrame& f) { return f.normal.data(); }, "normal of the contact that carries most (n, 3)");
   vector(
-      "point", [](const LocalFrame& f) { return f.point.data(); }, "where that one touches the tool (n, 3) [m]");
+      "point", [](const LocalFrame& f) { return f.point.data(); }, "place of that one on the tool (n, 3) [m]");
   number(
       "f_n", [](const LocalFrame& f) { return &f.f_n; }, "normal part of the force (n,) [N]");
   number(
       "f_t", [](const LocalFrame& f) { return &f.f_t; }, "tangential part of the force (n,) [N]");
   number(
       "gap", [](const LocalFrame& f) { return &f.gap; },
-      "smallest of a held contact (n,) [m]; inf: nothing is touched");
+      "smallest gap of a held contact (n,) [m], inf where nothing is touched");
   number(
-      "triangle", [](const LocalFrame& f) { return &f.triangle; }, "of the body's surface; -1: none (n,)");
+      "triangle", [](const LocalFrame& f) { return &f.triangle; }, "triangle of the body's surface, -1 for none (n,)");
   number(
-      "contacts", [](const LocalFrame& f) { return &f.contacts; }, "how many places touch (n,)");
+      "contacts", [](const LocalFrame& f) { return &f.contacts; }, "number of places that touch (n,)");
   number(
       "flags", [](const LocalFrame& f) { return &f.flags; }, "bits of kilotouch.Flag (n,)");
   static_assert(sizeof(ContactMode) == sizeof(int));
   number(
       "mode", [](const LocalFrame& f) { return reinterpret_cast<const int*>(&f.mode); },
-      "0 free, 1 stick, 2 slide, 3 frictional slide: names are kilotouch.MODES (n,)");
+      "0 free, 1 stick, 2 slide, 3 frictional slide, with the names kilotouch.MODES (n,)");
   trace.def_property_readonly("tools", &tools_of, "A Trace of each tool of the run.")
       .def_property_readonly(
           "hash", [](const Trace& t) { return hash_text(t.run->result.hash); },
-          "Of every tick's place, force, mode and triangle: as `kilotouch run` prints it.")
+          "Hash of every tick's place, force, mode and triangle, as `kilotouch run` prints it.")
       .def_property_readonly(
           "warnings",
           [](const Trace& t) -> py::object {
             return py::module_::import("json").attr("loads")(t.run->summary)["warnings"];
           },
-          "All that was found out about the run, a line each: those of the summary.")
+          "The findings of the run, a line each, those of the summary.")
       .def_property_readonly(
           "summary", [](const Trace& t) { return py::module_::import("json").attr("loads")(t.run->summary); },
           "The dict of summary.json.")
       .def("save", &save, py::arg("folder"),
-           "trace.csv, summary.json and so on; session.json, which `kilotouch replay` repeats, unless the body was "
+           "Writes trace.csv, summary.json and so on, and session.json, which `kilotouch replay` repeats, unless the "
+           "body was "
            "given by "
            "mesh= or model=.")
       .def("__len__", [](const Trace& t) { return t.run->result.tools[t.tool].frames.size(); })

@@ -28,7 +28,8 @@ bool within(const ToolSweep& a, const ToolSweep& b, double margin) {
 }  // namespace
 
 SurfacePairs::SurfacePairs(std::span<const Triangle> triangles, const VectorX& x, const std::string& backend)
-    : triangles_(triangles.begin(), triangles.end()), index_(make_triangle_index(backend == "auto" ? "refit_bvh" : backend)) {
+    : triangles_(triangles.begin(), triangles.end()),
+      index_(make_triangle_index(backend == "auto" ? "refit_bvh" : backend)) {
   for (const Triangle& t : triangles_) {
     vertices_.insert(vertices_.end(), t.begin(), t.end());
     for (int k = 0; k < 3; ++k) edges_.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});

@@ -6,14 +6,14 @@
 
 namespace kt {
 
-constexpr int kMaxTools = 2;  ///< that touch one body at the same time: two hands
+constexpr int kMaxTools = 2;  ///< most tools that touch one body at the same time, two hands
 
-/// The shape that touches the body: a core, rounded by `radius`. The reference point is the origin of the core.
+/// The shape that touches the body, a core rounded by `radius`. The reference point is the origin of the core.
 struct ToolShape {
   enum class Kind { point, sphere, capsule, mesh } kind = Kind::point;
-  double radius = 0;                  ///< [m], 0 for a point, else > 0
-  std::vector<Vec3> corners{};        ///< of the core: none (the reference point), a capsule's two, a mesh's [m]
-  std::vector<Triangle> triangles{};  ///< of a mesh
+  double radius = 0;            ///< [m], 0 for a point, else > 0
+  std::vector<Vec3> corners{};  ///< corners of the core [m], none (the reference point), a capsule's two, a mesh's
+  std::vector<Triangle> triangles{};  ///< triangles of a mesh
   bool operator==(const ToolShape&) const = default;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// Errors a user can cause: one line that says what, where, which value and what is allowed.
+// Errors that a user can cause, as one line with the quantity, its place, its value and the allowed range.
 #include <locale>
 #include <sstream>
 #include <stdexcept>
@@ -8,14 +8,14 @@
 
 namespace kt {
 
-/// Wrong input: a file, a key, a name or a value. The command line turns it into exit code 2 and prints what() alone.
+/// Wrong input, as a file, a key, a name or a value. The command line turns it into exit code 2 and prints its text
+/// alone.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A call at the wrong time, or with the wrong number of things: the program that calls is to be changed, not its
-/// input.
+/// A call at the wrong time, or with the wrong number of things. The cure is in the calling program, not in its input.
 class MisuseError : public InputError {
  public:
   using InputError::InputError;
@@ -27,8 +27,8 @@ class RunError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A linearized body that gives way to some motion, as a compressed one can: not fit to step at a fixed rate. Its
-/// definite tangent is (TangentKind).
+/// A linearized body that gives way to some motion, as a compressed one can. It cannot be stepped at a fixed rate. Its
+/// definite tangent can (TangentKind).
 class IndefiniteTangent : public RunError {
  public:
   using RunError::RunError;
@@ -38,7 +38,7 @@ class IndefiniteTangent : public RunError {
 template <class... Args>
 std::string text(const Args&... args) {
   std::ostringstream out;
-  out.imbue(std::locale::classic());  // whatever the host program has made the global one
+  out.imbue(std::locale::classic());  // the host program may have set another global one
   (out << ... << args);
   return out.str();
 }
@@ -46,16 +46,16 @@ std::string text(const Args&... args) {
 /// "a, b, c" for messages that list the known names.
 std::string join(const std::vector<std::string>& names);
 
-/// The known name nearest to `name` (edit distance), for "did you mean"; empty when nothing is near.
+/// The known name nearest to `name` (edit distance), for "did you mean". Empty when nothing is near.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& known);
 
-/// Throws InputError: unknown `what` `name`, did you mean ..., known: ...
+/// Throws InputError with the unknown name, its kind, the nearest known name and all known ones.
 [[noreturn]] void throw_unknown(const std::string& what, const std::string& name,
                                 const std::vector<std::string>& known);
 
 }  // namespace kt
 
-/// Our own mistakes: checked in Debug and in all tests, free in Release.
+/// Our own mistakes. Checked in Debug and in all tests, free in Release.
 #ifdef NDEBUG
 #define KT_ASSERT(condition) ((void)0)
 #else

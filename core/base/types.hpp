@@ -1,5 +1,5 @@
 #pragma once
-// The vocabulary every folder shares: vectors, matrices, poses, node access in stacked arrays. SI units everywhere.
+// The types that every folder shares, as vectors, matrices, poses, node access in stacked arrays. SI units everywhere.
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/SparseCore>
@@ -29,7 +29,7 @@ struct Pose {
   bool operator==(const Pose& other) const noexcept { return x == other.x && r.coeffs() == other.r.coeffs(); }
 };
 
-/// What acts on it.
+/// Force and torque on it.
 struct Wrench {
   Vec3 force = Vec3::Zero();   ///< [N]
   Vec3 torque = Vec3::Zero();  ///< about the tool's reference point [N m]
@@ -41,8 +41,7 @@ inline Quaternion rotation(const Vec3& v) {
   return angle > 0 ? Quaternion(Eigen::AngleAxisd(angle, v / angle)) : Quaternion::Identity();
 }
 
-/// How a tool that follows a script is turned over time: a fixed orientation, and an even spin about its reference
-/// point.
+/// Orientation over time of a tool that follows a script, a fixed one and an even spin about the reference point.
 struct ToolTurn {
   Vec3 turn = Vec3::Zero();  ///< rotation vector at t = 0 [rad]
   Vec3 spin = Vec3::Zero();  ///< angular velocity [rad/s]
@@ -54,15 +53,15 @@ struct ToolTurn {
 inline auto node(VectorX& x, int i) { return x.segment<3>(3 * i); }
 inline auto node(const VectorX& x, int i) { return x.segment<3>(3 * i); }
 
-/// A number's place in an order that has nothing to do with how things are numbered, the same everywhere.
+/// Key of a number in an order that is independent of the numbering, the same on every machine.
 constexpr std::uint32_t mixed(int number) noexcept {
   auto h = static_cast<std::uint32_t>(number) + 0x9e3779b9u;
   for (int i = 0; i < 2; ++i) h = (h ^ (h >> 16)) * 0x45d9f3bu;
   return h ^ (h >> 16);
 }
 
-/// All values of `matrix` zero in the pattern of `pattern`; keeps its storage when it has that pattern already,
-/// which is judged by the size and the number of entries: for matrices that only ever had this pattern.
+/// Sets all values of `matrix` to zero in the pattern of `pattern`. Keeps its storage when it has that pattern already,
+/// judged by the size and the number of entries. Only for matrices that never had another pattern.
 inline void set_zero(SparseMatrix& matrix, const SparseMatrix& pattern) {
   if (matrix.rows() == pattern.rows() && matrix.nonZeros() == pattern.nonZeros() && matrix.isCompressed())
     std::fill(matrix.valuePtr(), matrix.valuePtr() + matrix.nonZeros(), 0.0);

@@ -1,5 +1,5 @@
 #pragma once
-// A body as data: its mesh at rest (surface triangles and, for a solid, tetrahedra), and its state.
+// A body as data, its mesh at rest (surface triangles and, for a solid, tetrahedra), and its state.
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,12 +10,13 @@ namespace kt {
 
 struct EmbeddedSurface;  // core/body/embedded_surface.hpp
 
-/// Rest geometry of one body. Plain data: readers fill it, models and collision read it.
+/// Rest geometry of one body. Plain data, filled by readers, read by models and collision.
 struct Mesh {
   VectorX x;                            ///< rest positions [m], (3n)
   std::vector<Triangle> triangles;      ///< surface, counter-clockwise seen from outside
   std::vector<Tetrahedron> tetrahedra;  ///< empty for a surface mesh
-  /// The triangles are a surface inside the tetrahedra; none: they are the tetrahedra's own, or there are none.
+  /// Set where the triangles are a surface inside the tetrahedra. Else they are the tetrahedra's own, or there are
+  /// none.
   std::shared_ptr<const EmbeddedSurface> embedded = {};
 
   int num_nodes() const { return static_cast<int>(x.size() / 3); }
@@ -33,8 +34,8 @@ struct State {
 
 /// A point of the body's surface.
 struct SurfacePlace {
-  int triangle = -1;            ///< -1: none
-  Vec3 weights = Vec3::Zero();  ///< of its corners, sum 1
+  int triangle = -1;            ///< -1 for none
+  Vec3 weights = Vec3::Zero();  ///< weights of its corners, sum 1
 };
 
 struct Bounds {
@@ -43,10 +44,10 @@ struct Bounds {
   Vec3 centre() const { return 0.5 * (min + max); }
 };
 
-/// Bounding box of all nodes [m]; zero for an empty mesh.
+/// Bounding box of all nodes [m], zero for an empty mesh.
 Bounds bounds(const Mesh& mesh);
 
-/// Surface of a tetrahedral mesh: the faces that belong to one tetrahedron only, counter-clockwise seen from outside.
+/// Surface of a tetrahedral mesh, the faces that belong to one tetrahedron only, counter-clockwise seen from outside.
 std::vector<Triangle> boundary_triangles(const std::vector<Tetrahedron>& tetrahedra);
 
 /// Box [0, nx h] x [0, ny h] x [0, nz h] of cubes, each cut into the six Kuhn tetrahedra around the diagonal (0,0,0) to
@@ -54,13 +55,13 @@ std::vector<Triangle> boundary_triangles(const std::vector<Tetrahedron>& tetrahe
 /// @param h  edge of a cube [m]
 Mesh kuhn_block(int nx, int ny, int nz, double h);
 
-/// Volume enclosed by a closed surface [m^3], by the divergence theorem; negative when the surface is inside out.
+/// Volume enclosed by a closed surface [m^3], by the divergence theorem. Negative when the surface is inside out.
 double enclosed_volume(const Mesh& mesh);
 
 /// Volume of one tetrahedron [m^3], signed.
 double tetrahedron_volume(const VectorX& x, const Tetrahedron& t);
 
-/// Area-weighted unit normals of the surface nodes at positions x (3n); zero for nodes not on the surface.
+/// Area-weighted unit normals of the surface nodes at positions x (3n), zero for nodes not on the surface.
 VectorX node_normals(const VectorX& x, const std::vector<Triangle>& triangles);
 
 }  // namespace kt

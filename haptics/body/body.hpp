@@ -1,5 +1,5 @@
 #pragma once
-// The body that is touched: a deformable model with its surface, hanging in its weight. Borrowed by every Touch of it.
+// The touched body, a deformable model with its surface, hanging in its weight. Borrowed by every Touch of it.
 #include <functional>
 #include <memory>
 #include <string>
@@ -15,41 +15,41 @@ class KeptSetUp;  // haptics/refresh/kept_set_up.hpp
 class SelfContact;
 struct Surface;  // core/body/surface.hpp
 
-/// What a body is made with, besides its mesh.
+/// Options of a body besides its mesh.
 struct BodyOptions {
-  SceneObject object{};          ///< material, clamped part, weight; its mesh file is read where no mesh is given
+  SceneObject object{};          ///< material, clamped part, weight. Its mesh file is read where no mesh is given
   GlobalSettings global{};       ///< self_contact, and the solver of the equilibrium that the body starts in
-  double ridge_deg = 60;         ///< [deg] of a smooth surface: convex edges that turn by more stay sharp
+  double ridge_deg = 60;         ///< [deg] convex edges of a smooth surface that turn by more stay sharp
   std::string backend = "auto";  ///< collision.backend, for contact with itself
-  std::function<std::string(const std::string& path)> read_file{};  ///< as of load_mesh(); none: the file system
+  std::function<std::string(const std::string& path)> read_file{};  ///< as in load_mesh(), the file system by default
 };
 
-/// Of a scene's body.
-/// @param read_file  gives a file's bytes; none: the file system
+/// Options of a scene's body.
+/// @param read_file  gives a file's bytes, the file system by default
 BodyOptions body_options(const Scene& scene, std::function<std::string(const std::string& path)> read_file = {});
 
 class Body {
  public:
-  /// Of object.mesh. Throws InputError for what is wrong with the file or a value.
+  /// Made from object.mesh. Throws InputError for faults of the file or a value.
   explicit Body(const BodyOptions& options);
-  /// Of a mesh in metres, whose tetrahedra may be turned either way; a surface is to be filled() before. Throws
+  /// Made from a mesh in metres, whose tetrahedra may be turned either way. A surface is to be filled() before. Throws
   /// InputError for a mesh that is none, as check_and_orient().
   Body(Mesh mesh, const BodyOptions& options);
-  /// Of one's own model. Its surface is that of model->mesh(); of `options` only weight-free parts count: self-contact
-  /// and ridge_deg. It starts undeformed.
+  /// Made from one's own model. Its surface is that of model->mesh(). Of `options` only the parts without weight count,
+  /// self-contact and ridge_deg. It starts undeformed.
   explicit Body(std::unique_ptr<DeformableModel> model, const BodyOptions& options = {});
   Body(Body&&) noexcept;
   ~Body();
 
   const DeformableModel& model() const { return *model_; }
   const Surface& surface() const { return *surface_; }
-  SelfContact* self_contact() const { return self_contact_.get(); }  ///< none: it passes through itself
+  SelfContact* self_contact() const { return self_contact_.get(); }  ///< null where the body passes through itself
   const State& start() const { return start_; }                      ///< at rest, hanging in its weight
-  double mesh_unit() const { return mesh_unit_; }  ///< of the mesh file [m]; 1 for a mesh that is given in metres
+  double mesh_unit() const { return mesh_unit_; }  ///< unit of the mesh file [m], 1 for a mesh that is given in metres
   const std::vector<Finding>& findings() const { return findings_; }  ///< while it was loaded and settled
   const BodyOptions& options() const { return options_; }
 
-  /// What refreshers of this body find out at set-up: for the next one that begins in the same way.
+  /// Results of the set-up of this body's refreshers, for the next one that begins in the same way.
   KeptSetUp* kept_set_up() const { return kept_set_up_.get(); }
 
   bool is_own() const { return is_own_; }  ///< the model is the caller's
@@ -71,13 +71,13 @@ class Body {
   double mesh_unit_ = 1;
 };
 
-/// Loads, scales and, where the model needs it, repairs and tetrahedralizes the mesh. What was not taken over as it
-/// stands is appended to `notes`.
-/// @param unit  of the file [m]
+/// Loads, scales and, where the model needs it, repairs and tetrahedralizes the mesh. Changes of the mesh are appended
+/// to `notes`.
+/// @param unit  unit of the file [m]
 Mesh load_body_mesh(const BodyOptions& options, std::vector<std::string>& notes, double* unit = nullptr);
 
-/// The lattice that `object` asks for in the place of a surface in metres; a mesh that is to stay as it is.
-/// @param rate_hz  of refreshes, which bounds how many nodes there is time for
+/// The lattice that `object` asks for in the place of a surface in metres. A mesh that is to stay is returned as it is.
+/// @param rate_hz  rate of refreshes, which bounds the number of nodes
 Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vector<std::string>& notes);
 
 constexpr const char* kGivenMesh = "-";  ///< SceneObject::mesh of a scene whose mesh does not come from a file
@@ -85,7 +85,7 @@ constexpr const char* kGivenMesh = "-";  ///< SceneObject::mesh of a scene whose
 /// For messages about a mesh that does not come from a file.
 std::string given_mesh_name(const SceneObject& object);
 
-/// A surface in metres with the tetrahedra or inner layers that `object` asks for; a solid as it is, with all
+/// A surface in metres with the tetrahedra or inner layers that `object` asks for. A solid as it is, with all
 /// tetrahedra turned to positive volume. Throws InputError for a mesh that is none, as check_and_orient().
 Mesh filled(Mesh mesh, const SceneObject& object);
 

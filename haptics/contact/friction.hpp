@@ -1,5 +1,5 @@
 #pragma once
-// The friction law of one contact, and what a contact can do.
+// The friction law of one contact, and the modes of a contact.
 #include <cmath>
 #include <vector>
 
@@ -12,7 +12,8 @@ const char* name_of(ContactMode mode);
 
 struct Friction {
   double mu_static = 0, mu_kinetic = 0;  ///< mu_static >= mu_kinetic >= 0
-  double stribeck = 0;  ///< [m/s] sliding speed over which the static coefficient falls to the kinetic one; 0: at once
+  double stribeck =
+      0;  ///< [m/s] sliding speed over which the static coefficient falls to the kinetic one, 0 for at once
 
   /// Coefficient at a sliding speed [m/s].                           Stribeck's curve in the form of Armstrong 1994.
   double mu_at(double speed) const noexcept {
@@ -24,12 +25,12 @@ struct Friction {
   bool operator==(const Friction&) const = default;
 };
 
-/// Friction by place: of the tool's material with that of each part of the surface.
+/// Friction by place, between the tool's material and each part of the surface.
 struct SurfaceFriction {
   Friction everywhere;
-  std::vector<Friction> of_triangle;  ///< by surface triangle; empty: the same everywhere
+  std::vector<Friction> of_triangle;  ///< friction by surface triangle, empty for the same everywhere
   const Friction& at(int triangle) const noexcept {
-    const auto i = static_cast<std::size_t>(triangle);  // a negative one: no place known
+    const auto i = static_cast<std::size_t>(triangle);  // negative where no place is known
     return i < of_triangle.size() ? of_triangle[i] : everywhere;
   }
 };

@@ -1,5 +1,5 @@
 #pragma once
-// Where the tool is, and where its force goes. Backends: device.def.
+// The source of the tool's pose, and the sink of its force. Backends are in device.def.
 #include <limits>
 #include <memory>
 #include <optional>
@@ -15,21 +15,21 @@ namespace kt {
 class MovedTarget;   // haptics/device/moved_target.hpp
 struct DeviceSlots;  // haptics/driver/device_slots.hpp
 
-/// What a device is, as far as it is known. Forces and ways are the device's own, before any scaling.
+/// Properties of a device, as far as they are known. Forces and ways are the device's own, before any scaling.
 struct DeviceInfo {
   double max_force = std::numeric_limits<double>::infinity();  ///< [N]
   double delay = 0;                                            ///< from write() until the force acts [s]
-  bool yields = false;                                         ///< it moves with the force: energy goes back and forth
-  bool gives_torque = false;                                   ///< else the torque that is written goes nowhere
-  bool is_live = false;                                        ///< somebody holds it: every force is made safe
-  bool gives_force = true;                                     ///< else it is moved and nothing is felt
-  bool senses_turn = false;                                    ///< its poses have an orientation
-  // 0: not known.
+  bool yields = false;        ///< it moves with the force, and energy goes back and forth
+  bool gives_torque = false;  ///< else the torque that is written goes nowhere
+  bool is_live = false;       ///< held by a person, so that every force is made safe
+  bool gives_force = true;    ///< else it is moved and nothing is felt
+  bool senses_turn = false;   ///< its poses have an orientation
+  // 0 for not known.
   double max_torque = 0;        ///< [N m]
-  double continuous_force = 0;  ///< that it can give for as long as one likes [N]
-  double max_stiffness = 0;     ///< that its maker names [N/m]
+  double continuous_force = 0;  ///< force without a limit of time [N]
+  double max_stiffness = 0;     ///< the maker's figure [N/m]
   double max_damping = 0;       ///< the same [N s/m]
-  double damping = 0;           ///< of its own [N s/m]
+  double damping = 0;           ///< own damping [N s/m]
   double encoder_step = 0;      ///< [m]
   double workspace_radius = 0;  ///< [m]
   std::string name{}, serial{};
@@ -48,45 +48,45 @@ enum class DeviceHealth {
   unpowered,
   not_ready,
   in_use,   ///< by another program
-  altered,  ///< what stands between us and the motors changes places or forces
+  altered,  ///< a service between program and motors changes places or forces
   no_echo,  ///< a force was sent, and is not repeated
 };
 const char* name_of(DeviceHealth health) noexcept;
 
-/// How a device is, at the pose that was taken last.
+/// State of a device at the pose that was taken last.
 struct DeviceState {
   DeviceHealth health = DeviceHealth::ok;
-  double age = 0;                  ///< of the pose [s]
-  unsigned buttons = 0;            ///< bit 0: the first
+  double age = 0;                  ///< age of the pose [s]
+  unsigned buttons = 0;            ///< bit 0 is the first
   double delay = 0;                ///< from a force that was written until it acted, as the device told last [s]
   unsigned delays = 0;             ///< how many were told
   std::optional<Vec3> v{};         ///< the device's own velocity, in the world's frame, at the device's scale [m/s]
-  std::optional<double> echoed{};  ///< |force| that the device repeats now [N]; none: it repeats nothing
+  std::optional<double> echoed{};  ///< |force| that the device repeats now [N], none where it repeats nothing
   double most_echoed = 0;          ///< largest so far [N]
 };
 
-/// What a controller is told of a delay, and how much of it is known.
+/// A delay for a controller, and how well it is known.
 struct DelayEstimate {
   double delay = 0;         ///< [s] to reckon with
-  double p50 = 0, p99 = 0;  ///< of the acknowledgements in the window [s]; 0 before there are enough
+  double p50 = 0, p99 = 0;  ///< percentiles of the acknowledgements in the window [s], 0 before there are enough
   bool measured = false;    ///< else fixed or unknown
 };
 
-/// A device in the world frame. pose(), state() and write() run in the haptic tick: no allocation, no exception.
+/// A device in the world frame. pose(), state() and write() run in the haptic tick, without allocation or exception.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
-  /// Where the tool is at time t [s]; called with ascending t, once a tick.
+  /// Pose of the tool at time t [s]. Called with ascending t, once a tick.
   virtual Pose pose(double t) noexcept = 0;
   virtual DeviceState state() const noexcept { return {}; }
-  virtual Vec3 origin() const { return Vec3::Zero(); }  ///< where the device's own zero lies [m]
-  /// Takes what acts on the tool for the next h [s]; of a live device at the device's scale, along the world's axes.
+  virtual Vec3 origin() const { return Vec3::Zero(); }  ///< place of the device's own zero [m]
+  /// Takes the wrench on the tool for the next h [s], of a live device at the device's scale, along the world's axes.
   /// Callers pass it through SafetyChain first.
   virtual void write(const Wrench& wrench, double h) noexcept = 0;
   virtual DeviceInfo info() const = 0;
-  /// What its driver has to say of it so far, a line each. Not in the tick.
+  /// Messages of its driver so far, a line each. Not in the tick.
   virtual std::vector<std::string> notes() const { return {}; }
-  /// Upper bound of the speed [m/s]: how far the tool gets until the next refresh.
+  /// Upper bound of the speed [m/s], which bounds the way until the next refresh.
   virtual double max_speed() const = 0;
 };
 
@@ -105,33 +105,33 @@ struct TimedPose {
 };
 
 struct DeviceOptions {
-  std::vector<TimedPoint> path{};  ///< scripted, recorded: the path; hand: its target; ascending t, linear in between
-  ToolTurn turn{};                 ///< of all three, beside the path; of recorded poses their own
-  std::vector<TimedPose> poses{};  ///< recorded: instead of path and turn
-  std::string recording{};         ///< recorded: file, read when there is neither path nor poses
+  std::vector<TimedPoint> path{};  ///< path of scripted and recorded, target of hand. Ascending t, linear in between
+  ToolTurn turn{};                 ///< turn of all three, beside the path. Recorded poses have their own
+  std::vector<TimedPose> poses{};  ///< poses of recorded, instead of path and turn
+  std::string recording{};         ///< file of recorded, read when there is neither path nor poses
   double h = 1e-3;                 ///< haptic step [s]
-  // hand: a mass held to the target by a spring and a damper
+  // The hand, a mass held to the target by a spring and a damper
   double hand_stiffness = 300, hand_damping = 3, hand_mass = 0.1;  ///< [N/m], [N s/m], [kg]
-  double hand_delay = 0;                  ///< [s] from write() to the motors: bus, driver, amplifier
-  double encoder_step = 1e-5;             ///< [m] positions are read in multiples of this; 0: exact
-  double max_force = 7.9;                 ///< [N] what the simulated device can give
-  std::shared_ptr<MovedTarget> target{};  ///< hand: instead of the path's later points: another thread moves it
-  DeviceInfo info = {};                   ///< recorded: of the device that was played on
-  DeviceSettings live{};                  ///< of a live device
-  Vec3 over = Vec3::Zero();               ///< live, without an origin: where the tool is when the device is opened [m]
-  std::shared_ptr<DeviceSlots> slots{};   ///< pushed: what the user's own loop fills; none: a new one
+  double hand_delay = 0;                  ///< [s] from write() to the motors, through bus, driver, amplifier
+  double encoder_step = 1e-5;             ///< [m] positions are read in multiples of this, 0 for exact ones
+  double max_force = 7.9;                 ///< [N] largest force of the simulated device
+  std::shared_ptr<MovedTarget> target{};  ///< target of hand, moved by another thread, not by the path
+  DeviceInfo info = {};                   ///< recorded device
+  DeviceSettings live{};                  ///< settings of a live device
+  Vec3 over = Vec3::Zero();               ///< place of the tool when a live device without an origin is opened [m]
+  std::shared_ptr<DeviceSlots> slots{};   ///< slots of pushed that the user's own loop fills, new ones by default
 };
 
 std::unique_ptr<HapticDevice> make_device(const std::string& name, const DeviceOptions& options);
 
-/// What may be written to a device: the force, or of one that is too large the limit in its direction (limited = true),
-/// never above it by rounding; zero when a component is not finite (then limited = true as well).
+/// The force that may be written to a device. One that is too large is cut to the limit in its direction (limited =
+/// true), never above it by rounding. Zero when a component is not finite (then limited = true as well).
 Vec3 safe_force(const Vec3& force, const DeviceInfo& device, bool& limited) noexcept;
 
-/// Position on a path at time t; its ends hold.
+/// Position on a path at time t. Its ends hold.
 Vec3 interpolate_path(const std::vector<TimedPoint>& path, double t) noexcept;
 
-/// Pose on a path at time t; its ends hold, in between the tool turns evenly the short way.
+/// Pose on a path at time t. Its ends hold, in between the tool turns evenly the short way.
 Pose interpolate_poses(const std::vector<TimedPose>& path, double t) noexcept;
 
 /// Smallest distance of two tools on their paths at the same time [m].

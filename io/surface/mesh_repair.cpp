@@ -98,7 +98,9 @@ void orient(Mesh& mesh, Done& done) {
 }
 
 [[noreturn, maybe_unused]] void needs_cgal(const char* what) {
-  throw InputError(text(what, " needs CGAL: configure with -DKT_WITH_CGAL=ON"));
+  throw InputError(text(what,
+                        " needs CGAL: configure with -DKT_WITH_CGAL=ON, or touch the surface as it is, with "
+                        "object.body lattice"));
 }
 
 #if KT_WITH_CGAL

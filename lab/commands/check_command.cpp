@@ -260,7 +260,9 @@ void add_check_command(CLI::App& app, int& exit_code) {
   command->add_flag("--resume", a->resume, "keep the rows that are there, and go on");
   command->add_option("--shard", a->shard, "I/N, part I of N of the meshes. merge makes the report");
   command->add_option("--baseline", a->baseline, "an older report.json, whose failures may fail again");
-  command->add_option("--body", a->check.body, "body of a surface: a lattice, as in `kilotouch run`, or a mesh that fills it")
+  command
+      ->add_option("--body", a->check.body,
+                   "body of a surface: a lattice, as in `kilotouch run`, or a mesh that fills it")
       ->check(CLI::IsMember({"lattice", "mesh"}))
       ->capture_default_str();
   command->add_option("--nodes", a->check.nodes, "nodes of a lattice, about")

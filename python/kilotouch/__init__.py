@@ -1,4 +1,4 @@
-"""kilotouch: touch on deformable bodies at a kilohertz.
+"""Touch on deformable bodies at a kilohertz.
 
     import kilotouch as kt
 
@@ -10,8 +10,8 @@
     frame = touch.tick([0.02, 0.03, 0.04])          # the tool is there now [m]
     frame.force, frame.mode
 
-SI units, world frame. Wrong input raises InputError, one line: what, where, value, allowed.
-docs/python.md says the rest.
+SI units, world frame. Wrong input raises InputError of one line with quantity, place, value and allowed range.
+docs/python.md has the rest.
 """
 import enum as _enum
 import functools as _functools
@@ -26,12 +26,12 @@ __all__ = ["MODES", "DeviceReading", "Flag", "Frame", "InputError", "Mesh", "Mod
            "Session", "Status", "Touch", "Trace", "View", "check_model", "height", "load_mesh", "plot", "press", "view"]
 
 Flag = _enum.IntFlag("Flag", _kilotouch._flags, module=__name__)
-Flag.__doc__ = "Why a force is what it is: bits of Frame.flags. docs/embedding.md has their meaning."
-Frame.flags = property(lambda self: Flag(self._flags), doc="why the force is what it is: kilotouch.Flag")
+Flag.__doc__ = "The reasons of a force, bits of Frame.flags. docs/embedding.md has their meaning."
+Frame.flags = property(lambda self: Flag(self._flags), doc="the reasons of the force, kilotouch.Flag")
 
 
 def _told_in_one_line(owner, name):
-    """Wrong arguments in one line: pybind11 takes several, with types of C++."""
+    """Wrong arguments in one line. pybind11 takes several, with types of C++."""
     function = getattr(owner, name)
     said = owner.__name__ if name == "__init__" else f"{owner.__name__}.{name}" if isinstance(owner, type) else name
 
@@ -61,7 +61,7 @@ load_mesh, check_model = _kilotouch.load_mesh, _kilotouch.check_model
 
 
 def _plain(value):
-    """What json does not take: numpy's numbers and arrays, paths."""
+    """Values that json does not take, as numpy's numbers and arrays, paths."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if hasattr(value, "__fspath__"):
@@ -76,13 +76,13 @@ def _setting(key, value):
 
 
 class Scene(_kilotouch.Scene):
-    """A scene: body, tool, path, settings. Keys are those of a scene file (docs/scene.md).
+    """A scene, with body, tool, path, settings. Keys are those of a scene file (docs/scene.md).
 
-    file: a scene file; None: every setting as by default, with the mesh that a Touch or a Session is given.
-    settings: {"contact.mu": 0.8, "object.mesh": "liver.obj"}, as --set on the command line.
-    scene["contact.mu_static"] reads and changes one; None: it is not set. contact.mu is short for mu_static and
-    mu_kinetic, and None where they differ.
-    InputError: file, key, value, what is allowed; nothing is changed then.
+    `file` is a scene file. With None every setting is as by default, with the mesh that a Touch or a Session is given.
+    `settings` are {"contact.mu": 0.8, "object.mesh": "liver.obj"}, as --set on the command line.
+    `scene["contact.mu_static"]` reads and changes one, and is None where it is not set. contact.mu is short for mu_static
+    and mu_kinetic, and None where they differ.
+    InputError has file, key, value and allowed range. Nothing is changed then.
     """
 
     def __init__(self, file=None, settings=None):
@@ -114,11 +114,11 @@ class Scene(_kilotouch.Scene):
 
 
 class Model:
-    """Physics of one's own: M a = force(x, v). Derive from it, and write force(); tangent() where differences are too slow.
+    """Physics of one's own, M a = force(x, v). Derive from it, and write force(), and tangent() where differences are too slow.
 
-    mesh: a Mesh, at rest; mass: of each node (n,) [kg], or scipy's sparse (3n, 3n); fixed: indices or mask of clamped nodes.
-    It is called at the body's rate (30 Hz), never in a haptic tick, by one thread at a time. What it raises ends the
-    body's simulation. check_model() tries it.
+    `mesh` is a Mesh at rest, `mass` that of each node (n,) [kg], or scipy's sparse (3n, 3n), `fixed` indices or a mask of
+    clamped nodes. It is called at the body's rate (30 Hz), never in a haptic tick, by one thread at a time. Its exceptions
+    end the body's simulation. check_model() tries it.
     """
 
     def __init__(self, mesh, mass, fixed=()):
@@ -144,8 +144,8 @@ class Model:
         """Inner and outer forces (n, 3) [N] at places x (n, 3) [m] and speeds v (n, 3) [m/s]."""
         raise NotImplementedError("Model.force(x, v) is to be written")
 
-    #: tangent(x, v, definite) gives (dfdx, dfdv), scipy's sparse (3n, 3n) [N/m], [N s/m]; definite: -dfdx and -dfdv
-    #: positive semidefinite. None: by differences of force(), 300 to 600 calls.
+    #: tangent(x, v, definite) gives (dfdx, dfdv), scipy's sparse (3n, 3n) [N/m], [N s/m], with `definite` -dfdx and -dfdv
+    #: positive semidefinite. With None it is made by differences of force(), 300 to 600 calls.
     tangent = None
 
 
@@ -153,9 +153,11 @@ from .batch import height, press  # after InputError and the like, which it asks
 
 
 def view(what, open=True, port=0):
-    """Opens the live page of a Scene, a Mesh, a file or a run's folder, and returns it: `url`, `close()`. A cell of a notebook shows it.
+    """Opens the live page of a Scene, a Mesh, a file or a run's folder, and returns it with `url` and `close()`. A cell of a notebook
+    shows it.
 
-    open: in the browser. port: 0 takes a free one. RunError: the command `kilotouch` is missing or refuses, in its words.
+    `open` opens it in the browser. `port` 0 takes a free one. RunError where the command `kilotouch` is missing or refuses, in its
+    words.
     """
     from . import pages
     return pages.view(what, open, port)
@@ -169,6 +171,6 @@ def __getattr__(name):
 
 
 def plot(trace, other=None):
-    """A matplotlib figure of a run: normal and tangential force, stick and slip. other: a trace to compare with."""
+    """A matplotlib figure of a run, with normal and tangential force, stick and slip. `other` is a trace to compare with."""
     from .plots import draw
     return draw(trace, other)

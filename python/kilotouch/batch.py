@@ -1,10 +1,10 @@
-"""Many places at once: the height of a surface, and a press at each."""
+"""The height of a surface at many places, and a press at each."""
 
 
 def height(body, xy):
-    """Of the surface over each point of the xy plane: (n,) [m], nan beside the body. Seen from above, the first that a tool meets.
+    """Height of the surface over each point of the xy plane, (n,) [m], nan beside the body. Seen from above, the first that a tool meets.
 
-    body: a Touch, deformed as its `positions` are, or a Mesh. xy: (n, 2) [m], or one (2,).
+    `body` is a Touch, deformed as its `positions` are, or a Mesh. `xy` is (n, 2) [m], or one (2,).
     """
     import numpy
     from . import InputError, Mesh
@@ -33,9 +33,11 @@ def height(body, xy):
 def press(scene, xy, depth, speed=0.025, rest=0.01, jobs=None, mesh=None, model=None):
     """Presses straight down at each point of xy, each time on the body at rest, and gives the force after a rest.
 
-    A tool touches the surface at xy, goes down by depth [m] at speed [m/s], and waits for rest [s]. Returns a dict of arrays: `height`
-    [m] of the surface, `force` (n, 3) [N], `f_n` [N], `flags`. A point beside the body has nan. Results do not depend on jobs.
-    xy: (n, 2) [m]; the tool's turn is that of the scene's frame. jobs: presses at a time; all share the body and its first local model.
+    A tool touches the surface at xy, goes down by depth [m] at speed [m/s], and waits for rest [s]. Returns a dict of the arrays `height`
+    [m] of the surface, `force` (n, 3) [N], `f_n` [N], `flags`. A point beside the body has nan. Results do not depend on `jobs`.
+
+    `xy` is (n, 2) [m]. The tool's turn is that of the scene's frame. `jobs` presses run at a time. All share the body and its first
+    local model.
     """
     import concurrent.futures
     import os

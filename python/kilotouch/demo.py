@@ -1,4 +1,4 @@
-"""A soft organ in the browser: the mouse holds the tool. Ctrl-C ends it.
+"""A soft organ in the browser, with the tool at the mouse. Ctrl-C ends it.
 
     python -m kilotouch.demo [options of `kilotouch view`]          as --port 8000, --no-open
 """

@@ -10,7 +10,7 @@ from . import InputError, Mesh, RunError, Scene, program
 
 
 class View:
-    """A server of a page. `url` is its address; close() ends it, and so does the end of Python or of a `with` block."""
+    """A server of a page. `url` is its address. close() ends it, and so does the end of Python or of a `with` block."""
 
     url = ""  #: address of the page
 
@@ -76,7 +76,7 @@ def view(what, is_opened, port):
 
 
 def _read_on(pipe):
-    """What the server says later: a full pipe would hold it up."""
+    """Reads the later lines of the server, since a full pipe would hold it up."""
     try:
         for _ in pipe:
             pass

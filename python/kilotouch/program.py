@@ -1,11 +1,11 @@
-"""The command `kilotouch`: the wheel brings it along, Debian's package kilotouch puts it on the path."""
+"""The command `kilotouch`, which the wheel brings along, and Debian's package kilotouch puts on the path."""
 import os
 import shutil
 import sys
 
 
 def path():
-    """The file of the command. RuntimeError: it is not installed."""
+    """The file of the command. RuntimeError where it is not installed."""
     own = os.path.join(os.path.dirname(os.path.abspath(__file__)), "bin", "kilotouch")
     found = own if os.path.exists(own) else shutil.which("kilotouch")
     if not found:

@@ -84,7 +84,7 @@ CASES = [
         ("two thousand million vertices announced", ["mesh", "info", "wrong_count.off"], ["wrong_count.off:", "2000000000"]),
         ("a letter O for a zero", ["mesh", "info", "words.obj"], ["words.obj:3", '"O"']),
         ("a coordinate of 1e200", ["mesh", "info", "large.obj"], ["large.obj:2", '"1e200"', "1e+100"]),
-        ("what a Mac keeps beside a file", ["mesh", "info", "._ball.off"], ["._ball.off", "Mac", "AppleDouble"]),
+        ("a Mac's companion of a file", ["mesh", "info", "._ball.off"], ["._ball.off", "Mac", "AppleDouble"]),
         ("cells that are not read", ["mesh", "info", "brick.mesh"], ["brick.mesh:6", "Hexahedra", "Tetrahedra"]),
         ("compressed in another way", ["mesh", "info", "lz4.vtu"], ["lz4.vtu:1", "vtkLZ4DataCompressor", "vtkZLibDataCompressor"]),
         ("joining nodes over a whole mesh", ["mesh", "repair", "ball.off", "--weld", "1"], ["--weld", "1", "longest side"]),
@@ -283,7 +283,7 @@ CASES = [
         ("a folder to compare that is not there", ["compare", "lost_run", "other_run"], ["lost_run", "no such folder"]),
         ("one run to compare", ["compare", "lost_run"], ["RUN", "2"]),
         ("a check of nothing", ["check"], ["PATH"]),
-        ("a check of what is not there", ["check", "nowhere"], ["nowhere"]),
+        ("a check of a folder that is not there", ["check", "nowhere"], ["nowhere"]),
         ("a part that does not exist", ["check", "ball.off", "--shard", "3/2"], ["3/2", "1 .. N"]),
     ]),
 ]
@@ -319,10 +319,10 @@ def shell(arguments):
 
 def manual(lines):
     """docs/errors.md from the line of every case."""
-    out = ["# Wrong input and what it says", "",
+    out = ["# Wrong input and its messages", "",
            "Wrong input ends with exit code 2 and one line on stderr. This page is made by", "",
            "    python3 tests/apps/bad_input_unit_test.py --write", "",
-           "and a test compares it with what the program says. `ball.json` is a scene with `meshes/sphere.off`; the faulty files are",
+           "and a test compares it with the program. `ball.json` is a scene with `meshes/sphere.off`. The faulty files are",
            "described in the headings and made by that script."]
     for title, cases in CASES:
         out += ["", f"## {title}", ""]

@@ -14,6 +14,7 @@ KILOTOUCH names the program. A tutorial that needs what the build or the machine
 import contextlib
 import glob
 import importlib.util
+import json
 import os
 import re
 import shutil
@@ -162,6 +163,14 @@ class Tutorial:
         shutil.rmtree(self.folder)
 
 
+def has_cgal():
+    with tempfile.TemporaryDirectory() as folder:
+        file = os.path.join(folder, "list.json")
+        subprocess.run([PROGRAM, "list", "--json", file], stdout=subprocess.DEVNULL, check=True)
+        with open(file, encoding="utf-8") as listed:
+            return any(b["name"] == "cgal" and b["available"] for family in json.load(listed).values() for b in family)
+
+
 class Tutorials(unittest.TestCase):
     def lacks(self, page):
         with open(page, encoding="utf-8") as file:
@@ -169,7 +178,7 @@ class Tutorials(unittest.TestCase):
         needs = (m[1] if (m := re.search(r"<!-- needs: (.*) -->", text)) else "").split()
         for what in needs:
             there = {"python": os.path.isdir(os.path.join(PACKAGE, "kilotouch")), "parallel": shutil.which("parallel"),
-                     "matplotlib": importlib.util.find_spec("matplotlib")}.get(what)
+                     "matplotlib": importlib.util.find_spec("matplotlib"), "cgal": what == "cgal" and has_cgal()}.get(what)
             if there is None:  # a part of the build
                 there = what in subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout
             if not there:
