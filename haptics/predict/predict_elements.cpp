@@ -60,10 +60,13 @@ std::optional<Prediction> predict_locking(const DeformableModel& model, const st
   if (!info.parameters.contains("calibration_residual")) return {};  // its springs mean no material
   const double factor = spring_stiffening(cells, 0.5 - poisson);
   if (factor < kMost) return {};
+  const bool locks = tet4_stiffening(cells, 0.5 - poisson) >= kMost;  // elements of four nodes, on the same mesh
   return Prediction{"poisson", Finding{told("object.model.type msd at object.model.poisson ", poisson, " with ", cells,
                                             " springs across the body is about ", factor, " times too stiff (limit ",
                                             kMost, "): springs have a Poisson ratio of their own, near 1/4"),
-                                       {set_to("object.model.poisson", "0.3"), set_to("object.model.type", "fem")}}
+                                       {set_to("object.model.poisson", "0.3"),
+                                        locks ? advise("set object.model.type to fem and object.model.element to tet10")
+                                              : set_to("object.model.type", "fem")}}
                                    .at("object.model.type", factor, kMost)};
 }
 
