@@ -271,6 +271,14 @@ TEST(FineTouch, IsRepeatedBitForBit) {
   EXPECT_EQ(run(p).hash, run(p).hash);
 }
 
+// As that of cells as they are (session_determinism_test.cpp): a change here means that recorded sessions no longer
+// replay.
+TEST(GoldenHash, OfRefinedCellsIsThatOfTheRecordedDays) {
+  const SessionResult r = run({.cell = 0.01, .speed = 0.05, .mu = 0.3, .duration = 0.45});
+  ASSERT_FALSE(r.refresh.fineness.empty());
+  EXPECT_EQ(r.hash, 0u);
+}
+
 // Where models come late, most refreshes do not wait for refined cells: they were made while the model before was in
 // use. The tool stays on them, the force at rest is the same, and so are the bits.
 TEST(FineTouch, CellsAreMadeARefreshAheadWhereModelsComeLate) {
