@@ -277,7 +277,6 @@ const int kRegistered = [] {
       add_row("point", b.name, torus, query, b.name, false, 0.0);
       add_row("sphere", b.name, torus, query, b.name, false, 0.002);
       add_row("fast", b.name, torus, query, b.name, true, 0.0);
-      if (b.name == "cgal" && torus.nu > 500) continue;  // seconds for each tick
       for (const int count : {7, 19, 100}) {
         const std::string action = "moved_" + std::to_string(count);
         add_row(action, b.name, torus, moved, b.name, count, 1);

@@ -37,7 +37,7 @@ endfunction()
 # Sources that need a package which is off. Their entry in the .def table stays and says which option turns it on.
 set(kt_off)
 foreach(pair "CHOLMOD=core/linear/cholmod" "EMBREE=collision/broad/embree" "OPENMESH=[a-z]*/[a-z_]*openmesh"
-             "CGAL=io/([a-z]+/)*[a-z_]*cgal" "CGAL=collision/broad/cgal" "TETGEN=io/([a-z]+/)*[a-z_]*tetgen"
+             "CGAL=io/([a-z]+/)*[a-z_]*cgal" "TETGEN=io/([a-z]+/)*[a-z_]*tetgen"
              "NETGEN=io/([a-z]+/)*[a-z_]*netgen" "ZLIB=io/([a-z]+/)*[a-z_]*zlib" "HAPLY=(haptics|driver)/haply")
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 option)
@@ -60,7 +60,7 @@ kt_library(core DIRS core/base core/linear core/linear/dense core/linear/step_so
                  core/local/node_blocks core/local/local_dynamics core/local/graded_body core/base/finding
                  core/base/temporary_folder)
 kt_library(collision DIRS collision/shape collision/impact collision/broad collision/held DEPENDS kt_core
-           WITHOUT ${kt_off} collision/broad/cgal ALONE collision/)
+           WITHOUT ${kt_off} ALONE collision/)
 kt_library(self_contact DIRS self_contact DEPENDS kt_core kt_collision)
 kt_library(models DIRS models models/msd models/fem models/fem/materials DEPENDS kt_core ALONE models/fem/deformation)
 kt_library(io DIRS io/files io/mesh io/mesh/format io/surface io/solid io/scene DEPENDS kt_core WITHOUT ${kt_off}
@@ -163,10 +163,6 @@ if(KT_WITH_CGAL)
   if(TARGET kt_io_quick)
     target_link_libraries(kt_io_quick PRIVATE CGAL::CGAL)
   endif()
-  # Of collision only the one file sees CGAL: its -frounding-math would slow down the narrow phase.
-  add_library(kt_collision_cgal OBJECT collision/broad/cgal.cpp)
-  target_link_libraries(kt_collision_cgal PRIVATE kt_core kt_arithmetic kt_flags CGAL::CGAL)
-  target_sources(kt_collision PRIVATE $<TARGET_OBJECTS:kt_collision_cgal>)
 endif()
 if(KT_WITH_ZLIB)
   target_link_libraries(kt_io PRIVATE ZLIB::ZLIB)

@@ -38,7 +38,7 @@ const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
       {"predict"},
       {"session"},
       {"findings"}}},
-    {"lab", {{"ccd", "methods", "study"}, {"advise", "chart", "check", "stability"}, {"commands"}, {""}}},
+    {"lab", {{"methods", "study"}, {"advise", "chart", "check", "stability"}, {"commands"}, {""}}},
     {"network", {{"channel"}, {"control", "message"}, {""}}}};
 
 bool is_in(const std::string& file, const std::string& folder) { return file.rfind(folder + "/", 0) == 0; }
@@ -109,7 +109,7 @@ const std::vector<Home> kHomes{
     {"cholmod", "core/linear/cholmod\\.cpp"},
     {"embree", "collision/broad/embree\\.cpp|bench/broad_phase_bench\\.cpp"},
     {"OpenMesh/", "io/surface/[a-z_]*openmesh\\.cpp"},
-    {"CGAL/", "(io|collision)/[a-z]+/[a-z_]*cgal\\.cpp"},
+    {"CGAL/", "io/[a-z]+/[a-z_]*cgal\\.cpp"},
     {"nglib", "io/solid/tetrahedralize_netgen\\.cpp"},
     {"nlohmann/",
      "io/(files|scene)/(json|scene)[a-z_]*\\.[ch]pp|apps/.*|view/(server/)?page_[a-z]+\\.cpp|lab/.*|"

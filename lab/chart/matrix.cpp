@@ -41,7 +41,7 @@ std::vector<ChartMethod> all_methods(bool full) {
     add("contact law", text("paper_stick_slip, ", metric),
         {"contact.law=paper_stick_slip", text("contact.metric=", metric), "local.integrator=implicit_euler"}, {30});
   add("contact law", "smooth surface", {"contact.surface=loop"}, other_rates);
-  for (const char* backend : {"refit_bvh", "embree", "cgal", "brute_force"})
+  for (const char* backend : {"refit_bvh", "embree", "brute_force"})
     add("collision backend", backend, {text("collision.backend=", backend)}, {30});
   for (const char* reducer : {"auto", "condensed", "krylov"})
     add("refresh", text(reducer, ", as late as it takes"),

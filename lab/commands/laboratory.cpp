@@ -11,7 +11,6 @@ void add_laboratory(CLI::App& app, int& exit_code) {
   add_stability_command(app, exit_code);
   add_advise_command(app, exit_code);
   add_paper_command(app, exit_code);
-  add_bench_command(app, exit_code);
   const auto all = app.get_subcommands([](CLI::App*) { return true; });
   for (std::size_t i = others; i < all.size(); ++i) all[i]->group("Laboratory");
 }

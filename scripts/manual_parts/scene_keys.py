@@ -71,5 +71,5 @@ def page(root, defaults_text):
         meaning = re.sub(r"\]\(([a-z_]+\.md)", r"](../\1", meaning.replace("](../", "](../../"))
         meaning = re.sub(r"\]\(#", "](../scene" + ".md#", meaning)
         out += [f"### {key}", "", meaning or s.get("description", ""), "",
-                f"- allowed: {ranges(s, schema) or 'see scene.md'}{', in ' + unit if unit else ''}", f"- default: {default or 'none'}", ""]
+                f"- allowed: {ranges(s, schema) or 'see scene.md'}{', in ' + unit if unit else ''}", f"- default: {default or 'none'}{'; for experts' if s.get('expert') else ''}", ""]
     return "\n".join(out)

@@ -21,11 +21,6 @@ BROKEN = ("empty", "truncated", "index_out_of_range", "wrong_count", "nan", "ope
           "nonmanifold_edge")
 
 
-def queries(number, kind, rest=b""):
-    """A file of collision queries: its header, and what follows."""
-    return number.to_bytes(8, "little") + kind.to_bytes(8, "little") + rest
-
-
 SCENE = '{"object": {"mesh": "ball.off"}, "duration": 0.01}'
 FILES = {  # made for the cases below
     "ball.off": None,  # copied from meshes/
@@ -51,16 +46,6 @@ FILES = {  # made for the cases below
     "backwards.csv": "t,x,y,z\n0,0,0,0.1\n0.002,0,0,0.1\n0.001,0,0,0.1\n",
     "words.csv": "t,x,y,z\n0,0,zero,0.1\n",
     "session.json": "{}",
-    "short.bin": b"\0" * 15,
-    "type.bin": queries(0, 7),
-    "many.bin": queries(1 << 60, 0),
-    "truncated.bin": queries(2, 0, b"\0" * 200),
-    "longer.bin": queries(1, 1, b"\0" * 194),
-    "truth.bin": queries(1, 0, b"\0" * 192 + b"\2"),
-    "times.bin": queries(1, 0, b"\0" * 193),
-    "times.bin.oracle": b"\0" * 15,
-    "result.bin": queries(1, 0, b"\0" * 193),
-    "result.bin.oracle": b"\3" + b"\0" * 15,
     "occupied": "a file where a folder should go\n",
 }
 
@@ -237,20 +222,6 @@ CASES = [
         ("springs that are neither given nor calibrated", run_with("object.model.calibrate=false"), ["calibrate", "stiffness"]),
         ("a unit that is none", run_with("object.scale=mn"), ["object.scale", '"mn"', "mm"]),
         ("no value", run_with("contact.mu"), ["contact.mu", "key=value"]),
-    ]),
-    ("Files of collision queries", [
-        ("no such file", ["bench", "ccd", "lost.bin"], ["lost.bin", "no such file"]),
-        ("a folder", ["bench", "ccd", "folder.off"], ["folder.off", "folder"]),
-        ("15 bytes", ["bench", "ccd", "short.bin"], ["short.bin", "15", "16"]),
-        ("neither faces nor edges", ["bench", "ccd", "type.bin"], ["type.bin", "7", "0 (", "1 ("]),
-        ("more queries announced than there can be", ["bench", "ccd", "many.bin"], ["many.bin", "1152921504606846976", "0"]),
-        ("the file ends early", ["bench", "ccd", "truncated.bin"], ["truncated.bin", "2", "216", "1"]),
-        ("the file goes on after its end", ["bench", "ccd", "longer.bin"], ["longer.bin", "210", "209"]),
-        ("truth 2", ["bench", "ccd", "truth.bin"], ["truth.bin", "query 0", "2", "0 or 1"]),
-        ("times of other queries", ["bench", "ccd", "times.bin"], ["times.bin.oracle", "15", "16"]),
-        ("result 3", ["bench", "ccd", "result.bin"], ["result.bin.oracle", "query 0", "3"]),
-        ("unknown mode", ["bench", "ccd", "times.bin", "--mode", "exakt"], ["--mode", "exakt", "conservative"]),
-        ("nothing to measure", ["bench", "ccd"], ["bench ccd", "FILE"]),
     ]),
     ("Commands and outputs", [
         ("unknown command", ["rnu", "ball.json"], ["rnu", "did you mean", "run"]),

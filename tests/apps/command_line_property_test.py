@@ -7,7 +7,6 @@ import os
 import re
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
@@ -24,7 +23,7 @@ SHORT = ["--set", "duration=0.4", "--set", "tool.path.press_drag.press_time=0.1"
 # Auto certifies eight local models first; a block of a hundred nodes in place of the organ.
 QUICK = [*SHORT, "--set", "local.reducer=condensed", "--set", "object.mesh=" + os.path.join(MESHES, "pad.off")]
 
-COMMANDS = ["run", "paper", "replay", "compare", "advise", "chart", "list", "mesh info", "mesh repair", "mesh tet", "bench ccd", "stability"]
+COMMANDS = ["run", "paper", "replay", "compare", "advise", "chart", "list", "mesh info", "mesh repair", "mesh tet", "stability"]
 COLUMNS = ("t,tool_x,tool_y,tool_z,force_x,force_y,force_z,f_n,f_t,mode,triangle,toi,gap,model_frame,step_us,"
            "torque_x,torque_y,torque_z,normal_x,normal_y,normal_z,model_force_x,model_force_y,model_force_z,indentation").split(",")
 SUMMARY = {  # key -> keys inside; None: a value
@@ -91,35 +90,6 @@ class CommandLine(unittest.TestCase):
         text = self.kilotouch("--help")
         for command in COMMANDS:
             self.assertIn(command.split()[0], text)
-
-    def test_bench_ccd_counts_what_is_missed_false_late_and_early(self):
-        """Drops of a vertex onto a face at rest: through it at t = 1/2, or beside it; with truths and times right and wrong."""
-        face = [0, 0, 0, 1, 0, 0, 0, 1, 0]
-        through, beside = ([*at, 1, *face, *at, -1, *face] for at in ([0.25, 0.25], [2, 2]))
-        #        query    truth  result, time
-        rows = [(through, 1, 1, 0.5), (beside, 0, 0, 0), (through, 0, 0, 0), (beside, 1, 1, 0.5), (through, 1, 1, 0.25),
-                (through, 1, 1, 0.75), (through, 1, 2, 0)]
-        with open(self.path("drops.bin"), "wb") as file:
-            file.write(struct.pack("<qq", len(rows), 0))
-            for query, *_ in rows:
-                file.write(struct.pack("<24d", *query))
-            file.write(bytes(truth for _, truth, *_ in rows))
-        out = self.kilotouch("bench", "ccd", "drops.bin", "--mode", "exact", "--json", "plain.json")
-        self.assertIn("drops.bin", out)
-        with open(self.path("drops.bin.oracle"), "wb") as file:
-            for *_, result, time_of_impact in rows:
-                file.write(struct.pack("<iid", result, 0, time_of_impact))
-        self.kilotouch("bench", "ccd", "drops.bin", "drops.bin", "--json", "timed.json")
-        self.assertIsNone(load(self.path("plain.json"))["all"][0]["early"])
-        timed = load(self.path("timed.json"))
-        self.assertEqual([(f["mode"], f["queries"]) for f in timed["files"]], [("conservative", 7), ("exact", 7)] * 2)
-        self.assertEqual([(f["mode"], f["queries"]) for f in timed["all"]], [("conservative", 14), ("exact", 14)])
-        for row in timed["files"]:
-            self.assertEqual((row["false_negatives"], row["false_positives"], row["late"]), (1, 1, 1))
-            self.assertAlmostEqual(row["early"]["max"], 0.25, places=12)
-            self.assertAlmostEqual(row["early"]["median"], 0, places=12)
-            self.assertGreater(row["us"]["mean"], 0)
-            self.assertGreaterEqual(row["us"]["max"], row["us"]["p99"])
 
     def test_list_as_text_and_as_json(self):
         text = self.kilotouch("list", "--json", "list.json")

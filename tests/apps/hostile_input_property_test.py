@@ -298,7 +298,6 @@ class HostileInput(unittest.TestCase):
             self.refused("run", "s.json", "--reference-file", name, says=[name])
             self.refused("run", "s.json", "--truth", name, says=[name])
             self.refused("check", "pad.off", "--until", "load", "--out", "o", "--baseline", name, says=[name])
-            self.refused("bench", "ccd", name, says=[name])
         self.refused("replay", "pipe", says=["pipe"])
         for extension in ("off", "obj", "ply", "stl", "msh", "vtu", "node"):
             os.mkfifo(self.path("pipe." + extension))

@@ -105,6 +105,12 @@ class Pages(unittest.TestCase):
         done = subprocess.run([os.path.join(ROOT, "scripts", "scene_fields"), "--check"], capture_output=True, text=True)
         self.assertEqual((done.stderr, done.returncode), ("", 0))
 
+    def test_keys_for_experts_stand_apart_in_the_manual(self):
+        schema = json.loads(text_of("io/scene/scene.schema.json"))
+        expert = {key for key, s in scene_keys.leaves(schema, schema) if s.get("expert")}
+        part = text_of("docs/scene.md").split("## Keys for experts")[1].split("\n## ")[0]
+        self.assertEqual(expert, set(re.findall(r"^\| `([a-z_.]+)` \|", part, re.MULTILINE)))
+
     @unittest.skipUnless(os.access(PROGRAM, os.X_OK), "needs the program")
     def test_commands_exist_with_their_options_keys_and_files(self):
         schema = json.loads(text_of("io/scene/scene.schema.json"))
@@ -117,7 +123,7 @@ class Pages(unittest.TestCase):
             for number, _, code in blocks(page):
                 for line, words in commands(code):
                     where = f"{page}:{number}: {line}"
-                    command = tuple(words[:2] if words[0] in ("mesh", "device", "bench", "key") else words[:1])
+                    command = tuple(words[:2] if words[0] in ("mesh", "device", "key") else words[:1])
                     if command[0].startswith("-") or "…" in line or "..." in words:
                         continue
                     if command not in helps:

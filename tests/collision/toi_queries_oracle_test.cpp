@@ -7,7 +7,7 @@
 
 #include "collision/impact/feature_toi.hpp"
 #include "io/files/child_process.hpp"
-#include "lab/ccd/ccd_queries.hpp"
+#include "tests/support/ccd_queries.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace kt {

@@ -221,7 +221,6 @@ TEST_P(EveryTriangleIndex, AToolThatIsNoNumberOrVeryFastMeetsEverythingOnItsPath
 }
 
 TEST_P(EveryTriangleIndex, NeedsNoMemoryInTheTick) {
-  if (asks_for_memory(GetParam())) GTEST_SKIP() << "its line in the table says that it does";
   Sample s{std::mt19937_64(24)};
   const Motion m = random_motion(s);
   index->build(m.triangles, m.x_rest);

@@ -19,13 +19,6 @@ inline std::vector<std::string> available_triangle_indices() {
   return out;
 }
 
-/// Whether a backend keeps the promise of no memory in the tick: all but those whose line in the table says otherwise.
-inline bool asks_for_memory(const std::string& name) {
-  for (const BackendInfo& b : triangle_index_backends())
-    if (b.name == name) return b.what.find("asks for memory") != std::string::npos;
-  return false;
-}
-
 struct Motion {
   std::vector<Triangle> triangles;
   VectorX x_rest, x_t0, x_t1;

@@ -1,4 +1,4 @@
-#include "lab/ccd/ccd_queries.hpp"
+#include "tests/support/ccd_queries.hpp"
 
 #include <cstdint>
 #include <cstring>

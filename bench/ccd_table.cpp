@@ -1,33 +1,23 @@
-// kilotouch bench ccd FILE...: times of impact of recorded queries, against their exact answers and the clock.
+// Times of impact of recorded queries, against their exact answers and the clock:
+//   ccd_table FILE...
+// FILE: queries with exact truths, in the format of the continuous-collision benchmark; FILE.oracle beside it adds
+// exact times. `early`: share of the step.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <iostream>
-#include <nlohmann/json.hpp>
 
-#include "apps/console/commands.hpp"
-#include "apps/console/words.hpp"
 #include "collision/impact/feature_toi.hpp"
 #include "core/base/error.hpp"
-#include "io/files/json_file.hpp"
-#include "io/files/output_file.hpp"
-#include "lab/ccd/ccd_queries.hpp"
-#include "lab/commands/laboratory.hpp"
+#include "tests/support/ccd_queries.hpp"
 
 namespace kt {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
-
-struct BenchArguments {
-  std::vector<std::string> files;
-  std::string mode = "both", json_file;
-};
 
 /// What one mode does with a set of queries.
 struct Score {
-  long queries = 0, missed = 0, false_hits = 0, late = 0, open = 0, invalid = 0;
+  long queries = 0, missed = 0, false_hits = 0, late = 0;
   double total_us = 0;
   std::vector<double> early, us;  ///< sorted after `finish`
 
@@ -36,8 +26,7 @@ struct Score {
     std::ranges::sort(us);
   }
   void add(const Score& s) {
-    queries += s.queries, missed += s.missed, false_hits += s.false_hits, late += s.late, open += s.open;
-    invalid += s.invalid, total_us += s.total_us;
+    queries += s.queries, missed += s.missed, false_hits += s.false_hits, late += s.late, total_us += s.total_us;
     early.insert(early.end(), s.early.begin(), s.early.end());
     us.insert(us.end(), s.us.begin(), s.us.end());
     finish();
@@ -113,8 +102,6 @@ Score score(const CcdQueries& all, ToiMode mode) {
     const ToiResult r = answer(queries[i], all.kind, mode);
     out.missed += all.collides[i] && !r.is_contact();
     out.false_hits += !all.collides[i] && r.is_contact();
-    out.open += r.is_contact() && !r.is_certain;
-    out.invalid += r.status == ToiResult::Status::invalid_input;
     if (!r.is_contact() || !all.collides[i] || all.times.empty() || !all.times[i].is_known) continue;
     out.late += r.toi > all.times[i].toi;
     out.early.push_back(all.times[i].toi - r.toi);
@@ -134,67 +121,34 @@ void print_row(const std::string& name, const std::string& mode, const Score& s)
   std::fflush(stdout);
 }
 
-Json row_json(const std::string& file, const std::string& mode, const Score& s) {
-  Json early = Json();
-  if (!s.early.empty())
-    early = {{"median", quantile(s.early, 0.5)}, {"p95", quantile(s.early, 0.95)}, {"max", s.early.back()}};
-  return {{"file", file},
-          {"mode", mode},
-          {"queries", s.queries},
-          {"false_negatives", s.missed},
-          {"false_positives", s.false_hits},
-          {"late", s.late},
-          {"open", s.open},
-          {"invalid", s.invalid},
-          {"early", early},
-          {"us", {{"mean", s.mean_us()}, {"p99", quantile(s.us, 0.99)}, {"max", s.us.empty() ? 0.0 : s.us.back()}}}};
-}
-
-void bench_ccd(const BenchArguments& a) {
-  std::vector<std::pair<std::string, ToiMode>> modes;
-  if (a.mode != "exact") modes.emplace_back("conservative", ToiMode::conservative);
-  if (a.mode != "conservative") modes.emplace_back("exact", ToiMode::exact);
-  std::vector<CcdQueries> files;
-  for (const std::string& file : a.files) files.push_back(load_ccd_queries(file));
-
+void print_table(const std::vector<std::string>& names) {
+  constexpr std::pair<const char*, ToiMode> kModes[] = {{"conservative", ToiMode::conservative},
+                                                        {"exact", ToiMode::exact}};
   std::printf("%-28s %-12s %8s %5s %5s %5s %29s %26s\n", "", "", "", "", "", "", "early, share of the step",
               "us a query");
   std::printf("%-28s %-12s %8s %5s %5s %5s %9s %9s %9s %8s %8s %8s\n", "file", "mode", "queries", "FN", "FP", "late",
               "median", "p95", "max", "mean", "p99", "max");
-  Json out{{"files", Json::array()}, {"all", Json::array()}};
-  std::vector<Score> all(modes.size());
-  for (std::size_t i = 0; i < files.size(); ++i)
-    for (std::size_t k = 0; k < modes.size(); ++k) {
-      if (stop_requested()) throw RunError("stopped");
-      const Score s = score(files[i], modes[k].second);
-      print_row(a.files[i].substr(a.files[i].rfind('/') + 1), modes[k].first, s);
-      out["files"].push_back(row_json(a.files[i], modes[k].first, s));
+  Score all[std::size(kModes)];
+  for (const std::string& name : names) {
+    const CcdQueries queries = load_ccd_queries(name);
+    for (std::size_t k = 0; k < std::size(kModes); ++k) {
+      const Score s = score(queries, kModes[k].second);
+      print_row(name.substr(name.rfind('/') + 1), kModes[k].first, s);
       all[k].add(s);
     }
-  for (std::size_t k = 0; k < modes.size(); ++k) {
-    print_row("all", modes[k].first, all[k]);
-    out["all"].push_back(row_json("all", modes[k].first, all[k]));
   }
-  write_json(a.json_file, json_text(out, 2) + "\n");
+  for (std::size_t k = 0; k < std::size(kModes); ++k) print_row("all", kModes[k].first, all[k]);
 }
 
 }  // namespace
-
-void add_bench_command(CLI::App& app, int& exit_code) {
-  CLI::App* bench = app.add_subcommand("bench", "accuracy and speed of a part of the engine, on recorded input");
-  bench->require_subcommand(1);
-  auto a = std::make_shared<BenchArguments>();
-  CLI::App* ccd = bench->add_subcommand("ccd", "times of impact of vertices with faces and of edges with edges");
-  ccd->add_option("FILE", a->files, "queries with exact truths. FILE.oracle beside it adds exact times")->required();
-  ccd->add_option("--mode", a->mode, "conservative, exact or both")
-      ->check(CLI::IsMember({"conservative", "exact", "both"}))
-      ->capture_default_str();
-  add_json_option(*ccd, a->json_file, "the table");
-  ccd->footer("Example:\n  kilotouch bench ccd cloth-ball-vf.bin cloth-ball-ee.bin --mode exact");
-  ccd->callback([a, &exit_code] {
-    bench_ccd(*a);
-    exit_code = 0;
-  });
-}
-
 }  // namespace kt
+
+int main(int count, char** words) {
+  try {
+    kt::print_table({words + 1, words + count});
+  } catch (const kt::InputError& e) {
+    std::fprintf(stderr, "ccd_table: %s\n", e.what());
+    return 2;
+  }
+  return 0;
+}
