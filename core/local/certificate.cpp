@@ -276,12 +276,8 @@ class Estimator {
 
 }  // namespace
 
-ComplexMat3 estimate_compliance(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
-  return Estimator(graded, model, hz).at(vertex, steps).body;
-}
-
-double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz) {
-  const Compliances found = Estimator(graded, model, hz).at(vertex, 2);
+double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps) {
+  const Compliances found = Estimator(graded, model, hz).at(vertex, steps);
   return impedance_error(found.model, found.body);
 }
 

@@ -20,17 +20,16 @@ struct Certificate {
 /// nearest to the site first, to those of further tools next: at most `count` local vertex numbers.
 std::vector<int> certified_vertices(const LocalModel& model, const ContactSite& site, int count = 4);
 
-/// What the body answers at a vertex, from a local model's answer: the model's own motion u of the whole body leaves a
-/// residual r of the dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough
-/// solution gives a good estimate of the error: A confined to the model's motions and a few more, to which the kept
-/// nodes, and each other node on its own, answer the residual.
+/// Relative error of the model's impedance at a vertex. The model's own motion u of the whole body leaves a residual r
+/// of the dynamic stiffness A, and C - C_model = r^T A^-1 r exactly (Galerkin, symmetric A), so that a rough solution
+/// gives a good estimate of the error: A confined to the model's motions and a few more, to which the kept nodes, and
+/// each other node on its own, answer the residual.
 /// @param graded  just updated with the model's tangent and patch; for krylov, it made the model
 /// @param model   its reducer must be krylov, condensed, wall or full
-/// @param steps   where a model is off by 1 to 3 %, one leaves up to 1.5 % of the impedance, three 0.7 %, six 0.3 %
-ComplexMat3 estimate_compliance(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps);
-
-/// Relative error of the model's impedance, by two steps: what a refresh can afford.
-double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz);
+/// @param steps   where a model is off by 1 to 3 %, one leaves up to 1.5 % of the impedance, three 0.7 %, six 0.3 %;
+/// two
+///                are what a refresh can afford
+double estimate_error(const GradedBody& graded, const LocalModel& model, int vertex, double hz, int steps = 2);
 
 /// The body's side of a certificate, once for many local models of one patch.
 class BodyCertificate {

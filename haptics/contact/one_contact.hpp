@@ -47,10 +47,4 @@ class OneContact {
   Eigen::Vector2d w_{}, s_{}, inverse_s_{};  // W_tm, eigenvalues of S
 };
 
-/// See OneContact.
-inline OneContactSolution solve_one_contact(const Mat3& W, const Vec3& b, const Vec3& normal, const Friction& friction,
-                                            bool sliding = false) noexcept {
-  return OneContact(W, normal).solve(b, friction, sliding);
-}
-
 }  // namespace kt

@@ -231,13 +231,6 @@ Vec3 choose_place(const Touched& body, MovingTool& tool, const PressDragOptions&
 
 }  // namespace
 
-std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over,
-                              const Quaternion& turn) {
-  MovingTool moving(tool);
-  const Touched body(mesh, axis);
-  return body.sweep(moving, body.line_through(moving, over, turn));
-}
-
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& o) {
   Vec3 direction = o.direction;
   direction[o.axis] = 0;

@@ -30,8 +30,4 @@ struct PressDragOptions {
 /// there, misses the body, and when no place is clear of the other tool.
 std::vector<TimedPoint> make_press_drag(const Mesh& mesh, const ToolShape& tool, const PressDragOptions& options);
 
-/// Reference point of the tool at first touch when dropped along the axis, or nothing when it misses.
-std::optional<Vec3> drop_tool(const Mesh& mesh, const ToolShape& tool, int axis, const Vec3& over,
-                              const Quaternion& turn = Quaternion::Identity());
-
 }  // namespace kt

@@ -6,8 +6,8 @@
 
 #include "core/body/difference_tangent.hpp"
 #include "core/global/integrator.hpp"
-#include "core/linear/dense/dense_solvers.hpp"
 #include "models/model.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "core/base/error.hpp"
-#include "core/linear/dense/dense_solvers.hpp"
 #include "core/linear/dense/orthonormalizer.hpp"
 #include "core/linear/sparse_product.hpp"
 #include "core/local/graded_body.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

@@ -2,9 +2,9 @@
 // against the whole one.
 #include <gtest/gtest.h>
 
-#include "core/linear/dense/dense_solvers.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/graded_body.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

@@ -1,8 +1,8 @@
 // No reducer makes energy: mass > 0, stiffness and damping >= 0, whatever the body, at rest and deformed.
 #include <gtest/gtest.h>
 
-#include "core/linear/dense/dense_solvers.hpp"
 #include "core/local/graded_body.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

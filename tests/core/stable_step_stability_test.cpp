@@ -5,6 +5,7 @@
 #include "core/linear/dense/dense_solvers.hpp"
 #include "core/linear/free_dofs.hpp"
 #include "models/model.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/linear_model.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

@@ -10,6 +10,7 @@
 #include "core/local/graded_body.hpp"
 #include "core/local/impedance.hpp"
 #include "core/local/local_dynamics.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/linearized_block.hpp"
 
 namespace kt {

@@ -85,7 +85,7 @@ TEST(Coulomb, OneContactIsSolvedExactly) {
     const Problem p = problems.next(1);
     ContactSolution s;
     make_contact_solver("coulomb", friction)->solve(p.contacts, s);
-    const auto expected = solve_one_contact(Mat3(p.contacts.W), Vec3(p.contacts.velocity), p.normal[0], friction);
+    const auto expected = OneContact(Mat3(p.contacts.W), p.normal[0]).solve(Vec3(p.contacts.velocity), friction);
     EXPECT_EQ(Vec3(s.impulse), expected.impulse);
     EXPECT_EQ(s.mode[0], expected.mode);
     EXPECT_EQ(s.iterations, 1);

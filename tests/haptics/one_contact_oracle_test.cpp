@@ -14,6 +14,11 @@
 namespace kt {
 namespace {
 
+OneContactSolution solve_one_contact(const Mat3& W, const Vec3& b, const Vec3& normal, const Friction& friction,
+                                     bool sliding = false) {
+  return OneContact(W, normal).solve(b, friction, sliding);
+}
+
 struct Case {
   Mat3 W;
   Vec3 b, normal;

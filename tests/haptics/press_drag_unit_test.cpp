@@ -16,19 +16,28 @@ constexpr double kRounding = 1e-9;  // [m] the narrow phase may stop this much s
 
 Mesh slab() { return load_mesh(KT_SOURCE_DIR "/meshes/slab_coarse.off"); }
 
-TEST(DropTool, TouchesWhereTheShapeTouches) {
-  EXPECT_NEAR(drop_tool(slab(), kPoint, 2, {0.052, 0.047, 9})->z(), kTop, kRounding);
-  EXPECT_NEAR(drop_tool(slab(), kSphere, 2, {0.052, 0.047, 9})->z(), kTop + 0.004, kRounding);
-  EXPECT_FALSE(drop_tool(slab(), kPoint, 2, {0.2, 0.05, 0}).has_value());
-  // Beside the slab by half a radius: the edge is touched, sqrt(3)/2 of a radius above it.
-  EXPECT_NEAR(drop_tool(slab(), kSphere, 2, {0.102, 0.05, 0})->z(), kTop + 0.004 * std::sqrt(0.75), kRounding);
+/// Coordinate of the tool at first touch.
+double touch_height(const Mesh& mesh, const ToolShape& tool, int axis, const std::array<double, 2>& at) {
+  PressDragOptions o;
+  o.axis = axis;
+  o.at = at;
+  o.direction = Vec3::Unit((axis + 1) % 3);
+  o.clearance = 0;
+  return make_press_drag(mesh, tool, o).front().x[axis];
 }
 
-TEST(DropTool, FindsTheTopOfASphere) {
+TEST(PressDrag, TouchesWhereTheShapeTouches) {
+  EXPECT_NEAR(touch_height(slab(), kPoint, 2, {0.052, 0.047}), kTop, kRounding);
+  EXPECT_NEAR(touch_height(slab(), kSphere, 2, {0.052, 0.047}), kTop + 0.004, kRounding);
+  EXPECT_THROW(touch_height(slab(), kPoint, 2, {0.2, 0.05}), InputError);
+  // Beside the slab by half a radius: the edge is touched, sqrt(3)/2 of a radius above it.
+  EXPECT_NEAR(touch_height(slab(), kSphere, 2, {0.102, 0.05}), kTop + 0.004 * std::sqrt(0.75), kRounding);
+}
+
+TEST(PressDrag, FindsTheTopOfASphere) {
   const Mesh ball = load_mesh(KT_SOURCE_DIR "/meshes/sphere.off");
-  const auto touch = drop_tool(ball, kSphere, 0, {0, 0, 0});
-  ASSERT_TRUE(touch);
-  EXPECT_NEAR(touch->x(), 0.034, 2e-4) << "the icosphere is a little smaller than its sphere";
+  EXPECT_NEAR(touch_height(ball, kSphere, 0, {0, 0}), 0.034, 2e-4)
+      << "the icosphere is a little smaller than its sphere";
 }
 
 TEST(PressDrag, ComesDownPressesAndDragsAtConstantDepthAndSpeed) {

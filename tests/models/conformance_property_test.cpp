@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "core/global/integrator.hpp"
-#include "core/linear/dense/dense_solvers.hpp"
 #include "models/model.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/input_errors.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"

@@ -4,11 +4,11 @@
 #include <Eigen/Geometry>
 
 #include "core/global/integrator.hpp"
-#include "core/linear/dense/dense_solvers.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "models/fem/element.hpp"
 #include "models/fem/material.hpp"
 #include "models/model.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/shaken_body.hpp"

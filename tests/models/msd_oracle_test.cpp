@@ -5,8 +5,8 @@
 #include <set>
 
 #include "core/global/integrator.hpp"
-#include "core/linear/dense/dense_solvers.hpp"
 #include "models/model.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/shaken_body.hpp"

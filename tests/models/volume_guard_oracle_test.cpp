@@ -1,11 +1,11 @@
 // Tetrahedra of springs that lost their volume: pushed back by the gradient of an energy, and back from inside out.
-#include "core/linear/dense/dense_solvers.hpp"
 #include "models/msd/volume_guard.hpp"
 
 #include <gtest/gtest.h>
 
 #include "core/global/integrator.hpp"
 #include "models/model.hpp"
+#include "tests/support/dense_truth.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/shaken_body.hpp"

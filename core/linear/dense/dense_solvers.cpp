@@ -1,32 +1,19 @@
 #include "core/linear/dense/dense_solvers.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
 namespace kt {
 
-VectorX symmetric_eigenvalues(const MatrixX& A) {
-  return Eigen::SelfAdjointEigenSolver<MatrixX>(A, Eigen::EigenvaluesOnly).eigenvalues();
-}
-
 EigenPairs generalized_eigen(const MatrixX& A, const MatrixX& B) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX> solver(A, B);
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-VectorX generalized_eigenvalues(const MatrixX& A, const MatrixX& B) {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixX>(A, B, Eigen::EigenvaluesOnly).eigenvalues();
-}
-
 double spectral_radius(const MatrixX& A) {
   return Eigen::EigenSolver<MatrixX>(A, false).eigenvalues().cwiseAbs().maxCoeff();
 }
-
-MatrixX solve_symmetric(const MatrixX& A, const MatrixX& b) { return A.ldlt().solve(b); }
-
-MatrixX solve_definite(const MatrixX& A, const MatrixX& b) { return A.llt().solve(b); }
 
 ComplexMatrix solve_least_squares(const ComplexMatrix& A, const ComplexMatrix& b) {
   return A.completeOrthogonalDecomposition().solve(b);

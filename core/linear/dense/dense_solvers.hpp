@@ -16,20 +16,11 @@ struct EigenPairs {
   MatrixX vectors;
 };
 
-/// All l of A v = l v of a symmetric A, ascending; the lower triangle is read.
-VectorX symmetric_eigenvalues(const MatrixX& A);
 /// A v = l B v of a symmetric A and a positive definite B. V^T B V is the identity.
 EigenPairs generalized_eigen(const MatrixX& A, const MatrixX& B);
-/// The same without the eigenvectors.
-VectorX generalized_eigenvalues(const MatrixX& A, const MatrixX& B);
 
 /// The largest |l| of A v = l v, for any square A.
 double spectral_radius(const MatrixX& A);
-
-/// A^-1 b of a symmetric A, by L D L^T with pivots.
-MatrixX solve_symmetric(const MatrixX& A, const MatrixX& b);
-/// A^-1 b of a positive definite A, by L L^T.
-MatrixX solve_definite(const MatrixX& A, const MatrixX& b);
 
 /// The shortest of all x that bring A x nearest to b.
 ComplexMatrix solve_least_squares(const ComplexMatrix& A, const ComplexMatrix& b);
