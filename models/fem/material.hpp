@@ -16,15 +16,6 @@ struct Lame {
 };
 Lame lame(double young, double poisson);
 
-/// What Material::add_lane_stiffness is given.
-struct LaneStiffness {
-  const LaneMat3& F;
-  bool definite;
-  std::span<const LaneVec3> g;
-  const Lanes& volume;
-  std::span<LaneMat3> blocks;
-};
-
 /// Const and without state: one object serves all elements and threads.
 class Material {
  public:

@@ -2,12 +2,12 @@
 // The tangent includes the turning of R, so that it is the exact derivative.
 #include <Eigen/LU>
 
-#include "models/fem/material.hpp"
+#include "models/fem/lane_material.hpp"
 
 namespace kt {
 namespace {
 
-class Corotational final : public Material {
+class Corotational final : public LaneMaterial<Corotational> {
  public:
   explicit Corotational(const Lame& lame) : lame_(lame) {}
   double energy(const Mat3& F) const override {
@@ -15,11 +15,11 @@ class Corotational final : public Material {
     const double volumetric = (R.transpose() * F).trace() - 3;
     return lame_.mu * (F - R).squaredNorm() + 0.5 * lame_.lambda * volumetric * volumetric;
   }
-  Mat3 stress(const Mat3& F) const override { return stress_of(F); }
-  LaneMat3 lane_stress(const LaneMat3& F) const override {
-    LaneMat3 P;
-    find_stress(*this, F, P);
-    return P;
+  template <class T>
+  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
+    const Mat3Of<T> R = rotation_of(F);
+    const T trace = R.col(0).dot(F.col(0)) + R.col(1).dot(F.col(1)) + R.col(2).dot(F.col(2));
+    return T(2 * lame_.mu) * (F - R) + (T(lame_.lambda) * (trace - T(3))) * R;
   }
   Mat9 tangent(const Mat3& F) const override {
     const Mat3 R = rotation_of(F);
@@ -51,18 +51,8 @@ class Corotational final : public Material {
   }
   /// 2 mu (g_a.g_b) I + lambda h_a h_b^T - s [h_a]x T [h_b]x with h = R g, s the factor of dR and T its turning, both
   /// in world axes. Of the definite one s T is what it is at rest, -mu I.
-  void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
-                          std::span<LaneMat3> blocks) const override {
-    add_stiffness(*this, {F, definite, g, volume, blocks});
-  }
-
- private:
-  KT_LANES static void find_stress(const Corotational& m, const LaneMat3& F, LaneMat3& P) { P = m.stress_of(F); }
-  KT_LANES static void add_stiffness(const Corotational& m, const LaneStiffness& s) {
-    m.add_stiffness_to(s.F, s.definite, s.g, s.volume, s.blocks);
-  }
-  void add_stiffness_to(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
-                        std::span<LaneMat3> blocks) const {
+  void add_stiffness_to(const LaneStiffness& s) const {
+    const auto& [F, definite, g, volume, blocks] = s;
     const LaneMat3 R = rotation_of(F);
     LaneMat3 turning = Lanes(-lame_.mu) * LaneMat3::Identity();
     if (!definite) {
@@ -88,12 +78,8 @@ class Corotational final : public Material {
       }
     }
   }
-  template <class T>
-  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
-    const Mat3Of<T> R = rotation_of(F);
-    const T trace = R.col(0).dot(F.col(0)) + R.col(1).dot(F.col(1)) + R.col(2).dot(F.col(2));
-    return T(2 * lame_.mu) * (F - R) + (T(lame_.lambda) * (trace - T(3))) * R;
-  }
+
+ private:
   Lame lame_;
 };
 

@@ -1,10 +1,10 @@
 // Hooke's law in the small strain e = sym(F) - I: energy = mu e:e + lambda/2 tr(e)^2.
-#include "models/fem/material.hpp"
+#include "models/fem/lane_material.hpp"
 
 namespace kt {
 namespace {
 
-class Linear final : public Material {
+class Linear final : public LaneMaterial<Linear> {
  public:
   explicit Linear(const Lame& lame) : lame_(lame) {
     tangent_.setZero();
@@ -19,27 +19,15 @@ class Linear final : public Material {
     const Mat3 e = strain(F);
     return lame_.mu * e.squaredNorm() + 0.5 * lame_.lambda * e.trace() * e.trace();
   }
-  Mat3 stress(const Mat3& F) const override { return stress_of(F); }
-  LaneMat3 lane_stress(const LaneMat3& F) const override {
-    LaneMat3 P;
-    find_stress(*this, F, P);
-    return P;
+  template <class T>
+  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
+    const Mat3Of<T> e = strain(F);
+    return T(2 * lame_.mu) * e + (T(lame_.lambda) * e.trace()) * Mat3Of<T>::Identity();
   }
   Mat9 tangent(const Mat3&) const override { return tangent_; }
   /// mu ((g_a.g_b) I + g_b g_a^T) + lambda g_a g_b^T.
-  void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
-                          std::span<LaneMat3> blocks) const override {
-    add_stiffness(*this, {F, definite, g, volume, blocks});
-  }
-  bool is_frame_indifferent() const override { return false; }
-
- private:
-  KT_LANES static void find_stress(const Linear& m, const LaneMat3& F, LaneMat3& P) { P = m.stress_of(F); }
-  KT_LANES static void add_stiffness(const Linear& m, const LaneStiffness& s) {
-    m.add_stiffness_to(s.F, s.definite, s.g, s.volume, s.blocks);
-  }
-  void add_stiffness_to(const LaneMat3&, bool, std::span<const LaneVec3> g, const Lanes& volume,
-                        std::span<LaneMat3> blocks) const {
+  void add_stiffness_to(const LaneStiffness& s) const {
+    const auto& [F, definite, g, volume, blocks] = s;
     auto block = blocks.begin();
     for (std::size_t b = 1; b < g.size(); ++b) {
       const LaneVec3 mu_g = (Lanes(lame_.mu) * volume) * g[b], lambda_g = (Lanes(lame_.lambda) * volume) * g[b];
@@ -52,14 +40,12 @@ class Linear final : public Material {
       }
     }
   }
+  bool is_frame_indifferent() const override { return false; }
+
+ private:
   template <class T>
   static Mat3Of<T> strain(const Mat3Of<T>& F) {
     return T(0.5) * (F + F.transpose()) - Mat3Of<T>::Identity();
-  }
-  template <class T>
-  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
-    const Mat3Of<T> e = strain(F);
-    return T(2 * lame_.mu) * e + (T(lame_.lambda) * e.trace()) * Mat3Of<T>::Identity();
   }
   Lame lame_;
   Mat9 tangent_;

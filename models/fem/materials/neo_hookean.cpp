@@ -5,8 +5,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "models/fem/lane_material.hpp"
 #include "models/fem/lane_svd.hpp"
-#include "models/fem/material.hpp"
 
 namespace kt {
 namespace {
@@ -21,18 +21,17 @@ void add_identity_and_cross(const Lanes& diagonal, const LaneVec3& axis, LaneMat
   }
 }
 
-class NeoHookean final : public Material {
+class NeoHookean final : public LaneMaterial<NeoHookean> {
  public:
   explicit NeoHookean(const Lame& lame)
       : mu_(4.0 / 3.0 * lame.mu), lambda_(lame.lambda + 5.0 / 6.0 * lame.mu), alpha_(1 + 0.75 * mu_ / lambda_) {
     rest_ = density(3, 1);
   }
   double energy(const Mat3& F) const override { return density(F.squaredNorm(), F.determinant()) - rest_; }
-  Mat3 stress(const Mat3& F) const override { return stress_of(F); }
-  LaneMat3 lane_stress(const LaneMat3& F) const override {
-    LaneMat3 P;
-    find_stress(*this, F, P);
-    return P;
+  template <class T>
+  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
+    const Parts<T> p = parts(F);
+    return p.a * F + p.c * p.cofactor;
   }
   Mat9 tangent(const Mat3& F) const override {
     const Parts<double> p = parts(F);
@@ -43,18 +42,8 @@ class NeoHookean final : public Material {
   }
   /// a (g_a.g_b) I + b (F g_a)(F g_b)^T + lambda (C g_a)(C g_b)^T - c [F (g_a x g_b)]x with C the cofactors and a, b, c
   /// as in Parts. What is indefinite is lifted eigenvalue by eigenvalue.
-  void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
-                          std::span<LaneMat3> blocks) const override {
-    add_stiffness(*this, {F, definite, g, volume, blocks});
-  }
-
- private:
-  KT_LANES static void find_stress(const NeoHookean& m, const LaneMat3& F, LaneMat3& P) { P = m.stress_of(F); }
-  KT_LANES static void add_stiffness(const NeoHookean& m, const LaneStiffness& s) {
-    m.add_stiffness_to(s.F, s.definite, s.g, s.volume, s.blocks);
-  }
-  void add_stiffness_to(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
-                        std::span<LaneMat3> blocks) const {
+  void add_stiffness_to(const LaneStiffness& s) const {
+    const auto& [F, definite, g, volume, blocks] = s;
     const Parts<Lanes> p = parts(F);
     const PerNode f = per_node(F, g), cof = per_node(p.cofactor, g);
     auto block = blocks.begin();
@@ -68,6 +57,8 @@ class NeoHookean final : public Material {
     }
     if (definite && !is_definite(p, F)) add_lift(p, F, g, volume, blocks);
   }
+
+ private:
   /// dP/dF = a I + b F F^T + lambda C C^T + c d2J/dF2, all as vectors of nine.
   template <class T>
   struct Parts {
@@ -85,11 +76,6 @@ class NeoHookean final : public Material {
     p.b = T(2 * mu_) * share * share;
     p.c = T(lambda_) * (p.J - T(alpha_));
     return p;
-  }
-  template <class T>
-  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
-    const Parts<T> p = parts(F);
-    return p.a * F + p.c * p.cofactor;
   }
 
   /// In the frame of the principal stretches, F = U diag(s) V^T, the tangent splits (Smith et al., section 4): for each

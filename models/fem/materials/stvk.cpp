@@ -2,23 +2,21 @@
 // rest length and is zero at zero length: crushed elements stay crushed.
 #include <Eigen/Eigenvalues>
 
-#include "models/fem/material.hpp"
+#include "models/fem/lane_material.hpp"
 
 namespace kt {
 namespace {
 
-class StVenantKirchhoff final : public Material {
+class StVenantKirchhoff final : public LaneMaterial<StVenantKirchhoff> {
  public:
   explicit StVenantKirchhoff(const Lame& lame) : lame_(lame) {}
   double energy(const Mat3& F) const override {
     const Mat3 E = green(F);
     return lame_.mu * E.squaredNorm() + 0.5 * lame_.lambda * E.trace() * E.trace();
   }
-  Mat3 stress(const Mat3& F) const override { return F * second(F); }
-  LaneMat3 lane_stress(const LaneMat3& F) const override {
-    LaneMat3 P;
-    find_stress(*this, F, P);
-    return P;
+  template <class T>
+  Mat3Of<T> stress_of(const Mat3Of<T>& F) const {
+    return F * second(F);
   }
   Mat9 tangent(const Mat3& F) const override {
     const Mat3 S = second(F);
@@ -42,18 +40,8 @@ class StVenantKirchhoff final : public Material {
     return out;
   }
   /// (g_a.S g_b) I + lambda (F g_a)(F g_b)^T + mu ((F g_b)(F g_a)^T + (g_a.g_b) F F^T).
-  void add_lane_stiffness(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
-                          std::span<LaneMat3> blocks) const override {
-    add_stiffness(*this, {F, definite, g, volume, blocks});
-  }
-
- private:
-  KT_LANES static void find_stress(const StVenantKirchhoff& m, const LaneMat3& F, LaneMat3& P) { P = F * m.second(F); }
-  KT_LANES static void add_stiffness(const StVenantKirchhoff& m, const LaneStiffness& s) {
-    m.add_stiffness_to(s.F, s.definite, s.g, s.volume, s.blocks);
-  }
-  void add_stiffness_to(const LaneMat3& F, bool definite, std::span<const LaneVec3> g, const Lanes& volume,
-                        std::span<LaneMat3> blocks) const {
+  void add_stiffness_to(const LaneStiffness& s) const {
+    const auto& [F, definite, g, volume, blocks] = s;
     LaneMat3 S = second(F);
     if (definite && !is_definite(S + (1e-12 * sqrt(S.squaredNorm())) * LaneMat3::Identity()))
       for (int lane = 0; lane < Lanes::kCount; ++lane) set_lane(S, lane, without_pressure(get_lane(S, lane)));
@@ -72,6 +60,8 @@ class StVenantKirchhoff final : public Material {
       }
     }
   }
+
+ private:
   static Mat3 green(const Mat3& F) { return 0.5 * (F.transpose() * F - Mat3::Identity()); }
   template <class T>
   Mat3Of<T> second(const Mat3Of<T>& F) const {
