@@ -8,6 +8,7 @@
 #include <random>
 
 #include "bench/cantilever.hpp"
+#include "core/body/wrapping_model.hpp"
 #include "core/global/integrator.hpp"
 
 namespace kt {
@@ -49,13 +50,10 @@ void cantilevers() {
 }
 
 /// A frictionless rigid sphere (or, with radius 0, a node pushed by hand) in the way of the body's top nodes.
-class Indented final : public DeformableModel {
+class Indented final : public WrappingModel {
  public:
   Indented(const DeformableModel& model, std::vector<int> nodes, const Vec3& centre, double radius, double stiffness)
-      : model_(model), nodes_(std::move(nodes)), centre_(centre), radius_(radius), stiffness_(stiffness) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+      : WrappingModel(model), nodes_(std::move(nodes)), centre_(centre), radius_(radius), stiffness_(stiffness) {}
   void force(const State& state, VectorX& out) const override {
     model_.force(state, out);
     for (int i : nodes_) node(out, i) += push(node(state.x, i));
@@ -70,7 +68,6 @@ class Indented final : public DeformableModel {
         for (int c = 0; c < 3; ++c) out.dfdx.coeffRef(3 * i + r, 3 * i + c) -= stiffness_ * n[r] * n[c];
     }
   }
-  ModelInfo info() const override { return model_.info(); }
   double force_on_tool(const State& state) const {
     double sum = 0;
     for (int i : nodes_) sum -= push(node(state.x, i)).z();
@@ -83,7 +80,6 @@ class Indented final : public DeformableModel {
     const double length = d.norm();
     return length < radius_ ? Vec3(stiffness_ * (radius_ - length) / length * d) : Vec3(Vec3::Zero());
   }
-  const DeformableModel& model_;
   std::vector<int> nodes_;
   Vec3 centre_;
   double radius_, stiffness_;

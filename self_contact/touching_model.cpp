@@ -41,7 +41,7 @@ SelfContact::SelfContact(const DeformableModel& model, SelfContactOptions given)
 }
 
 TouchingModel::TouchingModel(const DeformableModel& model, SelfContact& contact, const State& start, double dt)
-    : model_(model), contact_(contact), x_start_(start.x), dt_(dt), slip_scale_(contact.options.creep * dt) {
+    : WrappingModel(model), contact_(contact), x_start_(start.x), dt_(dt), slip_scale_(contact.options.creep * dt) {
   find_near(start.x);
   for (const Touch& touch : touches(start.x))
     if (contact_.options.mu > 0) rubs_.push_back({touch.nodes, touch.weight, touch.normal, -touch.slope});

@@ -6,7 +6,7 @@
 // A barrier and no complementarity solver, because the step that follows must be free of intersections whatever
 // happens: here every iterate is, converged or not, and the solver of the step stays the one of bodies without contact.
 #include "collision/broad/surface_pairs.hpp"
-#include "core/body/deformable_model.hpp"
+#include "core/body/wrapping_model.hpp"
 #include "self_contact/barrier.hpp"
 
 namespace kt {
@@ -41,14 +41,10 @@ struct SelfContact {
 /// For a local model, linearize it at the end of the step, after find_near(): with the tangents that are not exact,
 /// what sticks is a spring that ends where the step began, and what slides a damper. Both have the step's friction and
 /// can only take energy that they were given, where the exact derivative of sliding would push on when it turns back.
-class TouchingModel final : public DeformableModel {
+class TouchingModel final : public WrappingModel {
  public:
   /// @param start  free of intersections      @param dt  of the step [s], > 0
   TouchingModel(const DeformableModel& model, SelfContact& contact, const State& start, double dt);
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
-  ModelInfo info() const override { return model_.info(); }
   void force(const State& state, VectorX& out) const override;
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override;
   double free_share(const VectorX& x, const VectorX& dx) const override;
@@ -77,7 +73,6 @@ class TouchingModel final : public DeformableModel {
   std::vector<Touch> touches(const VectorX& x) const;
   Vec3 slip(const Rub& rub, const VectorX& x) const;
 
-  const DeformableModel& model_;
   SelfContact& contact_;
   VectorX x_start_;
   double dt_;

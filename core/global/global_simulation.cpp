@@ -29,17 +29,14 @@ double hold_stiffness(const DeformableModel& model, const State& state) {
 /// The model with its touched points on their way: where the body has them at the start of a step, and where the tool
 /// left them at its end. A stage in between that had them at the end already would be a blow to the body. Integrators
 /// whose states stay at the time of the start ask for forces at the end only.
-class MovingHolds final : public DeformableModel {
+class MovingHolds final : public WrappingModel {
  public:
   MovingHolds(const DeformableModel& model, std::span<const ContactHold> holds, double stiffness, const State& start,
               double dt)
-      : model_(model), holds_(holds), stiffness_(stiffness), t_(start.t), dt_(dt) {
+      : WrappingModel(model), holds_(holds), stiffness_(stiffness), t_(start.t), dt_(dt) {
     for (const ContactHold& hold : holds)  // with the force that it had, what gives way is that far away
       from_.push_back(hold.moves.of(start.x) + hold.yields * (hold.friction - hold.force * hold.normal));
   }
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
   void force(const State& state, VectorX& out) const override {
     const double share = (state.t - t_) / dt_;
     if (!(share > 0 && share < 1)) return at_end().force(state, out);
@@ -52,13 +49,10 @@ class MovingHolds final : public DeformableModel {
   }
   const DeformableModel& base() const override { return model_; }
   void added_stiffness(std::vector<Eigen::Triplet<double>>& out) const override { at_end().added_stiffness(out); }
-  double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
-  ModelInfo info() const override { return model_.info(); }
   double push(const VectorX& x) const { return at_end().push(x); }
 
  private:
   HeldModel at_end() const { return {model_, holds_, stiffness_}; }
-  const DeformableModel& model_;
   std::span<const ContactHold> holds_;
   double stiffness_, t_, dt_;
   std::vector<Vec3> from_;

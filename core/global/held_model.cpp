@@ -14,7 +14,7 @@ Vec3 offset(const ContactHold& hold, const VectorX& x) { return hold.point - hol
 }  // namespace
 
 HeldModel::HeldModel(const DeformableModel& model, std::span<const ContactHold> holds, double stiffness)
-    : model_(model), holds_(holds), stiffness_(stiffness) {}
+    : WrappingModel(model), holds_(holds), stiffness_(stiffness) {}
 
 Mat3 HeldModel::spring(const ContactHold& hold) const {
   const Mat3 along_normal = hold.normal * hold.normal.transpose();

@@ -7,8 +7,8 @@
 #include <memory>
 #include <span>
 
-#include "core/body/deformable_model.hpp"
 #include "core/body/node_weights.hpp"
+#include "core/body/wrapping_model.hpp"
 
 namespace kt {
 
@@ -25,26 +25,20 @@ struct ContactHold {
 
 /// The model with a stiff spring at each hold. Borrows the model; same pattern of the tangent where the nodes of each
 /// hold are coupled anyway, as those of a triangle.
-class HeldModel final : public DeformableModel {
+class HeldModel final : public WrappingModel {
  public:
   /// @param stiffness  of each spring [N/m], > 0
   HeldModel(const DeformableModel& model, std::span<const ContactHold> holds, double stiffness);
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
   void force(const State& state, VectorX& out) const override;
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override;
   const DeformableModel& base() const override { return model_; }
   void added_stiffness(std::vector<Eigen::Triplet<double>>& out) const override;
-  double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
-  ModelInfo info() const override { return model_.info(); }
 
   /// Sum over the holds of the normal force that they push the body with at x [N]; negative: they pull.
   double push(const VectorX& x) const;
 
  private:
   Mat3 spring(const ContactHold& hold) const;
-  const DeformableModel& model_;
   std::span<const ContactHold> holds_;
   double stiffness_;
 };

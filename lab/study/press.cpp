@@ -5,6 +5,7 @@
 
 #include "collision/shape/closest_point.hpp"
 #include "core/base/error.hpp"
+#include "core/body/wrapping_model.hpp"
 #include "core/global/integrator.hpp"
 
 namespace kt {
@@ -55,21 +56,15 @@ std::vector<SurfacePoint> points_near(const Mesh& mesh, const VectorX& x, const 
 }
 
 /// The model with the sphere in its way.
-class PressedModel final : public DeformableModel {
+class PressedModel final : public WrappingModel {
  public:
   PressedModel(const DeformableModel& model, const State& start, const PressSite& site, const PressOptions& options)
-      : centre(site.from),
-        model_(model),
+      : WrappingModel(model),
+        centre(site.from),
         points_(points_near(model.mesh(), start.x, site)),
         radius_(site.radius),
         stiffness_(kStiffness * options.young / site.contact_radius()),
         options_(options) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
-  ModelInfo info() const override { return model_.info(); }
-  double free_share(const VectorX& x, const VectorX& dx) const override { return model_.free_share(x, dx); }
-
   void force(const State& state, VectorX& out) const override {
     model_.force(state, out);
     visit(state.x, [&](const SurfacePoint& p, const Vec3& normal, double overlap) {
@@ -117,7 +112,6 @@ class PressedModel final : public DeformableModel {
     }
   }
 
-  const DeformableModel& model_;
   std::vector<SurfacePoint> points_;
   double radius_, stiffness_;
   const PressOptions& options_;

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "core/body/node_weights.hpp"
+#include "core/body/wrapping_model.hpp"
 #include "core/global/global_simulation.hpp"
 #include "core/linear/free_dofs.hpp"
 #include "models/model.hpp"
@@ -16,22 +17,13 @@ namespace kt {
 namespace {
 
 /// Counts the tangents that are made of a body.
-class Counting final : public DeformableModel {
- public:
-  explicit Counting(const DeformableModel& model) : model_(model) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
-  void force(const State& state, VectorX& out) const override { model_.force(state, out); }
+struct Counting final : WrappingModel {
+  using WrappingModel::WrappingModel;
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
     ++tangents;
     model_.update_tangent(state, kind, out);
   }
-  ModelInfo info() const override { return model_.info(); }
   mutable int tangents = 0;
-
- private:
-  const DeformableModel& model_;
 };
 
 struct Block {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "core/body/wrapping_model.hpp"
 #include "haptics/halves/body_side.hpp"
 #include "haptics/halves/haptic_side.hpp"
 #include "haptics/session/session.hpp"
@@ -152,22 +153,12 @@ TEST_F(TouchThreads, OthersMayLookAndChangeWhileItTicks) {
 }
 
 /// A model that fails while it is touched.
-class Breaks final : public DeformableModel {
- public:
-  explicit Breaks(const DeformableModel& model) : model_(model) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
+struct Breaks final : WrappingModel {
+  using WrappingModel::WrappingModel;
   void force(const State& s, VectorX& out) const override {
     if (s.t > 0.2) throw RunError("the model gave up");
     model_.force(s, out);
   }
-  void update_tangent(const State& s, TangentKind kind, Tangent& out) const override {
-    model_.update_tangent(s, kind, out);
-  }
-
- private:
-  const DeformableModel& model_;
 };
 
 /// Follows which settings the refreshes took.

@@ -4,28 +4,19 @@
 #include <chrono>
 #include <thread>
 
-#include "core/body/deformable_model.hpp"
+#include "core/body/wrapping_model.hpp"
 
 namespace kt {
 
-class HeldUpModel final : public DeformableModel {
- public:
-  explicit HeldUpModel(const DeformableModel& model) : model_(model) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
-  void force(const State& s, VectorX& out) const override { model_.force(s, out); }
+struct HeldUpModel final : WrappingModel {
+  using WrappingModel::WrappingModel;
   void update_tangent(const State& s, TangentKind kind, Tangent& out) const override {
     if (const int ms = hold_ms.exchange(0); ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(ms));
     while (is_held) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     model_.update_tangent(s, kind, out);
   }
-  ModelInfo info() const override { return model_.info(); }
   mutable std::atomic<int> hold_ms{0};  ///< that the next tangent takes longer
   std::atomic<bool> is_held{false};     ///< no tangent is ready while this is set
-
- private:
-  const DeformableModel& model_;
 };
 
 }  // namespace kt
