@@ -199,16 +199,16 @@ void LiveRun::set(const std::string& key, const std::string& value) {
   remember(change);  // begun() sets it where no run is under way
 }
 
-LiveRun::NextValues LiveRun::next_values() const {
-  NextValues out{session_.options(), session_.scene().object.model};
-  for (const SettingChange& change : changed_) change_setting(change, out.values());
+LiveCopy LiveRun::next_values() const {
+  LiveCopy out{session_.options(), session_.scene().object.model};
+  for (const SettingChange& change : changed_) change_setting(change, out);
   return out;
 }
 
 /// A wrong value is told now, not by the next run, which it would end.
 void LiveRun::require_next(const SettingChange& change) const {
-  NextValues next = next_values();
-  change_setting(change, next.values());
+  LiveCopy next = next_values();
+  change_setting(change, next);
 }
 
 /// The friction coefficients move one another: kept is what they have come to, in an order that can be set again.
@@ -227,8 +227,8 @@ std::string LiveRun::setting(const std::string& key) const {
   const std::scoped_lock lock(guard_);
   const LiveSetting& s = live_setting(key);
   if (touch_) return s.word ? touch_->word(key) : text(touch_->number(key));
-  NextValues next = next_values();
-  return s.word ? *s.word(next.values()) : text(*s.number(next.values()));
+  LiveCopy next = next_values();
+  return s.word ? *s.word(next) : text(*s.number(next));
 }
 
 bool LiveRun::take(Picture& out) {
@@ -269,23 +269,26 @@ LiveStatus LiveRun::status() {
   if (records_ && is_kept()) out.recorded_s = newest_.t;
   out.error = error_.empty() ? out.touch.error : error_;
   if (step_us_.empty() || refreshes_.empty()) return out;
-  SessionResult last;  // of the last seconds
-  for (const float us : step_us_) last.step_us.push_back(us);
-  out.tick_p50_us = percentile(last.step_us, 0.5);
-  out.tick_p99_us = percentile(last.step_us, 0.99);
+  const std::vector<double> step_us(step_us_.begin(), step_us_.end());
+  out.tick_p50_us = percentile(step_us, 0.5);
+  out.tick_p99_us = percentile(step_us, 0.99);
   const double seconds = std::min(kSeconds, std::max(newest_.t, 1e-3));
+  RefreshRun last;
+  std::size_t count = 0;
   for (const RefreshRecord& record : refreshes_) {
     if (record.t < newest_.t - seconds) continue;
-    last.refreshes.push_back(record.event);
-    last.refresh.add(record);
+    last.add(record);
+    ++count;
   }
-  if (last.refreshes.empty()) last.refresh.add(refreshes_.back());  // what the last one took, however long ago
-  out.refresh_hz = static_cast<double>(last.refreshes.size()) / seconds;
-  last.lateness_us.push_back(0);  // against the wall clock
-  last.reducer = out.touch.reducer;
-  Scene scene = session_.scene();
-  scene.global.rate_hz = out.wanted_hz;
-  out.real_time = judge_real_time(scene, last, seconds);
+  if (count == 0) last.add(refreshes_.back());  // what the last one took, however long ago
+  out.real_time = judge_real_time(session_.scene(), {.seconds = seconds,
+                                                     .tick_us = out.tick_p99_us,
+                                                     .refreshes = count,
+                                                     .wanted_hz = out.wanted_hz,
+                                                     .refresh = last,
+                                                     .reducer = out.touch.reducer,
+                                                     .is_against_clock = true});
+  out.refresh_hz = out.real_time.refresh_hz;
   return out;
 }
 

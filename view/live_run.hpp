@@ -92,13 +92,7 @@ class LiveRun final : private SessionWatcher {
   void go_on();
   void run_once();
   void remember(const SettingChange& change);
-  /// That the next run begins with.
-  struct NextValues {
-    TouchOptions options;
-    SceneModel material;
-    LiveValues values() { return {options, material}; }
-  };
-  NextValues next_values() const;
+  LiveCopy next_values() const;  ///< that the next run begins with
   void require_next(const SettingChange& change) const;
   bool is_kept() const { return keeps_ && touch_ && !newest_.tools.empty(); }  ///< what is touched now
   Vec3 first_place() const { return session_.path().front().x; }

@@ -124,16 +124,16 @@ double BodySide::number(const std::string& key) const {
   const std::scoped_lock lock(guard_);
   const LiveSetting& s = live_setting(key);
   if (!s.number) throw InputError(text(key, ": is a name"));
-  auto& self = const_cast<BodySide&>(*this);
-  return *s.number({self.wanted_, self.wanted_material_});
+  LiveCopy wanted{wanted_, wanted_material_};
+  return *s.number(wanted);
 }
 
 std::string BodySide::word(const std::string& key) const {
   const std::scoped_lock lock(guard_);
   const LiveSetting& s = live_setting(key);
   if (!s.word) throw InputError(text(key, ": is a number"));
-  auto& self = const_cast<BodySide&>(*this);
-  return *s.word({self.wanted_, self.wanted_material_});
+  LiveCopy wanted{wanted_, wanted_material_};
+  return *s.word(wanted);
 }
 
 /// With the body as it is: where it moves to and how fast goes on.

@@ -14,6 +14,13 @@ struct LiveValues {
   SceneModel& material;
 };
 
+/// A copy of them, to read from or to try a change in.
+struct LiveCopy {
+  TouchOptions touch;
+  SceneModel material;
+  operator LiveValues() { return {touch, material}; }
+};
+
 /// What a change asks for besides.
 enum class Renews { friction, radius, refresher, model };
 

@@ -24,26 +24,26 @@ double median(const std::vector<double>& ms) {
 
 /// Where other programs hold the processor, its time says more than the clock's; with several threads the clock's is
 /// less.
-double share_of_clock(const SessionResult& result, double clock_ms) {
-  if (result.refresh.cpu_ms.size() < 2 || !(clock_ms > 0)) return 1;
-  return std::min(1.0, median(result.refresh.cpu_ms) / clock_ms);
+double share_of_clock(const RefreshRun& refresh, double clock_ms) {
+  if (refresh.cpu_ms.size() < 2 || !(clock_ms > 0)) return 1;
+  return std::min(1.0, median(refresh.cpu_ms) / clock_ms);
 }
 
 /// A reducer whose force is known to be off by more is no cure: it is worse than what it cures.
 constexpr double kMostError = 0.15;
 
 /// Least error of the force that is expected of a reducer, of all its local models; NaN: not known.
-double expected_error(const SessionResult& result, const std::string& reducer) {
+double expected_error(std::span<const ReducerCandidate> candidates, const std::string& reducer) {
   double least = std::numeric_limits<double>::quiet_NaN();
-  for (const ReducerCandidate& c : result.reducer_candidates)
+  for (const ReducerCandidate& c : candidates)
     if (c.reducer == reducer && std::isfinite(c.force_error)) least = std::fmin(least, c.force_error);
   return least;
 }
 
 /// A change of reducer, where its error is known and small; a condensed body, which is none to speak of, also where it
 /// is not known.
-void add_reducer(const SessionResult& result, const std::string& reducer, std::vector<Cure>& out) {
-  const double error = expected_error(result, reducer);
+void add_reducer(const MeasuredPace& pace, const std::string& reducer, std::vector<Cure>& out) {
+  const double error = expected_error(pace.candidates, reducer);
   if (std::isnan(error) ? reducer != "condensed" : error > kMostError) return;
   out.push_back(
       set_to("local.reducer", reducer,
@@ -60,11 +60,11 @@ std::vector<Cure> smaller_tools(const Scene& scene, const PaceLimits& limits) {
   return out;
 }
 
-std::vector<Cure> cures_of_tick(const Scene& scene, const SessionResult& result, const PaceLimits& limits) {
+std::vector<Cure> cures_of_tick(const Scene& scene, const MeasuredPace& pace, const PaceLimits& limits) {
   std::vector<Cure> out = smaller_tools(scene, limits);
-  if (result.reducer != "condensed" && result.reducer != "wall")
-    add_reducer(result, "condensed", out);
-  else if (result.reducer == "wall" && scene.local.rings > 1)
+  if (pace.reducer != "condensed" && pace.reducer != "wall")
+    add_reducer(pace, "condensed", out);
+  else if (pace.reducer == "wall" && scene.local.rings > 1)
     out.push_back(set_to("local.rings", "1"));
   else if (limits.coarser)
     out.push_back(advise("take a coarser mesh under the tool"));
@@ -72,19 +72,19 @@ std::vector<Cure> cures_of_tick(const Scene& scene, const SessionResult& result,
   return out;
 }
 
-std::vector<Cure> cures_of_refresh(const Scene& scene, const SessionResult& result, const RealTime& r,
+std::vector<Cure> cures_of_refresh(const Scene& scene, const MeasuredPace& pace, const RealTime& r,
                                    const PaceLimits& limits) {
   std::vector<Cure> out = smaller_tools(scene, limits);
   if (r.is_crowded) {
     out = {advise("close what runs beside it")};
   } else if (r.slow_part == "reduce" || r.slow_part == "prepare" || r.slow_part == "certify") {
-    if (result.reducer == "krylov" || result.reducer == "modal" || result.reducer == "full")
-      add_reducer(result, "condensed", out);
-    else if (result.reducer == "condensed")
-      add_reducer(result, "wall", out);
+    if (pace.reducer == "krylov" || pace.reducer == "modal" || pace.reducer == "full")
+      add_reducer(pace, "condensed", out);
+    else if (pace.reducer == "condensed")
+      add_reducer(pace, "wall", out);
   } else if (r.slow_part == "refine") {
     constexpr double kRoomFor = 1;  // contact radii: cells of half as many nodes are up to twice as large
-    if (percentile(result.refresh.fineness, 0.9) <= kRoomFor)
+    if (percentile(pace.refresh.fineness, 0.9) <= kRoomFor)
       out.push_back(set_to("local.refine_nodes", text(std::max(100, scene.local.refine_nodes / 2))));
   } else if (limits.linear_elements && scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
     out.push_back(set_to("object.model.element", "tet4"));
@@ -107,32 +107,40 @@ std::vector<Cure> cures_of_refresh(const Scene& scene, const SessionResult& resu
 const char* name_of(Keeps keeps) { return keeps == Keeps::yes ? "yes" : keeps == Keeps::no ? "no" : "just about"; }
 
 RealTime judge_real_time(const Scene& scene, const SessionResult& result, const PaceLimits& limits) {
-  return judge_real_time(scene, result, static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz,
+  return judge_real_time(scene,
+                         {.seconds = static_cast<double>(result.tools[0].frames.size()) / scene.local.rate_hz,
+                          .tick_us = percentile(result.step_us, 0.99),
+                          .refreshes = result.refreshes.size(),
+                          .wanted_hz = scene.global.rate_hz,
+                          .refresh = result.refresh,
+                          .reducer = result.reducer,
+                          .is_against_clock = !result.lateness_us.empty(),
+                          .candidates = result.reducer_candidates},
                          limits);
 }
 
-RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds, const PaceLimits& limits) {
+RealTime judge_real_time(const Scene& scene, const MeasuredPace& pace, const PaceLimits& limits) {
   RealTime out;
-  const double period_ms = 1e3 / scene.local.rate_hz, tick_ms = 1e-3 * percentile(result.step_us, 0.99);
-  const double clock_ms = median(result.refresh.global_ms) + median(result.refresh.refresh_ms);
-  const double share = share_of_clock(result, clock_ms), step_ms = share * median(result.refresh.global_ms);
-  out.budget_ms = 1e3 / scene.global.rate_hz;
+  const double period_ms = 1e3 / scene.local.rate_hz, tick_ms = 1e-3 * pace.tick_us;
+  const double clock_ms = median(pace.refresh.global_ms) + median(pace.refresh.refresh_ms);
+  const double share = share_of_clock(pace.refresh, clock_ms), step_ms = share * median(pace.refresh.global_ms);
+  out.budget_ms = 1e3 / pace.wanted_hz;
   out.refresh_ms = share * clock_ms;
-  out.refresh_hz = seconds > 0 ? static_cast<double>(result.refreshes.size()) / seconds : 0;
+  out.refresh_hz = pace.seconds > 0 ? static_cast<double>(pace.refreshes) / pace.seconds : 0;
   out.tick_share = tick_ms / period_ms;
   const double slow_share = out.refresh_share = out.refresh_ms / out.budget_ms;
 
   out.slow_part = "global step";
   out.part_ms = step_ms;
-  for (const auto& [part, ms] : result.refresh.parts_ms)
+  for (const auto& [part, ms] : pace.refresh.parts_ms)
     if (const double its = share * median(ms); its > out.part_ms) {
       out.slow_part = part;
       out.part_ms = its;
     }
-  const bool is_timed = !result.lateness_us.empty() || scene.link.charge_refreshes != "none";
-  out.wanted_hz = scene.global.rate_hz;
+  const bool is_timed = pace.is_against_clock || scene.link.charge_refreshes != "none";
+  out.wanted_hz = pace.wanted_hz;
   out.lags = is_timed && out.refresh_hz < kReached * out.wanted_hz;
-  out.is_crowded = out.lags && !result.lateness_us.empty() && slow_share <= kCrowded && out.tick_share <= kRoom;
+  out.is_crowded = out.lags && pace.is_against_clock && slow_share <= kCrowded && out.tick_share <= kRoom;
   const bool tick_is_worse = !out.lags && out.tick_share > slow_share;
   if (tick_is_worse) {
     out.slow_part = "haptic tick";
@@ -144,13 +152,13 @@ RealTime judge_real_time(const Scene& scene, const SessionResult& result, double
   out.keeps = worst > 1 || out.lags ? Keeps::no : worst > kRoom || early ? Keeps::just_about : Keeps::yes;
   if (out.keeps == Keeps::yes) return out;
   // The only one that is timed set the body up; what came later did not get here.
-  if (scene.link.type == "network" && out.lags && (result.refreshes.size() <= 1 || slow_share <= kRoom)) {
+  if (scene.link.type == "network" && out.lags && (pace.refreshes <= 1 || slow_share <= kRoom)) {
     out.slow_part = "link";
     out.is_crowded = false;
     out.cures = {advise("let the body's local models through (docs/network.md: ports, firewalls, the line's rate)")};
     return out;
   }
-  out.cures = tick_is_worse ? cures_of_tick(scene, result, limits) : cures_of_refresh(scene, result, out, limits);
+  out.cures = tick_is_worse ? cures_of_tick(scene, pace, limits) : cures_of_refresh(scene, pace, out, limits);
   return out;
 }
 
@@ -159,7 +167,7 @@ std::string RealTime::why() const {
   if (slow_part == "link") return late + " came over the link";
   const std::string part =
       slow_part == "haptic tick"
-          ? kt::told("a haptic tick takes ", 1e3 * part_ms, " us, ", in_percent(tick_share),
+          ? kt::told("a haptic tick takes ", in_unit(1e-3 * part_ms, "s"), ", ", in_percent(tick_share),
                      " of its period, a refresh ", in_percent(refresh_share), " of its")
           : kt::told("a refresh takes ", refresh_ms, " ms of ", budget_ms, ", ", in_percent(refresh_share), " (",
                      is_crowded ? "other programs hold the processor" : kt::told(slow_part, " ", part_ms),

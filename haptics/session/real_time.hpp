@@ -1,6 +1,7 @@
 #pragma once
 // Whether a run keeps up with the wall clock, which part is slow, and the setting that cures it.
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,10 +45,20 @@ struct PaceLimits {
   std::array<std::size_t, kMaxTools> tool_triangles{};  ///< of mesh tools
 };
 
+/// Times of a run, or of the last seconds of one that goes on.
+struct MeasuredPace {
+  double seconds = 0;             ///< that were simulated meanwhile
+  double tick_us = 0;             ///< CPU time of a tick, 99th percentile
+  std::size_t refreshes = 0;      ///< that arrived
+  double wanted_hz = 0;           ///< refreshes that were asked for
+  const RefreshRun& refresh;      ///< at least one
+  const std::string& reducer;     ///< in use
+  bool is_against_clock = false;  ///< ticks were due by the wall clock
+  std::span<const ReducerCandidate> candidates{};
+};
+
 /// From measured times, of this machine: wall clock, or the processor's time where that is known and less.
+RealTime judge_real_time(const Scene& scene, const MeasuredPace& pace, const PaceLimits& limits = {});
 RealTime judge_real_time(const Scene& scene, const SessionResult& result, const PaceLimits& limits = {});
-/// The same for refreshes and ticks of the last `seconds` of a run that goes on: result.tools is not read.
-RealTime judge_real_time(const Scene& scene, const SessionResult& result, double seconds,
-                         const PaceLimits& limits = {});
 
 }  // namespace kt
