@@ -1,3 +1,4 @@
+#if KT_WITH_BEAST
 #include "apps/live/recordings.hpp"
 
 #include <sys/stat.h>
@@ -6,8 +7,11 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "apps/console/allocation_counter.hpp"
 #include "apps/console/stop_signals.hpp"
 #include "apps/outputs/run_outputs.hpp"
 #include "apps/outputs/run_summary.hpp"
@@ -47,29 +51,56 @@ void name_held_mesh(const std::string& folder, const Session& session) {
   }
 }
 
+class RecordingFolder {
+ public:
+  RecordingFolder(std::string dir, std::string command) : dir_(std::move(dir)), command_(std::move(command)) {}
+
+  /// Before a recording begins: throws InputError where it could not be written. A stop waits for it from then on.
+  void require() {
+    require_writable_folder(dir_, "--record " + dir_);
+    const std::scoped_lock lock(guard_);
+    if (!begun_) begun_.emplace();
+  }
+
+  /// @returns the folder that was written
+  std::string save(const Session& session, const SessionResult& result, const BodyFilm& film) {
+    const SavingResults until_saved;
+    {
+      const std::scoped_lock lock(guard_);
+      begun_.reset();
+    }
+    const std::string folder = next_folder(dir_);
+    auto summary = make_summary(session, result);
+    summary["command"] = command_;
+    write_run(folder, session, result, summary, &film);
+    name_held_mesh(folder, session);
+    return folder;
+  }
+
+ private:
+  std::string dir_, command_;
+  std::mutex guard_;
+  std::optional<SavingResults> begun_;
+};
+
 }  // namespace
 
-RecordingFolder::RecordingFolder(std::string dir, std::string command)
-    : dir_(std::move(dir)), command_(std::move(command)) {}
-
-void RecordingFolder::require() {
-  require_writable_folder(dir_, "--record " + dir_);
-  const std::scoped_lock lock(guard_);
-  if (!begun_) begun_.emplace();
-}
-
-std::string RecordingFolder::save(const Session& session, const SessionResult& result, const BodyFilm& film) {
-  const SavingResults until_saved;
-  {
-    const std::scoped_lock lock(guard_);
-    begun_.reset();
-  }
-  const std::string folder = next_folder(dir_);
-  auto summary = make_summary(session, result);
-  summary["command"] = command_;
-  write_run(folder, session, result, summary, &film);
-  name_held_mesh(folder, session);
-  return folder;
+ViewOptions recorded_page(const PageArguments& page, const std::string& device, const std::string& folder,
+                          const std::string& command) {
+  check_page(page);
+  ViewOptions out;
+  out.server = {page.listen, static_cast<unsigned short>(page.port), page.token};
+  out.by_pointer = device == "pointer";
+  const auto recordings = std::make_shared<RecordingFolder>(folder, command);
+  out.before_recording = [recordings] { recordings->require(); };
+  out.save = [recordings](const Session& s, const SessionResult& r, const BodyFilm& f) {
+    return recordings->save(s, r, f);
+  };
+  out.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
+  out.stop = &stop_requested();
+  out.ready = [page](const std::string& url) { tell_of_page(page, url); };
+  return out;
 }
 
 }  // namespace kt
+#endif

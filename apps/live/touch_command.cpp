@@ -12,9 +12,7 @@
 #include "core/base/visible_text.hpp"
 
 #if KT_WITH_NETWORK
-#include "apps/console/allocation_counter.hpp"
 #include "apps/live/live_scene.hpp"
-#include "apps/live/recordings.hpp"
 #include "haptics/device/device_backends.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "io/files/output_file.hpp"
@@ -23,7 +21,7 @@
 #include "network/hand_link.hpp"
 #endif
 #if KT_WITH_BEAST
-#include "view/view.hpp"
+#include "apps/live/recordings.hpp"
 #endif
 
 namespace kt {
@@ -102,18 +100,7 @@ Scene received_scene(const Welcome& welcome, const TouchArguments& a) {
 /// The body in a page; each run from rest on is a session of its own with the body's computer.
 void show_page(const TouchArguments& a, std::shared_ptr<HandConnection> connection, const Welcome& first,
                const Scene& scene) {
-  check_page(a.page);
-  ViewOptions options;
-  options.server = {a.page.listen, static_cast<unsigned short>(a.page.port), a.page.token};
-  options.by_pointer = a.device == "pointer";
-  const auto recordings = std::make_shared<RecordingFolder>(a.settings.out, "kilotouch touch");
-  options.before_recording = [recordings] { recordings->require(); };
-  options.save = [recordings](const Session& s, const SessionResult& r, const BodyFilm& f) {
-    return recordings->save(s, r, f);
-  };
-  options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
-  options.stop = &stop_requested();
-  options.ready = [page = a.page](const std::string& url) { tell_of_page(page, url); };
+  ViewOptions options = recorded_page(a.page, a.device, a.settings.out, "kilotouch touch");
   const auto next = std::make_shared<std::optional<Welcome>>(first);
   options.link = [connection, next] {
     const auto say = [](const std::string& line) { std::cerr << "kilotouch: " << line << std::endl; };

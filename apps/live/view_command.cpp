@@ -11,7 +11,6 @@
 #include "haptics/device/haptic_device.hpp"
 
 #if KT_WITH_BEAST
-#include "apps/console/allocation_counter.hpp"
 #include "apps/console/data_files.hpp"
 #include "apps/console/words.hpp"
 #include "apps/live/live_scene.hpp"
@@ -21,7 +20,6 @@
 #include "io/files/child_process.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/output_file.hpp"
-#include "view/view.hpp"
 #endif
 
 namespace kt {
@@ -116,20 +114,12 @@ std::string own_scene() {
 }
 
 void view(ViewArguments a) {
-  check_page(a.page);
+  ViewOptions options = recorded_page(a.page, a.device, a.record, "kilotouch view");
   if (a.what.empty()) a.what = own_scene();
   if (a.names_record) require_writable_folder(a.record, "--record " + a.record);  // else when Record is pressed
   check_live_device(a.device, {"scene"});
   const std::vector<fs::path> files = scene_files(a.what);
-  ViewOptions options;
-  options.server = {a.page.listen, static_cast<unsigned short>(a.page.port), a.page.token};
-  options.by_pointer = a.device == "pointer";
   options.folder = fs::absolute(a.what).parent_path().string();
-  const auto recordings = std::make_shared<RecordingFolder>(a.record, "kilotouch view");
-  options.before_recording = [recordings] { recordings->require(); };
-  options.save = [recordings](const Session& s, const SessionResult& r, const BodyFilm& f) {
-    return recordings->save(s, r, f);
-  };
   for (const fs::path& file : files) options.scenes.push_back(shown_name(file));
   options.load_scene = [files, device = a.device, id = a.id](const std::string& name) {
     const auto file = std::ranges::find_if(files, [&](const fs::path& f) { return shown_name(f) == name; });
@@ -140,9 +130,6 @@ void view(ViewArguments a) {
   };
   options.examine = examine;
   options.repair = repair_mesh;
-  options.count_allocations = thread_allocations() >= 0 ? std::function<long long()>(thread_allocations) : nullptr;
-  options.stop = &stop_requested();
-  options.ready = [page = a.page](const std::string& url) { tell_of_page(page, url); };
   if (kind_of_file(a.what) == Given::session) {
     if (!a.set.empty()) throw InputError("--set: a session is played as it was recorded");
     SavedSession saved = read_session(session_file(a.what));

@@ -1,7 +1,9 @@
 #include "core/base/numbers.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 namespace kt {
 namespace {
@@ -19,8 +21,24 @@ std::string with_digits(double value, int digits) { return written(value, std::c
 std::string with_decimals(double value, int decimals) { return written(value, std::chars_format::fixed, decimals); }
 
 std::string short_number(double value, int digits) {
-  if (std::abs(value) >= 1000 && std::abs(value) < 1e6) return std::to_string(std::llround(value));
-  return with_digits(value, digits);
+  const double size = std::abs(value);
+  if (size >= 1000 && size < 1e6) return std::to_string(std::llround(value));
+  if (!(size >= 1e-6 && size < 1e-4)) return with_digits(value, digits);
+  std::string out = with_decimals(value, digits + (size < 1e-5 ? 5 : 4));
+  out.erase(out.find_last_not_of('0') + 1);
+  return out;
+}
+
+std::string in_unit(double value, const char* unit, int digits) {
+  struct Prefix {
+    const char* name;
+    double size;
+  };
+  constexpr Prefix kPrefixes[] = {{"G", 1e9}, {"M", 1e6}, {"k", 1e3}, {"", 1}, {"m", 1e-3}, {"u", 1e-6}, {"n", 1e-9}};
+  const double rounded = std::isfinite(value) ? std::abs(to_double(with_digits(value, digits)).value_or(0)) : 0;
+  const auto prefix = std::find_if(std::begin(kPrefixes), std::end(kPrefixes) - 1,
+                                   [&](const Prefix& p) { return rounded >= p.size || (rounded == 0 && p.size == 1); });
+  return text(short_number(value / prefix->size, digits), ' ', prefix->name, unit);
 }
 
 std::string in_percent(double share, int digits) {

@@ -18,8 +18,10 @@ namespace kt {
 std::string with_digits(double value, int digits);
 /// As printf's %.{decimals}f.
 std::string with_decimals(double value, int decimals);
-/// A figure for people: three digits, "0.0376", "2380"; no exponent below a million.
+/// A figure for people: three digits, "0.0376", "2380"; no exponent from a millionth to a million.
 std::string short_number(double value, int digits = 3);
+/// The same with the prefix of its unit, from nano to giga: "2.23 ms", "80 um", "1.5 GB".
+std::string in_unit(double value, const char* unit, int digits = 3);
 /// Of a share: "3.76 %", "243 %"; "< 0.01 %".
 std::string in_percent(double share, int digits = 3);
 /// What people are told: the arguments one after the other, as text() has them, but numbers as short_number().
