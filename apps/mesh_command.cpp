@@ -65,7 +65,7 @@ bool offer_to_weld(const Mesh& mesh, const MeshReport& report, json& out) {
   const auto near = report.open_edges.empty() ? std::nullopt : find_near_nodes(mesh);
   if (!near) return false;
   const std::string tolerance = text(near->tolerance);
-  std::cout << near->count << " nodes lie at most " << near->distance
+  std::cout << near->count << " nodes lie at most " << short_number(near->distance)
             << " from another one at an open edge: mesh repair --weld " << tolerance << " joins them (open edges "
             << near->open_edges_before << " -> " << near->open_edges_after << ")\n";
   out["weld"] = {{"nodes", near->count},

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "io/surface/border_loops.hpp"
 
 namespace kt {
@@ -17,8 +17,6 @@ std::string row(const std::string& name, const std::string& value) {
   constexpr std::size_t kColumn = 36;
   return "  " + name + std::string(kColumn - std::min(kColumn - 1, name.size()), ' ') + value + "\n";
 }
-
-std::string vector_text(const Vec3& p) { return text(p[0], " x ", p[1], " x ", p[2]); }
 
 std::vector<BorderLoop> holes(const Mesh& mesh) {
 #if KT_WITH_OPENMESH
@@ -34,14 +32,14 @@ std::vector<BorderLoop> holes(const Mesh& mesh) {
 std::string report_text(const Mesh& mesh, const MeshReport& r, int shown) {
   std::string out;
   out += row("nodes, triangles, tetrahedra", text(r.nodes, ", ", r.triangles, ", ", r.tetrahedra));
-  out += row("size", vector_text(r.box.size()));
+  out += row("size", told(r.box.size().x(), " x ", r.box.size().y(), " x ", r.box.size().z()));
   out += row("likely unit", r.likely_unit);
-  out += row("edge shortest, mean, longest", text(r.edge_min, ", ", r.edge_mean, ", ", r.edge_max));
-  out += row("area", text(r.area));
+  out += row("edge shortest, mean, longest", told(r.edge_min, ", ", r.edge_mean, ", ", r.edge_max));
+  out += row("area", told(r.area));
   out += row("volume", !r.closed()               ? "none: the surface is open"
-                       : std::isfinite(r.volume) ? text(r.volume)
+                       : std::isfinite(r.volume) ? told(r.volume)
                                                  : "unknown");
-  if (r.tetrahedra > 0) out += row("volume of the tetrahedra", text(r.tetrahedra_volume));
+  if (r.tetrahedra > 0) out += row("volume of the tetrahedra", told(r.tetrahedra_volume));
   out += row("pieces", text(r.components));
   out += row("Euler characteristic", text(r.euler, r.genus ? text(" (genus ", *r.genus, ")") : ""));
   out += row("closed", r.closed() ? "yes" : "no");
@@ -65,7 +63,7 @@ std::string report_text(const Mesh& mesh, const MeshReport& r, int shown) {
     const std::vector<BorderLoop> loops = holes(mesh);
     if (!loops.empty()) out += row("holes", text(loops.size()));
     for (std::size_t i = 0; i < std::min<std::size_t>(static_cast<std::size_t>(shown), loops.size()); ++i)
-      out += text("    around (", loops[i].centre[0], ", ", loops[i].centre[1], ", ", loops[i].centre[2], "), ",
+      out += told("    around (", loops[i].centre[0], ", ", loops[i].centre[1], ", ", loops[i].centre[2], "), ",
                   loops[i].nodes.size(), " edges, length ", loops[i].length, "\n");
   }
   if (!r.self_intersections_checked) out += row("pairs of triangles that intersect", "not looked for");

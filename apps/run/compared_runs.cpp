@@ -7,7 +7,7 @@
 #include <map>
 #include <sstream>
 
-#include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/session/metrics.hpp"
 #include "io/files/json_file.hpp"
 #include "io/files/text_reader.hpp"
@@ -72,7 +72,7 @@ void read_live_settings(const std::string& file, ComparedRun& out) {
     throw InputError(text(file, ": setting_changes must be a list of a tick, a key of the scene and its value"));
   for (const Json& change : changes) {
     const std::string key = change[1].get<std::string>();
-    const std::string told = text(shown_json(change[2]), " at ", change[0].get<double>() * out.h, " s");
+    const std::string told = text(shown_json(change[2]), " at ", short_number(change[0].get<double>() * out.h), " s");
     const auto known = std::ranges::find(out.live, key, &std::pair<std::string, std::string>::first);
     if (known == out.live.end())
       out.live.emplace_back(key, told);

@@ -49,15 +49,15 @@ Json link_json(const HandLinkReport& r) {
 
 }  // namespace
 
-std::string loss_text(const std::optional<double>& loss) { return loss ? text(100 * *loss, " %") : "an unknown share"; }
+std::string loss_text(const std::optional<double>& loss) { return loss ? in_percent(*loss) : "an unknown share"; }
 
 void print_link(const HandLinkReport& r) {
   const Json j = link_json(r);
   if (r.age_ms.empty()) return;
-  std::cout << "  link          local models " << j["model_age_ms"]["p50"].get<double>()
-            << " ms old when they were taken, p99 " << j["model_age_ms"]["p99"].get<double>() << "; "
-            << r.models_arrived << " of " << r.models_sent << " arrived, " << j["mbit_s"]["to_hand"].get<double>()
-            << " Mbit/s; " << loss_text(r.loss_down) << " of datagrams lost\n";
+  std::cout << told("  link          local models ", j["model_age_ms"]["p50"].get<double>(),
+                    " ms old when they were taken, p99 ", j["model_age_ms"]["p99"].get<double>(), "; ",
+                    r.models_arrived, " of ", r.models_sent, " arrived, ", j["mbit_s"]["to_hand"].get<double>(),
+                    " Mbit/s; ", loss_text(r.loss_down), " of datagrams lost\n");
 }
 
 void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report) {
@@ -66,16 +66,16 @@ void tell_of_link(RunSettings& settings, std::shared_ptr<HandLinkReport> report)
     std::vector<Finding> out;
     if (report->reconnections > 0)
       out.push_back(
-          {text("the body's computer was gone ", report->reconnections, " times, for up to ", report->longest_gap_s,
+          {told("the body's computer was gone ", report->reconnections, " times, for up to ", report->longest_gap_s,
                 " s: the body began at rest again, and the run cannot be repeated by kilotouch replay")});
     if (report->longest_own_pause_s > 0)
-      out.push_back({text("the hand's computer stood still for up to ", short_number(report->longest_own_pause_s),
+      out.push_back({told("the hand's computer stood still for up to ", report->longest_own_pause_s,
                           " s (stopped, asleep or too busy): no local model was taken meanwhile, and the force was off "
                           "from link.stale_ms on"),
                      {advise("stop what else runs on the hand's computer, and keep it from sleeping")}});
     if (report->longest_silence_s > 0)
       out.push_back(
-          {text("no datagram came over UDP from ", report->data_place, " for up to ", report->longest_silence_s,
+          {told("no datagram came over UDP from ", report->data_place, " for up to ", report->longest_silence_s,
                 " s, while the control channel went on: the local model stayed as it was, and the force was "
                 "off from link.stale_ms on"),
            {advise("let UDP through to and from that port")}});

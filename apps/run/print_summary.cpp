@@ -17,7 +17,12 @@ void line(const std::string& name, const std::string& content) {
 }
 
 std::string force_line(const Json& force) {
-  const auto newtons = [&](const char* key) { return short_number(force[key].get<double>()); };
+  // A friction of zero is one within rounding.
+  const double least = 1e-9 * force["max_n"].get<double>();
+  const auto newtons = [&](const char* key) {
+    const double value = force[key].get<double>();
+    return short_number(value < least ? 0 : value);
+  };
   return text("normal mean ", newtons("mean_n"), " N, largest ", newtons("max_n"), " N; friction mean ",
               newtons("mean_t"), " N, largest ", newtons("max_t"), " N");
 }
@@ -25,9 +30,10 @@ std::string force_line(const Json& force) {
 /// The processor's time of a tick, of the time that there is for one.
 std::string tick_line(const Json& s) {
   const auto value = [&](const char* group, const char* key) { return s[group][key].get<double>(); };
-  return text("median ", short_number(value("step_us", "p50")), " us, ", in_percent(value("tick_period_share", "p50")),
-              " of its period; 99 of 100 within ", in_percent(value("tick_period_share", "p99")), "; ",
-              s["deadline_misses"], " of ", s["ticks"]["total"], " over it");
+  return text("median ", in_unit(1e-6 * value("step_us", "p50"), "s"), ", ",
+              in_percent(value("tick_period_share", "p50")), " of its period; 99 of 100 within ",
+              in_percent(value("tick_period_share", "p99")), "; ", s["deadline_misses"], " of ", s["ticks"]["total"],
+              " over it");
 }
 
 std::string body_line(const Json& model) {
@@ -112,19 +118,13 @@ void print_details(const nlohmann::ordered_json& s) {
   for (const Json& c : s["local"]["reducer_changes"])
     line("", text("tick ", c["tick"], ": ", c["from"].get<std::string>(), " -> ", c["to"].get<std::string>(), ": ",
                   c["why"].get<std::string>()));
-  line("force", text("normal mean ", short_number(value("force", "mean_n")), " N, max ",
-                     short_number(value("force", "max_n")), " N; tangential mean ",
-                     short_number(value("force", "mean_t")), " N, max ", short_number(value("force", "max_t")), " N"));
   if (s.contains("second_tool")) {
     const auto& second = s["second_tool"];
-    const auto of_force = [&](const char* key) { return short_number(second["force"][key].get<double>()); };
-    line("second tool",
-         text("normal mean ", of_force("mean_n"), " N, max ", of_force("max_n"), " N; tangential mean ",
-              of_force("mean_t"), " N, max ", of_force("max_t"), " N; ", second["lost_contacts"], " contacts lost",
-              second["penetration_max_m"].is_null()
-                  ? std::string()
-                  : text(", ", second["missed_impacts"], " missed impacts, deepest penetration ",
-                         short_number(1e6 * second["penetration_max_m"].get<double>()), " um")));
+    line("second tool", text(second["lost_contacts"], " contacts lost",
+                             second["penetration_max_m"].is_null()
+                                 ? std::string()
+                                 : text(", ", second["missed_impacts"], " missed impacts, deepest penetration ",
+                                        in_unit(second["penetration_max_m"].get<double>(), "m"))));
   }
   line("steadiness", text("buzz ", in_percent(value("force", "buzz")), ", jump at edges ",
                           in_percent(value("force", "crossing_jump")), ", at refreshes ",
@@ -133,14 +133,15 @@ void print_details(const nlohmann::ordered_json& s) {
                      s["ticks"]["slide"], " slide, ", s["ticks"]["frictional_slide"], " slide with friction; ",
                      s["crossings"], " edges crossed, ", s["lost_contacts"], " contacts lost"));
   if (!s["penetration_max_m"].is_null())
-    line("checked", text(s["missed_impacts"], " missed impacts, ", s["free_ticks_inside"],
-                         " ticks inside the body without contact, deepest penetration ",
-                         short_number(1e6 * s["penetration_max_m"].get<double>()), " um; ", s["edge_ticks"],
-                         " ticks at the patch's edge"));
+    line("checked",
+         text(s["missed_impacts"], " missed impacts, ", s["free_ticks_inside"],
+              " ticks inside the body without contact, deepest penetration ",
+              in_unit(s["penetration_max_m"].get<double>(), "m"), "; ", s["edge_ticks"], " ticks at the patch's edge"));
   line("haptic step",
-       text("median ", short_number(value("step_us", "p50")), " us, p99.9 ", short_number(value("step_us", "p999")),
-            " us (CPU), ", in_percent(value("tick_period_share", "p50")), " of the period, p99 ",
-            in_percent(value("tick_period_share", "p99")), "; ", s["deadline_misses"], " over the period; ",
+       text("median ", in_unit(1e-6 * value("step_us", "p50"), "s"), ", p99.9 ",
+            in_unit(1e-6 * value("step_us", "p999"), "s"), " (CPU), ", in_percent(value("tick_period_share", "p50")),
+            " of the period, p99 ", in_percent(value("tick_period_share", "p99")), "; ", s["deadline_misses"],
+            " over the period; ",
             s["allocations_per_tick"].is_null() ? std::string("allocations not counted")
                                                 : text(s["allocations_per_tick"], " allocations a tick")));
   if (s.contains("self_contact")) {
@@ -148,17 +149,16 @@ void print_details(const nlohmann::ordered_json& s) {
     line("self-contact",
          touch["nearest_m"].is_null()
              ? std::string("none: the body did not touch itself")
-             : text("up to ", touch["contacts"], " pairs, nearest ",
-                    short_number(1e6 * touch["nearest_m"].get<double>()), " um; normal mean ",
-                    short_number(value("self_contact", "mean_normal_n")), " N, max ",
+             : text("up to ", touch["contacts"], " pairs, nearest ", in_unit(touch["nearest_m"].get<double>(), "m"),
+                    "; normal mean ", short_number(value("self_contact", "mean_normal_n")), " N, max ",
                     short_number(value("self_contact", "normal_n")), " N",
                     touch["intersections"].is_null() ? std::string()
                                                      : text("; ", touch["intersections"], " intersections")));
   }
   if (s.contains("lateness_us"))
-    line("lateness",
-         text("median ", short_number(value("lateness_us", "p50")), " us, p99.9 ",
-              short_number(value("lateness_us", "p999")), " us; ", s["platform_gaps"], " platform gaps over a period"));
+    line("lateness", text("median ", in_unit(1e-6 * value("lateness_us", "p50"), "s"), ", p99.9 ",
+                          in_unit(1e-6 * value("lateness_us", "p999"), "s"), "; ", s["platform_gaps"],
+                          " platform gaps over a period"));
   line("refresh", text("global step ", short_number(value("global_ms", "p50")), " ms, linearize and reduce ",
                        short_number(value("refresh_ms", "p50")), " ms (medians)"));
   line("hash", s["hash"].get<std::string>());

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <limits>
 #include <string>
 
-#include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "core/base/record.hpp"
 #include "core/base/temporary_folder.hpp"
 
@@ -59,12 +58,6 @@ double of_limit() {
   return static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(::sysconf(_SC_PAGESIZE));
 }
 
-std::string bytes_text(double bytes) {
-  char out[32];
-  std::snprintf(out, sizeof out, bytes < 1e9 ? "%.3g MB" : "%.3g GB", bytes / (bytes < 1e9 ? 1e6 : 1e9));
-  return out;
-}
-
 double of_memory() { return std::max(0.0, std::min({of_machine(), of_control_group(), of_limit()})); }
 
 /// [bytes] free on the disk of the folder, or of the nearest one above that is there.
@@ -96,9 +89,9 @@ void require_room(const Scene& scene, const Room& needed, const Room& free) {
   const auto require = [&](const std::string& what, double needed_bytes, double free_bytes) {
     if (!(needed_bytes > 0.5 * free_bytes)) return;
     const std::string words =
-        text("duration ", scene.duration, " s at local.rate_hz ", scene.local.rate_hz, " has ",
-             scene.duration * scene.local.rate_hz, " ticks, ", what, " take ", bytes_text(needed_bytes), "; ",
-             bytes_text(free_bytes), " are free, enough for ", scene.duration * free_bytes / needed_bytes, " s");
+        told("duration ", scene.duration, " s at local.rate_hz ", scene.local.rate_hz, " has ",
+             scene.duration * scene.local.rate_hz, " ticks, ", what, " take ", in_unit(needed_bytes, "B"), "; ",
+             in_unit(free_bytes, "B"), " are free, enough for ", scene.duration * free_bytes / needed_bytes, " s");
     if (needed_bytes > free_bytes) throw InputError(words + "; shorten the run, or lower local.rate_hz");
     std::cerr << "kilotouch: warning: " << words << '\n';
   };

@@ -63,20 +63,13 @@ std::function<void(double)> progress_bar(const std::string& title, Piped piped) 
   };
 }
 
-/// A message that starts with a key of the scene starts with the file, too.
-static std::string with_file(const std::string& file, const std::string& message) {
-  const std::string first = message.substr(0, message.find_first_of(".: "));
-  const std::vector<std::string> keys = known_scene_keys();
-  const bool starts_with_key =
-      std::ranges::any_of(keys, [&](const std::string& key) { return key == first || key.starts_with(first + '.'); });
-  return file.empty() || !starts_with_key ? message : file + ": " + message;
-}
-
+/// A message begins with the file that the scene came from, where that is not the mesh itself.
 static Session make_session(const Scene& scene, const std::string& file, SceneFiles files) {
   try {
     return Session(scene, std::move(files));
   } catch (const InputError& e) {
-    throw InputError(with_file(file, e.what()));
+    if (file.empty() || file == scene.object.mesh) throw;
+    throw InputError(file + ": " + e.what());
   }
 }
 

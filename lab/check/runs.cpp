@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 
 namespace kt {
 namespace {
@@ -114,9 +115,9 @@ void judge_run(const SessionResult& run, const std::string& name, const Vec3& wh
     out.lower(Verdict::fail,
               text(name, ": the tool is inside the body in ", run.tools[0].missed_impacts, " ticks without contact"),
               where);
-  if (deepest > kInside) out.lower(Verdict::fail, text(name, ": the tool gets ", deepest, " m into the body"), where);
+  if (deepest > kInside) out.lower(Verdict::fail, told(name, ": the tool gets ", deepest, " m into the body"), where);
   if (-least > kGained * most + 1e-9)
-    out.lower(Verdict::fail, text(name, ": the tool was given ", -least, " J, having put in at most ", most), where);
+    out.lower(Verdict::fail, told(name, ": the tool was given ", -least, " J, having put in at most ", most), where);
   if (exhausted > 0)
     out.lower(Verdict::degraded, text(name, ": more impacts than are resolved in ", exhausted, " ticks"), where);
   all.inverted = std::max(all.inverted, run.refresh.inverted.most);

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/session/real_time.hpp"
 #include "lab/check/hand_paths.hpp"
 #include "lab/check/mesh_work.hpp"
@@ -59,7 +60,7 @@ void check_drag(MeshWork& work, StageResult& out) {
   out.figures["length"] = way;
   if (drags.empty() || length_of(drags[0].walk) < kShortest)
     out.lower(Verdict::degraded,
-              text("no way over the surface is longer than ", 1e3 * kShortest, " mm before it bends"),
+              told("no way over the surface is longer than ", 1e3 * kShortest, " mm before it bends"),
               work.in_file(work.spots[0].place));
   for (CheckBody& body : work.bodies) {
     RunExtremes all;
@@ -88,11 +89,12 @@ void check_drag(MeshWork& work, StageResult& out) {
                     work.in_file(first_loss(run, drags[i].spot.place)));
       }
       if (m.buzz > kBuzz)
-        out.lower(Verdict::degraded, text(name, ": buzz above 100 Hz of ", 100 * m.buzz, " % of the force"), where);
+        out.lower(Verdict::degraded, told(name, ": buzz above 100 Hz of ", in_percent(m.buzz), " of the force"), where);
       if (std::max(m.crossing_jump, m.refresh_jump) > kJump)
-        out.lower(Verdict::degraded,
-                  text(name, ": the force jumps by ", 100 * std::max(m.crossing_jump, m.refresh_jump), " % in a tick"),
-                  where);
+        out.lower(
+            Verdict::degraded,
+            told(name, ": the force jumps by ", in_percent(std::max(m.crossing_jump, m.refresh_jump)), " in a tick"),
+            where);
     }
     report_runs(all, body.model, out);
     if (!drags.empty())

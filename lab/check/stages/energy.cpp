@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "lab/check/mesh_work.hpp"
@@ -93,12 +94,12 @@ void check_energy(MeshWork& work, StageResult& out) {
     out.figures[body.model] = {
         {"force_sum", sums.force}, {"moment_sum", sums.moment}, {"tangent_error", tangent}, {"kinetic_growth", growth}};
     if (!(sums.force < kMomentum) || !(sums.moment < kMomentum))
-      out.lower(Verdict::fail, text(body.model, ": its own forces push or turn the body: sum ", sums.force, ", moment ",
+      out.lower(Verdict::fail, told(body.model, ": its own forces push or turn the body: sum ", sums.force, ", moment ",
                                     sums.moment, " of their sizes"));
     if (!(tangent < kTangent))
-      out.lower(Verdict::fail, text(body.model, ": the tangent is off the forces' difference quotient by ", tangent));
+      out.lower(Verdict::fail, told(body.model, ": the tangent is off the forces' difference quotient by ", tangent));
     if (!(growth < 1 + kEnergy))
-      out.lower(Verdict::fail, text(body.model, ": a body let go has ", growth, " of the kinetic energy given to it"));
+      out.lower(Verdict::fail, told(body.model, ": a body let go has ", growth, " of the kinetic energy given to it"));
   }
 }
 

@@ -1,6 +1,7 @@
 #include "lab/check/stages/fill.hpp"
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "io/solid/tetrahedra_quality.hpp"
 #include "io/solid/tetrahedralize.hpp"
 #include "io/surface/decimate_surface.hpp"
@@ -69,7 +70,7 @@ bool fill_evenly(Filling& best, const Mesh& fine, std::size_t triangles, const M
 
 }  // namespace
 
-std::string percent_of_size(double distance) { return text(100 * distance / kBodySize, " % of its size"); }
+std::string percent_of_size(double distance) { return in_percent(distance / kBodySize) + " of its size"; }
 
 bool is_over_budget(const Mesh& surface, const MeshWork& work) {
   return static_cast<int>(surface.triangles.size()) > work.options.budget;
@@ -108,7 +109,7 @@ std::optional<Mesh> filled(const Mesh& surface, const Mesh& fine, const MeshWork
       Filling its = fill(surface, b.name, work);
       if (best && (its.angle < std::max(best->angle, kNeedle) || its.solid.triangles.size() > surface.triangles.size()))
         continue;
-      if (best) others += text(others.empty() ? "" : ", ", best->by, " ", best->angle);
+      if (best) others += told(others.empty() ? "" : ", ", best->by, " ", best->angle);
       best = std::move(its);
       if (best->angle > kFlat) break;
       if (surface.triangles.size() < fine.triangles.size() &&
@@ -127,8 +128,8 @@ std::optional<Mesh> filled(const Mesh& surface, const Mesh& fine, const MeshWork
     if (!failures.empty()) out.lower(Verdict::degraded, text(join(failures), "; filled by ", best->by));
     if (!others.empty())
       out.lower(Verdict::pass,
-                text("filled by ", best->by, ", whose smallest angle is ", best->angle, " degrees (", others, ")"));
-    if (best->angle < kNeedle) out.lower(Verdict::degraded, text("tetrahedra as flat as ", best->angle, " degrees"));
+                told("filled by ", best->by, ", whose smallest angle is ", best->angle, " degrees (", others, ")"));
+    if (best->angle < kNeedle) out.lower(Verdict::degraded, told("tetrahedra as flat as ", best->angle, " degrees"));
     return std::move(best->solid);
   }
   if (failures.empty()) failures.emplace_back("no tetrahedralizer is in this build");

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "lab/check/mesh_work.hpp"
 
@@ -40,7 +41,7 @@ void check_load(MeshWork& work, StageResult& out) {
   const double scale = kBodySize / longest;
   if (!std::isfinite(scale) || !(scale > 0) || !std::isfinite(longest * longest))
     out.lower(Verdict::fail,
-              text("refused: a mesh of size ", longest, " cannot be scaled to a body of ", kBodySize, " m"));
+              told("refused: a mesh of size ", longest, " cannot be scaled to a body of ", kBodySize, " m"));
 }
 
 void check_doctor(MeshWork& work, StageResult& out) {

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/cells/contact_width.hpp"
 #include "lab/check/hand_paths.hpp"
 #include "lab/check/mesh_work.hpp"
@@ -35,20 +36,20 @@ std::vector<double> force_over_depth(std::span<const Vec3> forces, double h, con
 void judge_forces(const std::vector<double>& force, const std::function<std::vector<double>()>& of_whole_body,
                   const std::string& name, const Vec3& where, StageResult& out) {
   if (!(force.back() > 0)) {
-    out.lower(Verdict::fail, text(name, ": the force at full depth is ", force.back(), " N, not outward"), where);
+    out.lower(Verdict::fail, told(name, ": the force at full depth is ", force.back(), " N, not outward"), where);
     return;
   }
   const Fall fall = largest_fall(force);
   if (judge_fall(fall, {}) == Verdict::pass) return;
   std::string said =
-      text(name, ": deeper, but the force falls from ", force[fall.to - 1], " to ", force[fall.to], " N; ");
+      told(name, ": deeper, but the force falls from ", force[fall.to - 1], " to ", force[fall.to], " N; ");
   const std::vector<double> truth = of_whole_body();
   std::optional<Fall> its;
   if (!truth.empty()) its = largest_fall(truth);
   if (!its)
     said += "not compared with the whole nonlinear body";
   else if (its->share > 0)
-    said += text("that of the whole nonlinear body from ", truth[its->to - 1], " to ", truth[its->to]);
+    said += told("that of the whole nonlinear body from ", truth[its->to - 1], " to ", truth[its->to]);
   else
     said += "that of the whole nonlinear body does not";
   out.lower(judge_fall(fall, its), said, where);

@@ -1,5 +1,6 @@
 // Repairs that are safe, what they did, and how far the surface moved by them.
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "io/surface/mesh_repair.hpp"
 #include "io/surface/surface_distance.hpp"
 #include "lab/check/mesh_work.hpp"
@@ -51,7 +52,7 @@ void check_repair(MeshWork& work, StageResult& out) {
   out.figures = {{"done", repaired.done}, {"distance", moved}, {"triangles", work.surface.triangles.size()}};
   if (moved > kSame * longest)
     out.lower(Verdict::degraded,
-              text("the shape changed, by up to ", moved, " (", 100 * moved / longest, " % of its size)"));
+              told("the shape changed, by up to ", moved, " (", in_percent(moved / longest), " of its size)"));
   for (const DefectList& d : defects(work.repaired)) {
     out.figures["left"][d.key] = d.places->size();
     if (!d.places->empty())

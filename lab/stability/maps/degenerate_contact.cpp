@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/numbers.hpp"
 #include "haptics/findings/run_findings.hpp"
 #include "haptics/session/metrics.hpp"
 #include "haptics/session/session.hpp"
@@ -148,7 +149,7 @@ MapPoint run_case(const Case& c, double angle, double distance) {
     p.verdict = !finite || !found || result.tools[0].missed_impacts > 0 || deepest > kDeepestAllowed ? MapVerdict::fails
                 : forces.lost_contacts > 0 ? MapVerdict::degrades
                                            : MapVerdict::works;
-    p.why = text(touching, " ticks in contact, largest force ", largest, " N, deepest ", 1e6 * deepest, " um, ",
+    p.why = told(touching, " ticks in contact, largest force ", largest, " N, deepest ", in_unit(deepest, "m"), ", ",
                  result.tools[0].missed_impacts, " missed, ", forces.lost_contacts, " lost, ",
                  finite ? "finite" : "not finite", "; ", loudness(session, result));
   } catch (const InputError& e) {  // refused before the run
@@ -194,7 +195,7 @@ StabilityMap map_degenerate_contact(const MapOptions& options) {
       },
       map);
   const Confusion c = count_predictions(map.points);
-  map.claim = text(c.working + c.degraded, " of ", c.points,
+  map.claim = told(c.working + c.degraded, " of ", c.points,
                    " degenerate contacts are found, with finite forces and "
                    "without passing a surface; ",
                    c.failures, " fail");

@@ -2,6 +2,7 @@
 // limit (which falls with it, as Lanczos says), and whether implicit steps of a body pressed hard still converge.
 #include <cmath>
 
+#include "core/base/numbers.hpp"
 #include "lab/stability/map.hpp"
 #include "lab/stability/runs/explicit_limit.hpp"
 #include "lab/stability/runs/rays.hpp"
@@ -53,7 +54,7 @@ RayResult implicit_ray(const Ray& ray, const DeformableModel& model) {
       p.verdict = !state.x.allFinite() || open > 0 ? MapVerdict::fails
                   : inverted > 0                   ? MapVerdict::degrades
                                                    : MapVerdict::works;
-      p.why = text(p.value, " linear systems a step; ", open, " of ", kSteps, " steps did not converge, ", inverted,
+      p.why = told(p.value, " linear systems a step; ", open, " of ", kSteps, " steps did not converge, ", inverted,
                    " elements inside out");
     });
     out.points.push_back(p);
@@ -84,7 +85,7 @@ StabilityMap map_element_quality(const MapOptions& options) {
                    : implicit_ray(ray, *model);
       },
       map);
-  map.claim = text("a sliver shortens explicit steps as far as its fastest mode says, to ",
+  map.claim = told("a sliver shortens explicit steps as far as its fastest mode says, to ",
                    100 * distance_from_theory(map, [](const std::string&) { return true; }),
                    " %; implicit steps do not feel it before it turns inside out");
   return map;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/numbers.hpp"
 #include "core/base/parallel.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/runs/rays.hpp"
@@ -66,13 +67,13 @@ MapPoint judge(const Row& row, double mu, double speed, const Mesh& mesh, const 
   // A virtual coupling lets the tool in by what its spring yields; beyond half of the press nothing is left of it.
   const double depth = scene.tool.path.press_drag->depth;
   if (p.why.empty() && run.deepest > 0.5 * depth)
-    p.why = text("the tool is ", 1e3 * run.deepest, " mm inside of the body");
+    p.why = text("the tool is ", in_unit(run.deepest, "m"), " inside of the body");
   if (!p.why.empty()) {
     p.verdict = MapVerdict::fails;
     return p;
   }
-  p.why =
-      text("buzz ", 100 * f.buzz, " %, jump at edges ", 100 * f.crossing_jump, " %, ", 1e6 * run.deepest, " um inside");
+  p.why = told("buzz ", in_percent(f.buzz), ", jump at edges ", in_percent(f.crossing_jump), ", ", 1e6 * run.deepest,
+               " um inside");
   p.verdict = p.value > kJnd ? MapVerdict::degrades : MapVerdict::works;
   return p;
 }

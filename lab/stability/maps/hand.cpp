@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/predict/predict_hand.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/runs/rays.hpp"
@@ -118,7 +119,7 @@ StabilityMap map_hand(const MapOptions& options) {
   run_rays(
       options, static_cast<int>(rays.size()),
       [&](int i) { return wall_ray(rays[i].setting, rays[i].damping, rays[i].controlled, options); }, map);
-  map.claim = text("without control a wall is stable up to ", lowest_ratio(map, kWall), " to ",
+  map.claim = told("without control a wall is stable up to ", lowest_ratio(map, kWall), " to ",
                    highest_ratio(map, kWall), " times the line of passivity; passivity control with up to ",
                    kMostDamping, " N s/m raises that at least ", lowest_ratio(map, kControlled), " times");
   return map;

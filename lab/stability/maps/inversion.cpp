@@ -3,6 +3,7 @@
 // through zero stays there.
 #include <cmath>
 
+#include "core/base/numbers.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "lab/stability/bisect.hpp"
@@ -42,7 +43,8 @@ MapPoint release(const ModelChoice& choice, double share, double dt) {
     p.verdict = inverted > 0 || !(p.value < 0.1) ? MapVerdict::fails
                 : p.value > 1e-3                 ? MapVerdict::degrades
                                                  : MapVerdict::works;
-    p.why = text("after ", state.t, " s off by ", 100 * p.value, " % of its edge, ", inverted, " elements inside out");
+    p.why =
+        told("after ", state.t, " s off by ", in_percent(p.value), " of its edge, ", inverted, " elements inside out");
   });
   return p;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/numbers.hpp"
 #include "haptics/predict/predict_time_step.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/map.hpp"
@@ -88,7 +89,7 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
       p.value = (state.x - exact.x).norm() / (exact.x - body.mesh().x).norm();
       const double growth = (state.x - body.mesh().x).norm() / (start.x - body.mesh().x).norm();
       p.verdict = !(growth < 10) ? MapVerdict::fails : p.value > 0.1 ? MapVerdict::degrades : MapVerdict::works;
-      p.why = text("off by ", 100 * p.value, " % from the direct solver, ",
+      p.why = told("off by ", in_percent(p.value), " from the direct solver, ",
                    tested->statistics().linear_iterations / kSteps, " iterations a step");
     });
     out.points.push_back(p);
@@ -126,10 +127,10 @@ StabilityMap map_mass_and_damping(const MapOptions& options) {
       },
       map);
   const double off = distance_from_theory(map, [](const std::string&) { return true; });
-  map.claim = text(
+  map.claim = told(
       "steps of 1 ms: explicit ones bear less damping the lighter a part is, and none at all below some "
       "mass; the limit is within ",
-      100 * off, " % of the theory's. Implicit steps bear every ratio");
+      in_percent(off), " of the theory's. Implicit steps bear every ratio");
   return map;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/numbers.hpp"
 #include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
 #include "haptics/predict/predict_elements.hpp"
@@ -93,7 +94,7 @@ RayResult trace(const Element& e, int cells, const Reference& reference) {
         const double tip = deflection(*model);
         p.value = reference.at(nu) / tip;
         off = tip > 0 ? std::max(p.value, 1 / p.value) : off;
-        p.why = text("bends ", 1 / p.value, " times as far as it should, condition number ", condition_number(*model));
+        p.why = told("bends ", 1 / p.value, " times as far as it should, condition number ", condition_number(*model));
         StateHash hash;
         hash.add(tip);
         p.hash = hash.value();
@@ -144,7 +145,7 @@ StabilityMap map_poisson(const MapOptions& options) {
       if (p.series == series) out = std::max(out, p.value);
     return out;
   };
-  map.claim = text("near incompressibility a body of 4-node elements is up to ", worst("tet4"),
+  map.claim = told("near incompressibility a body of 4-node elements is up to ", worst("tet4"),
                    " times too stiff, one of 10-node elements up to ", worst("tet10"),
                    " times; springs know no Poisson ratio but their own, near 1/4");
   return map;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/numbers.hpp"
 #include "core/base/parallel.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/runs/rays.hpp"
@@ -55,8 +56,8 @@ MapPoint judge(const Row& row, double latency_ms, double loss, const std::vector
   }
   const auto off = std::ranges::count_if(run.result.tools[0].frames,
                                          [](const LocalFrame& f) { return (f.flags & kLeftPatch) != 0; });
-  p.why = text("force off by ", 100 * p.value, " %, buzz ", 100 * run.force.buzz, " %, jump at refreshes ",
-               100 * run.force.refresh_jump, " %, at the patch's edge in ", off, " ticks");
+  p.why = told("force off by ", in_percent(p.value), ", buzz ", in_percent(run.force.buzz), ", jump at refreshes ",
+               in_percent(run.force.refresh_jump), ", at the patch's edge in ", off, " ticks");
   p.verdict = p.value > kJnd || run.force.buzz > kJnd || off > 0 ? MapVerdict::degrades : MapVerdict::works;
   return p;
 }
@@ -119,9 +120,9 @@ StabilityMap map_refresh(const MapOptions& options) {
   for (const MapPoint& p : map.points)
     if (p.y == 0 && p.verdict == MapVerdict::works) latest = std::max(latest, p.x);
   const Confusion c = count_predictions(map.points);
-  map.claim = text("without loss the force stays within ", 100 * kJnd, " % of its run without latency up to ", latest,
-                   " ms; no contact is lost at any latency up to ", kLongest, " ms: ", c.failures, " of ", c.points,
-                   " runs fail");
+  map.claim = told("without loss the force stays within ", in_percent(kJnd), " of its run without latency up to ",
+                   latest, " ms; no contact is lost at any latency up to ", kLongest, " ms: ", c.failures, " of ",
+                   c.points, " runs fail");
   return map;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/numbers.hpp"
 #include "core/body/state.hpp"
 #include "haptics/predict/predict_time_step.hpp"
 #include "lab/stability/bisect.hpp"
@@ -55,7 +56,7 @@ RayResult implicit_ray(const Ray& ray, const MapOptions& options) {
     const bool bad = run.diverged(2) || !run.converged;
     p.verdict = bad ? MapVerdict::fails : run.period_error > kJnd ? MapVerdict::degrades : MapVerdict::works;
     p.why = bad ? (run.error.empty() ? "grows, or Newton's method does not converge" : run.error)
-                : text("slowest vibration off by ", 100 * run.period_error, " % after a period");
+                : text("slowest vibration off by ", in_percent(run.period_error), " after a period");
     out.points.push_back(p);
     return p.verdict != MapVerdict::works;
   };
@@ -88,7 +89,7 @@ RayResult static_ray(const Ray& ray, const MapOptions& options) {
     hash.add(state.x);
     p.hash = hash.value();
     p.verdict = integrator->statistics().not_converged > 0 || !(p.value < 1e-6) ? MapVerdict::fails : MapVerdict::works;
-    p.why = text("equilibrium, residual ", p.value, " of the load; vibrations are not there at all");
+    p.why = told("equilibrium, residual ", p.value, " of the load; vibrations are not there at all");
     out.points.push_back(p);
   }
   return out;
@@ -126,7 +127,7 @@ StabilityMap map_time_step(const MapOptions& options) {
   run_rays(
       options, static_cast<int>(rays.size()), [&](int i) { return trace(rays[i], options); }, map);
   const auto is_explicit = [](const std::string& series) { return series.starts_with("symplectic"); };
-  map.claim = text("explicit steps diverge within ", 100 * distance_from_theory(map, is_explicit),
+  map.claim = told("explicit steps diverge within ", 100 * distance_from_theory(map, is_explicit),
                    " % of the theoretical limit, at the latest; implicit ones never do, and lose 10 % of the slowest "
                    "vibration's period within ",
                    100 * distance_from_theory(map, [&](const std::string& series) { return !is_explicit(series); }),

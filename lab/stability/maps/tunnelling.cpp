@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "collision/shape/closest_point.hpp"
+#include "core/base/numbers.hpp"
 #include "core/base/parallel.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/runs/rays.hpp"
@@ -93,7 +94,7 @@ MapPoint shoot_at_sheet(const std::string& method, double speed, double thicknes
     if (is_through)
       p.why = run.force.ticks_free == static_cast<int>(frames.size()) ? "went through unseen"
                                                                       : "was felt, and went through";
-    if (p.verdict == MapVerdict::works) p.why = text("held, at most ", 1e6 * run.deepest, " um inside");
+    if (p.verdict == MapVerdict::works) p.why = text("held, at most ", in_unit(run.deepest, "m"), " inside");
     p.value = run.deepest;
     if (p.verdict == MapVerdict::works && run.deepest > 0.5 * std::min(thickness, kRadius))
       p.verdict = MapVerdict::degrades;
@@ -149,7 +150,7 @@ StabilityMap map_tunnelling(const MapOptions& options) {
   }
   const auto through = std::ranges::count_if(
       map.points, [](const MapPoint& p) { return p.series == "multirate" && p.verdict == MapVerdict::fails; });
-  map.claim = text("multirate lets the ball through in ", through, " runs up to ", kFastest,
+  map.claim = told("multirate lets the ball through in ", through, " runs up to ", kFastest,
                    " m/s; frozen and penalty do above 2 r in a tick, ", 2 * kRadius / 1e-3, " m/s");
   return map;
 }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "haptics/predict/predict_hand.hpp"
 #include "haptics/safety/device_coupling.hpp"
 #include "haptics/safety/measured_delay.hpp"
@@ -86,7 +87,7 @@ RayResult ray(const Delays& delay, const Column& column, double damping, const M
     MapPoint p = point_at(series, damping, stiffness, predict_limit_cycle(loop, port));
     const WallRun run = press_wall(loop, port);
     p.verdict = judge_ripple(run, p.why);
-    p.why += text("; felt as ", run.felt, " N/m");
+    p.why += told("; felt as ", run.felt, " N/m");
     p.value = run.felt;
     p.hash = run.hash;
     out.points.push_back(p);
@@ -134,7 +135,7 @@ StabilityMap map_unknown_hand(const MapOptions& options) {
   run_rays(
       options, static_cast<int>(rays.size()),
       [&](int i) { return ray(rays[i].delay, rays[i].column, rays[i].damping, options); }, map);
-  map.claim = text("with the delay measured, over all dampings and delays: without anything a wall of ",
+  map.claim = told("with the delay measured, over all dampings and delays: without anything a wall of ",
                    least(map, "measured | none"), " N/m is held, with passivity control ",
                    least(map, "measured | passivity control"), ", with the coupling alone ",
                    least(map, "measured | coupling 1 kN/m"), ", with both ",

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/numbers.hpp"
 #include "core/body/state.hpp"
 #include "haptics/device/haptic_device.hpp"
 #include "haptics/safety/device_coupling.hpp"
@@ -40,8 +41,8 @@ MapVerdict judge_ripple(const WallRun& run, std::string& why) {
   constexpr double kDiesOut = 0.97;  // of the ripple a quarter of the run before
   constexpr double kBounces = 0.8;   // the same of a tool that lifts off: its swing does not follow the linear loop
   constexpr double kEncoderSwing = 5e-5;  // [m] five steps of the encoder: less is its noise
-  why = text("force swings by ", 100 * run.ripple, " % of its mean at the end, by ", 100 * run.ripple_before,
-             " % before; the tool by ", 1e3 * run.swing, " mm");
+  why = told("force swings by ", in_percent(run.ripple), " of its mean at the end, by ", in_percent(run.ripple_before),
+             " before; the tool by ", in_unit(run.swing, "m"));
   if (!(run.ripple > kJnd)) return MapVerdict::works;
   const bool bounces = run.ripple > 1;
   if (run.swing > kEncoderSwing && run.ripple > (bounces ? kBounces : kDiesOut) * run.ripple_before) {
