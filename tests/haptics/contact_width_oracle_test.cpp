@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "haptics/cells/contact_width.hpp"
+#include "haptics/cost/force_factor.hpp"
 #include "haptics/session/session.hpp"
 #include "lab/study/press.hpp"
 #include "models/model.hpp"

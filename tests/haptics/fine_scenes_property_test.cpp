@@ -37,7 +37,7 @@ TEST(FineScenes, TwoThreadsAreRepeatedBitForBit) {
   const BlockPress press{.speed = 0.01, .mu = 0.3, .duration = 0.5, .link = "thread"};
   const SessionResult live = run(press);
   expect_refined(live);
-  EXPECT_EQ(Session(scene_of(press), block_of(press), replay_of(live)).run().hash, live.hash);
+  EXPECT_EQ(Session(scene_of(press), block_of(press)).run(replay_of(live)).hash, live.hash);
 }
 
 std::vector<double> press_with(const ToolShape& shape, double above, const std::string& refine) {

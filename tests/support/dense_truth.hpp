@@ -1,6 +1,6 @@
 #pragma once
-// Eigenvalues and solutions of symmetric matrices by Eigen, in one compiled place: each file that names its eigen-solvers
-// takes 5 to 20 s to compile.
+// Eigenvalues and solutions of symmetric matrices by Eigen, in one compiled place: each file that names its
+// eigen-solvers takes 5 to 20 s to compile.
 #include "core/base/types.hpp"
 
 namespace kt {
