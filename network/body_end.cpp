@@ -35,7 +35,7 @@ ModelMessage BodyEnd::begin(std::span<const Pose> tools) {
 }
 
 ModelMessage BodyEnd::packed(const PreparedLocalModel& model) {
-  ModelMessage out{pack_model(model, side_.options().link.basis_bits), 0, 0, {}, 0};
+  ModelMessage out{.model = pack_model(model, side_.options().link.basis_bits)};
   const TouchStatus status = side_.status();
   out.expected_force_error = status.expected_force_error;
   out.force_factor = status.force_factor;

@@ -1,5 +1,5 @@
 #include "apps/outputs/mesh_report.hpp"
-#include "core/body/check_mesh.hpp"
+#include "haptics/body/check_mesh.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "python/bindings.hpp"
 

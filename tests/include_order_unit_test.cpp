@@ -207,7 +207,7 @@ TEST(IncludeOrder, EveryFileLiesInARoomOfTheList) {
 TEST(IncludeOrder, AFolderHasAtMostTwentyFiles) {
   // Those that have more; they may shrink.
   const std::map<std::string, int> larger{{"haptics/tick", 43}, {"core/local", 35}, {"haptics/refresh", 34},
-                                          {"core/base", 26},    {"core/fine", 26},  {"core/body", 24}};
+                                          {"core/base", 26},    {"core/fine", 26},  {"core/body", 23}};
   std::map<std::string, int> count;
   for (const std::string& folder : kFolders)
     if (folder != "tests" && folder != "bench")

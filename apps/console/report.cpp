@@ -23,6 +23,14 @@ bool warn(const std::string& dir, const std::string& why) {
   return false;
 }
 
+/// The script's own last line: which package, and what there is without it.
+bool say_what_is_missing(std::string words) {
+  while (words.ends_with('\n')) words.pop_back();
+  const std::string line = words.substr(words.rfind('\n') + 1), prefix = "report.py: ";
+  std::cerr << text("kilotouch: warning: ", line.starts_with(prefix) ? line.substr(prefix.size()) : line, '\n');
+  return false;
+}
+
 /// The child works in a folder of its own.
 std::string absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
@@ -46,10 +54,7 @@ bool run_script(const std::string& dir, std::vector<std::string> options, const 
     if (!stop_requested()) throw;
     return warn(dir, text("stopped by ", stop_signal_name()));
   }
-  if (result.exit_code == kPackageMissing) {  // it says which, and what there is without it
-    std::cerr << "kilotouch: warning: " << result.output;
-    return false;
-  }
+  if (result.exit_code == kPackageMissing) return say_what_is_missing(result.output);
   return result.good() || warn(dir, "report.py " + result.trouble(limits));
 }
 

@@ -2,9 +2,9 @@
 
 #include <numbers>
 
-#include "core/body/check_mesh.hpp"
 #include "core/local/reducer.hpp"
 #include "haptics/body/body_ranges.hpp"
+#include "haptics/body/check_mesh.hpp"
 #include "haptics/body/settle.hpp"
 #include "haptics/refresh/kept_set_up.hpp"
 #include "models/model.hpp"

@@ -4,10 +4,10 @@
 #include <limits>
 
 #include "core/base/error.hpp"
-#include "core/body/check_mesh.hpp"
 #include "core/body/cut_tetrahedron.hpp"
 #include "core/body/embedded_surface.hpp"
 #include "haptics/body/body.hpp"
+#include "haptics/body/check_mesh.hpp"
 #include "io/mesh/mesh_io.hpp"
 #include "io/solid/lattice.hpp"
 #include "io/solid/tetrahedralize.hpp"

@@ -140,6 +140,7 @@ VectorX area_at_nodes(const VectorX& x, const std::vector<Triangle>& triangles) 
 bool is_off(const ContactWidth& w) { return w.factor > kCoarseForce || w.factor < 1 / kCoarseForce; }
 
 bool stays_fine(const BuiltScene& built, const ContactWidth& w, double coarser, const std::string& element) {
+  if (w.is_line) return true;  // not known
   const double factor = coarse_force_factor(element.empty() ? element_of(built) : element, coarser * w.mean);
   return !std::isfinite(factor) || factor <= kCoarseForce;
 }
@@ -150,8 +151,10 @@ namespace {
 bool counts(const PressedTip& tip, double deepest) { return tip.pressed.depth >= 0.5 * deepest && tip.contact > 0; }
 
 double factor_at(const BuiltScene& built, const ContactWidth& w, double ratio) {
-  if (!w.is_refined) return w.is_line ? std::numeric_limits<double>::quiet_NaN() : force_factor(built, ratio);
-  if (w.is_line) return kRefinedLine;
+  if (w.is_line)
+    return w.is_refined && built.tool().kind == ToolShape::Kind::capsule ? kRefinedLine
+                                                                         : std::numeric_limits<double>::quiet_NaN();
+  if (!w.is_refined) return force_factor(built, ratio);
   return refined_force_factor(built.model().info(),
                               std::isfinite(w.fineness) ? w.fineness : built.scene().local.fineness);
 }

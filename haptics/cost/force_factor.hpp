@@ -19,6 +19,9 @@ std::string fitted_element(const ModelInfo& model);
 ///                   instead of 1.27, at 1.43
 double coarse_force_factor(const std::string& element, double ratio, bool is_smooth = false);
 
+/// Springs have no fit below: they converge to no continuum.
+constexpr double kLeastSpringRatio = 0.7;
+
 /// The ratio at which cells as they are have the factor.
 double ratio_of_factor(const std::string& element, double factor);
 

@@ -240,13 +240,15 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
 }
 
 double BodySide::force_factor(const LocalModel& model) const {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const auto is_ball = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::sphere; };
+  if (!std::ranges::all_of(options_.tools, is_ball)) return kUnknown;
   const ModelInfo info = (model_ ? *model_ : body_.model()).info();
   if (model.fine) return refined_force_factor(info, model.fine->fineness);
   const Surface& surface = body_.surface();
   const VectorX& x = body_.model().mesh().x;
   double contact = std::numeric_limits<double>::infinity(), cell = 0;
-  for (const TouchTool& tool : options_.tools)
-    contact = std::min(contact, tool.shape.kind == ToolShape::Kind::point ? 0 : expected_contact_radius(tool.shape));
+  for (const TouchTool& tool : options_.tools) contact = std::min(contact, expected_contact_radius(tool.shape));
   for (const int i : model.patch.global_triangle) {
     const Triangle& t = surface.triangles[i];
     const Vec3 a = node(x, t[0]);
@@ -254,8 +256,9 @@ double BodySide::force_factor(const LocalModel& model) const {
   }
   cell /= static_cast<double>(model.patch.global_triangle.size());
   if (surface.embedded) cell = surface.embedded->spacing();
-  if (!(contact > 0) || !(cell > 0)) return std::numeric_limits<double>::quiet_NaN();
-  return coarse_force_factor(fitted_element(info), cell / contact, options_.contact.surface != "flat");
+  const std::string element = fitted_element(info);
+  if (!(cell > 0) || (element == "msd" && cell < kLeastSpringRatio * contact)) return kUnknown;
+  return coarse_force_factor(element, cell / contact, options_.contact.surface != "flat");
 }
 
 void BodySide::start(const LocalMotion& motion, std::span<const LocalReport> reports, PreparedLocalModel& model) {

@@ -95,7 +95,7 @@ void predict_contact_width(const BuiltScene& built, std::vector<Prediction>& out
   predict_places(built, places, out);
   const auto width = find_contact_width(built, places);
   if (width && is_off(*width)) out.push_back({"contact_width", coarse_mesh_finding(built, *width)});
-  if (width && width->is_refined) predict_cubes(built, width->contact_radius, out);
+  if (width && width->is_refined && !width->is_line) predict_cubes(built, width->contact_radius, out);
 }
 
 }  // namespace kt

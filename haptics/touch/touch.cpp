@@ -74,7 +74,8 @@ struct Touch::Parts {
   std::unique_ptr<BodyLink> link;     // from the first tick, or start(), on
   std::array<LocalFrame, kMaxTools> frames;
   std::array<FlagCounts, kMaxTools> flagged;  // in how many ticks of each tool
-  std::vector<SettingChange> changed;         // since the start, the last value of each key last; with `beginning`
+  std::atomic<bool> has_touched = false;
+  std::vector<SettingChange> changed;  // since the start, the last value of each key last; with `beginning`
   bool is_placed = false, is_stopped = false;
   double owed = 0;  // [s] that have passed and were not stepped
   int stale_ticks = 0, shape_every = 1;
@@ -195,7 +196,7 @@ std::vector<Finding> Touch::findings() const {
                     touching ? touching->options.stiffness : 0, found);
   }
   const TouchStatus s = status();
-  if (s.force_factor > kCoarseForce || s.force_factor < 1 / kCoarseForce)
+  if (p.has_touched && (s.force_factor > kCoarseForce || s.force_factor < 1 / kCoarseForce))
     found.push_back(coarse_cells_finding(s, p.options.local.refine));
   if (const std::string& error = s.error; !error.empty())
     found.push_back({text("the body's simulation ended: ", error), {}, Finding::Weight::failure});
@@ -245,7 +246,10 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   if (is_stale()) flags |= kStaleModel;
   if (flags != 0)
     for (LocalFrame& frame : out) frame.flags |= flags;
-  for (std::size_t k = 0; k < out.size(); ++k) flagged[k].add(out[k].flags, out[k].residual, out[k].t);
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    flagged[k].add(out[k].flags, out[k].residual, out[k].t);
+    if (out[k].mode != ContactMode::free) has_touched.store(true, std::memory_order_relaxed);
+  }
   if (watch && !is_stopped) watch->ticked(haptic, out);
   if (is_watched.load(std::memory_order_relaxed) && haptic.next_tick() % shape_every == 0) show_shape();
   return out;

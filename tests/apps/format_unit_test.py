@@ -39,6 +39,9 @@ class Format(unittest.TestCase):
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             done = pool.map(lambda part: subprocess.run([tool, "--dry-run", "-Werror", *part], cwd=ROOT, capture_output=True, text=True),
                             [files[k:k + 100] for k in range(0, len(files), 100)])
+        done = list(done)
+        for d in done:
+            self.assertTrue(d.returncode == 0 or "error" in d.stderr, f"{tool}: {d.stderr[:500]}")
         wrong = sorted({m[1] for d in done for m in re.finditer(r"^(\S+?):\d+:\d+: error", d.stderr, re.M)})
         self.assertEqual(wrong, [], "clang-format -i these")
 

@@ -11,6 +11,8 @@ TEST(Figures, HaveThreeDigitsAndNoExponentBelowAMillion) {
   EXPECT_EQ(short_number(8.68538), "8.69");
   EXPECT_EQ(short_number(2380.4), "2380");
   EXPECT_EQ(short_number(44100), "44100");
+  EXPECT_EQ(short_number(999.6), "1000");
+  EXPECT_EQ(short_number(999.4), "999");
   EXPECT_EQ(short_number(2e6), "2e+06");
   EXPECT_EQ(short_number(8e-5), "0.00008");
   EXPECT_EQ(short_number(-1.2345e-6), "-0.00000123");

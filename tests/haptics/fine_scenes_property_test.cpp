@@ -32,7 +32,7 @@ TEST(FineScenes, TwoToolsHaveTheForceOfOne) {
   EXPECT_NEAR(last_force(r, 1) / alone, 1, 0.1);
 }
 
-// Whatever the clock did, the run is repeated from its record, and the force at rest is that of lockstep.
+// Whatever the clock did, the run is repeated from its record.
 TEST(FineScenes, TwoThreadsAreRepeatedBitForBit) {
   const BlockPress press{.speed = 0.01, .mu = 0.3, .duration = 0.5, .link = "thread"};
   const SessionResult live = run(press);
@@ -101,6 +101,8 @@ TEST(FineScenes, TellTheForceToExpect) {
   const Pose above{Vec3(0.5 * kBlockWide, 0.5 * kBlockWide, kBlockThick + kBallRadius + 1e-3)};
   touch.place(above);
   touch.tick(above);
+  EXPECT_TRUE(touch.findings().empty()) << "nothing is touched";
+  for (int i = 1; i <= 100; ++i) touch.tick(Pose{above.x - Vec3(0, 0, 2e-5 * i)});
   EXPECT_TRUE(std::isnan(touch.status().fineness));
   EXPECT_GT(touch.status().force_factor, 2);
   const std::vector<Finding> found = touch.findings();
@@ -112,7 +114,12 @@ TEST(FineScenes, TellTheForceToExpect) {
 TEST(FineScenes, APointHasNoContactToRefine) {
   Scene scene = scene_of({});
   scene.tool.shape = "point";
-  EXPECT_THROW(Session(scene, block_of({})).run(), InputError);
+  try {
+    Session(scene, block_of({})).run();
+    FAIL() << "a point with refined cells";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("not with tool.shape point"), std::string::npos) << e.what();
+  }
 }
 
 }  // namespace

@@ -120,12 +120,22 @@ TEST(Messages, AReportOfOneContactFitsADatagram) {
 
 TEST(Messages, ALocalModelComesBackAndSaysHowManyBytesItHas) {
   const Talk talk;
-  const ModelMessage sent{pack_model(*talk.model, 16), 0.01, 12, 0.1};
+  const ModelMessage sent{.model = pack_model(*talk.model, 16),
+                          .expected_force_error = 0.01,
+                          .force_factor = 1.06,
+                          .refresh_ms = 12,
+                          .loss = 0.25,
+                          .body_ms = 3};
   const Bytes bytes = encode(sent);
   std::printf("%d coordinates, %d patch vertices: %zu bytes\n", sent.model.dof(),
               talk.model->model.patch.num_vertices(), bytes.size());
   const auto come = decode_model(bytes);
   ASSERT_TRUE(come);
+  EXPECT_EQ(come->expected_force_error, sent.expected_force_error);
+  EXPECT_EQ(come->force_factor, sent.force_factor);
+  EXPECT_EQ(come->refresh_ms, sent.refresh_ms);
+  EXPECT_EQ(come->loss, sent.loss);
+  EXPECT_EQ(come->body_ms, sent.body_ms);
   ModelUnpacker unpacker(talk.scene.model(), talk.scene.surface(), talk.scene.options());
   ASSERT_EQ(unpacker.trouble(come->model), "");
   const auto a = unpacker.unpack(sent.model), b = unpacker.unpack(come->model);

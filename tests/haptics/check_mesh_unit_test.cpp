@@ -1,4 +1,4 @@
-#include "core/body/check_mesh.hpp"
+#include "haptics/body/check_mesh.hpp"
 
 #include <gtest/gtest.h>
 
