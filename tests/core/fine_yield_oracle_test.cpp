@@ -10,6 +10,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/body/wrapping_model.hpp"
 #include "core/fine/isotropic_cells.hpp"
 #include "tests/support/fine_press.hpp"
 #include "tests/support/random_sample.hpp"
@@ -323,20 +324,12 @@ TEST(FineYield, IsNothingWhereTheCoarseCellsAreAsFine) {
 }
 
 /// A user's own model: only its forces and what it names.
-class OwnModel final : public DeformableModel {
+class OwnModel final : public WrappingModel {
  public:
-  OwnModel(const DeformableModel& model, ModelInfo info) : model_(model), info_(std::move(info)) {}
-  const Mesh& mesh() const override { return model_.mesh(); }
-  const SparseMatrix& mass() const override { return model_.mass(); }
-  const std::vector<int>& fixed_nodes() const override { return model_.fixed_nodes(); }
-  void force(const State& state, VectorX& out) const override { model_.force(state, out); }
-  void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
-    model_.update_tangent(state, kind, out);
-  }
+  OwnModel(const DeformableModel& model, ModelInfo info) : WrappingModel(model), info_(std::move(info)) {}
   ModelInfo info() const override { return info_; }
 
  private:
-  const DeformableModel& model_;
   ModelInfo info_;
 };
 
