@@ -156,7 +156,7 @@ function showStatus(s) {
     ['refreshes a second', `${s.refresh_hz.toFixed(1)} of ${s.wanted_hz}`, isSlow], ['a refresh takes', s.refresh_ms.toFixed(1) + ' ms'],
     ['model age at its adoption', s.late_ticks + ' ticks'], ['reducer', s.reducer], ['coordinates', s.dof], ['patch', s.patch_vertices + ' vertices'],
     ['cells under the tool', s.fineness === null ? 'as they are' : `refined, ${s.fineness.toFixed(2)} of the contact radius`],
-    ["force over the continuum's, expected", s.force_factor === null ? 'not known' : s.force_factor.toFixed(2), Math.abs(Math.log(s.force_factor ?? 1)) > 0.22],
+    ["force over the continuum's, expected" + (s.fineness === null ? ', light press' : ''), s.force_factor === null ? 'not known' : s.force_factor.toFixed(2), Math.abs(Math.log(s.force_factor ?? 1)) > 0.22],
     ['force error, local model alone', percent(s.expected_force_error), s.expected_force_error > 0.08], ['its worst case, 0–500 Hz', percent(s.certified_error)],
     ['tick, median / 99 %', `${s.tick_p50_us.toFixed(0)} / ${s.tick_p99_us.toFixed(0)} µs`], ['ticks over their period', `${s.misses} of ${s.ticks}`, s.misses > 0],
     ...(s.gate ? [['the device\'s gate', s.gate, s.gate !== 'open']] : []), ['allocations in ticks', s.allocations, s.allocations > 0], ['pages', s.pages], ['pointer to picture', state.lag.length ? state.lag[state.lag.length >> 1].toFixed(0) + ' ms' : '–']]);
