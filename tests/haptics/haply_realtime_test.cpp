@@ -194,17 +194,25 @@ TEST(Pushed, ThePosesAreThePrograms) {
   EXPECT_THROW(make_device("pushed", {}), InputError);
 }
 
-/// The wall that `kilotouch device test` renders.
+/// The wall that `kilotouch device test` renders. A gate that shuts because this machine stood still for 5 ms lets the
+/// hand through the wall, as it should; a trial counts where it stayed open from the first half second on.
 TEST(DeviceTest, MeasuresWhileAHandPressesOnTheWall) {
-  FakeHaply service(
-      {.target = [](double t) { return Vec3(0, -0.12, 0.15 - std::min(0.02, 0.05 * std::max(0.0, t - 0.9))); }});
-  const auto device = make_device("haply", options_for(service));
-  const DeviceTest test = test_device(*device, {.seconds = 2.5});
-  EXPECT_EQ(test.ticks, 2500);
-  EXPECT_GT(test.deepest, 0.004);
-  EXPECT_LT(test.deepest, 0.0101) << "without any force it is where its target is";
-  EXPECT_LE(test.safety.most_force, 3);
-  if (test.safety.gated > 700) GTEST_SKIP() << kTooBusy;  // the gate was shut for longer than it takes to open
+  constexpr int kTicksToOpen = 500;
+  const auto trial = [] {
+    FakeHaply service(
+        {.target = [](double t) { return Vec3(0, -0.12, 0.15 - std::min(0.02, 0.05 * std::max(0.0, t - 0.9))); }});
+    const auto device = make_device("haply", options_for(service));
+    return test_device(*device, {.seconds = 2.5});
+  };
+  DeviceTest test;
+  for (int i = 0; i < 6; ++i) {
+    test = trial();
+    EXPECT_EQ(test.ticks, 2500);
+    EXPECT_LE(test.safety.most_force, 3) << "whatever the gate did";
+    EXPECT_LT(test.deepest, 0.0101) << "without any force it is where its target is";
+    if (test.safety.gated <= kTicksToOpen + 50) break;
+  }
+  if (test.safety.gated > kTicksToOpen + 50) GTEST_SKIP() << kTooBusy;
   // 20 mm down, the wall at 10: grip of 300 N/m against the wall's 200.
   EXPECT_NEAR(test.deepest, 0.006, 2e-3);
   EXPECT_GT(test.readings_per_s, 200);
