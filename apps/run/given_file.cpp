@@ -76,12 +76,7 @@ Scene scene_with_body(const std::string& mesh, const std::string& body, const st
   base.tool.path.press_drag->depth = 0.003;
   base.tool.path.press_drag->speed = 0.04;
   base.tool.path.press_drag->ease = "minimum_jerk";
-  Scene out = parse_scene(to_json(base), set, mesh);
-  constexpr double kLocks = 0.45;  // four-node cells above it (the map poisson of `kilotouch stability`)
-  const SceneModel& m = out.object.model;
-  if (body == "lattice" && m.type == "fem" && m.poisson > kLocks && !sets(set, "object.model.element"))
-    out.object.model.element = "tet10";
-  return out;
+  return parse_scene(to_json(base), set, mesh);
 }
 
 bool holds_tetrahedra(const std::string& mesh) {

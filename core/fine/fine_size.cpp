@@ -29,6 +29,11 @@ constexpr double kLeastFlat = 0.85;    // contact radii
 constexpr double kPlacesApart = 0.27;  // contact radii: some twenty places under a ball, in a new zone
 }  // namespace
 
+double wide_radius(const FineBody& body, const FineContact& contact) {
+  constexpr double kContacts = 4.5, kCells = 2.6;
+  return std::min(kContacts * contact.contact_radius, kCells * cell_size_at(body, contact.centre));
+}
+
 FineZoneOptions fine_options(const FineBody& body, const FineContact& contact, double fineness) {
   const double a = contact.contact_radius, way = a + contact.travel, cell = cell_size_at(body, contact.centre);
   FineZoneOptions out;

@@ -63,6 +63,7 @@ class ZoneMaker {
     return unknown <= options_.most_nodes;
   }
 
+  int num_cells() const { return static_cast<int>(zone_.cells.size()); }
   bool refines() const { return zone_.leaves.size() > zone_.cells.size(); }
 
   FineZone take() {
@@ -248,19 +249,34 @@ class ZoneMaker {
 
 }  // namespace
 
+namespace {
+
+/// As far as the nodes go: leaves that small in all of `flat`, or in less of it, but not less than least_flat. False:
+/// they do not go that far.
+bool make_of_edge(ZoneMaker& maker, const FineSize& size, double edge) {
+  if (maker.make(edge, size.flat)) return true;
+  const double least = size.least_flat > 0 ? std::min(size.least_flat, size.flat) : size.flat;
+  if (!maker.refines() || !(least < size.flat && maker.make(edge, least))) return false;
+  if (!maker.make(edge, std::sqrt(least * size.flat))) maker.make(edge, least);
+  return true;
+}
+
+}  // namespace
+
 FineZone make_fine_zone(const FineBody& body, const FineZoneOptions& options) {
   const Stage stage("fine.zone");
   ZoneMaker maker(body, options);
-  const FineSize& size = options.size;
-  const double least = size.least_flat > 0 ? std::min(size.least_flat, size.flat) : size.flat;
-  for (double edge = size.edge;; edge *= 1.25) {
-    if (maker.make(edge, size.flat)) return maker.take();
+  for (double edge = options.size.edge;; edge *= 1.25) {
+    if (make_of_edge(maker, options.size, edge)) return maker.take();
     if (!maker.refines()) return {};
-    if (least < size.flat && maker.make(edge, least)) {
-      if (!maker.make(edge, std::sqrt(least * size.flat))) maker.make(edge, least);
-      return maker.take();
-    }
   }
+}
+
+FineZone make_fine_zone_of_size(const FineBody& body, const FineZoneOptions& options) {
+  const Stage stage("fine.zone");
+  ZoneMaker maker(body, options);
+  const bool has_few = maker.num_cells() <= options.most_nodes;  // each brings a node at least, nearly
+  return has_few && make_of_edge(maker, options.size, options.size.edge) ? maker.take() : FineZone();
 }
 
 }  // namespace kt

@@ -100,4 +100,7 @@ struct FineZone {
 /// the cells as they are keep to that number, and where none is near.
 FineZone make_fine_zone(const FineBody& body, const FineZoneOptions& options);
 
+/// With size.edge as it is; empty where that takes too many nodes.
+FineZone make_fine_zone_of_size(const FineBody& body, const FineZoneOptions& options);
+
 }  // namespace kt

@@ -25,7 +25,7 @@ ModelOptions model_options(const SceneObject& object, const SceneModel& m, const
   out.damper = m.damper;
   out.least_volume = m.least_volume;
   out.material = m.material;
-  out.element = m.element;
+  out.element = element_of(object);
   out.consistent_mass = m.consistent_mass;
   out.rayleigh = m.damping.law == "rayleigh";
   out.gravity = object.gravity;

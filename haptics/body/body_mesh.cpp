@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/base/error.hpp"
+#include "core/base/numbers.hpp"
 #include "core/body/cut_tetrahedron.hpp"
 #include "core/body/embedded_surface.hpp"
 #include "haptics/body/body.hpp"
@@ -101,11 +102,16 @@ Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vecto
   LatticeOptions options;
   options.name = object.mesh;
   options.edge = wanted.edge.value_or(0);
-  options.is_quadratic = object.model.type == "fem" && object.model.element == "tet10";
+  options.is_quadratic = object.model.type == "fem" && element_of(object) == "tet10";
   options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kEnough)));
   LatticeReport report;
   Mesh out = make_lattice(mesh, options, &report);
   for (std::string& line : report.lines()) notes.push_back(std::move(line));
+  if (options.is_quadratic && object.model.element == "auto")
+    notes.push_back(
+        text("object.model.element auto: cells of ten nodes, since those of four lock at object.model.poisson ",
+             short_number(object.model.poisson),
+             ": as many nodes, in larger cubes, and a refresh takes up to twice as long"));
   return out;
 }
 

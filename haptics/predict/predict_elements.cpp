@@ -85,8 +85,8 @@ std::optional<Prediction> predict_collapse(const std::string& model, double stre
 
 /// A solid that is loaded by a tool bends and bulges: what locks in bending locks there.
 void predict_poisson(const BuiltScene& built, std::vector<Prediction>& out) {
-  const SceneModel& m = built.scene().object.model;
-  if (auto p = predict_locking(built.model(), m.element, m.poisson)) out.push_back(std::move(*p));
+  const SceneObject& o = built.scene().object;
+  if (auto p = predict_locking(built.model(), element_of(o), o.model.poisson)) out.push_back(std::move(*p));
 }
 
 }  // namespace kt

@@ -20,6 +20,7 @@ constexpr double kMostStrain = 0.08;  // that cannot wait for a refresh
 constexpr double kApart = 0.6;        // contact radii: places along a way
 constexpr double kAlong = 1.2;        // contact radii: ways along a contact that is long
 constexpr int kMostAlong = 8;         // of these
+constexpr double kKeptTravel = 1;     // contact radii: of a zone that is made once
 constexpr double kMostAreas = 3;      // of a round contact: more are no reason for larger cells
 
 /// Where a tool is nearest to the patch.
@@ -94,6 +95,8 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
       refinable_(make_refinable_body(model, surface)),
       fineness_(local.fineness),
       most_nodes_(local.refine_nodes),
+      is_kept_(local.refine == "set-up"),
+      is_of_springs_(model.info().type == "msd"),
       solver_(make_block_solver()) {}
 
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
@@ -199,6 +202,21 @@ bool FineRefresh::has_room(const Wanted& wanted, double cell, std::size_t tools)
   return wanted.whole_area <= (kMaxContacts / static_cast<double>(tools) - kAdded) * spacing * spacing;
 }
 
+/// As wide as there are nodes for. Springs, which are softer than their material, would come out softer still.
+FineZone FineRefresh::make_wide_zone(const FineContact& contact, FineZoneOptions& options) const {
+  const double widest = wide_radius(body_, contact);
+  for (const double share : {1.0, 0.5}) {
+    FineZoneOptions wide = options;
+    wide.radius += share * (widest - options.radius);
+    if (is_of_springs_ || wide.radius <= options.radius) return {};
+    FineZone out = make_fine_zone_of_size(body_, wide);
+    if (out.cells.empty()) continue;
+    options = wide;
+    return out;
+  }
+  return {};
+}
+
 /// Around the ways of the tools, and half as far again, so that it serves for longer. The later models come under a
 /// tool that moves, the fewer nodes: large cells are off by less than no refined ones under a tool that has moved on.
 void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
@@ -206,7 +224,7 @@ void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   constexpr double kLongRoom = 0.85;  // of what a long contact asks for: cells beyond that are told as too large
   const double most = largest_fineness(wanted.areas), least = most / largest_fineness(1) * kLeastFineness;
   FineContact contact{.contact_radius = ahead_radius(wanted), .tool_radius = wanted.tool_radius};
-  contact.travel = kLeastTravel * contact.contact_radius;
+  contact.travel = (is_kept_ ? kKeptTravel : kLeastTravel) * contact.contact_radius;
   std::vector<Way> ways;
   std::vector<Vec3> places;
   const bool is_long = wanted.ways.size() > tools;
@@ -228,7 +246,9 @@ void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / wanted.late);
   options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
   const bool fits = has_room(wanted, cell, tools);
-  FineZone zone = fits ? make_fine_zone(body_, options) : FineZone();
+  FineZone zone;
+  if (fits) zone = make_wide_zone(contact, options);
+  if (fits && zone.cells.empty()) zone = make_fine_zone(body_, options);
   zone_ = Zone{std::move(zone), options, contact, std::move(ways), {}, cell, wanted.late};
   if (wanted.is_long) zone_->room = kLongRoom * most / largest_fineness(1);
   zone_->is_long = wanted.is_long;
@@ -256,6 +276,7 @@ double FineRefresh::bend(const VectorX& x) const {
 FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                   std::span<const int> patch, std::span<const TouchTool> tools,
                                   std::span<const SeenTool> places, std::span<const SeenTool> later) const {
+  if (patch_ && is_kept_) return Due::not_yet;
   if (!patch_ || !serves(wanted(all_x, patch, tools, places))) return Due::now;
   const double bent = bend(tangent.state.x);
   if (!(bent <= kMostStrain)) return Due::now;
@@ -266,6 +287,7 @@ FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind,
 std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                                    std::span<const int> patch, std::span<const TouchTool> tools,
                                                    std::span<const SeenTool> places) {
+  if (patch_ && is_kept_) return patch_;
   const VectorX& x = tangent.state.x;
   if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(now, tools.size());
   if (zone_->zone.num_yielding == 0) return nullptr;

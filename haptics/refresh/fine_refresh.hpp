@@ -71,6 +71,7 @@ class FineRefresh {
   double largest_fineness(double areas) const;
   bool has_room(const Wanted& wanted, double cell, std::size_t tools) const;
   double cell_size(double least, double most, double cell) const;
+  FineZone make_wide_zone(const FineContact& contact, FineZoneOptions& options) const;
   void make_zone(const Wanted& wanted, std::size_t tools);
   double bend(const VectorX& x) const;
   const Surface& surface_;
@@ -78,6 +79,8 @@ class FineRefresh {
   const FineBody& body_ = refinable_.fine;
   double fineness_;
   int most_nodes_;
+  bool is_kept_;  // one zone, made once
+  bool is_of_springs_;
   std::optional<Zone> zone_;
   double sized_ = std::numeric_limits<double>::infinity();  // that the cells were to have at most [m]
   std::unique_ptr<SparseSolver> solver_;

@@ -36,17 +36,19 @@ std::string why_no_material(const DeformableModel& model) {
 
 }  // namespace
 
+bool refines_always(const LocalSettings& local) { return local.refine == "follow" || local.refine == "set-up"; }
+
 RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local) {
   if (local.refine == "off") return {false, "local.refine is off"};
-  if (local.refine != "auto" && local.refine != "follow")
-    throw_unknown("local.refine", local.refine, {"auto", "follow", "off"});
+  if (local.refine != "auto" && !refines_always(local))
+    throw_unknown("local.refine", local.refine, {"auto", "follow", "set-up", "off"});
   const std::string& method = local.method;
   const bool goes_together = method == "multirate" && !is_geometric(contact.law);
-  if (local.refine == "follow") {
+  if (refines_always(local)) {
     if (!goes_together)
-      throw InputError(text("local.refine \"follow\" needs local.method \"multirate\" and contact.law \"coulomb\"; ",
-                            "local.method is \"", method, "\", contact.law \"", contact.law,
-                            "\": set local.refine off"));
+      throw InputError(text("local.refine \"", local.refine,
+                            "\" needs local.method \"multirate\" and contact.law \"coulomb\"; ", "local.method is \"",
+                            method, "\", contact.law \"", contact.law, "\": set local.refine off"));
     return {true, {}};
   }
   if (!goes_together) return {false, text("local.method is ", method, ", contact.law ", contact.law)};
@@ -59,18 +61,19 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
   RefineChoice out = may_refine(options.contact, options.local);
   if (!out.refines) return out;
   if (touches_itself || options.global.self_contact) {  // what presses from behind does not hold the refined cells
-    if (options.local.refine == "follow")
-      throw InputError("local.refine \"follow\": not with global.self_contact; set local.refine off");
+    if (refines_always(options.local))
+      throw InputError(
+          text("local.refine \"", options.local.refine, "\": not with global.self_contact; set local.refine off"));
     return {false, "global.self_contact is on"};
   }
   const auto is_point = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::point; };
   if (std::ranges::any_of(options.tools, is_point)) {
-    if (options.local.refine == "follow")
-      throw InputError(
-          "local.refine \"follow\": not with tool.shape point, which has no contact; set local.refine off");
+    if (refines_always(options.local))
+      throw InputError(text("local.refine \"", options.local.refine,
+                            "\": not with tool.shape point, which has no contact; set local.refine off"));
     return {false, "a tool is a point"};
   }
-  if (options.local.refine == "follow") return out;
+  if (refines_always(options.local)) return out;
   double least = std::numeric_limits<double>::infinity();
   for (const TouchTool& tool : options.tools) least = std::min(least, expected_contact_radius(tool.shape));
   const double cell = surface.embedded ? surface.embedded->spacing() : mean_edge(surface, model.mesh().x);

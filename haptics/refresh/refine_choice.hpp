@@ -1,5 +1,5 @@
 #pragma once
-// Whether the cells under the tools are refined: local.refine off, follow, or auto.
+// Whether the cells under the tools are refined: local.refine off, follow, set-up, or auto.
 #include <string>
 
 #include "core/body/deformable_model.hpp"
@@ -13,8 +13,11 @@ struct RefineChoice {
   std::string why_not;  ///< the reason, where auto leaves the cells as they are
 };
 
-/// What settings alone decide. Throws InputError for an unknown name, and where follow asks for what does not go
-/// together.
+/// Whatever the cells' width: follow and set-up.
+bool refines_always(const LocalSettings& local);
+
+/// What settings alone decide. Throws InputError for an unknown name, and where follow or set-up asks for what does not
+/// go together.
 RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& local);
 
 /// auto refines where the cells of the surface are wider than half the expected contact, the material has a name, no

@@ -2,6 +2,7 @@
 
 #include "core/base/error.hpp"
 #include "core/fine/fine_size.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/refresh/refresher.hpp"
 #include "haptics/tick/haptic_method.hpp"
 #include "io/scene/key_facts.hpp"
@@ -124,7 +125,7 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
   if (l.refine != "off" && l.fineness < kLeastFineness)
     out.unread("local.fineness", l.fineness, d.fineness,
                text(kLeastFineness, " is taken: nodes of smaller cells are more places to touch than a tick holds"));
-  if (l.refine == "follow") {
+  if (refines_always(l)) {
     const std::string reason = text("local.refine is ", l.refine, "; the refined cells' own surface is touched");
     out.unread("contact.surface", scene.contact.surface, kDefault.contact.surface, reason);
     out.unread("contact.surface_levels", scene.contact.surface_levels, kDefault.contact.surface_levels, reason);

@@ -189,7 +189,8 @@ std::vector<Finding> Touch::findings() const {
   {
     const std::scoped_lock lock(p.beginning);
     const bool is_remote = p.options.link.type == "network";
-    for (std::size_t k = 0; k < p.haptic.num_tools(); ++k) p.flagged[k].tell(k, is_remote, found);
+    const bool keeps_cells = p.options.local.refine == "set-up";
+    for (std::size_t k = 0; k < p.haptic.num_tools(); ++k) p.flagged[k].tell(k, is_remote, keeps_cells, found);
     const SelfContact* const touching = p.body.self_contact();
     if (p.watch)
       p.watch->tell(p.flagged[0].all(), p.body.model().mesh().tetrahedra.size(),

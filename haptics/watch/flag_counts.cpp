@@ -10,7 +10,7 @@ struct FlagKind {
   bool is_of_all = false;
 };
 
-std::vector<FlagKind> flag_kinds(bool is_remote) {
+std::vector<FlagKind> flag_kinds(bool is_remote, bool keeps_cells) {
   const std::vector<Cure> sooner = sooner_models();
   std::vector<Cure> quicker{advise("take a coarser mesh"), advise("leave the processor to this program")};
   if (is_remote) quicker = {advise("look at the network")};
@@ -19,7 +19,7 @@ std::vector<FlagKind> flag_kinds(bool is_remote) {
       {kContactsExhausted, {advise("take a smaller tool"), advise("take a coarser surface")}},
       {kWorkExhausted, {advise("take a smaller tool"), advise("take a coarser surface")}},
       {kOnApron, sooner},
-      {kUnrefined, sooner},
+      {kUnrefined, keeps_cells ? std::vector{set_to("local.refine", "follow")} : sooner},
       {kLeftPatch, sooner},
       {kLostAnchor, sooner},
       {kPushedOut, {}},
@@ -37,8 +37,8 @@ std::vector<FlagKind> flag_kinds(bool is_remote) {
 
 std::vector<Cure> sooner_models() { return {advise("move the tool more slowly"), advise("raise global.rate_hz")}; }
 
-void FlagCounts::tell(std::size_t tool, bool is_remote, std::vector<Finding>& out) const {
-  for (const FlagKind& kind : flag_kinds(is_remote))
+void FlagCounts::tell(std::size_t tool, bool is_remote, bool keeps_cells, std::vector<Finding>& out) const {
+  for (const FlagKind& kind : flag_kinds(is_remote, keeps_cells))
     if (const TickCount found = ticks(kind.flag); found.count > 0 && (tool == 0 || !kind.is_of_all))
       out.push_back(flag_finding(kind.flag, found, tool, kind.cures));
   if (const TickCount found = unsolved(); found.count > 0 && tool == 0) out.push_back(unsolved_finding(found));

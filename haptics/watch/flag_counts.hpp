@@ -33,8 +33,9 @@ class FlagCounts {
   TickCount unsolved() const { return unsolved_.of(all()); }
   long all() const { return ticks_.load(std::memory_order_relaxed); }
   /// What speaks against the forces.
-  /// @param is_remote  the body is on another computer
-  void tell(std::size_t tool, bool is_remote, std::vector<Finding>& out) const;
+  /// @param is_remote    the body is on another computer
+  /// @param keeps_cells  refined cells stay at their first place
+  void tell(std::size_t tool, bool is_remote, bool keeps_cells, std::vector<Finding>& out) const;
 
  private:
   struct Count {

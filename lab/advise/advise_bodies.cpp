@@ -131,9 +131,9 @@ std::vector<AdviceBody> meshes_of(const AdviceScene& scene) {
 
 /// Every model on every mesh, the scene's own first, then those that take the least time.
 std::vector<AdviceBody> bodies_of(const AdviceScene& scene) {
-  const SceneModel& own = scene.scene.object.model;
+  const SceneObject& own = scene.scene.object;
   const auto work = [&](const AdviceBody& b) {
-    if (b.mesh_name == "own" && b.model == (own.type == "fem" ? own.element : own.type))
+    if (b.mesh_name == "own" && b.model == (own.model.type == "fem" ? element_of(own) : own.model.type))
       return static_cast<std::size_t>(b.refined);
     return b.mesh.tetrahedra.size() * (b.model == "tet10" ? 20 : 1);
   };

@@ -2,6 +2,8 @@
 // friction, nearly incompressible bodies, large strain.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/base/error.hpp"
 #include "haptics/findings/run_findings.hpp"
 #include "haptics/touch/touch.hpp"
@@ -109,6 +111,30 @@ TEST(FineScenes, TellTheForceToExpect) {
   EXPECT_TRUE(std::ranges::any_of(found, [](const Finding& f) {
     return f.where == "object.mesh" && !f.cures.empty() && f.cures[0].key == "local.refine";
   })) << "one tells that the cells are too coarse";
+}
+
+// Made once: no time at later refreshes, the force of cells that follow where the tool first came, and that of the
+// cells as they are elsewhere, told with its cure.
+TEST(FineScenes, CellsOfTheSetUpStayWhereTheyAre) {
+  constexpr double kContinuum = 0.0915;  // N: docs/accuracy_and_speed.md
+  const SessionResult kept = run({.refine = "set-up"});
+  expect_refined(kept);
+  EXPECT_NEAR(last_force(kept) / kContinuum, 1.04, 0.07);
+  const auto& [part, refine_ms] = kept.refresh.parts_ms[2];
+  EXPECT_EQ(part, "refine");
+  EXPECT_LT(*std::max_element(refine_ms.begin() + 3, refine_ms.end()), 0.2) << "nothing is made anew";
+
+  const BlockPress away{.x = -2, .speed = 0.04, .duration = 0.8, .refine = "set-up"};
+  Session session(scene_of(away), block_of(away));
+  const SessionResult left = session.run();
+  const auto& frames = left.tools[0].frames;
+  EXPECT_EQ(frames[280].flags & kUnrefined, 0U);
+  EXPECT_NE(frames.back().flags & kUnrefined, 0U);
+  EXPECT_GT(frames.back().f_n / frames[300].f_n, 1.5) << "the mesh's force";
+  const std::vector<Finding> found = all_findings(session, left);
+  EXPECT_TRUE(std::ranges::any_of(found, [](const Finding& f) {
+    return !f.cures.empty() && f.cures[0].key == "local.refine" && f.cures[0].value == "follow";
+  }));
 }
 
 TEST(FineScenes, APointHasNoContactToRefine) {

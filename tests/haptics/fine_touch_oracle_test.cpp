@@ -2,6 +2,7 @@
 // force, at rest with the body; no energy over zones that move; the same bits again.
 #include <gtest/gtest.h>
 
+#include <complex>
 #include <cstdio>
 #include <numbers>
 
@@ -246,6 +247,65 @@ TEST(FineTouch, GivesNoEnergyOverZonesThatMove) {
   EXPECT_EQ(r.tools[0].lost.free_ticks_inside, 0);
 }
 
+// Dragged over zones that move: the cells as they are wave by 11 % here, and by 34 % at a third of the depth
+// (bench/fine_touch_table drags).
+TEST(FineTouch, TheForceOfADragStaysNearItsMean) {
+  const SessionResult r = run({.depth = 0.0015, .x = -2, .y = 0.3, .speed = 0.02, .duration = 1.1});
+  const auto& frames = r.tools[0].frames;
+  double least = 1e9, most = 0, step = 0, sum = 0;
+  constexpr std::size_t kSettled = 450;
+  for (std::size_t i = kSettled; i < frames.size(); ++i) {
+    least = std::min(least, frames[i].f_n);
+    most = std::max(most, frames[i].f_n);
+    step = std::max(step, std::abs(frames[i].f_n - frames[i - 1].f_n));
+    sum += frames[i].f_n;
+  }
+  const double mean = sum / static_cast<double>(frames.size() - kSettled);
+  EXPECT_LT((most - least) / mean, 0.065) << "ripple";
+  EXPECT_LT(step / mean, 0.03) << "a zone that moved";
+}
+
+/// Stiffness of a ball 1.5 mm deep that shakes by 20 um in some tones at a time [N/m].
+std::vector<std::complex<double>> impedance(const std::string& refine, const std::vector<double>& tones) {
+  constexpr int kFrom = 500, kTicks = 1000;
+  Scene scene = scene_of({.refine = refine});
+  scene.object.model.damping.stiffness = 0.002;
+  Session session(scene, block_of({}));
+  Touch touch(session.body(), session.options());
+  const auto height = [&](int i) {
+    double z = kBlockThick + kBallRadius + 1e-4 - 0.0016 * std::min(1.0, i / 250.0);
+    if (i > kFrom)
+      for (const double hz : tones) z += 2e-5 * std::sin(2 * std::numbers::pi * hz * (1e-3 * (i - kFrom) + hz));
+    return z;
+  };
+  const auto pose = [&](int i) { return Pose{Vec3(0.5 * kBlockWide + 0.0007, 0.5 * kBlockWide + 0.0011, height(i))}; };
+  touch.place(pose(0));
+  std::vector<std::complex<double>> force(tones.size()), moved(tones.size());
+  for (int i = 0; i <= kFrom + kTicks; ++i) {
+    const double f = touch.tick(pose(i)).force.z();
+    for (std::size_t k = 0; i > kFrom && k < tones.size(); ++k) {
+      const auto turn = std::polar(1.0, -2 * std::numbers::pi * tones[k] * 1e-3 * (i - kFrom));
+      force[k] += f * turn;
+      moved[k] += height(i) * turn;
+    }
+  }
+  std::vector<std::complex<double>> out;
+  for (std::size_t k = 0; k < tones.size(); ++k) out.push_back(-force[k] / moved[k]);
+  return out;
+}
+
+// Stiffness and phase of a body that is fine everywhere and is stepped as a whole, by bench/fine_reference_table 12
+// vibration.
+TEST(FineTouch, AnswersToVibrationAsFineCellsDo) {
+  const std::vector<double> tones{2, 10, 20, 50}, stiffness{98.5, 98.3, 97.7, 111.5}, degrees{1.9, 5.2, 11.9, 46.1};
+  const auto refined = impedance("follow", tones), as_they_are = impedance("off", tones);
+  for (std::size_t k = 0; k < tones.size(); ++k) {
+    const auto truth = std::polar(stiffness[k], degrees[k] * std::numbers::pi / 180);
+    EXPECT_LT(std::abs(refined[k] / truth - 1.0), 0.1) << tones[k];
+    EXPECT_GT(std::abs(as_they_are[k] / truth), 1.3) << tones[k];
+  }
+}
+
 TEST(FineTouch, TicksTakeNoMemory) {
   Scene scene = scene_of({.mu = 0.4});
   scene.global.rate_hz = 1;  // no refresh among the ticks
@@ -276,7 +336,7 @@ TEST(FineTouch, IsRepeatedBitForBit) {
 TEST(GoldenHash, OfRefinedCellsIsThatOfTheRecordedDays) {
   const SessionResult r = run({.cell = 0.01, .speed = 0.05, .mu = 0.3, .duration = 0.45});
   ASSERT_FALSE(r.refresh.fineness.empty());
-  EXPECT_EQ(r.hash, 5926473886877137937u);
+  EXPECT_EQ(r.hash, 3915704859946497277u);
 }
 
 // Where models come late, most refreshes do not wait for refined cells: they were made while the model before was in
