@@ -51,7 +51,7 @@ double ratio_of_factor(const std::string& element, double factor) {
 }
 
 double refined_force_factor(const ModelInfo& model, double fineness) {
-  constexpr double kSprings = 0.79, kLinear = 0.0055, kQuadratic = 0.0008, kUsual = 0.3;
+  constexpr double kSprings = 0.79, kLinear = 0.0032, kQuadratic = 0.0008, kUsual = 0.3;
   const std::string element = fitted_element(model);
   if (element == "msd") return kSprings;
   // What nearly incompressible cells cannot do grows with the bulk modulus over the shear modulus.

@@ -94,7 +94,7 @@ TEST(FineScenes, TellTheForceToExpect) {
     ASSERT_TRUE(measured.width);
     EXPECT_GT(measured.width->fineness, 0.5);
     EXPECT_LT(measured.width->fineness, 1.65);
-    EXPECT_NEAR(measured.width->factor, poisson < 0.4 ? 1.06 : 1.18, 0.015) << poisson;
+    EXPECT_NEAR(measured.width->factor, poisson < 0.4 ? 1.06 : 1.13, 0.015) << poisson;
   }
   press.type = "msd";
   press.refine = "off";
