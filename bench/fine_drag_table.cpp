@@ -1,4 +1,4 @@
-// Drags of 40 mm through the whole engine without friction, refined and with the cells as they are, against the same
+// Drags of 42 mm through the whole engine without friction, refined and with the cells as they are, against the same
 // body with fine cells: at places along the way the same tetrahedra, halved around the tool until their edges are a
 // third of the contact's radius, with ten nodes, and the ball pressed in at rest.
 //   fine_drag_table [block] [organ]
@@ -8,10 +8,13 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <queue>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "collision/shape/closest_point.hpp"
 #include "core/body/mesh.hpp"

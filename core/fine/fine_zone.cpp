@@ -252,7 +252,7 @@ class ZoneMaker {
 namespace {
 
 /// As far as the nodes go: leaves that small in all of `flat`, or in less of it, but not less than least_flat. False:
-/// they do not go that far.
+/// it takes too many nodes.
 bool make_of_edge(ZoneMaker& maker, const FineSize& size, double edge) {
   if (maker.make(edge, size.flat)) return true;
   const double least = size.least_flat > 0 ? std::min(size.least_flat, size.flat) : size.flat;
@@ -275,7 +275,7 @@ FineZone make_fine_zone(const FineBody& body, const FineZoneOptions& options) {
 FineZone make_fine_zone_of_size(const FineBody& body, const FineZoneOptions& options) {
   const Stage stage("fine.zone");
   ZoneMaker maker(body, options);
-  const bool has_few = maker.num_cells() <= options.most_nodes;  // each brings a node at least, nearly
+  const bool has_few = maker.num_cells() <= options.most_nodes;  // nearly every cell adds a node
   return has_few && make_of_edge(maker, options.size, options.size.edge) ? maker.take() : FineZone();
 }
 

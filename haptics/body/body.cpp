@@ -14,7 +14,14 @@
 namespace kt {
 namespace {
 
-ModelOptions model_options(const SceneObject& object, const SceneModel& m, const std::vector<int>& fixed_nodes) {
+/// Of a lattice that is given: as its cells are.
+std::string element_of(const SceneObject& object, const Mesh& mesh) {
+  if (object.model.element != "auto" || !mesh.embedded) return element_of(object);
+  return mesh.embedded->is_quadratic() ? "tet10" : "tet4";
+}
+
+ModelOptions model_options(const SceneObject& object, const SceneModel& m, const Mesh& mesh,
+                           const std::vector<int>& fixed_nodes) {
   ModelOptions out;
   out.young = m.young;
   out.poisson = m.poisson;
@@ -25,7 +32,7 @@ ModelOptions model_options(const SceneObject& object, const SceneModel& m, const
   out.damper = m.damper;
   out.least_volume = m.least_volume;
   out.material = m.material;
-  out.element = element_of(object);
+  out.element = element_of(object, mesh);
   out.consistent_mass = m.consistent_mass;
   out.rayleigh = m.damping.law == "rayleigh";
   out.gravity = object.gravity;
@@ -71,7 +78,8 @@ void Body::build(Mesh mesh) {
     findings_.push_back({"object.fixed: nothing is clamped, the body floats", {}, Finding::Weight::note});
   const SceneModel& material = options_.object.model;
   require_backend("object.model.type", material.type, model_backends());
-  model_ = make_model(material.type, std::move(mesh), model_options(options_.object, material, fixed));
+  const ModelOptions options = model_options(options_.object, material, mesh, fixed);
+  model_ = make_model(material.type, std::move(mesh), options);
   make_surface_and_contact();
   start_ = settle(options_, *model_, self_contact_.get(), findings_);
 }
@@ -79,7 +87,7 @@ void Body::build(Mesh mesh) {
 std::unique_ptr<DeformableModel> Body::model_like(const SceneModel& material) const {
   if (is_own_) throw InputError("object.model: the body's model is the caller's own; its material is not a setting");
   return make_model(material.type, Mesh(model_->mesh()),
-                    model_options(options_.object, material, model_->fixed_nodes()));
+                    model_options(options_.object, material, model_->mesh(), model_->fixed_nodes()));
 }
 
 void Body::make_surface_and_contact() {

@@ -156,7 +156,8 @@ double factor_at(const BuiltScene& built, const ContactWidth& w, double ratio) {
                                                                          : std::numeric_limits<double>::quiet_NaN();
   if (!w.is_refined) return force_factor(built, ratio);
   return refined_force_factor(built.model().info(),
-                              std::isfinite(w.fineness) ? w.fineness : built.scene().local.fineness);
+                              std::isfinite(w.fineness) ? w.fineness : built.scene().local.fineness,
+                              built.surface().embedded != nullptr);
 }
 
 }  // namespace

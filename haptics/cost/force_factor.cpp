@@ -50,14 +50,17 @@ double ratio_of_factor(const std::string& element, double factor) {
              : std::numeric_limits<double>::quiet_NaN();
 }
 
-double refined_force_factor(const ModelInfo& model, double fineness) {
-  constexpr double kSprings = 0.79, kLinear = 0.0032, kQuadratic = 0.0008, kUsual = 0.3;
+double refined_force_factor(const ModelInfo& model, double fineness, bool is_lattice) {
+  constexpr double kSprings = 0.79, kLinear = 0.0032, kLattice = 0.0055, kQuadratic = 0.0008, kUsual = 0.3;
   const std::string element = fitted_element(model);
   if (element == "msd") return kSprings;
   // What nearly incompressible cells cannot do grows with the bulk modulus over the shear modulus.
   const auto stiffness = [](double poisson) { return 1 / (1 - 2 * poisson); };
   const double poisson = std::clamp(told_or(model, "poisson", kUsual), kUsual, 0.499);
-  const double locks = (element == "tet10" ? kQuadratic : kLinear) * (stiffness(poisson) - stiffness(kUsual));
+  const double locks = (element == "tet10" ? kQuadratic
+                        : is_lattice       ? kLattice
+                                           : kLinear) *
+                       (stiffness(poisson) - stiffness(kUsual));
   return 1.05 + 0.01 * std::max(kLeastFineness, fineness) + locks;
 }
 

@@ -25,11 +25,12 @@ constexpr double kLeastSpringRatio = 0.7;
 /// The ratio at which cells as they are have the factor.
 double ratio_of_factor(const std::string& element, double factor);
 
-/// Of refined cells (bench/fine_touch_table.cpp): within 0.05 for cells of up to 1.4 contact radii and a Poisson's
-/// ratio of at most 0.48, 0.49 for cells of ten nodes. Springs give way more than the material where they are pressed
+/// Of refined cells (bench/fine_touch_table.cpp): within 0.07 for cells of up to 1.4 contact radii, and within 0.1 at a
+/// Poisson's ratio of 0.48, 0.49 for cells of ten nodes. Springs give way more than the material where they are pressed
 /// deeply: 0.71 to 0.98.
-/// @param fineness  refined cell / contact radius [-]
-double refined_force_factor(const ModelInfo& model, double fineness);
+/// @param fineness    refined cell / contact radius [-]
+/// @param is_lattice  the zone is no wider than it has to be: cells of four nodes around it lock more
+double refined_force_factor(const ModelInfo& model, double fineness, bool is_lattice = false);
 
 /// Of refined cells under a capsule that lies: 0.86 to 0.93 of a body that is fine everywhere, which itself is 4 to
 /// 10 % too stiff (bench/fine_reference_table.cpp).

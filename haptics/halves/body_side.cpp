@@ -244,7 +244,7 @@ double BodySide::force_factor(const LocalModel& model) const {
   const auto is_ball = [](const TouchTool& tool) { return tool.shape.kind == ToolShape::Kind::sphere; };
   if (!std::ranges::all_of(options_.tools, is_ball)) return kUnknown;
   const ModelInfo info = (model_ ? *model_ : body_.model()).info();
-  if (model.fine) return refined_force_factor(info, model.fine->fineness);
+  if (model.fine) return refined_force_factor(info, model.fine->fineness, body_.surface().embedded != nullptr);
   const Surface& surface = body_.surface();
   const VectorX& x = body_.model().mesh().x;
   double contact = std::numeric_limits<double>::infinity(), cell = 0;

@@ -20,7 +20,7 @@ constexpr double kMostStrain = 0.08;  // that cannot wait for a refresh
 constexpr double kApart = 0.6;        // contact radii: places along a way
 constexpr double kAlong = 1.2;        // contact radii: ways along a contact that is long
 constexpr int kMostAlong = 8;         // of these
-constexpr double kKeptTravel = 1;     // contact radii: of a zone that is made once
+constexpr double kKeptTravel = 1;     // contact radii: of a zone that stays where it is
 constexpr double kMostAreas = 3;      // of a round contact: more are no reason for larger cells
 
 /// Where a tool is nearest to the patch.
@@ -95,8 +95,8 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
       refinable_(make_refinable_body(model, surface)),
       fineness_(local.fineness),
       most_nodes_(local.refine_nodes),
-      is_kept_(local.refine == "set-up"),
-      is_of_springs_(model.info().type == "msd"),
+      stays_(local.refine == "set-up"),
+      may_be_wide_(model.info().type != "msd" && !surface.embedded),
       solver_(make_block_solver()) {}
 
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
@@ -107,6 +107,7 @@ FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> p
     const SeenTool& tool = places[k];
     const Vec3 way = tool.time * tool.velocity;
     out.touches = out.touches || tool.touched.has_value();
+    out.all_touch = out.all_touch && tool.touched.has_value();
     if (tools[k].shape.radius > 0) out.tool_radius = std::min(out.tool_radius, tools[k].shape.radius);
     const ContactAhead contact = tool.touched ? touched_ahead(tools[k].shape, tool, zone_ && zone_->is_long)
                                               : next_contact(surface_, x, body_.mesh->x, patch, tools[k].shape, tool);
@@ -172,13 +173,25 @@ bool FineRefresh::serves(const Wanted& wanted) const {
   const double most = largest_fineness(wanted.areas) * wanted.contact_radius;
   const bool stays_now = longest(zone_->ways) > kShorter * longest(wanted.ways) + has.travel;
   const bool is_in_time = wanted.late < 1 + kLess * (zone_->late - 1);
-  if (is_capped && (is_in_time || stays_now)) return false;  // it moved on and now stays: as small as they get
+  // It moved on and now stays: cells as small as they get, in a zone as wide as it gets.
+  if ((is_capped || zone_->may_widen) && (is_in_time || stays_now)) return false;
   if (!is_capped && zone_->zone.largest > (1 + 1e-6) * most) return false;
   const double within = kWithin * has.travel;
   return std::ranges::all_of(wanted.ways, [&](const Way& its) {
     return std::ranges::any_of(
         zone_->ways, [&](const Way& way) { return std::max(way.distance(its.from), way.distance(its.to)) <= within; });
   });
+}
+
+/// Of local.refine set-up: where all tools have touched the zone stays, but for contacts there that have grown.
+bool FineRefresh::is_kept(const Wanted& wanted) const {
+  constexpr double kGrown = 1.15;
+  if (!stays_ || !patch_ || !zone_->is_touched) return false;
+  const bool is_there = std::ranges::all_of(wanted.ways, [&](const Way& its) {
+    return std::ranges::any_of(zone_->ways,
+                               [&](const Way& way) { return way.distance(its.from) <= zone_->contact.travel; });
+  });
+  return !is_there || wanted.contact_radius <= kGrown * zone_->contact.contact_radius;
 }
 
 /// Of the largest refined cells under a tool, from `least` to `most`. Cells are halved: a size that follows each
@@ -202,14 +215,16 @@ bool FineRefresh::has_room(const Wanted& wanted, double cell, std::size_t tools)
   return wanted.whole_area <= (kMaxContacts / static_cast<double>(tools) - kAdded) * spacing * spacing;
 }
 
-/// As wide as there are nodes for. Springs, which are softer than their material, would come out softer still.
-FineZone FineRefresh::make_wide_zone(const FineContact& contact, FineZoneOptions& options) const {
+/// As wide as there are nodes for; empty: no wider than the options say. A wider zone makes springs, which are too
+/// soft, softer still, and does not change the force on a lattice.
+FineZone FineRefresh::make_wide_zone(const FineContact& contact, FineZoneOptions& options, bool& may_widen) const {
   const double widest = wide_radius(body_, contact);
   for (const double share : {1.0, 0.5}) {
     FineZoneOptions wide = options;
     wide.radius += share * (widest - options.radius);
-    if (is_of_springs_ || wide.radius <= options.radius) return {};
+    if (!may_be_wide_ || wide.radius <= options.radius) return {};
     FineZone out = make_fine_zone_of_size(body_, wide);
+    may_widen = share < 1 || out.cells.empty();
     if (out.cells.empty()) continue;
     options = wide;
     return out;
@@ -219,12 +234,13 @@ FineZone FineRefresh::make_wide_zone(const FineContact& contact, FineZoneOptions
 
 /// Around the ways of the tools, and half as far again, so that it serves for longer. The later models come under a
 /// tool that moves, the fewer nodes: large cells are off by less than no refined ones under a tool that has moved on.
-void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
+void FineRefresh::make_zone(Wanted wanted, std::size_t tools) {
   constexpr double kMargin = 1.5, kLeastNodes = 150;
   constexpr double kLongRoom = 0.85;  // of what a long contact asks for: cells beyond that are told as too large
+  if (stays_ && zone_ && zone_->is_touched && zone_->ways.size() == wanted.ways.size()) wanted.ways = zone_->ways;
   const double most = largest_fineness(wanted.areas), least = most / largest_fineness(1) * kLeastFineness;
   FineContact contact{.contact_radius = ahead_radius(wanted), .tool_radius = wanted.tool_radius};
-  contact.travel = (is_kept_ ? kKeptTravel : kLeastTravel) * contact.contact_radius;
+  contact.travel = (stays_ ? kKeptTravel : kLeastTravel) * contact.contact_radius;
   std::vector<Way> ways;
   std::vector<Vec3> places;
   const bool is_long = wanted.ways.size() > tools;
@@ -247,11 +263,14 @@ void FineRefresh::make_zone(const Wanted& wanted, std::size_t tools) {
   options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
   const bool fits = has_room(wanted, cell, tools);
   FineZone zone;
-  if (fits) zone = make_wide_zone(contact, options);
+  bool may_widen = false;
+  if (fits) zone = make_wide_zone(contact, options, may_widen);
   if (fits && zone.cells.empty()) zone = make_fine_zone(body_, options);
   zone_ = Zone{std::move(zone), options, contact, std::move(ways), {}, cell, wanted.late};
   if (wanted.is_long) zone_->room = kLongRoom * most / largest_fineness(1);
   zone_->is_long = wanted.is_long;
+  zone_->is_touched = wanted.all_touch;
+  zone_->may_widen = may_widen;
   zone_->has_room = fits;
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];
@@ -276,8 +295,9 @@ double FineRefresh::bend(const VectorX& x) const {
 FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                   std::span<const int> patch, std::span<const TouchTool> tools,
                                   std::span<const SeenTool> places, std::span<const SeenTool> later) const {
-  if (patch_ && is_kept_) return Due::not_yet;
-  if (!patch_ || !serves(wanted(all_x, patch, tools, places))) return Due::now;
+  const Wanted now = wanted(all_x, patch, tools, places);
+  if (is_kept(now)) return Due::not_yet;
+  if (!patch_ || !serves(now)) return Due::now;
   const double bent = bend(tangent.state.x);
   if (!(bent <= kMostStrain)) return Due::now;
   if (bent > kStrain || kind_ != kind || !serves(wanted(all_x, patch, tools, later))) return Due::next;
@@ -287,9 +307,11 @@ FineRefresh::Due FineRefresh::due(const TangentModel& tangent, TangentKind kind,
 std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, TangentKind kind, const VectorX& all_x,
                                                    std::span<const int> patch, std::span<const TouchTool> tools,
                                                    std::span<const SeenTool> places) {
-  if (patch_ && is_kept_) return patch_;
   const VectorX& x = tangent.state.x;
-  if (const Wanted now = wanted(all_x, patch, tools, places); !serves(now)) make_zone(now, tools.size());
+  const Wanted now = wanted(all_x, patch, tools, places);
+  if (is_kept(now)) return patch_;
+  if (!serves(now)) make_zone(now, tools.size());
+  zone_->is_touched = zone_->is_touched || now.all_touch;
   if (zone_->zone.num_yielding == 0) return nullptr;
   if (patch_ && kind_ == kind && bend(x) <= kStrain) return patch_;
   const FineState state{tangent.state, kind};

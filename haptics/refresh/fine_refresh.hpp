@@ -46,13 +46,15 @@ class FineRefresh {
     FineZone zone;
     FineZoneOptions options;
     FineContact contact;
-    std::vector<Way> ways;   // that it serves for
-    std::vector<int> nodes;  // of its cells' corners
-    double cell = 0;         // [m]
-    double late = 1;         // see SeenTool
-    double room = 1;         // cells under a long contact may be so many times as large as under a round one
-    bool is_long = false;    // it goes along a capsule
-    bool has_room = true;    // a tick holds all places of the contact
+    std::vector<Way> ways;    // that it serves for
+    std::vector<int> nodes;   // of its cells' corners
+    double cell = 0;          // [m]
+    double late = 1;          // see SeenTool
+    double room = 1;          // cells under a long contact may be so many times as large as under a round one
+    bool is_long = false;     // it goes along a capsule
+    bool has_room = true;     // a tick holds all places of the contact
+    bool is_touched = false;  // every tool touched when it was made
+    bool may_widen = false;   // there were not the nodes for a wide one
   };
   struct Wanted {
     double contact_radius = 0;                                     // [m]
@@ -61,6 +63,7 @@ class FineRefresh {
     double areas = 0;                        // of all contacts over that of a round one of this radius
     double whole_area = 0, whole_width = 0;  // of long contacts of tools that are pressed in deeply [m^2], half [m]
     bool touches = false, is_long = false;
+    bool all_touch = true;
     std::vector<Way> ways;  // of all tools until the next model is in use
   };
   Wanted wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
@@ -68,19 +71,20 @@ class FineRefresh {
   static double longest(std::span<const Way> ways);  // [m]
   double ahead_radius(const Wanted& wanted) const;
   bool serves(const Wanted& wanted) const;
+  bool is_kept(const Wanted& wanted) const;
   double largest_fineness(double areas) const;
   bool has_room(const Wanted& wanted, double cell, std::size_t tools) const;
   double cell_size(double least, double most, double cell) const;
-  FineZone make_wide_zone(const FineContact& contact, FineZoneOptions& options) const;
-  void make_zone(const Wanted& wanted, std::size_t tools);
+  FineZone make_wide_zone(const FineContact& contact, FineZoneOptions& options, bool& may_widen) const;
+  void make_zone(Wanted wanted, std::size_t tools);
   double bend(const VectorX& x) const;
   const Surface& surface_;
   RefinableBody refinable_;
   const FineBody& body_ = refinable_.fine;
   double fineness_;
   int most_nodes_;
-  bool is_kept_;  // one zone, made once
-  bool is_of_springs_;
+  bool stays_;  // one zone, where the tools first touched
+  bool may_be_wide_;
   std::optional<Zone> zone_;
   double sized_ = std::numeric_limits<double>::infinity();  // that the cells were to have at most [m]
   std::unique_ptr<SparseSolver> solver_;

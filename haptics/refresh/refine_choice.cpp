@@ -87,7 +87,7 @@ RefineChoice choose_refine(const DeformableModel& model, const Surface& surface,
 double refined_cells_error(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
                            bool touches_itself) {
   if (!choose_refine(model, surface, options, touches_itself).refines) return 0;
-  return std::abs(refined_force_factor(model.info(), options.local.fineness) - 1);
+  return std::abs(refined_force_factor(model.info(), options.local.fineness, surface.embedded != nullptr) - 1);
 }
 
 double predict_refine_ms(int nodes) {

@@ -86,7 +86,7 @@ std::vector<Cure> cures_of_refresh(const Scene& scene, const MeasuredPace& pace,
     constexpr double kRoomFor = 1;  // contact radii: cells of half as many nodes are up to twice as large
     if (percentile(pace.refresh.fineness, 0.9) <= kRoomFor)
       out.push_back(set_to("local.refine_nodes", text(std::max(100, scene.local.refine_nodes / 2))));
-  } else if (limits.linear_elements && scene.object.model.type == "fem" && element_of(scene.object) == "tet10") {
+  } else if (limits.linear_elements && scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
     out.push_back(set_to("object.model.element", "tet4"));
   }
   // The median fits more than what was reached, or than is asked for already, where single refreshes are slow.

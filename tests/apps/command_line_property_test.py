@@ -276,7 +276,7 @@ class CommandLine(unittest.TestCase):
             self.kilotouch("run", mesh, *given, "--no-report", "--force", "--out", "out")
             summary = load(self.path("out", "summary.json"))
             self.assertEqual((summary["settings"]["object"]["body"], summary["model"]["type"]), (body, model), settings)
-            self.assertEqual(summary["settings"]["object"]["model"]["element"], "auto")
+            self.assertEqual(summary["model"]["parameters"].get("nodes_per_element", 4), 4)
 
     def test_a_surface_of_nearly_incompressible_material_gets_ten_node_cells(self):
         nodes = []
