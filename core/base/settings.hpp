@@ -72,9 +72,9 @@ struct LocalSettings {
   bool catch_up = true;  ///< a new local model goes on from the old one's motion, replayed to the present. Else it
                          ///< takes over the old one's state
   double blend_ms = 12;  ///< the difference between two local models fades from the force over this time
-  /// Cells around the contact finer than the body's, in series with the local model. "follow" the tool, at one
-  /// place for ever ("set-up"), "off", or "auto", which follows it where that can be and the body's cells are wider
-  /// than half the contact.
+  /// Cells around the contact finer than the body's, in series with the local model. They "follow" the tool,
+  /// stay where it first touched ("set-up"), or are "off". "auto" follows it where that can be and the body's cells are
+  /// wider than half the contact.
   std::string refine = "auto";
   double fineness = 1.4;   ///< size of these cells under the tool over the contact radius, at most, 1.35 or more [-]
   int refine_nodes = 900;  ///< most nodes of these cells. Where more are needed the cells are larger
