@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "core/body/embedded_surface.hpp"
 #include "core/local/reducer.hpp"
 #include "haptics/body/body_ranges.hpp"
 #include "haptics/body/check_mesh.hpp"
