@@ -76,13 +76,6 @@ std::string read_text(const std::string& path) {
 
 }  // namespace
 
-std::string element_of(const SceneObject& object) {
-  constexpr double kLocks = 0.45;  // four-node cells above it (the map poisson of `kilotouch stability`)
-  const SceneModel& m = object.model;
-  if (m.element != "auto") return m.element;
-  return object.body == "lattice" && m.type == "fem" && m.poisson > kLocks ? "tet10" : "tet4";
-}
-
 Scene default_scene() { return {}; }
 
 namespace {
