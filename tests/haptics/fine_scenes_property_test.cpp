@@ -143,11 +143,14 @@ TEST(FineScenes, CellsOfTheSetUpStayWhereTheyAre) {
   }));
 }
 
-// A tool that begins far from where it will touch has its cells where it touches, in two threads as well.
+// A tool that begins far from where it will touch has its cells where it touches, also where models come late.
 TEST(FineScenes, CellsOfTheSetUpAreWhereTheToolTouches) {
-  for (const char* link : {"lockstep", "thread"}) {
-    Scene scene = scene_of({.refine = "set-up", .link = link});
-    scene.duration = 0.8;
+  for (const double late_ms : {0.0, 25.0}) {
+    Scene scene = scene_of({.duration = 0.8, .refine = "set-up"});
+    if (late_ms > 0) {
+      scene.link.charge_refreshes = "given";
+      scene.link.refresh_ms = late_ms;
+    }
     scene.tool.path.press_drag.reset();
     const double x = 0.5 * kBlockWide;
     scene.tool.path.waypoints = {{0, {x - 0.02, x, kBlockThick + kBallRadius + 5e-3}},
@@ -155,8 +158,8 @@ TEST(FineScenes, CellsOfTheSetUpAreWhereTheToolTouches) {
                                  {0.6, {x + 0.01, x, kBlockThick + kBallRadius - 1.5e-3}},
                                  {0.8, {x + 0.01, x, kBlockThick + kBallRadius - 1.5e-3}}};
     const SessionResult r = Session(scene, block_of({})).run();
-    EXPECT_EQ(r.tools[0].frames.back().flags & kUnrefined, 0U) << link;
-    EXPECT_NEAR(last_force(r) / 0.0915, 1.04, 0.1) << link;
+    EXPECT_EQ(r.tools[0].frames.back().flags & kUnrefined, 0U) << late_ms;
+    EXPECT_NEAR(last_force(r) / 0.0915, 1.04, 0.1) << late_ms;
   }
 }
 
