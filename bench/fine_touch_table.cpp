@@ -13,6 +13,7 @@
 #include "core/body/mesh.hpp"
 #include "haptics/session/session.hpp"
 #include "tests/support/axisymmetric_press.hpp"
+#include "tests/support/drag_ripple.hpp"
 
 namespace kt {
 namespace {
@@ -112,19 +113,11 @@ void print_drags(const Block& body, double depth, const char* refine) {
       const PressDrag path{
           .at = std::array{0.02, y}, .depth = depth, .press_time = 0.3, .direction = {1, aside, 0}, .speed = 0.02};
       const SessionResult r = run(body, scene_of(body, path, 1.3, refine));
-      const auto& frames = r.tools[0].frames;
-      double least = frames[kSettled].f_n, most = least, sum = 0, largest = 0;
-      for (std::size_t i = kSettled; i < frames.size(); ++i) {
-        least = std::min(least, frames[i].f_n);
-        most = std::max(most, frames[i].f_n);
-        largest = std::max(largest, std::abs(frames[i].f_n - frames[i - 1].f_n));
-        sum += frames[i].f_n;
-      }
-      const double mean = sum / static_cast<double>(frames.size() - kSettled);
-      force += mean;
-      ripple += (most - least) / mean;
-      worst = std::max(worst, (most - least) / mean);
-      step = std::max(step, largest / mean);
+      const DragRipple found = drag_ripple({r.tools[0].frames.begin(), r.tools[0].frames.end()}, kSettled);
+      force += found.mean;
+      ripple += found.peak_to_peak;
+      worst = std::max(worst, found.peak_to_peak);
+      step = std::max(step, found.largest_step);
       ++paths;
     }
   std::printf("| %s | %.1f | %s | %.2f | %.1f | %.1f | %.1f |\n", body.name, 1e3 * depth, refine,

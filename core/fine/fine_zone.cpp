@@ -247,10 +247,6 @@ class ZoneMaker {
   std::vector<std::vector<std::pair<int, double>>> hangs_on_;
 };
 
-}  // namespace
-
-namespace {
-
 /// As far as the nodes go: leaves that small in all of `flat`, or in less of it, but not less than least_flat. False:
 /// it takes too many nodes.
 bool make_of_edge(ZoneMaker& maker, const FineSize& size, double edge) {

@@ -19,6 +19,7 @@ constexpr double kStrain = 0.03;      // that counts
 constexpr double kMostStrain = 0.08;  // that cannot wait for a refresh
 constexpr double kApart = 0.6;        // contact radii: places along a way
 constexpr double kAlong = 1.2;        // contact radii: ways along a contact that is long
+constexpr double kGrown = 1.15;       // a contact that has, needs another zone
 constexpr int kMostAlong = 8;         // of these
 constexpr double kKeptTravel = 1;     // contact radii: of a zone that stays where it is
 constexpr double kMostAreas = 3;      // of a round contact: more are no reason for larger cells
@@ -162,7 +163,7 @@ double FineRefresh::largest_fineness(double areas) const {
 
 /// The zone that is there is large and fine enough for it: the contacts stay within its travel.
 bool FineRefresh::serves(const Wanted& wanted) const {
-  constexpr double kGrown = 1.15, kShrunk = 0.6, kShrunkFewer = 0.85, kShorter = 3;
+  constexpr double kShrunk = 0.6, kShrunkFewer = 0.85, kShorter = 3;
   constexpr double kWithin = 0.75;  // of the travel: a contact that has grown reaches further
   constexpr double kLess = 0.5;     // of the lateness that a zone was made for
   if (!zone_) return false;
@@ -185,7 +186,6 @@ bool FineRefresh::serves(const Wanted& wanted) const {
 
 /// Of local.refine set-up: where all tools have touched the zone stays, but for contacts there that have grown.
 bool FineRefresh::is_kept(const Wanted& wanted) const {
-  constexpr double kGrown = 1.15;
   if (!stays_ || !patch_ || !zone_->is_touched) return false;
   const bool is_there = std::ranges::all_of(wanted.ways, [&](const Way& its) {
     return std::ranges::any_of(zone_->ways,
@@ -217,14 +217,12 @@ bool FineRefresh::has_room(const Wanted& wanted, double cell, std::size_t tools)
 
 /// As wide as there are nodes for; empty: no wider than the options say. A wider zone makes springs, which are too
 /// soft, softer still, and does not change the force on a lattice.
-FineZone FineRefresh::make_wide_zone(const FineContact& contact, FineZoneOptions& options, bool& may_widen) const {
-  const double widest = wide_radius(body_, contact);
+FineZone FineRefresh::make_wide_zone(double widest, FineZoneOptions& options) const {
   for (const double share : {1.0, 0.5}) {
     FineZoneOptions wide = options;
-    wide.radius += share * (widest - options.radius);
-    if (!may_be_wide_ || wide.radius <= options.radius) return {};
+    wide.radius = std::lerp(options.radius, widest, share);
+    if (wide.radius <= options.radius) return {};
     FineZone out = make_fine_zone_of_size(body_, wide);
-    may_widen = share < 1 || out.cells.empty();
     if (out.cells.empty()) continue;
     options = wide;
     return out;
@@ -259,18 +257,19 @@ void FineRefresh::make_zone(Wanted wanted, std::size_t tools) {
   FineZoneOptions options = fine_options(body_, contact, most);
   const double cell = cell_size_at(body_, contact.centre);
   options.size.edge = sized_ = cell_size(least * contact.contact_radius, most * contact.contact_radius, cell);
-  const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / wanted.late);
+  const double late = stays_ ? 1 : wanted.late;  // one that stays is waited for once
+  const double nodes = std::max(std::min<double>(most_nodes_, kLeastNodes), most_nodes_ / late);
   options.most_nodes = static_cast<int>(nodes) * static_cast<int>(tools);
   const bool fits = has_room(wanted, cell, tools);
+  const double widest = may_be_wide_ ? wide_radius(body_, contact) : 0;
   FineZone zone;
-  bool may_widen = false;
-  if (fits) zone = make_wide_zone(contact, options, may_widen);
+  if (fits) zone = make_wide_zone(widest, options);
   if (fits && zone.cells.empty()) zone = make_fine_zone(body_, options);
-  zone_ = Zone{std::move(zone), options, contact, std::move(ways), {}, cell, wanted.late};
+  zone_ = Zone{std::move(zone), options, contact, std::move(ways), {}, cell, late};
   if (wanted.is_long) zone_->room = kLongRoom * most / largest_fineness(1);
   zone_->is_long = wanted.is_long;
   zone_->is_touched = wanted.all_touch;
-  zone_->may_widen = may_widen;
+  zone_->may_widen = options.radius < widest;
   zone_->has_room = fits;
   for (const int c : zone_->zone.cells) {
     const Tetrahedron& t = body_.mesh->tetrahedra[c];

@@ -53,7 +53,7 @@ class FineRefresh {
     double room = 1;          // cells under a long contact may be so many times as large as under a round one
     bool is_long = false;     // it goes along a capsule
     bool has_room = true;     // a tick holds all places of the contact
-    bool is_touched = false;  // every tool touched when it was made
+    bool is_touched = false;  // every tool has touched since it was made
     bool may_widen = false;   // there were not the nodes for a wide one
   };
   struct Wanted {
@@ -75,7 +75,7 @@ class FineRefresh {
   double largest_fineness(double areas) const;
   bool has_room(const Wanted& wanted, double cell, std::size_t tools) const;
   double cell_size(double least, double most, double cell) const;
-  FineZone make_wide_zone(const FineContact& contact, FineZoneOptions& options, bool& may_widen) const;
+  FineZone make_wide_zone(double widest, FineZoneOptions& options) const;
   void make_zone(Wanted wanted, std::size_t tools);
   double bend(const VectorX& x) const;
   const Surface& surface_;

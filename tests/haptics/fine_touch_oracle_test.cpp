@@ -10,6 +10,7 @@
 #include "haptics/touch/touch.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/axisymmetric_press.hpp"
+#include "tests/support/drag_ripple.hpp"
 #include "tests/support/fine_block.hpp"
 
 namespace kt {
@@ -251,18 +252,9 @@ TEST(FineTouch, GivesNoEnergyOverZonesThatMove) {
 // (bench/fine_touch_table drags).
 TEST(FineTouch, TheForceOfADragStaysNearItsMean) {
   const SessionResult r = run({.depth = 0.0015, .x = -2, .y = 0.3, .speed = 0.02, .duration = 1.1});
-  const auto& frames = r.tools[0].frames;
-  double least = 1e9, most = 0, step = 0, sum = 0;
-  constexpr std::size_t kSettled = 450;
-  for (std::size_t i = kSettled; i < frames.size(); ++i) {
-    least = std::min(least, frames[i].f_n);
-    most = std::max(most, frames[i].f_n);
-    step = std::max(step, std::abs(frames[i].f_n - frames[i - 1].f_n));
-    sum += frames[i].f_n;
-  }
-  const double mean = sum / static_cast<double>(frames.size() - kSettled);
-  EXPECT_LT((most - least) / mean, 0.065) << "ripple";
-  EXPECT_LT(step / mean, 0.03) << "a zone that moved";
+  const DragRipple found = drag_ripple({r.tools[0].frames.begin(), r.tools[0].frames.end()}, 450);
+  EXPECT_LT(found.peak_to_peak, 0.065) << "ripple";
+  EXPECT_LT(found.largest_step, 0.03) << "a zone that moved";
 }
 
 /// Stiffness of a ball 1.5 mm deep that shakes by 20 um in some tones at a time [N/m].

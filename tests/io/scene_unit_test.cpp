@@ -63,24 +63,6 @@ TEST(Scene, DefaultsAreThoseOfTheStructs) {
   EXPECT_FALSE(expected.object.size.has_value());
 }
 
-TEST(Scene, ElementAutoHasTenNodesWhereFourWouldLockInALattice) {
-  SceneObject object;
-  object.body = "lattice";
-  object.model.type = "fem";
-  object.model.poisson = 0.45;
-  EXPECT_EQ(element_of(object), "tet4");
-  object.model.poisson = 0.46;
-  EXPECT_EQ(element_of(object), "tet10");
-  object.model.element = "tet4";
-  EXPECT_EQ(element_of(object), "tet4") << "asked for";
-  object.model.element = "auto";
-  object.body = "mesh";
-  EXPECT_EQ(element_of(object), "tet4") << "its tetrahedra are the file's";
-  object.body = "lattice";
-  object.model.type = "msd";
-  EXPECT_EQ(element_of(object), "tet4") << "springs";
-}
-
 TEST(Scene, TakesTheLawPenaltyAsTheMethodOfThatName) {
   const Scene named = parse_scene(R"({"object": {"mesh": "m.off"}, "contact": {"law": "penalty"}})");
   EXPECT_EQ(named.local.method, "penalty");
