@@ -12,8 +12,8 @@
 #include <random>
 #include <span>
 
+#include "core/contact_surface/contact_surface.hpp"
 #include "core/linear/free_dofs.hpp"
-#include "core/local/contact_surface.hpp"
 #include "haptics/body/body.hpp"
 #include "io/mesh/mesh_formats.hpp"
 #include "io/mesh/weld.hpp"

@@ -53,7 +53,7 @@ endif()
 # ALONE: never compiled together with neighbours (KT_UNITY): the loops of the tick, whose code must not depend on it; CGAL,
 # whose files take a minute each; and files that share the name of a local helper with a neighbour.
 kt_library(core DIRS core/base core/linear core/linear/dense core/linear/step_solvers core/body core/global core/global/integrators core/local
-                         core/local/reducers core/fine
+                         core/local/reducers core/contact_surface core/fine
            DEPENDS Eigen3::Eigen WITHOUT ${kt_off}
            ALONE core/linear/[a-z]*/?[a-z]*_product core/linear/dense/dense_cholesky core/linear/dense/symmetric_eigen core/linear/block_cholesky
                  core/linear/dense/complex_symmetric core/linear/supernodes core/global/newton core/local/block_confinement

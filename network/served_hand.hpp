@@ -31,8 +31,8 @@ class ServedHand final : public ModelObserver {
     limits_.tools = static_cast<int>(scene.options().tools.size());
     limits_.triangles = static_cast<int>(scene.surface().triangles.size());
     limits_.nodes = scene.model().mesh().num_nodes();
-    const Smoothing smoothing = contact_smoothing(scene.options().contact, scene.options().local);
-    limits_.facets_per_triangle = 1 << (2 * smoothing.levels);
+    const ContactSettings& contact = scene.options().contact;
+    limits_.facets_per_triangle = contact.surface == "flat" ? 1 : 1 << (2 * contact.surface_levels);
     limits_.h = 1 / scene.options().local.rate_hz;
     heard_ = Clock::now();
   }

@@ -21,7 +21,7 @@ const std::vector<std::string> kBottom{"core"}, kMiddle{"core", "collision", "mo
 /// The rooms of a folder from the ground up, siblings on one line: a file includes from its own room and from lines
 /// below.
 const std::map<std::string, std::vector<std::vector<std::string>>> kRooms{
-    {"core", {{"base"}, {"linear"}, {"body"}, {"global", "local"}, {"fine"}}},
+    {"core", {{"base"}, {"linear"}, {"body"}, {"global", "local"}, {"contact_surface", "fine"}}},
     {"collision", {{"shape"}, {"broad", "impact"}, {"held"}}},
     {"io", {{"files"}, {"mesh", "scene"}, {"surface"}, {"solid"}}},
     {"haptics",
@@ -206,7 +206,7 @@ TEST(IncludeOrder, EveryFileLiesInARoomOfTheList) {
 
 TEST(IncludeOrder, AFolderHasAtMostTwentyFiles) {
   // Those that have more; they may shrink.
-  const std::map<std::string, int> larger{{"haptics/tick", 43}, {"core/local", 35}, {"haptics/refresh", 34},
+  const std::map<std::string, int> larger{{"haptics/tick", 43}, {"core/local", 30}, {"haptics/refresh", 34},
                                           {"core/base", 26},    {"core/fine", 26},  {"core/body", 23}};
   std::map<std::string, int> count;
   for (const std::string& folder : kFolders)

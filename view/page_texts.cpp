@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/local/contact_surface.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 #include "haptics/halves/live_settings.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "io/files/json_file.hpp"

@@ -33,7 +33,7 @@ struct ContactSettings {
   PenaltySettings penalty;
   double stribeck = 0;                  ///< [m/s] sliding speed over which mu_static falls to mu_kinetic, 0 for at once
   std::vector<RegionSettings> regions;  ///< the last one that holds a triangle's middle wins
-  std::string surface = "flat";         ///< the surface that the tool touches, core/local/contact_surface.hpp
+  std::string surface = "flat";         ///< the surface that the tool touches, core/contact_surface/contact_surface.hpp
   int surface_levels = 2;               ///< levels of a smooth one. Each splits a triangle in four
   double ridge_deg = 60;                ///< [deg] convex edges of a smooth one that turn by more stay sharp
   bool operator==(const ContactSettings&) const = default;

@@ -6,6 +6,13 @@
 #include "core/body/node_weights.hpp"
 
 namespace kt {
+
+Mat3 triangle_frame(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
+  const Vec3 along = (b - a).normalized(), normal = (b - a).cross(c - a).normalized();
+  Mat3 out;
+  out << along, normal.cross(along), normal;
+  return out;
+}
 namespace {
 
 /// Adds to the weight of a node that is there already; what finds no room is left out.

@@ -3,6 +3,7 @@
 // compliance R in series with the local model's, with the material's retardation.
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "core/body/mesh.hpp"
 #include "core/body/node_weights.hpp"
@@ -12,6 +13,16 @@ namespace kt {
 constexpr int kMostYielding = 10000;  ///< points of one patch: of two tools, refine_nodes at most each
 
 struct FineOrigin;  // core/fine/make_fine_patch.hpp
+
+/// A share of how far a vertex lies from its flat triangle, on a smooth surface over the body at rest. It turns with a
+/// triangle of the body.
+struct VertexOffset {
+  int vertex = 0, triangle = 0;
+  Vec3 along = Vec3::Zero();  ///< the columns of triangle_frame() [m]
+};
+
+/// Unit vectors: edge 01 of a triangle, across it in the plane, normal.
+Mat3 triangle_frame(const Vec3& a, const Vec3& b, const Vec3& c) noexcept;
 
 struct FinePatch {
   std::vector<Triangle> facets;  ///< vertices, counter-clockwise seen from outside
@@ -25,6 +36,7 @@ struct FinePatch {
   std::vector<int> first_from, from;
   std::vector<double> share;
   std::vector<char> is_place;                ///< of each vertex: tools are held at it; empty: at all
+  std::vector<VertexOffset> offsets;         ///< a vertex lies off its triangle by the sum of its own; none: flat
   double apart = 0;                          ///< none of the other vertices is further from one of those [m]
   std::vector<SurfacePlace> yielding;        ///< where the points are that yield by themselves, (y)
   MatrixX R;                                 ///< of these points [m/N], (3y x 3y), symmetric, positive semidefinite

@@ -88,7 +88,7 @@ void BodySide::set(const std::string& key, const std::string& word) {
   const SettingChange change{0, key, 0, word};
   TouchOptions wanted = wanted_;
   change_setting(change, {wanted, wanted_material_});
-  contact_smoothing(wanted.contact, wanted.local);  // they have to go together
+  check_contact_surface(wanted.contact, wanted.local);
   check_embedded(body_, wanted);
   wanted_ = std::move(wanted);
   keep_last(change);

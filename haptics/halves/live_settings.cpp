@@ -1,7 +1,7 @@
 #include "haptics/halves/live_settings.hpp"
 
 #include "core/base/error.hpp"
-#include "core/local/contact_surface.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 #include "haptics/refresh/reducer_candidates.hpp"
 #include "io/scene/key_facts.hpp"
 

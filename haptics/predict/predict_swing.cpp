@@ -9,8 +9,8 @@
 #include "collision/shape/closest_point.hpp"
 #include "core/base/numbers.hpp"
 #include "core/body/near_triangles.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 #include "core/global/newton.hpp"
-#include "core/local/contact_surface.hpp"
 #include "haptics/predict/predict.hpp"
 #include "haptics/setup/built_scene.hpp"
 

@@ -6,12 +6,26 @@
 #include "core/body/node_weights.hpp"
 
 namespace kt {
+namespace {
+
+/// Of the fine patch's vertices.
+std::vector<Vec3> offsets_of(const ContactSurface& s) {
+  if (s.offset.size() == 0) return {};
+  std::vector<Vec3> out(static_cast<std::size_t>(s.fine->num_vertices()), Vec3::Zero());
+  for (std::size_t f = 0; f < s.fine->facets.size(); ++f)
+    for (std::size_t c = 0; s.facet_of_fine[f] >= 0 && c < 3; ++c)
+      out[static_cast<std::size_t>(s.fine->facets[f][c])] =
+          node(s.offset, s.facets.triangles[static_cast<std::size_t>(s.facet_of_fine[f])][c]);
+  return out;
+}
+
+}  // namespace
 
 void ContactNodes::keep(const PreparedLocalModel& model) {
   const ContactSurface& s = model.surface;
-  if (s.fine) return static_cast<void>(kept_.push_back({model.model.frame, {}, {}, {}, s.fine}));
+  if (s.fine) return static_cast<void>(kept_.push_back({model.model.frame, {}, {}, {}, s.fine, offsets_of(s)}));
   const auto facets = static_cast<std::ptrdiff_t>(s.apron_facets < 0 ? s.facets.triangles.size() : s.apron_facets);
-  Kept kept{model.model.frame, {s.first_moved.begin(), s.first_moved.begin() + facets + 1}, {}, {}, {}};
+  Kept kept{model.model.frame, {s.first_moved.begin(), s.first_moved.begin() + facets + 1}, {}, {}, {}, {}};
   for (int k = 0; k < kept.first.back(); ++k) kept.node.push_back(model.model.patch.global_node[s.moved_node[k]]);
   kept.weight.assign(s.moved_weight.begin(), s.moved_weight.begin() + kept.first.back());
   kept_.push_back(std::move(kept));
@@ -42,6 +56,17 @@ ContactNodes::OnFine ContactNodes::on_fine(int frame, const TickContact& contact
   if (!fine || contact.facet >= 0) return {};
   const auto [facet, bary] = fine->find({contact.triangle, contact.bary});
   return facet < 0 ? OnFine{} : OnFine{fine, facet, bary};
+}
+
+Vec3 ContactNodes::offset(int frame, const TickContact& contact) const {
+  const OnFine at = on_fine(frame, contact);
+  const auto kept = std::ranges::find(kept_, frame, &Kept::frame);
+  if (!at.patch || kept->offset.empty()) return Vec3::Zero();
+  Vec3 out = Vec3::Zero();
+  for (std::size_t c = 0; c < 3; ++c)
+    out += at.bary[static_cast<Eigen::Index>(c)] *
+           kept->offset[static_cast<std::size_t>(at.patch->facets[static_cast<std::size_t>(at.facet)][c])];
+  return out;
 }
 
 TickContact ContactNodes::on_triangle(TickContact contact) const {

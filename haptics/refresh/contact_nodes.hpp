@@ -31,6 +31,8 @@ class ContactNodes {
     Vec3 bary = Vec3::Zero();
   };
   OnFine on_fine(int frame, const TickContact& contact) const;
+  /// How far that point lay from where its nodes and cells moved it: ContactSurface::offset [m].
+  Vec3 offset(int frame, const TickContact& contact) const;
   /// Of that local model; null: none.
   const FinePatch* fine_of(int frame) const;
   /// The same contact with its place on the triangle instead of a facet.
@@ -42,6 +44,7 @@ class ContactNodes {
     std::vector<int> first, node;  // of the body; see ContactSurface::first_moved
     std::vector<Vec3> weight;
     std::shared_ptr<const FinePatch> fine;  // with one, contacts are told by their places on triangles
+    std::vector<Vec3> offset;               // of the fine patch's vertices [m]; empty: none
   };
   const Surface& surface_;
   int levels_;

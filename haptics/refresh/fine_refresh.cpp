@@ -91,14 +91,17 @@ ContactAhead next_contact(const Surface& surface, const VectorX& x, const Vector
 
 }  // namespace
 
-FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local)
+FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local,
+                         const std::string& contact_surface)
     : surface_(surface),
       refinable_(make_refinable_body(model, surface)),
       fineness_(local.fineness),
       most_nodes_(local.refine_nodes),
       stays_(local.refine == "set-up"),
       may_be_wide_(model.info().type != "msd" && !surface.embedded),
-      solver_(make_block_solver()) {}
+      solver_(make_block_solver()) {
+  if (contact_surface != "flat") smooth_.emplace(surface, model.mesh().x, contact_surface);
+}
 
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,
                                         std::span<const SeenTool> places) const {
@@ -319,6 +322,7 @@ std::shared_ptr<const FinePatch> FineRefresh::find(const TangentModel& tangent, 
   FineOrigin origin = fine_origin(body_, zone_->zone, zone_->options, state);
   made->fineness = origin.fineness = zone_->zone.largest / (zone_->room * zone_->contact.contact_radius);
   made->origin = std::make_shared<const FineOrigin>(std::move(origin));
+  if (smooth_) smooth_->raise(*made);
   patch_ = made;
   x_ = x;
   kind_ = kind;

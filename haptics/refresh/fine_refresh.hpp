@@ -7,6 +7,7 @@
 
 #include "core/base/settings.hpp"
 #include "core/body/tangent_model.hpp"
+#include "core/contact_surface/rest_surface.hpp"
 #include "core/fine/fine_size.hpp"
 #include "core/fine/make_fine_patch.hpp"
 #include "haptics/options/touch_options.hpp"
@@ -17,7 +18,9 @@ namespace kt {
 class FineRefresh {
  public:
   /// Borrows both. Throws InputError where the model tells no material.
-  FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local);
+  /// @param contact_surface  settings' contact.surface
+  FineRefresh(const DeformableModel& model, const Surface& surface, const LocalSettings& local,
+              const std::string& contact_surface);
 
   /// How the cells around the tools yield in the body's state; null: none is near.
   /// @param tangent  of the body's own nodes there, of that kind     @param x  of the whole body
@@ -81,6 +84,7 @@ class FineRefresh {
   const Surface& surface_;
   RefinableBody refinable_;
   const FineBody& body_ = refinable_.fine;
+  std::optional<RestSurface> smooth_;  // none: cells' surfaces are flat
   double fineness_;
   int most_nodes_;
   bool stays_;  // one zone, where the tools first touched

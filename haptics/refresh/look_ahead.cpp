@@ -129,7 +129,7 @@ std::vector<ContactHold> last_holds(std::span<const LocalReport> reports, const 
     const double along = s.normal.dot(force);
     out.push_back({.moves = nodes.moved_by(last.model_frame, s),
                    .normal = s.normal,
-                   .point = s.point,
+                   .point = s.point - nodes.offset(last.model_frame, s),
                    .sticks = s.sticks,
                    .force = -along,
                    .friction = force - along * s.normal});

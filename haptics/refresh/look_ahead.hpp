@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "collision/shape/tool_shape.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 #include "core/global/global_simulation.hpp"
 #include "core/global/held_model.hpp"
-#include "core/local/contact_surface.hpp"
 #include "core/local/reducer.hpp"
 #include "haptics/options/touch_options.hpp"
 #include "haptics/refresh/contact_nodes.hpp"

@@ -52,7 +52,6 @@ RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& loc
     return {true, {}};
   }
   if (!goes_together) return {false, text("local.method is ", method, ", contact.law ", contact.law)};
-  if (contact.surface != "flat") return {false, text("contact.surface is ", contact.surface)};
   return {true, {}};
 }
 
@@ -88,6 +87,13 @@ double refined_cells_error(const DeformableModel& model, const Surface& surface,
                            bool touches_itself) {
   if (!choose_refine(model, surface, options, touches_itself).refines) return 0;
   return std::abs(refined_force_factor(model.info(), options.local.fineness, surface.embedded != nullptr) - 1);
+}
+
+Smoothing contact_smoothing(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                            bool touches_itself) {
+  const ContactSettings& contact = options.contact;
+  if (contact.surface == "flat" || choose_refine(model, surface, options, touches_itself).refines) return {};
+  return {contact.surface, contact.surface_levels};
 }
 
 double predict_refine_ms(int nodes) {

@@ -4,6 +4,7 @@
 
 #include "core/body/deformable_model.hpp"
 #include "core/body/surface.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 #include "haptics/options/touch_options.hpp"
 
 namespace kt {
@@ -24,6 +25,11 @@ RefineChoice may_refine(const ContactSettings& contact, const LocalSettings& loc
 /// tool is a point, and the body is not in contact with itself. Throws as may_refine().
 RefineChoice choose_refine(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
                            bool touches_itself = false);
+
+/// Of the surface that tools touch where no cells are refined; flat where they are, whose surface is their own
+/// (core/contact_surface/rest_surface.hpp). Throws as choose_refine().
+Smoothing contact_smoothing(const DeformableModel& model, const Surface& surface, const TouchOptions& options,
+                            bool touches_itself);
 
 /// CPU time of the refined cells of a refresh in which a tool drags, at most `nodes` of them [ms]: fitted to
 /// scenes/organ_drag.json at 450 and 900.

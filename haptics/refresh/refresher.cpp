@@ -55,7 +55,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
     : surface_(surface),
       options_(options),
       tools_(options.tools),
-      smoothing_(contact_smoothing(options.contact, options.local)),
+      smoothing_(contact_smoothing(model, surface, options, self_contact != nullptr)),
       nodes_(surface, smoothing_.levels),
       way_out_(surface, model.mesh().num_nodes(), still_nodes(model)),
       method_(make_method(options, {})),
@@ -82,7 +82,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       known_{.before = start, .start = start.x, .most_deformed = start, .past = {}, .pace = {}, .forces = {}} {
   choice_.keep_set_ups(kept);
   if (choose_refine(model, surface, options, self_contact != nullptr).refines)
-    fine_.emplace(model, surface, options.local);
+    fine_.emplace(model, surface, options.local, options.contact.surface);
 }
 
 /// From one refresh to the next [s], as far as can be told at time t: in two threads a slow body makes it longer. No

@@ -28,16 +28,15 @@ Metric contact_metric(const std::string& name) {
 
 bool is_geometric(const std::string& contact_law) { return contact_law.rfind("paper", 0) == 0; }
 
-Smoothing contact_smoothing(const ContactSettings& contact, const LocalSettings& local) {
+void check_contact_surface(const ContactSettings& contact, const LocalSettings& local) {
   require_backend("contact.surface", contact.surface, contact_surface_backends());
-  if (may_refine(contact, local).refines) return {};  // the refined cells' own surface
-  if (contact.surface == "flat") return {};
+  may_refine(contact, local);
+  if (contact.surface == "flat") return;
   const std::string& method = local.method;
   if (method != "multirate" || is_geometric(contact.law))
     throw InputError(text("contact.surface \"", contact.surface, "\" needs local.method \"multirate\" and contact.law ",
                           "\"coulomb\"; local.method \"", method, "\" with contact.law \"", contact.law,
                           "\" touches the triangles: \"flat\""));
-  return {contact.surface, contact.surface_levels};
 }
 
 std::vector<ToolShape> shapes_of(const TouchOptions& options) {
@@ -89,7 +88,7 @@ void check_options(const TouchOptions& o) {
   TouchOptions one = o;
   one.tools = {TouchTool{}};
   make_method(one, {});
-  contact_smoothing(o.contact, o.local);
+  check_contact_surface(o.contact, o.local);
   if (o.tools.size() > 1 && (method != "multirate" || is_geometric(o.contact.law)))
     throw InputError(text("second_tool: contact.law \"", o.contact.law, "\" with local.method \"", o.local.method,
                           "\" knows one tool; two need local.method multirate with contact.law coulomb"));

@@ -20,8 +20,8 @@ bool catches_up(const TouchOptions& options);
 /// For CatchUp; none when nothing catches up.
 std::unique_ptr<ContactSolver> catch_up_solver(const TouchOptions& options, const SurfaceFriction& friction);
 
-/// Of the surface that the tool touches. Throws InputError.
-Smoothing contact_smoothing(const ContactSettings& contact, const LocalSettings& local);
+/// Whether settings of the surface that tools touch go together. Throws InputError.
+void check_contact_surface(const ContactSettings& contact, const LocalSettings& local);
 
 /// None: "auto".
 std::optional<LocalScheme> local_scheme(const std::string& integrator);

@@ -150,13 +150,12 @@ ModelUnpacker::ModelUnpacker(const DeformableModel& model, const Surface& surfac
     : model_(model),
       surface_(surface),
       options_(options),
-      smoothing_(contact_smoothing(options.contact, options.local)),
       metric_(contact_metric(options.contact.metric)),
       method_(make_method(options, {})),
       make_like_(std::move(make_like)) {
   require_sendable(options);
   if (may_refine(options.contact, options.local).refines) try {
-      cells_.emplace(model_, surface_, options_.local.refine_nodes);
+      cells_.emplace(model_, surface_, options_.local.refine_nodes, options_.contact.surface);
     } catch (const InputError&) {  // the model tells no material: it is not refined on the body's computer either
     }
 }
@@ -170,6 +169,15 @@ ModelUnpacker::ModelUnpacker(const Body& body, const TouchOptions& options)
         return body.model_like(material);
       }) {}
 
+/// As on the body's computer, where a tool's radius may have changed.
+Smoothing ModelUnpacker::smoothing_of(const SentModel& sent) const {
+  if (options_.contact.surface == "flat") return {};
+  TouchOptions now = options_;
+  for (std::size_t k = 0; k < now.tools.size(); ++k)
+    if (sent.tool_radius[k] >= 0) now.tools[k].shape.radius = sent.tool_radius[k];
+  return contact_smoothing(model_, surface_, now, false);
+}
+
 std::string ModelUnpacker::trouble(const SentModel& m) const {
   const int nodes = model_.mesh().num_own_nodes(), triangles = static_cast<int>(surface_.triangles.size());
   const auto r = static_cast<std::size_t>(m.dof());
@@ -177,7 +185,8 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   if (m.triangles.empty() || !are_below(m.triangles, triangles) || !is_ascending(m.triangles))
     return "a triangle of the patch is out of range";
   std::vector<char> seen(static_cast<std::size_t>(nodes), 0);
-  const std::vector<int> of_patch = patch_of(surface_, m.triangles, smoothing_.levels > 0).global_node;
+  const Smoothing smoothing = smoothing_of(m);
+  const std::vector<int> of_patch = patch_of(surface_, m.triangles, smoothing.levels > 0).global_node;
   for (const int i : of_patch) seen[static_cast<std::size_t>(i)] = 1;
   const std::size_t patch = of_patch.size(), recovered = patch + m.more_nodes.size();
   if (!are_below(m.more_nodes, nodes)) return "a node is out of range";
@@ -209,7 +218,7 @@ std::string ModelUnpacker::trouble(const SentModel& m) const {
   if (m.anchors.size() > static_cast<std::size_t>(kMaxContacts)) return "there are too many contacts";
   for (const SentAnchor& a : m.anchors) {
     const Contact& c = a.contact;
-    const int facets = triangles << (2 * smoothing_.levels);
+    const int facets = triangles << (2 * smoothing.levels);
     if (c.triangle < 0 || c.triangle >= facets || c.tool < 0 || c.tool >= tools || !is_weight(c.bary) ||
         !is_unit(c.normal) || !is_place(c.core) || !is_within(a.impulse, kFarthestSent) ||
         !(std::abs(c.gap) <= kFarthestSent) || !(c.toi >= 0 && c.toi <= 1))
@@ -257,7 +266,7 @@ std::shared_ptr<const FinePatch> ModelUnpacker::refine(const SentModel& sent) {
   if (!sent.fine) return nullptr;
   if (sent.material != material_) {
     std::unique_ptr<DeformableModel> like = sent.material ? make_like_(*sent.material) : nullptr;
-    cells_.emplace(like ? *like : model_, surface_, options_.local.refine_nodes);
+    cells_.emplace(like ? *like : model_, surface_, options_.local.refine_nodes, options_.contact.surface);
     like_ = std::move(like);
     material_ = sent.material;
   }
@@ -265,10 +274,11 @@ std::shared_ptr<const FinePatch> ModelUnpacker::refine(const SentModel& sent) {
 }
 
 std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent) {
+  const Smoothing smoothing = smoothing_of(sent);
   LocalModel local;
   local.frame = sent.frame;
   local.t = sent.t;
-  local.patch = patch_of(surface_, sent.triangles, smoothing_.levels > 0);
+  local.patch = patch_of(surface_, sent.triangles, smoothing.levels > 0);
   local.recovered_node = local.patch.global_node;
   local.recovered_node.insert(local.recovered_node.end(), sent.more_nodes.begin(), sent.more_nodes.end());
   local.x0 = sent.x0;
@@ -287,7 +297,7 @@ std::unique_ptr<PreparedLocalModel> ModelUnpacker::unpack(const SentModel& sent)
   local.fine = refine(sent);
 
   auto out = prepare(std::move(local), sent.scheme, metric_, tick_length(options_), options_.collision.backend,
-                     model_.mesh().num_own_nodes(), static_cast<int>(surface_.triangles.size()), smoothing_);
+                     model_.mesh().num_own_nodes(), static_cast<int>(surface_.triangles.size()), smoothing);
   out->scheme = sent.scheme;
   out->site = sent.site;
   out->places = sent.places;

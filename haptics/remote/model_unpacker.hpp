@@ -37,10 +37,10 @@ class ModelUnpacker {
 
  private:
   std::shared_ptr<const FinePatch> refine(const SentModel& sent);
+  Smoothing smoothing_of(const SentModel& sent) const;
   const DeformableModel& model_;
   const Surface& surface_;
   TouchOptions options_;
-  Smoothing smoothing_;
   Metric metric_;
   std::unique_ptr<HapticMethod> method_;
   std::optional<Friction> friction_of_;

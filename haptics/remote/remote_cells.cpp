@@ -28,12 +28,15 @@ bool is_same(const FineOrigin& a, const FineOrigin& b) {
 
 }  // namespace
 
-RemoteCells::RemoteCells(const DeformableModel& model, const Surface& surface, int nodes)
+RemoteCells::RemoteCells(const DeformableModel& model, const Surface& surface, int nodes,
+                         const std::string& contact_surface)
     : model_(model),
       surface_(surface),
       nodes_(nodes),
       refinable_(make_refinable_body(model, surface)),
-      solver_(make_block_solver()) {}
+      solver_(make_block_solver()) {
+  if (contact_surface != "flat") smooth_.emplace(surface, model.mesh().x, contact_surface);
+}
 
 std::string RemoteCells::trouble(const FineOrigin& origin) const {
   const FineZoneOptions& o = origin.options;
@@ -75,6 +78,7 @@ std::shared_ptr<const FinePatch> RemoteCells::find(const std::shared_ptr<const F
                                     find_yield(body_, zone_, {own, origin->kind}, tangent.dfdx, *solver_));
   made->fineness = origin->fineness;
   made->origin = origin;
+  if (smooth_) smooth_->raise(*made);
   patch_ = made;
   return patch_;
 }

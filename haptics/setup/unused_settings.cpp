@@ -125,11 +125,9 @@ void look_at_local(const Scene& scene, const std::string& method, Finder& out) {
   if (l.refine != "off" && l.fineness < kLeastFineness)
     out.unread("local.fineness", l.fineness, d.fineness,
                text(kLeastFineness, " is taken: nodes of smaller cells are more places to touch than a tick holds"));
-  if (refines_always(l)) {
-    const std::string reason = text("local.refine is ", l.refine, "; the refined cells' own surface is touched");
-    out.unread("contact.surface", scene.contact.surface, kDefault.contact.surface, reason);
-    out.unread("contact.surface_levels", scene.contact.surface_levels, kDefault.contact.surface_levels, reason);
-  }
+  if (refines_always(l))
+    out.unread("contact.surface_levels", scene.contact.surface_levels, kDefault.contact.surface_levels,
+               text("local.refine is ", l.refine, "; refined cells have facets of their own size"));
   const auto yields = [](const SceneTool& tool) { return tool.path.hand || tool.path.device; };
   const bool is_held = yields(scene.tool) || (scene.second_tool && yields(*scene.second_tool));
   if (!is_held)

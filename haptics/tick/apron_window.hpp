@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "collision/broad/triangle_index.hpp"
-#include "core/local/apron.hpp"
+#include "core/contact_surface/apron.hpp"
 
 namespace kt {
 

@@ -65,7 +65,7 @@ void BodyCheck::place(const VectorX& q) {
   model_->recover_patch(q.head(dof), patch_x_);
   patch_x_.head(rows) += model_->model.x0.head(rows);
   patch_x_.tail(patch_x_.size() - rows) = q.tail(q.size() - dof);
-  model_->surface.follow(patch_x_, local_x_);
+  model_->surface.place(patch_x_, local_x_);
   x_.head(local_x_.size()) = local_x_;
   const auto vertices = static_cast<int>(local_x_.size() / 3);
   std::array<Vec3, kMostApronSites> means;

@@ -43,7 +43,7 @@ void find_free_motion(TickState& tick) noexcept {
   tick.near_apron = comes_near_apron(tick, moved);
   if (tick.near_apron) cover_tools(tick, false, moved);
   w.motion.head(patch) += m.model.x0.head(patch);
-  m.surface.follow(w.motion, w.x);
+  m.surface.place(w.motion, w.x);
   if (tick.near_apron) m.surface.place_apron(w.motion, w.x);
   m.dynamics->free_motion(m.state.q, m.state.q_rate, w.v_free, w.v_free_end);
   m.recover_patch(w.v_free, w.u_free);

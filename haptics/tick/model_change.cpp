@@ -67,13 +67,13 @@ void place_both(TickState& tick, const PreparedLocalModel& old) noexcept {
   const Eigen::Index patch = 3 * static_cast<Eigen::Index>(m.model.patch.num_vertices());
   w.motion.head(patch) += m.model.x0.head(patch);
   w.motion.tail(m.state.yielded.size()) = m.state.yielded;
-  m.surface.follow(w.motion, w.x);
+  m.surface.place(w.motion, w.x);
   m.surface.place_apron(w.motion, w.x);
   w.x_end = w.x;
   for (int i = 0; i < m.model.patch.num_vertices(); ++i)
     if (const int row = tick.motion.row[m.model.patch.global_node[i]]; row >= 0)
       node(w.motion, i) = node(tick.motion.x, row);
-  m.surface.follow(w.motion, w.x_event);
+  m.surface.place(w.motion, w.x_event);
   place_apron_before(old, tick.motion, m);
 }
 

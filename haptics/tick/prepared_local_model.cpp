@@ -90,6 +90,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   const int p3 = 3 * m.patch.num_vertices(), r = m.dof();
   const int triangles = static_cast<int>(m.patch.triangles.size());
   out->surface = make_contact_surface(m.patch, smoothing, m.fine);
+  turn_offsets(m.patch, m.x0, out->surface);
   const ContactSurface& surface = out->surface;
   out->dynamics = std::make_unique<LocalDynamics>(m, scheme, metric, h);
   out->patch_basis = m.basis.topRows(p3);
@@ -101,7 +102,7 @@ std::unique_ptr<PreparedLocalModel> prepare(LocalModel model, LocalScheme scheme
   const Eigen::Index moving = 3 * static_cast<Eigen::Index>(surface.num_moving());
   VectorX moved = VectorX::Zero(moving);
   moved.head(p3) = m.x0.head(p3);
-  surface.follow(moved, x0);
+  surface.place(moved, x0);
   out->index->build(surface.facets.triangles, x0);
 
   const MatrixX& C = out->dynamics->metric().C;
@@ -153,7 +154,7 @@ void widen(const VectorX& patch_x, PreparedLocalModel& model) {
   VectorX x0 = VectorX::Zero(3 * vertices);
   VectorX moving = VectorX::Zero(3 * static_cast<Eigen::Index>(surface.num_moving()));
   moving.head(patch_x.size()) = patch_x;
-  surface.follow(moving, x0);
+  surface.place(moving, x0);
   surface.place_apron(moving, x0);
   for (Eigen::Index v = surface.facets.num_vertices(); v < vertices; ++v) x0.segment<3>(3 * v) = x0.head<3>();
   w.x = w.x_event = w.x_end = w.x_guess = w.x_near = w.u = x0;

@@ -6,7 +6,7 @@
 #include "collision/broad/triangle_index.hpp"
 #include "collision/held/tool_contacts.hpp"
 #include "collision/held/vertex_contacts.hpp"
-#include "core/local/contact_surface.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 #include "core/local/local_dynamics.hpp"
 #include "core/local/reducer.hpp"
 #include "haptics/contact/contact_solver.hpp"

@@ -5,6 +5,7 @@
 
 #include "core/base/cpu_time.hpp"
 #include "core/body/state.hpp"
+#include "haptics/refresh/refine_choice.hpp"
 #include "haptics/refresh/refresher.hpp"
 
 namespace kt {
@@ -33,7 +34,8 @@ FullOptions full_options(const Session& session, std::span<const PosePath> paths
   // The paper's laws are their metric; the others agree as the step shrinks, and the implicit one is the most accurate.
   if (is_geometric(scene.contact.law)) out.metric = contact_metric(scene.contact.metric);
   out.collision_backend = scene.collision.backend;
-  out.smoothing = contact_smoothing(scene.contact, scene.local);
+  out.smoothing =
+      contact_smoothing(session.model(), session.surface(), session.options(), scene.global.self_contact.has_value());
   return out;
 }
 
@@ -46,7 +48,7 @@ Scene with_own_cells(Scene scene) {
 
 Reference run_reference(const Session& session, std::span<const PosePath> paths, const ReferenceOptions& options) {
   const Scene& scene = session.scene();
-  if (scene.global.self_contact)
+  if (scene.global.self_contact.has_value())
     throw InputError("reference: the full model in fine steps passes through itself; not with global.self_contact");
   for (const PosePath& path : paths)
     if (paths.size() != session.tools().size() || path.size() != paths[0].size() || path.empty())

@@ -1,10 +1,10 @@
 // The smooth contact surface: what it is (planes, edges, the limit), and that forces and motion belong together.
 #include "core/body/node_weights.hpp"
-#include "core/local/contact_surface.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/local/subdivision.hpp"
+#include "core/contact_surface/subdivision.hpp"
 #include "tests/support/linearized_block.hpp"
 #include "tests/support/numbers.hpp"
 

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/local/subdivision.hpp"
+#include "core/contact_surface/subdivision.hpp"
 #include "tests/support/meshes.hpp"
 #include "tests/support/numbers.hpp"
 

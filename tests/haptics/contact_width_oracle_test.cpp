@@ -76,7 +76,8 @@ TEST(ContactWidth, OfASessionIsThatOfItsCellsAndItsPress) {
   EXPECT_NEAR(width->least, 0.005 / std::sqrt(0.004 * 0.002), 1e-6);
   ASSERT_EQ(session.predictions().size(), 1u);
   const std::string message = session.predictions()[0].message();
-  for (const char* words : {"cells of 5 mm", "times the force of the continuum", "object.model.element to tet10"})
+  for (const char* words :
+       {"cells of 5 mm", "times the force of the continuum", "local.refine to auto (about 1.06 times)"})
     EXPECT_NE(message.find(words), std::string::npos) << message;
 }
 
@@ -88,6 +89,10 @@ TEST(ContactWidth, LengthInTheCureHasItsUnit) {
   ContactWidth width{.cell = 0.007, .contact_radius = 0.004, .mean = 1.75};
   width.factor = 2;
   width.fine_edge = 0.00463;
+  EXPECT_NE(coarse_mesh_finding(Session(scene), width).line().find("set local.refine to auto (about 1.06 times)"),
+            std::string::npos);
+  scene.global.self_contact = SelfContactSettings{};
+  scene.global.integrator = "newton_euler";  // its cells cannot be refined
   const std::string message = coarse_mesh_finding(Session(scene), width).line();
   EXPECT_NE(message.find("max_edge to 0.00463 m (about 3 times the nodes"), std::string::npos) << message;
   const std::string slow = coarse_mesh_finding(Session(scene), width, 0.5).line();

@@ -14,7 +14,7 @@ namespace kt {
 namespace {
 
 struct Talk {
-  Talk() : scene(make()) {
+  explicit Talk(const std::string& surface = "flat") : scene(make(surface)) {
     const Pose at{{0.03, 0.026, 0.038}, Quaternion::Identity()};
     Refresher refresher(scene.model(), scene.surface(), scene.options(), scene.start());
     model = refresher.refresh(0, std::span(&at, 1), {});
@@ -52,11 +52,12 @@ struct Talk {
     motion.patch = motion.motion.num_patch;
     motion.reports = reports;
   }
-  static BuiltScene make() {
+  static BuiltScene make(const std::string& surface) {
     Scene s = small_scene();
     s.link.type = "network";
     s.local.reducer = "krylov";
     s.local.refine = "follow";
+    s.contact.surface = surface;
     return BuiltScene(s);
   }
   BuiltScene scene;
@@ -151,6 +152,24 @@ TEST(Messages, ALocalModelComesBackAndSaysHowManyBytesItHas) {
   const auto stiffer_come = decode_model(encode(stiffer));
   ASSERT_TRUE(stiffer_come);
   EXPECT_EQ(stiffer_come->model.material, stiffer.model.material);
+}
+
+// The hand's computer has the body at rest: it finds the smooth surface over refined cells itself, the same.
+TEST(Messages, RefinedCellsHaveTheSameSmoothSurfaceOnBothSides) {
+  const Talk talk("loop");
+  ModelUnpacker unpacker(talk.scene.model(), talk.scene.surface(), talk.scene.options());
+  const SentModel sent = pack_model(*talk.model, 16);
+  ASSERT_EQ(unpacker.trouble(sent), "");
+  const auto come = unpacker.unpack(sent);
+  ASSERT_TRUE(come->surface.fine && talk.model->surface.fine);
+  const std::vector<VertexOffset>&here = come->surface.fine->offsets, &there = talk.model->surface.fine->offsets;
+  ASSERT_EQ(here.size(), there.size());
+  ASSERT_GT(here.size(), 20u);
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    EXPECT_EQ(here[i].vertex, there[i].vertex);
+    EXPECT_EQ(here[i].triangle, there[i].triangle);
+    EXPECT_EQ(here[i].along, there[i].along);
+  }
 }
 
 TEST(Messages, ControlComesBack) {

@@ -5,7 +5,7 @@
 // a tool that leaves its dent finds the surface beside it where it is without the load. A contact there is flagged
 // (kOnApron), and asks for a new local model.
 #include "core/body/node_weights.hpp"
-#include "core/local/contact_surface.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 #include "core/local/reducer.hpp"
 
 namespace kt {

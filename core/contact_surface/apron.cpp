@@ -1,4 +1,4 @@
-#include "core/local/apron.hpp"
+#include "core/contact_surface/apron.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -52,7 +52,13 @@ struct ContactSurface {
   VectorX apron_offset;                  ///< of their positions from what `weight` gives [m]; may have room for more
   std::vector<char> rim_of_apron;        ///< of each facet of the patch: corners of it are the apron's; empty: of none
 
-  /// Positions or velocities of its vertices but the apron's from those of the patch's. No allocation.
+  /// Of refined vertices that lie on a smooth surface, from where follow() has them [m], (3n) or empty. Not of those at
+  /// the edge of what is refined, which join the flat triangles.
+  VectorX offset;
+
+  /// Positions of its vertices but the apron's from those of the patch's. No allocation.
+  void place(const VectorX& patch, VectorX& out) const noexcept;
+  /// Their velocities; positions but for `offset`. No allocation.
   void follow(const VectorX& patch, VectorX& out) const noexcept;
   /// The same of the apron's alone: their velocities.
   void follow_apron(const VectorX& patch, VectorX& out) const noexcept;
@@ -107,6 +113,10 @@ void couple_points(const MatrixX& C, std::span<const NodeWeights> points, Coupli
 /// @param fine  over a flat surface only; null: none
 ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& smoothing,
                                     std::shared_ptr<const FinePatch> fine = nullptr);
+
+/// Fills surface.offset from the fine patch's offsets, which have turned with the triangles.
+/// @param x  of the patch's vertices [m], (3n)
+void turn_offsets(const SurfacePatch& patch, const VectorX& x, ContactSurface& surface);
 
 /// The nodes of the body that move a point of its smooth surface.   bary: weights in the triangle
 NodeWeights moved_by(const Surface& surface, const Smoothing& smoothing, int triangle, const Vec3& bary);

@@ -1,4 +1,4 @@
-#include "core/local/subdivision.hpp"
+#include "core/contact_surface/subdivision.hpp"
 
 #include <algorithm>
 #include <cmath>

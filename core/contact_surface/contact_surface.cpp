@@ -1,4 +1,4 @@
-#include "core/local/contact_surface.hpp"
+#include "core/contact_surface/contact_surface.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include "core/base/error.hpp"
 #include "core/body/embedded_surface.hpp"
 #include "core/body/node_weights.hpp"
-#include "core/local/subdivision.hpp"
+#include "core/contact_surface/subdivision.hpp"
 
 namespace kt {
 
@@ -240,6 +240,34 @@ ContactSurface make_contact_surface(const SurfacePatch& patch, const Smoothing& 
   return out;
 }
 
+void turn_offsets(const SurfacePatch& patch, const VectorX& x, ContactSurface& surface) {
+  surface.offset.resize(0);
+  if (!surface.fine || surface.fine->offsets.empty()) return;
+  const FinePatch& fine = *surface.fine;
+  const std::vector<Triangle>& facets = surface.facets.triangles;
+  surface.offset.setZero(3 * static_cast<Eigen::Index>(surface.facets.num_vertices()));
+  std::vector<int> vertex(static_cast<std::size_t>(fine.num_vertices()),
+                          -1);  // of the surface; -1: at an edge, or none
+  std::map<int, int> triangle;  // of the patch, of refined ones
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    if (surface.fine_facet[f] < 0) continue;
+    for (std::size_t c = 0; c < 3; ++c)
+      vertex[static_cast<std::size_t>(fine.facets[static_cast<std::size_t>(surface.fine_facet[f])][c])] = facets[f][c];
+    if (f < patch.triangles.size()) triangle.emplace(patch.global_triangle[f], static_cast<int>(f));
+  }
+  for (std::size_t f = 0; f < facets.size(); ++f)
+    for (std::size_t c = 0; surface.fine_facet[f] >= 0 && c < 3; ++c)
+      if (surface.facets.topology.across[f][c] < 0)
+        for (const std::size_t end : {c, (c + 1) % 3})
+          vertex[static_cast<std::size_t>(fine.facets[static_cast<std::size_t>(surface.fine_facet[f])][end])] = -1;
+  for (const VertexOffset& o : fine.offsets) {
+    const int v = vertex[static_cast<std::size_t>(o.vertex)];
+    if (v < 0) continue;
+    const Triangle& t = patch.triangles[static_cast<std::size_t>(triangle.at(o.triangle))];
+    node(surface.offset, v) += triangle_frame(node(x, t[0]), node(x, t[1]), node(x, t[2])) * o.along;
+  }
+}
+
 namespace {
 
 Vec3 weighted_sum(const ContactSurface& surface, const VectorX& patch, int vertex) noexcept {
@@ -261,6 +289,11 @@ void ContactSurface::follow(const VectorX& patch, VectorX& out) const noexcept {
     return;
   }
   for (int v = 0; v < end; ++v) node(out, v) = weighted_sum(*this, patch, v);
+}
+
+void ContactSurface::place(const VectorX& patch, VectorX& out) const noexcept {
+  follow(patch, out);
+  out.head(offset.size()) += offset;
 }
 
 void ContactSurface::follow_apron(const VectorX& patch, VectorX& out) const noexcept {
