@@ -32,7 +32,7 @@ double ratio_of_factor(const std::string& element, double factor);
 /// @param is_lattice  the zone is no wider than it has to be: cells of four nodes around it lock more
 double refined_force_factor(const ModelInfo& model, double fineness, bool is_lattice = false);
 
-/// Of refined cells under a capsule that lies: 0.86 to 0.93 of a body that is fine everywhere, which itself is 4 to
+/// Of refined cells under a capsule that lies: 0.85 to 0.92 of a body that is fine everywhere, which itself is 4 to
 /// 10 % too stiff (bench/fine_reference_table.cpp).
 constexpr double kRefinedLine = 0.95;
 

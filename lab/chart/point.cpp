@@ -43,6 +43,7 @@ Json chart_point(const Json& row) {
   out["nodes"] = look_up(summary, "/model/nodes");
   out["dof"] = look_up(summary, "/local/dof");
   out["real_time"] = look_up(summary, "/real_time/keeps");
+  out["refined"] = look_up(summary, "/mesh_at_contact/refined");
   out["lost_contacts"] = look_up(summary, "/lost_contacts");
   for (const ChartAxis& axis : kAxes) {
     const Json value = look_up(summary, axis.summary);

@@ -15,8 +15,8 @@ struct ChartAxis {
 };
 std::span<const ChartAxis> chart_axes();
 
-/// The row of a batch (io/files/json_batch.hpp) as a point: outcome, trouble, hash, dof and every axis, null where the
-/// run has none.
+/// The row of a batch (io/files/json_batch.hpp) as a point: outcome, trouble, hash, dof, whether cells were refined,
+/// and every axis, null where the run has none.
 nlohmann::ordered_json chart_point(const nlohmann::ordered_json& row);
 
 /// Which points no other one beats in both: as cheap and more exact, or as exact and cheaper. Those that are not finite

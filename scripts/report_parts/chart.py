@@ -42,12 +42,12 @@ FAILED = 1000  # %: larger errors are drawn here, with their number; they would 
 
 
 def short(point):
-    return point["body"] + (", refined" if point["is_ours"] else "") if point["family"] == "mesh" else point["label"]
+    return point["body"] + (", refined" if point["refined"] else "") if point["family"] == "mesh" else point["label"]
 
 
 def is_hollow(point):
-    """Bodies are drawn twice: filled with refined cells, hollow as they are."""
-    return point["family"] == "mesh" and not point["is_ours"]
+    """Bodies are drawn filled with refined cells, hollow as they are."""
+    return point["family"] == "mesh" and not point["refined"]
 
 
 def panels_of(chart):
