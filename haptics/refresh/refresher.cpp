@@ -244,8 +244,9 @@ void Refresher::refine_for_next(TangentKind kind) {
 }
 
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
-  constexpr double kLatest = 3;   // intervals
-  constexpr double kKeeps = 0.9;  // of a lateness, to the next refresh
+  constexpr double kLatest = 3;      // intervals
+  constexpr double kKeeps = 0.9;     // of a lateness, to the next refresh
+  constexpr double kApproach = 0.5;  // [m/s^2] of a hand that comes near
   const double since = models_come_late(options_) ? t - known_.last : 0, usual = 1 / options_.global.rate_hz;
   // One that is in time after late ones may be so because its cells were few.
   known_.late = std::clamp(std::max(since / usual, 1 + kKeeps * (known_.late - 1)), 1.0, kLatest);
@@ -256,6 +257,7 @@ void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const Lo
         see_tool(body, tools_[k].shape, at[k], reports, static_cast<int>(k), options_.local.rate_hz));
     tool.time = std::clamp(since / interval(t), 1.0, kLatest) * (interval(t) + known_.delay);
     tool.late = known_.late;
+    if (known_.delay > 0) tool.acceleration = kApproach;
   }
   seen_later_ = seen_;
   for (SeenTool& tool : seen_later_) tool.time += interval(t);

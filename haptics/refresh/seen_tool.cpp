@@ -50,6 +50,21 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
   return std::sqrt(std::max(2.5 * spread / force, farthest_sq));
 }
 
+/// Over the last ticks. On a scan tools are held at few places, others from tick to tick: the radius of one tick is
+/// up to twice that of the next, and each makes another zone.
+double mean_contact_radius(std::span<const LocalReport> reports, int tool) {
+  constexpr std::size_t kTicks = 16;
+  double sum = 0;
+  int count = 0;
+  for (const LocalReport& report : reports.last(std::min(kTicks, reports.size()))) {
+    const double radius = measured_contact_radius(report.contacts(), tool);
+    if (!(radius > 0)) continue;
+    sum += radius;
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
 /// Mean normal of the contacts of a tool by force, unit; zero: none pushes.
 Vec3 measured_normal(std::span<const TickContact> contacts, int tool) {
   Vec3 sum = Vec3::Zero();
@@ -121,7 +136,8 @@ SeenTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& a
   SeenTool out{.core = core_points(shape, at), .velocity = tool_velocity(reports, rate_hz, tool)};
   if (reports.empty()) return out;
   const std::span<const TickContact> contacts = reports.back().contacts();
-  out.contact_radius = measured_contact_radius(contacts, tool);
+  out.contact_radius =
+      body.surface.embedded ? mean_contact_radius(reports, tool) : measured_contact_radius(contacts, tool);
   out.normal = measured_normal(contacts, tool);
   out.triangle = touched_triangle(shape, at.x, reports.back(), tool);
   see_contact(body, contacts, tool, contact_length(shape, at.r, contacts, tool), out);

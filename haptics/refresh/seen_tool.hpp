@@ -16,6 +16,7 @@ struct SeenTool {
   std::vector<Vec3> core;        ///< some points of it, a radius within its surface [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]; along the surface that of the body under it less
   double time = 0;               ///< until the next local model is there [s]
+  double acceleration = 0;       ///< that it may have while it comes near and models are late [m/s^2]
   /// Longest time of late between refreshes over the usual interval, 1 to 3, forgotten by a tenth at each refresh; from
   /// the schedule alone.
   double late = 1;

@@ -11,6 +11,7 @@
 #include "core/fine/fine_size.hpp"
 #include "core/fine/fine_surface.hpp"
 #include "core/fine/make_fine_patch.hpp"
+#include "haptics/refresh/seen_tool.hpp"
 #include "haptics/session/session.hpp"
 #include "tests/support/axisymmetric_press.hpp"
 #include "tests/support/lattice_scene.hpp"
@@ -50,6 +51,44 @@ TEST(RefinedLattice, ADragOverAScanStaysOnTheRefinedCells) {
   ASSERT_GT(touching, 500);
   EXPECT_LE(beside, 7);
   EXPECT_LT(largest, 1.5 * sum / touching);
+}
+
+// A tool that presses gets faster. Where models are late, cells that were refined for its speed of 0.08 s ago served
+// the first tenths of a millimetre: 14 and 9 ticks beside them.
+TEST(RefinedLattice, AToolThatGetsFasterFindsRefinedCellsWhereModelsAreLate) {
+  for (const char* mesh : {"/meshes/sphere.off", "/meshes/torus.off"}) {
+    Scene s = default_drag(std::string(KT_SOURCE_DIR) + mesh, 0.25);
+    s.link.latency_ms = 35;
+    const SessionResult r = Session(s).run();
+    const auto& frames = r.tools[0].frames;
+    EXPECT_GT(std::ranges::max(frames, {}, &LocalFrame::f_n).f_n, 0.01) << mesh;
+    EXPECT_EQ(std::ranges::count_if(frames, [](const LocalFrame& f) { return (f.flags & kUnrefined) != 0; }), 0)
+        << mesh;
+  }
+}
+
+/// Of a tool that is held at four places around the origin, by `wide` and by half of it in turn.
+double seen_radius(bool is_scan, double wide) {
+  Mesh mesh = kuhn_block(2, 2, 2, 0.01);
+  Surface surface = make_surface(mesh);
+  if (is_scan) surface.embedded = std::make_shared<EmbeddedSurface>();
+  std::vector<LocalReport> reports(20);
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    reports[i].tick = static_cast<int>(i);
+    reports[i].count = 4;
+    const double r = i % 2 == 0 ? wide : wide / 2;
+    const std::array at{Vec3(r, 0, 0), Vec3(-r, 0, 0), Vec3(0, r, 0), Vec3(0, -r, 0)};
+    for (std::size_t k = 0; k < at.size(); ++k)
+      reports[i].samples[k] = {
+          .triangle = 0, .bary = Vec3(1, 0, 0), .impulse = Vec3(0, 0, -1e-4), .normal = Vec3::UnitZ(), .point = at[k]};
+  }
+  const VectorX still = VectorX::Zero(mesh.x.size());
+  const ContactNodes nodes(surface, 0);
+  return see_tool({surface, nodes, mesh.x, still}, ToolShape{.radius = 0.004}, Pose{}, reports, 0, 1000).contact_radius;
+}
+
+TEST(RefinedLattice, RadiusOfAContactIsTheMeanOfSomeTicks) {
+  EXPECT_NEAR(seen_radius(true, 0.002) / (seen_radius(false, 0.002) + seen_radius(false, 0.004)), 0.75 / 1.5, 1e-9);
 }
 
 // On a rough scan the nearest facet may face away. The ball was held at one place from both sides: 3e8 N.
