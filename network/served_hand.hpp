@@ -96,6 +96,8 @@ class ServedHand final : public ModelObserver {
   SetReply set(const SetRequest& m) {
     try {
       if (!body_) throw InputError(m.key + ": not before the first tick");
+      if (m.key == "contact.surface")  // the hand's computer would go on with its own
+        throw InputError("contact.surface: stays as it is over a network; set it in the scene");
       body_->set({0, m.key, m.value, m.word});
       return {m.number, ""};
     } catch (const InputError& e) {

@@ -60,17 +60,16 @@ bool sets(const std::vector<std::string>& set, const std::string& key) {
 }
 
 /// Settings are applied to a scene that already names the mesh, so that --set can change everything.
-Scene scene_with_body(const std::string& mesh, const std::string& body, const std::vector<std::string>& set) {
+Scene scene_with_body(const std::string& mesh, const std::string& body, const std::vector<std::string>& set,
+                      const std::string& model) {
   Scene base = default_scene();
   base.title = "drag over " + fs::path(mesh).filename().string();
   base.duration = 1.2;
   base.object.mesh = mesh;
   base.object.size = 0.1;
   base.object.body = body;
-  if (body == "lattice")
-    base.object.model.type = "fem";
-  else
-    base.object.repair = true;
+  base.object.model.type = model;
+  base.object.repair = body != "lattice";
   base.object.fixed.below = FixedBelow{"z", 0.2};
   base.tool.radius = 0.004;
   base.tool.path.press_drag->depth = 0.003;
@@ -90,17 +89,18 @@ bool holds_tetrahedra(const std::string& mesh) {
 
 Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set) {
   if (sets(set, "object.body")) {
-    Scene asked = scene_with_body(mesh, "mesh", set);
-    return asked.object.body == "lattice" ? scene_with_body(mesh, "lattice", set) : asked;
+    Scene asked = scene_with_body(mesh, "mesh", set, "msd");
+    return asked.object.body == "lattice" ? scene_with_body(mesh, "lattice", set, "fem") : asked;
   }
-  if (!holds_tetrahedra(mesh)) {
-    Scene scene = scene_with_body(mesh, "lattice", set);
+  const bool is_surface = !holds_tetrahedra(mesh);
+  if (is_surface) {
+    Scene scene = scene_with_body(mesh, "lattice", set, "fem");
     const SceneObject& o = scene.object;
     if (o.mesh == mesh && !o.tetrahedralize && !o.repair && why_no_lattice(body_options(scene)).empty() &&
         why_no_lattice(touch_options(scene)).empty())
       return scene;
   }
-  return scene_with_body(mesh, "mesh", set);
+  return scene_with_body(mesh, "mesh", set, is_surface ? "fem" : "msd");
 }
 
 Scene scene_of_file(const std::string& file, const std::vector<std::string>& set) {

@@ -14,8 +14,8 @@ Given kind_of_file(const std::string& file);
 
 /// A scene for a mesh alone: a tenth of a metre, soft as tissue, held at the far side; a sphere presses and drags over
 /// the near side. Sizes follow the body's own size, so that any mesh in any unit gives a sensible first contact.
-/// A surface is put into a lattice (object.body), unless a setting asks for something that a lattice has not; a file
-/// with tetrahedra keeps them.
+/// A surface is put into a lattice (object.body) of elements. Where a setting asks for something that a lattice has
+/// not, it is filled with tetrahedra, elements as well. A file with tetrahedra keeps them, as springs.
 /// @param set  KEY=VALUE
 Scene scene_of_mesh(const std::string& mesh, const std::vector<std::string>& set);
 

@@ -260,6 +260,8 @@ void turn_offsets(const SurfacePatch& patch, const VectorX& x, ContactSurface& s
       if (surface.facets.topology.across[f][c] < 0)
         for (const std::size_t end : {c, (c + 1) % 3})
           vertex[static_cast<std::size_t>(fine.facets[static_cast<std::size_t>(surface.fine_facet[f])][end])] = -1;
+  for (const VertexOffset& o : fine.offsets)  // one whose other fan is not refined is at an edge, too
+    if (!triangle.contains(o.triangle)) vertex[static_cast<std::size_t>(o.vertex)] = -1;
   for (const VertexOffset& o : fine.offsets) {
     const int v = vertex[static_cast<std::size_t>(o.vertex)];
     if (v < 0) continue;
@@ -326,6 +328,10 @@ Vec3 ContactSurface::weights_in_triangle(int facet, const Vec3& bary) const noex
 }
 
 std::pair<int, Vec3> ContactSurface::facet_at(int triangle, const SurfacePlace& place) const noexcept {
+  if (levels > 0) {
+    const auto [piece, bary] = piece_at(levels, place.weights);
+    return {triangle * facets_per_triangle() + piece, bary};
+  }
   if (!fine || fine_facet[triangle] < 0) return {triangle, place.weights};
   const auto [facet, bary] = fine->find(place);
   return {facet_of_fine[facet], bary};

@@ -1,7 +1,7 @@
 #pragma once
-// The surface that tools touch: the patch's own triangles, or a smoother one over them whose vertices are weighted
-// means of the patch's. Linear in the nodes, so that a force on it and the motion it causes belong together: no
-// contact creates energy.
+// The surface that tools touch: the patch's own triangles, a smoother one over them whose vertices are weighted means
+// of the patch's, or facets of refined cells, which may be raised from their triangles. Its velocities are linear in
+// those of the nodes, so that a force on it and the motion it causes belong together: no contact creates energy.
 #include <span>
 
 #include "core/base/backend.hpp"
@@ -58,7 +58,7 @@ struct ContactSurface {
 
   /// Positions of its vertices but the apron's from those of the patch's. No allocation.
   void place(const VectorX& patch, VectorX& out) const noexcept;
-  /// Their velocities; positions but for `offset`. No allocation.
+  /// Their velocities; for positions, place(). No allocation.
   void follow(const VectorX& patch, VectorX& out) const noexcept;
   /// The same of the apron's alone: their velocities.
   void follow_apron(const VectorX& patch, VectorX& out) const noexcept;
@@ -92,7 +92,7 @@ struct ContactSurface {
   SurfacePlace place_of(int facet, const Vec3& bary) const noexcept {
     return {facets.global_triangle[facet], weights_in_triangle(facet, bary)};
   }
-  /// The facet of a flat or refined patch that holds a place, and the weights in it.
+  /// The facet that holds a place, and the weights in it.
   /// @param triangle  of the patch: that of the place
   std::pair<int, Vec3> facet_at(int triangle, const SurfacePlace& place) const noexcept;
 };

@@ -1,13 +1,13 @@
 #include "core/contact_surface/rest_surface.hpp"
 
-#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <set>
-#include <utility>
+#include <vector>
 
 #include "core/contact_surface/contact_surface.hpp"
 #include "core/contact_surface/subdivision.hpp"
-#include "core/local/reducer.hpp"
 
 namespace kt {
 namespace {
@@ -25,59 +25,68 @@ std::array<double, kDegree + 1> factors(double w) {
   return out;
 }
 
-}  // namespace
+std::array<bool, 3> sharp_edges(const Surface& surface, std::size_t triangle) {
+  if (surface.crease.empty()) return {};
+  const auto& crease = surface.crease[triangle];
+  return {crease[0] != Crease::none, crease[1] != Crease::none, crease[2] != Crease::none};
+}
 
-namespace {
+Vec3 weighted_sum(const Subdivision& of, int vertex, const VectorX& x) {
+  Vec3 out = Vec3::Zero();
+  for (int k = of.first[vertex]; k < of.first[vertex + 1]; ++k) out += of.weight[k] * node(x, of.from[k]);
+  return out;
+}
 
 /// Points whose limit passes by x: twice moved out by what it misses, which leaves (1 - S)^3 x, S the limit of nodes.
 VectorX control_points(const Surface& surface, const VectorX& x) {
   constexpr int kCorrections = 2;
   std::vector<std::array<bool, 3>> sharp;
-  for (const auto& c : surface.crease)
-    sharp.push_back({c[0] != Crease::none, c[1] != Crease::none, c[2] != Crease::none});
-  sharp.resize(surface.triangles.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) sharp.push_back(sharp_edges(surface, t));
   const auto nodes = static_cast<int>(surface.topology.first.size()) - 1;
-  const Subdivision limit = subdivide_loop(surface.triangles, nodes, sharp, 1);
+  const Subdivision limit = subdivide_loop(surface.triangles, nodes, sharp, 0);
   VectorX out = x;
   for (int i = 0; i < kCorrections; ++i) {
     const VectorX before = out;
-    for (int v = 0; v < nodes; ++v) {
-      node(out, v) += node(x, v);
-      for (int k = limit.first[v]; k < limit.first[v + 1]; ++k)
-        node(out, v) -= limit.weight[k] * node(before, limit.from[k]);
-    }
+    for (int v = 0; v < nodes; ++v) node(out, v) += node(x, v) - weighted_sum(limit, v, before);
   }
   return out;
 }
 
 }  // namespace
 
-RestSurface::RestSurface(const Surface& surface, const VectorX& x, std::string scheme)
-    : surface_(surface),
-      x_(x),
-      control_(control_points(surface, x)),
-      scheme_(std::move(scheme)),
-      nowhere_(VectorX::Constant(3 * static_cast<Eigen::Index>(surface.topology.first.size()), 1e300)) {}
+RestSurface::RestSurface(const Surface& surface, const VectorX& x)
+    : surface_(surface), x_(x), control_(control_points(surface, x)) {}
 
+/// From the triangle and those around its corners.
 const RestSurface::Quartic& RestSurface::over(int triangle) {
   if (const auto found = known_.find(triangle); found != known_.end()) return found->second;
   if (known_.size() >= kMost) known_.clear();
-  const SurfacePatch patch = make_patch(surface_, nowhere_, {Vec3::Zero(), triangle, 0});  // the triangle and its ring
-  const ContactSurface smooth = make_contact_surface(patch, {scheme_, kLevels});
-  VectorX at(3 * static_cast<Eigen::Index>(patch.num_vertices())),
-      x = VectorX::Zero(3 * static_cast<Eigen::Index>(smooth.facets.num_vertices()));
-  for (int v = 0; v < patch.num_vertices(); ++v)
-    node(at, v) = node(control_, patch.global_node[static_cast<std::size_t>(v)]);
-  smooth.follow(at, x);
-  const auto local =
-      static_cast<int>(std::ranges::find(patch.global_triangle, triangle) - patch.global_triangle.begin());
+  std::set<int> ring;
+  for (const int v : surface_.triangles[static_cast<std::size_t>(triangle)])
+    for (const int t : surface_.topology.triangles_of(v)) ring.insert(t);
+  std::vector<Triangle> triangles;
+  std::vector<std::array<bool, 3>> sharp;
+  std::map<int, int> number;  // of nodes, in the ring
+  VectorX at;
+  for (const int t : ring) {
+    Triangle& own = triangles.emplace_back(surface_.triangles[static_cast<std::size_t>(t)]);
+    sharp.push_back(sharp_edges(surface_, static_cast<std::size_t>(t)));
+    for (int& v : own) {
+      const auto [found, is_new] = number.try_emplace(v, static_cast<int>(number.size()));
+      if (is_new) at.conservativeResize(at.size() + 3), at.tail<3>() = node(control_, v);
+      v = found->second;
+    }
+  }
+  const Subdivision smooth = subdivide_loop(triangles, static_cast<int>(number.size()), sharp, kLevels);
+  constexpr int kPieces = 1 << (2 * kLevels);
+  const auto first = kPieces * std::distance(ring.begin(), ring.find(triangle));
   Quartic& out = known_[triangle];
-  for (int piece = 0; piece < smooth.facets_per_triangle(); ++piece)
+  for (int piece = 0; piece < kPieces; ++piece)
     for (int c = 0; c < 3; ++c) {
       const Vec3 w = kDegree * weights_in_triangle(piece, kLevels, Vec3::Unit(c));
-      const auto facet = static_cast<std::size_t>(local * smooth.facets_per_triangle() + piece);
+      const int v = smooth.triangles[static_cast<std::size_t>(first + piece)][static_cast<std::size_t>(c)];
       out[place_of(static_cast<int>(std::lround(w[0])), static_cast<int>(std::lround(w[1])))] =
-          node(x, smooth.facets.triangles[facet][static_cast<std::size_t>(c)]);
+          weighted_sum(smooth, v, at);
     }
   return out;
 }

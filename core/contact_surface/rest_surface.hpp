@@ -16,9 +16,8 @@ namespace kt {
 class RestSurface {
  public:
   /// Borrows the surface, whose vertices are nodes.
-  /// @param scheme  contact_surface_backends(), but flat
-  /// @param x       of the body at rest [m]
-  RestSurface(const Surface& surface, const VectorX& x, std::string scheme);
+  /// @param x  of the body at rest [m]
+  RestSurface(const Surface& surface, const VectorX& x);
 
   /// From a point of a triangle to the smooth surface [m].
   Vec3 offset(int triangle, const Vec3& bary);
@@ -33,8 +32,6 @@ class RestSurface {
   const Quartic& over(int triangle);
   const Surface& surface_;
   VectorX x_, control_;
-  std::string scheme_;
-  VectorX nowhere_;
   std::unordered_map<int, Quartic> known_;
 };
 

@@ -24,7 +24,7 @@ struct Subdivision {
 /// Sharp edges stay edges, and vertices where one or more than two of them meet stay where they are, as do vertices
 /// with more than ten neighbours; edges of one triangle or of more than two are sharp.
 /// @param sharp   per triangle: of its edges (v[i], v[i+1])
-/// @param levels  >= 1
+/// @param levels  >= 0
 Subdivision subdivide_loop(std::span<const Triangle> triangles, int num_vertices,
                            std::span<const std::array<bool, 3>> sharp, int levels);
 

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "collision/shape/closest_point.hpp"
-#include "core/base/error.hpp"
 #include "core/base/types.hpp"
 #include "core/body/embedded_surface.hpp"
 #include "core/body/near_triangles.hpp"
@@ -230,15 +229,11 @@ std::string price_of(double finer, double refresh_share) {
   return out;
 }
 
-/// Of local.refine, by which these cells would be refined; empty: by none.
-std::string refining_choice(const BuiltScene& built) {
+/// Whether local.refine auto would refine these cells.
+bool auto_refines(const BuiltScene& built) {
   TouchOptions options = built.options();
-  for (const char* refine : {"auto", "follow"}) try {
-      options.local.refine = refine;
-      if (choose_refine(built.model(), built.surface(), options).refines) return refine;
-    } catch (const InputError&) {  // it does not go together with other settings
-    }
-  return {};
+  options.local.refine = "auto";
+  return choose_refine(built.model(), built.surface(), options).refines;
 }
 
 }  // namespace
@@ -255,11 +250,10 @@ Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, 
                told("about ", refined_force_factor({"fem", {}, {}}, built.scene().local.fineness), " times")));
     return out;
   }
-  const std::string refine = width.is_refined ? "" : refining_choice(built);
-  if (!refine.empty()) {
+  if (!width.is_refined && auto_refines(built)) {
     const double factor =
         refined_force_factor(built.model().info(), built.scene().local.fineness, built.surface().embedded != nullptr);
-    out.cures.push_back(set_to("local.refine", refine, told("about ", factor, " times")));
+    out.cures.push_back(set_to("local.refine", "auto", told("about ", factor, " times")));
     return out;
   }
   if (width.factor < 1) {

@@ -19,7 +19,7 @@ Cure to_ours(const Scene& scene) {
 std::vector<Cure> smoother(const Scene& scene) {
   std::vector<Cure> out;
   if (scene.contact.surface == "flat" && is_ours(scene) && scene.object.body != "lattice")
-    out.push_back(set_to("contact.surface", "loop", scene.local.refine == "off" ? "stiffer by a quarter" : ""));
+    out.push_back(set_to("contact.surface", "loop", "stiffer by a quarter where no cells are refined"));
   out.push_back(finer_cells(scene));
   return out;
 }

@@ -23,9 +23,9 @@ std::vector<Vec3> offsets_of(const ContactSurface& s) {
 
 void ContactNodes::keep(const PreparedLocalModel& model) {
   const ContactSurface& s = model.surface;
-  if (s.fine) return static_cast<void>(kept_.push_back({model.model.frame, {}, {}, {}, s.fine, offsets_of(s)}));
+  if (s.fine) return static_cast<void>(kept_.push_back({model.model.frame, {}, {}, {}, 0, s.fine, offsets_of(s)}));
   const auto facets = static_cast<std::ptrdiff_t>(s.apron_facets < 0 ? s.facets.triangles.size() : s.apron_facets);
-  Kept kept{model.model.frame, {s.first_moved.begin(), s.first_moved.begin() + facets + 1}, {}, {}, {}, {}};
+  Kept kept{model.model.frame, {s.first_moved.begin(), s.first_moved.begin() + facets + 1}, {}, {}, s.levels, {}, {}};
   for (int k = 0; k < kept.first.back(); ++k) kept.node.push_back(model.model.patch.global_node[s.moved_node[k]]);
   kept.weight.assign(s.moved_weight.begin(), s.moved_weight.begin() + kept.first.back());
   kept_.push_back(std::move(kept));
@@ -39,7 +39,7 @@ NodeWeights ContactNodes::moved_by(int frame, const TickContact& contact) const 
   if (const OnFine at = on_fine(frame, contact); at.patch) return at.patch->moved_by(at.facet, at.bary);
   const auto kept = std::ranges::find(kept_, frame, &Kept::frame);
   if (contact.facet < 0 || kept == kept_.end() || contact.facet + 1 >= static_cast<int>(kept->first.size()))
-    return kt::moved_by(surface_, {"flat", 0}, contact.triangle, on_triangle(contact).bary);
+    return kt::moved_by(surface_, {"flat", 0}, contact.triangle, on_triangle(frame, contact).bary);
   NodeWeights out;
   for (int k = kept->first[contact.facet]; k < kept->first[contact.facet + 1]; ++k)
     out.add(kept->node[k], contact.bary.dot(kept->weight[k]));
@@ -69,9 +69,10 @@ Vec3 ContactNodes::offset(int frame, const TickContact& contact) const {
   return out;
 }
 
-TickContact ContactNodes::on_triangle(TickContact contact) const {
-  if (contact.facet >= 0)
-    contact.bary = weights_in_triangle(contact.facet % (1 << (2 * levels_)), levels_, contact.bary);
+TickContact ContactNodes::on_triangle(int frame, TickContact contact) const {
+  const auto kept = std::ranges::find(kept_, frame, &Kept::frame);
+  const int levels = kept == kept_.end() ? 0 : kept->levels;
+  if (contact.facet >= 0) contact.bary = weights_in_triangle(contact.facet % (1 << (2 * levels)), levels, contact.bary);
   contact.facet = -1;
   return contact;
 }

@@ -12,8 +12,8 @@ namespace kt {
 
 class ContactNodes {
  public:
-  /// @param surface  of the body, borrowed      @param levels  of smoothing, as in Smoothing
-  ContactNodes(const Surface& surface, int levels) : surface_(surface), levels_(levels) {}
+  /// Borrows the body's surface.
+  explicit ContactNodes(const Surface& surface) : surface_(surface) {}
 
   /// A new local model, whose ticks will report. Their frames ascend.
   void keep(const PreparedLocalModel& model);
@@ -36,18 +36,18 @@ class ContactNodes {
   /// Of that local model; null: none.
   const FinePatch* fine_of(int frame) const;
   /// The same contact with its place on the triangle instead of a facet.
-  TickContact on_triangle(TickContact contact) const;
+  TickContact on_triangle(int frame, TickContact contact) const;
 
  private:
   struct Kept {
     int frame = 0;
     std::vector<int> first, node;  // of the body; see ContactSurface::first_moved
     std::vector<Vec3> weight;
+    int levels = 0;                         // of smoothing
     std::shared_ptr<const FinePatch> fine;  // with one, contacts are told by their places on triangles
     std::vector<Vec3> offset;               // of the fine patch's vertices [m]; empty: none
   };
   const Surface& surface_;
-  int levels_;
   std::deque<Kept> kept_;
 };
 

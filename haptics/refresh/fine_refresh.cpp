@@ -103,7 +103,7 @@ FineRefresh::FineRefresh(const DeformableModel& model, const Surface& surface, c
       stays_(local.refine == "set-up"),
       may_be_wide_(model.info().type != "msd" && !surface.embedded),
       solver_(make_block_solver()) {
-  if (contact_surface != "flat") smooth_.emplace(surface, model.mesh().x, contact_surface);
+  if (contact_surface != "flat") smooth_.emplace(surface, model.mesh().x);
 }
 
 FineRefresh::Wanted FineRefresh::wanted(const VectorX& x, std::span<const int> patch, std::span<const TouchTool> tools,

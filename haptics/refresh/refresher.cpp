@@ -56,7 +56,7 @@ Refresher::Refresher(const DeformableModel& model, const Surface& surface, const
       options_(options),
       tools_(options.tools),
       smoothing_(contact_smoothing(model, surface, options, self_contact != nullptr)),
-      nodes_(surface, smoothing_.levels),
+      nodes_(surface),
       way_out_(surface, model.mesh().num_nodes(), still_nodes(model)),
       method_(make_method(options, {})),
       self_contact_(self_contact),
@@ -443,7 +443,7 @@ VectorX Refresher::unloaded(const PreparedLocalModel& model, const LocalReport* 
   for (const TickContact& contact : last->contacts()) {
     const int t = model.local_triangle[contact.triangle];
     if (t < 0) continue;
-    const Vec3 weights = nodes_.on_triangle(contact).bary;
+    const Vec3 weights = nodes_.on_triangle(last->model_frame, contact).bary;
     for (int c = 0; c < 3; ++c)
       node(force, patch.triangles[t][c]) += options_.local.rate_hz * weights[c] * contact.impulse;
   }
@@ -458,7 +458,7 @@ void Refresher::carry_over(const LocalMotion& motion, std::span<const LocalRepor
   std::array<bool, kMaxTools> sliding{};
   for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = last->tools[k].sliding;
   std::vector<TickContact> placed;
-  for (const TickContact& c : last->contacts()) placed.push_back(nodes_.on_triangle(c));
+  for (const TickContact& c : last->contacts()) placed.push_back(nodes_.on_triangle(last->model_frame, c));
   place_contacts(out, placed, sliding);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/ticks.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 #include "haptics/touched/contact_length.hpp"
 
@@ -50,13 +51,13 @@ double measured_contact_radius(std::span<const TickContact> contacts, int tool) 
   return std::sqrt(std::max(2.5 * spread / force, farthest_sq));
 }
 
-/// Over the last ticks. On a scan tools are held at few places, others from tick to tick: the radius of one tick is
+/// Over the last 16 ms. On a scan tools are held at few places, others from tick to tick: the radius of one tick is
 /// up to twice that of the next, and each makes another zone.
-double mean_contact_radius(std::span<const LocalReport> reports, int tool) {
-  constexpr std::size_t kTicks = 16;
+double mean_contact_radius(std::span<const LocalReport> reports, double rate_hz, int tool) {
+  constexpr double kTime = 0.016;  // [s]
   double sum = 0;
   int count = 0;
-  for (const LocalReport& report : reports.last(std::min(kTicks, reports.size()))) {
+  for (const LocalReport& report : reports.last(std::min<std::size_t>(ticks_in(kTime, rate_hz), reports.size()))) {
     const double radius = measured_contact_radius(report.contacts(), tool);
     if (!(radius > 0)) continue;
     sum += radius;
@@ -75,14 +76,14 @@ Vec3 measured_normal(std::span<const TickContact> contacts, int tool) {
 
 /// Adds where a tool touched the body in the last tick, in the middle of its contacts by force, and along which length.
 /// @param length  of the contact as it is now; none: it is about round
-void see_contact(const TouchedBody& body, std::span<const TickContact> contacts, int tool,
+void see_contact(const TouchedBody& body, const LocalReport& report, int tool,
                  const std::optional<ContactLength>& length, SeenTool& out) {
   double force = 0, length_sq = 0;
   Vec3 middle = Vec3::Zero(), moves = Vec3::Zero(), stretch = Vec3::Zero();
-  for (const TickContact& contact : contacts) {
+  for (const TickContact& contact : report.contacts()) {
     if (contact.tool != tool) continue;
     const double push = push_of(contact), s = length ? (contact.point - length->middle).dot(length->along) : 0;
-    const Vec3 bary = body.nodes.on_triangle(contact).bary;
+    const Vec3 bary = body.nodes.on_triangle(report.model_frame, contact).bary;
     const Triangle& t = body.surface.triangles[contact.triangle];
     force += push;
     length_sq += push * s * s;
@@ -137,10 +138,10 @@ SeenTool see_tool(const TouchedBody& body, const ToolShape& shape, const Pose& a
   if (reports.empty()) return out;
   const std::span<const TickContact> contacts = reports.back().contacts();
   out.contact_radius =
-      body.surface.embedded ? mean_contact_radius(reports, tool) : measured_contact_radius(contacts, tool);
+      body.surface.embedded ? mean_contact_radius(reports, rate_hz, tool) : measured_contact_radius(contacts, tool);
   out.normal = measured_normal(contacts, tool);
   out.triangle = touched_triangle(shape, at.x, reports.back(), tool);
-  see_contact(body, contacts, tool, contact_length(shape, at.r, contacts, tool), out);
+  see_contact(body, reports.back(), tool, contact_length(shape, at.r, contacts, tool), out);
   return out;
 }
 

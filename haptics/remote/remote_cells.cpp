@@ -35,7 +35,7 @@ RemoteCells::RemoteCells(const DeformableModel& model, const Surface& surface, i
       nodes_(nodes),
       refinable_(make_refinable_body(model, surface)),
       solver_(make_block_solver()) {
-  if (contact_surface != "flat") smooth_.emplace(surface, model.mesh().x, contact_surface);
+  if (contact_surface != "flat") smooth_.emplace(surface, model.mesh().x);
 }
 
 std::string RemoteCells::trouble(const FineOrigin& origin) const {

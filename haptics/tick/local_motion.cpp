@@ -79,13 +79,8 @@ void place_contacts(PreparedLocalModel& model, std::span<const TickContact> cont
   LocalState& s = model.state;
   s.anchors.count = 0;
   for (const TickContact& sample : contacts) {
-    auto [piece, bary] = piece_at(model.surface.levels, sample.bary);
-    int facet = model.local_facet(sample.triangle * model.surface.facets_per_triangle() + piece);
+    const auto [facet, bary] = model.facet_at({sample.triangle, sample.bary});
     if (facet < 0) continue;
-    if (model.surface.is_apron(facet))
-      bary = sample.bary;
-    else if (model.surface.fine)
-      std::tie(facet, bary) = model.surface.facet_at(facet, {sample.triangle, sample.bary});
     s.impulse[s.anchors.count] = sample.impulse;
     s.anchors.add({.triangle = facet, .bary = bary, .normal = sample.normal, .tool = sample.tool});
   }

@@ -30,7 +30,7 @@ void carry_contacts(TickState& tick, PreparedLocalModel& now, const PreparedLoca
   now.state.anchors.count = 0;
   for (int i = 0; i < old.state.anchors.count; ++i) {
     Contact anchor = old.state.anchors.contacts[i];
-    if (old.surface.fine || now.surface.fine)
+    if (old.surface.fine || now.surface.fine || old.surface.levels != now.surface.levels)
       std::tie(anchor.triangle, anchor.bary) = now.facet_at(old.surface.place_of(anchor.triangle, anchor.bary));
     else
       anchor.triangle = now.local_facet(old.surface.global_facet(anchor.triangle));

@@ -49,9 +49,9 @@ void PreparedLocalModel::add_yield(const VectorX& impulse, VectorX& out) const n
 }
 
 std::pair<int, Vec3> PreparedLocalModel::facet_at(const SurfacePlace& place) const noexcept {
-  const int facet = local_facet(place.triangle);
+  const int pieces = surface.facets_per_triangle(), facet = local_facet(place.triangle * pieces);
   if (facet < 0 || surface.is_apron(facet)) return {facet, place.weights};
-  return surface.facet_at(facet, place);
+  return surface.facet_at(facet / pieces, place);
 }
 
 double Overlap::allowed() const noexcept {

@@ -34,8 +34,9 @@ FullOptions full_options(const Session& session, std::span<const PosePath> paths
   // The paper's laws are their metric; the others agree as the step shrinks, and the implicit one is the most accurate.
   if (is_geometric(scene.contact.law)) out.metric = contact_metric(scene.contact.metric);
   out.collision_backend = scene.collision.backend;
-  out.smoothing =
-      contact_smoothing(session.model(), session.surface(), session.options(), scene.global.self_contact.has_value());
+  TouchOptions own = session.options();
+  own.local.refine = "off";
+  out.smoothing = contact_smoothing(session.model(), session.surface(), own, false);
   return out;
 }
 
@@ -48,7 +49,7 @@ Scene with_own_cells(Scene scene) {
 
 Reference run_reference(const Session& session, std::span<const PosePath> paths, const ReferenceOptions& options) {
   const Scene& scene = session.scene();
-  if (scene.global.self_contact.has_value())
+  if (scene.global.self_contact)
     throw InputError("reference: the full model in fine steps passes through itself; not with global.self_contact");
   for (const PosePath& path : paths)
     if (paths.size() != session.tools().size() || path.size() != paths[0].size() || path.empty())

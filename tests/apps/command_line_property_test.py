@@ -269,7 +269,7 @@ class CommandLine(unittest.TestCase):
         for mesh, settings, body, model in ((ball, [], "lattice", "fem"),
                                             (ball, ["object.body=mesh"], "mesh", "msd"),
                                             (ball, ["object.model.type=msd"], "lattice", "msd"),
-                                            (ball, ["contact.surface=loop"], "mesh", "msd"),
+                                            (ball, ["contact.surface=loop"], "mesh", "fem"),
                                             (block, [], "mesh", "msd"),
                                             (block, ["object.body=lattice"], "lattice", "fem")):
             given = [word for setting in ("duration=0.05", "local.reducer=condensed", *settings) for word in ("--set", setting)]

@@ -25,7 +25,7 @@ struct Reported : testing::TestWithParam<Smoothing> {
 TEST_P(Reported, ContactsMoveTheNodesOfTheModelThatReportedThem) {
   const VectorX& rest = body.model->mesh().x;
   const Bounds box = bounds(body.model->mesh());
-  ContactNodes nodes(body.surface, GetParam().levels);
+  ContactNodes nodes(body.surface);
   std::vector<std::unique_ptr<PreparedLocalModel>> models;
   for (int frame = 3; frame < 6; ++frame) {
     models.push_back(model_at(box.min + 0.2 * frame * (box.max - box.min), frame));
@@ -54,7 +54,7 @@ TEST_P(Reported, ContactsMoveTheNodesOfTheModelThatReportedThem) {
                 std::vector(own.node.begin(), own.node.begin() + own.count));
       ASSERT_EQ(std::vector(found.weight.begin(), found.weight.begin() + found.count),
                 std::vector(own.weight.begin(), own.weight.begin() + own.count));
-      const TickContact placed = nodes.on_triangle(contact);
+      const TickContact placed = nodes.on_triangle(model->model.frame, contact);
       ASSERT_EQ(placed.bary, s.weights_in_triangle(f, bary));
       ASSERT_EQ(placed.facet, -1);
     }
@@ -62,7 +62,7 @@ TEST_P(Reported, ContactsMoveTheNodesOfTheModelThatReportedThem) {
 }
 
 TEST_P(Reported, ContactsOnATriangleNeedNoModel) {
-  ContactNodes nodes(body.surface, GetParam().levels);
+  ContactNodes nodes(body.surface);
   const TickContact contact{.triangle = 5, .bary = {0.5, 0.2, 0.3}};
   const NodeWeights found = nodes.moved_by(0, contact);
   ASSERT_EQ(found.count, 3);
@@ -70,7 +70,7 @@ TEST_P(Reported, ContactsOnATriangleNeedNoModel) {
     EXPECT_EQ(found.node[c], body.surface.triangles[5][c]);
     EXPECT_EQ(found.weight[c], contact.bary[c]);
   }
-  EXPECT_EQ(nodes.on_triangle(contact).bary, contact.bary);
+  EXPECT_EQ(nodes.on_triangle(0, contact).bary, contact.bary);
 }
 
 INSTANTIATE_TEST_SUITE_P(Surfaces, Reported, testing::ValuesIn(kSurfaces),

@@ -83,7 +83,7 @@ double seen_radius(bool is_scan, double wide) {
           .triangle = 0, .bary = Vec3(1, 0, 0), .impulse = Vec3(0, 0, -1e-4), .normal = Vec3::UnitZ(), .point = at[k]};
   }
   const VectorX still = VectorX::Zero(mesh.x.size());
-  const ContactNodes nodes(surface, 0);
+  const ContactNodes nodes(surface);
   return see_tool({surface, nodes, mesh.x, still}, ToolShape{.radius = 0.004}, Pose{}, reports, 0, 1000).contact_radius;
 }
 

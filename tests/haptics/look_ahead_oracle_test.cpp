@@ -62,7 +62,7 @@ TEST(LastHolds, SplitTheForceOnTheBody) {
   LocalReport report;
   report.count = 1;
   report.samples[0] = {.triangle = 0, .bary = {1, 0, 0}, .impulse = {2e-4, 0, -1e-3}, .normal = Vec3::UnitZ()};
-  const std::vector<ContactHold> holds = last_holds({&report, 1}, ContactNodes(surface, 0), 1000, ToolShape{});
+  const std::vector<ContactHold> holds = last_holds({&report, 1}, ContactNodes(surface), 1000, ToolShape{});
   ASSERT_EQ(holds.size(), 1u);
   EXPECT_EQ(holds[0].moves.of(VectorX::LinSpaced(12, 0, 11)), Vec3(3, 4, 5));
   EXPECT_DOUBLE_EQ(holds[0].force, 1);

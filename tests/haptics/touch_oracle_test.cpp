@@ -259,6 +259,38 @@ TEST(Touch, ChangesOfSettingsAreRepeatedByAReplay) {
   EXPECT_EQ(hash_of(again), hash_of(live));
 }
 
+// Facets are numbered otherwise on each surface: contacts go from one to the next by their places.
+TEST(Touch, ContactsStayWhereTheyAreWhenTheSurfaceChanges) {
+  for (const bool catch_up : {false, true})
+    for (const char* refine : {"off", "auto"})
+      for (const auto& [from, to] : {std::pair("loop", "flat"), {"flat", "loop"}}) {
+        Scene scene = small_scene();
+        scene.object.model.type = "fem";
+        scene.contact.surface = from;
+        scene.contact.mu_static = scene.contact.mu_kinetic = 1;
+        scene.local.catch_up = catch_up;
+        scene.local.refine = refine;
+        Session session(scene);
+        Touch touch(session.body(), session.options());
+        const Vec3 above = session.paths()[0].points.front().x, deep = above - Vec3(0, 0, 0.003);
+        const double most = std::string_view(refine) == "off" ? 20 : 1.5;  // one surface is twice as stiff there
+        LocalFrame before, least;
+        for (int i = 0; i < 500; ++i) {
+          if (i == 300) touch.set("contact.surface", std::string(to));
+          const LocalFrame& f = touch.tick(Pose{above + std::min(1.0, i / 200.0) * (deep - above)});
+          ASSERT_TRUE(f.force.allFinite());
+          if (i == 299) before = least = f;
+          if (i >= 300 && f.f_n < least.f_n) least = f;
+          if (i >= 300) {
+            EXPECT_LT(f.f_n, most * before.f_n) << from << ' ' << refine << ' ' << i;
+            EXPECT_EQ(f.flags & kLostAnchor, 0u) << from << ' ' << refine << ' ' << i;
+          }
+        }
+        EXPECT_GT(before.f_n, 0.01);
+        EXPECT_GT(least.f_n, before.f_n / most) << from << ' ' << refine << ' ' << catch_up;
+      }
+}
+
 // The model of another material is made of the mesh of the one before, which has the nodes of its edges already.
 TEST(Touch, AMaterialOfTenNodeCellsCanBeChangedWhileItIsTouched) {
   Scene scene = small_scene();

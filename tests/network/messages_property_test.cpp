@@ -170,6 +170,7 @@ TEST(Messages, RefinedCellsHaveTheSameSmoothSurfaceOnBothSides) {
     EXPECT_EQ(here[i].triangle, there[i].triangle);
     EXPECT_EQ(here[i].along, there[i].along);
   }
+  EXPECT_LT((come->surface.offset - talk.model->surface.offset).norm(), 1e-9);
 }
 
 TEST(Messages, ControlComesBack) {
