@@ -202,8 +202,7 @@ LocalModel Refresher::reduce_at(const State& state, TangentKind kind, const Surf
   } else {
     local.fine = fine_->found();
   }
-  record_.fineness.reset();
-  if (local.fine) record_.fineness = local.fine->fineness;
+  record_.fineness = local.fine ? std::optional(local.fine->fineness) : std::nullopt;
   return local;
 }
 
@@ -244,9 +243,8 @@ void Refresher::refine_for_next(TangentKind kind) {
 }
 
 void Refresher::see_tools(double t, std::span<const Pose> at, std::span<const LocalReport> reports) {
-  constexpr double kLatest = 3;      // intervals
-  constexpr double kKeeps = 0.9;     // of a lateness, to the next refresh
-  constexpr double kApproach = 0.5;  // [m/s^2] of a hand that comes near
+  constexpr double kLatest = 3, kKeeps = 0.9;  // intervals; of a lateness, to the next refresh
+  constexpr double kApproach = 0.5;            // [m/s^2] of a hand that comes near
   const double since = models_come_late(options_) ? t - known_.last : 0, usual = 1 / options_.global.rate_hz;
   // One that is in time after late ones may be so because its cells were few.
   known_.late = std::clamp(std::max(since / usual, 1 + kKeeps * (known_.late - 1)), 1.0, kLatest);

@@ -12,6 +12,7 @@
 #include "tests/support/axisymmetric_press.hpp"
 #include "tests/support/drag_ripple.hpp"
 #include "tests/support/fine_block.hpp"
+#include "tests/support/hand_work.hpp"
 
 namespace kt {
 namespace {
@@ -233,14 +234,8 @@ TEST(FineTouch, GivesNoEnergyOverZonesThatMove) {
   scene.tool.path.waypoints = {{0, above}, {0.2, pressed}, {0.3, pressed}, {0.7, aside}, {1.1, pressed}, {1.3, above}};
   const SessionResult r = Session(scene, block_of({})).run();
   const auto& frames = r.tools[0].frames;
-  double given = 0, most = 0, dragged = 0;  // by the hand [J]
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    ASSERT_TRUE(frames[i].force.allFinite());
-    const double work = -frames[i].force.dot(frames[i].pose.x - frames[i - 1].pose.x);
-    given += work;
-    most = std::max(most, given);
-    if (frames[i].t > 0.3 && frames[i].t < 1.1) dragged += work;
-  }
+  for (const LocalFrame& frame : frames) ASSERT_TRUE(frame.force.allFinite());
+  const auto [given, most, dragged] = hand_work({frames.begin(), frames.end()}, 0.3, 1.1);
   EXPECT_GT(most, 5e-5) << "it was pressed in";
   EXPECT_GT(given, 0);
   EXPECT_GT(dragged, 0);

@@ -7,6 +7,7 @@
 #include "haptics/touch/touch.hpp"
 #include "tests/support/drag_ripple.hpp"
 #include "tests/support/fine_block.hpp"
+#include "tests/support/hand_work.hpp"
 
 namespace kt {
 namespace {
@@ -73,13 +74,7 @@ TEST(RefinedSmoothSurface, GlobalStepFindsTheForceOfTheTicks) {
 TEST(RefinedSmoothSurface, GivesNoEnergyToAndFro) {
   const SessionResult r = drag_over_arch("loop", 0.028, 2.7, true);
   const auto& frames = r.tools[0].frames;
-  double given = 0, dragged = 0, most = 0;  // by the hand [J]
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    const double work = -frames[i].force.dot(frames[i].pose.x - frames[i - 1].pose.x);
-    given += work;
-    most = std::max(most, given);
-    if (frames[i].t > 0.4 && frames[i].t < 2.4) dragged += work;
-  }
+  const auto [given, most, dragged] = hand_work({frames.begin(), frames.end()}, 0.4, 2.4);
   EXPECT_GT(most, 4e-5) << "it was pressed in";
   EXPECT_GT(given, 0);
   EXPECT_GT(dragged, 0);
