@@ -148,7 +148,7 @@ void print(const char* name, const Mesh& fine, const Vec3& direction, double par
   Mesh surface = fine;
   surface.tetrahedra.clear();
   for (const int n : nodes)
-    for (const char* element : {"tet4", "tet10"}) {
+    for (const char* element : {"tet4", "tet10", "hex8"}) {
       BodyOptions lattice = options;
       lattice.object.body = "lattice";
       lattice.object.lattice = SceneLattice{{}, n};

@@ -39,7 +39,8 @@ struct EmbeddedSurface {
   std::vector<std::array<int, 4>> corners;     ///< of the cell that each vertex moves with: nodes below `first`
   std::vector<std::array<double, 4>> weights;  ///< sum 1; below 0 or above 1 where a vertex is just outside of it
   std::vector<double> share;                   ///< of each tetrahedron, how much of it is material, in (0, 1]
-  double edge = 0;                             ///< of the cubes that the tetrahedra fill [m]
+  std::vector<int> cube;  ///< of each tetrahedron, the piece of a cube that it is in, ascending from 0
+  double edge = 0;        ///< of the cubes that the tetrahedra fill [m]
 
   std::shared_ptr<const MaterialField> material;  ///< of which `share` is made
   EmbeddedGroups groups;                          ///< of the mesh's triangles, group_triangles() of them

@@ -4,6 +4,7 @@
 
 #include "core/body/embedded_surface.hpp"
 #include "core/local/reducer.hpp"
+#include "haptics/body/bending.hpp"
 #include "haptics/body/body_ranges.hpp"
 #include "haptics/body/check_mesh.hpp"
 #include "haptics/body/settle.hpp"
@@ -15,10 +16,11 @@
 namespace kt {
 namespace {
 
-/// Of a lattice that is given: as its cells are.
-std::string element_of(const SceneObject& object, const Mesh& mesh) {
-  if (object.model.element != "auto" || !mesh.embedded) return element_of(object);
-  return mesh.embedded->is_quadratic() ? "tet10" : "tet4";
+/// object.model.element, and what auto stands for: in a lattice cells that bend as their material says.
+std::string element_of(const SceneModel& model, const Mesh& mesh) {
+  if (model.element != "auto") return model.element;
+  if (!mesh.embedded) return "tet4";
+  return mesh.embedded->is_quadratic() ? "tet10" : lattice_element(mesh, model.poisson);
 }
 
 ModelOptions model_options(const SceneObject& object, const SceneModel& m, const Mesh& mesh,
@@ -33,7 +35,7 @@ ModelOptions model_options(const SceneObject& object, const SceneModel& m, const
   out.damper = m.damper;
   out.least_volume = m.least_volume;
   out.material = m.material;
-  out.element = element_of(object, mesh);
+  out.element = element_of(m, mesh);
   out.consistent_mass = m.consistent_mass;
   out.rayleigh = m.damping.law == "rayleigh";
   out.gravity = object.gravity;

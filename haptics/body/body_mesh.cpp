@@ -7,6 +7,7 @@
 #include "core/base/numbers.hpp"
 #include "core/body/cut_tetrahedron.hpp"
 #include "core/body/embedded_surface.hpp"
+#include "haptics/body/bending.hpp"
 #include "haptics/body/body.hpp"
 #include "haptics/body/check_mesh.hpp"
 #include "io/mesh/mesh_io.hpp"
@@ -102,16 +103,17 @@ Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vecto
   LatticeOptions options;
   options.name = object.mesh;
   options.edge = wanted.edge.value_or(0);
-  options.is_quadratic = object.model.type == "fem" && element_of(object) == "tet10";
+  options.is_quadratic = object.model.type == "fem" && object.model.element == "tet10";
   options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kEnough)));
   LatticeReport report;
   Mesh out = make_lattice(mesh, options, &report);
   for (std::string& line : report.lines()) notes.push_back(std::move(line));
-  if (options.is_quadratic && object.model.element == "auto")
+  if (object.model.type == "fem" && object.model.element == "auto" &&
+      lattice_element(out, object.model.poisson) == "hex8")
     notes.push_back(
-        text("object.model.element auto: cells of ten nodes, since those of four lock at object.model.poisson ",
-             short_number(object.model.poisson),
-             ": as many nodes, in larger cubes, and a refresh takes up to twice as long"));
+        "object.model.element auto: the cubes of the lattice (hex8), since tetrahedra of four nodes would " +
+        text("bend too little with ", short_number(cells_across(out)),
+             " of them across the body, or lock at object.model.poisson ", short_number(object.model.poisson)));
   return out;
 }
 

@@ -11,8 +11,8 @@ namespace kt {
 namespace {
 
 /// factor = limit + c ratio^p. Measured: tet4 1.28, 2.02, 4.17 at ratios 0.72, 1.44, 2.89; tet10 1.10, 1.42, 1.87 at
-/// 1.15, 1.92, 2.89; springs 0.82, 1.26, 2.70 at 0.72, 1.44, 2.89. Springs have no continuum to converge to: under a
-/// small tool they give way by turning.
+/// 1.15, 1.92, 2.89; springs 0.82, 1.26, 2.70 at 0.72, 1.44, 2.89; hex8 1.06, 1.24, 1.60, 2.12 at 0.75, 1.25, 2, 3.
+/// Springs have no continuum to converge to: under a small tool they give way by turning.
 struct Law {
   double limit, c, p;
 };
@@ -20,6 +20,7 @@ struct Law {
 std::optional<Law> law_of(const std::string& element) {
   if (element == "msd") return Law{0.7, 0.25, 1.95};
   if (element == "tet4") return Law{1, 0.51, 1.72};
+  if (element == "hex8") return Law{1, 0.165, 1.75};
   if (element == "tet10") return Law{1, 0.085, 2.2};
   return {};
 }
@@ -33,7 +34,10 @@ double told_or(const ModelInfo& model, const char* name, double otherwise) {
 }  // namespace
 
 std::string fitted_element(const ModelInfo& model) {
-  if (model.type == "fem") return told_or(model, "nodes_per_element", 4) == 10 ? "tet10" : "tet4";
+  if (model.type == "fem") {
+    const double nodes = told_or(model, "nodes_per_element", 4);
+    return nodes == 10 ? "tet10" : nodes == 8 ? "hex8" : "tet4";
+  }
   return model.parameters.contains("calibration_residual") ? model.type : "";  // other springs mean no material
 }
 
@@ -51,9 +55,11 @@ double ratio_of_factor(const std::string& element, double factor) {
 }
 
 double refined_force_factor(const ModelInfo& model, double fineness, bool is_lattice) {
-  constexpr double kSprings = 0.79, kLinear = 0.0032, kLattice = 0.0055, kQuadratic = 0.0008, kUsual = 0.3;
+  constexpr double kSprings = 0.79, kCubes = 1.01, kLinear = 0.0032, kLattice = 0.0055, kQuadratic = 0.0008,
+                   kUsual = 0.3;
   const std::string element = fitted_element(model);
   if (element == "msd") return kSprings;
+  if (element == "hex8") return kCubes;
   // What nearly incompressible cells cannot do grows with the bulk modulus over the shear modulus.
   const auto stiffness = [](double poisson) { return 1 / (1 - 2 * poisson); };
   const double poisson = std::clamp(told_or(model, "poisson", kUsual), kUsual, 0.499);

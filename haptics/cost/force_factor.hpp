@@ -9,7 +9,7 @@ namespace kt {
 
 constexpr double kCoarseForce = 1.25;  ///< factor of the continuum's force, or its inverse, that is told
 
-/// Whose fit a model has: tet4, tet10, or msd (springs calibrated to a material). Empty: there is none.
+/// Whose fit a model has: tet4, tet10, hex8, or msd (springs calibrated to a material). Empty: there is none.
 std::string fitted_element(const ModelInfo& model);
 
 /// Of cells as they are, for nu = 0.3 and ratios of 0.7 to 3, to a tenth (tests/haptics/contact_width_oracle_test.cpp).

@@ -70,7 +70,7 @@ struct SceneInclusion {
 struct SceneModel {
   std::string type = "msd";              ///< name in models/models.def
   std::string material = "neo_hookean";  ///< material of a continuum model
-  std::string element = "auto";          ///< auto tet4 tet10, of fem. element_of() tells which
+  std::string element = "auto";          ///< auto tet4 tet10 hex8, of fem. auto: see lattice_element(), else tet4
   bool consistent_mass = false;          ///< of fem, else lumped to the nodes
   double young = 1e4;                    ///< [Pa]
   double poisson = 0.3;                  ///< [-], in (-1, 0.5)
@@ -99,10 +99,6 @@ struct SceneObject {
   SceneModel model;
   bool operator==(const SceneObject&) const = default;
 };
-
-/// Cells of a body of finite elements, tet4 or tet10. auto has ten nodes where four would lock and the engine makes the
-/// cells, as many nodes in larger ones: object.body lattice at a Poisson's ratio above 0.45.
-std::string element_of(const SceneObject& object);
 
 /// A point of a tool path.
 struct Waypoint {

@@ -195,6 +195,8 @@ class LatticeMaker {
     std::vector<int> piece_of_cell;
     cell_.assign(6 * share_.size(), -1);
     for_tetrahedra([&](int piece, int t) {
+      const bool is_first = piece_of_cell.empty() || piece != piece_of_cell.back();
+      embedded_->cube.push_back(embedded_->cube.empty() ? 0 : embedded_->cube.back() + is_first);
       cell_[static_cast<std::size_t>(6 * piece + t)] = static_cast<int>(out.tetrahedra.size());
       out.tetrahedra.push_back(nodes_of(piece, t));
       embedded_->share.push_back(share_of(piece, t));

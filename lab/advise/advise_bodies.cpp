@@ -129,12 +129,17 @@ std::vector<AdviceBody> meshes_of(const AdviceScene& scene) {
   return out;
 }
 
+/// As AdviceBody::model names it.
+std::string element_in(const SceneModel& model) {
+  if (model.type != "fem") return model.type;
+  return model.element == "tet10" ? "tet10" : "tet4";
+}
+
 /// Every model on every mesh, the scene's own first, then those that take the least time.
 std::vector<AdviceBody> bodies_of(const AdviceScene& scene) {
   const SceneObject& own = scene.scene.object;
   const auto work = [&](const AdviceBody& b) {
-    if (b.mesh_name == "own" && b.model == (own.model.type == "fem" ? element_of(own) : own.model.type))
-      return static_cast<std::size_t>(b.refined);
+    if (b.mesh_name == "own" && b.model == element_in(own.model)) return static_cast<std::size_t>(b.refined);
     return b.mesh.tetrahedra.size() * (b.model == "tet10" ? 20 : 1);
   };
   std::vector<AdviceBody> out;

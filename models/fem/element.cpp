@@ -149,6 +149,46 @@ ElementTable<10> make_embedded_quadratic_elements(Mesh cells, const EmbeddedSurf
   return out;
 }
 
+ElementTable<8> make_cubes(const ElementTable<4>& tetrahedra, const std::vector<int>& cube) {
+  ElementTable<8> out;
+  out.mesh = tetrahedra.mesh;
+  out.points_per_element = 1;
+  for (std::size_t e = 0; e < cube.size();) {
+    std::map<int, Vec3> sum;  // of the gradients, by node
+    double volume = 0;
+    const int its = cube[e];
+    for (; e < cube.size() && cube[e] == its; ++e) {
+      const auto& point = tetrahedra.points[e];
+      for (int a = 0; a < 4; ++a)
+        sum.try_emplace(tetrahedra.nodes[e][a], Vec3::Zero()).first->second += point.volume * point.gradient.col(a);
+      volume += point.volume;
+    }
+    KT_ASSERT(sum.size() <= 8);
+    std::array<int, 8> nodes;
+    nodes.fill(sum.begin()->first);
+    ElementTable<8>::Point point{Eigen::Matrix<double, 3, 8>::Zero(), volume};
+    for (int a = 0; const auto& [i, gradient] : sum) {
+      nodes[static_cast<std::size_t>(a)] = i;
+      point.gradient.col(a++) = gradient / volume;
+    }
+    out.nodes.push_back(nodes);
+    out.points.push_back(point);
+  }
+  return out;
+}
+
+std::vector<double> mean_of_cubes(const std::vector<double>& of_tetrahedra, const ElementTable<4>& tetrahedra,
+                                  const std::vector<int>& cube) {
+  if (of_tetrahedra.empty()) return {};
+  std::vector<double> sum(static_cast<std::size_t>(cube.back()) + 1, 0.0), volume = sum;
+  for (std::size_t e = 0; e < cube.size(); ++e) {
+    sum[cube[e]] += of_tetrahedra[e] * tetrahedra.points[e].volume;
+    volume[cube[e]] += tetrahedra.points[e].volume;
+  }
+  for (std::size_t c = 0; c < sum.size(); ++c) sum[c] /= volume[c];
+  return sum;
+}
+
 std::vector<int> fixed_with_edges(const ElementTable<10>& elements, const std::vector<int>& fixed) {
   std::vector<char> is_fixed(static_cast<std::size_t>(elements.mesh.num_nodes()), 0);
   for (int i : fixed) is_fixed[i] = 1;

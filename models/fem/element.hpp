@@ -1,5 +1,5 @@
 #pragma once
-// Tetrahedral elements as tables: nodes, and at each quadrature point the rest gradients of the shape functions.
+// Elements as tables: nodes, and at each quadrature point the rest gradients of the shape functions.
 #include <vector>
 
 #include "core/body/embedded_surface.hpp"
@@ -7,7 +7,7 @@
 
 namespace kt {
 
-/// N nodes an element: 4 (linear) or 10 (quadratic, edges in the order 01 12 20 03 13 23).
+/// N nodes an element: 4 (linear), 10 (quadratic, edges in the order 01 12 20 03 13 23) or 8 (a cube).
 template <int N>
 struct ElementTable {
   struct Point {
@@ -27,6 +27,14 @@ ElementTable<10> make_quadratic_elements(const Mesh& mesh);
 /// Of the cells of an embedded surface, each with its share of material. `cells`: without_embedded().
 ElementTable<4> make_embedded_linear_elements(Mesh cells, const EmbeddedSurface& surface);
 ElementTable<10> make_embedded_quadratic_elements(Mesh cells, const EmbeddedSurface& surface);
+
+/// One gradient for all tetrahedra of a cube, their mean by volume of material: uniform strain (Flanagan and Belytschko
+/// 1981). A piece of a cube that has fewer than eight corners names its first one again, with a gradient of zero.
+/// @param cube  that each tetrahedron is in, ascending from 0
+ElementTable<8> make_cubes(const ElementTable<4>& tetrahedra, const std::vector<int>& cube);
+/// Mean over each cube's tetrahedra by volume of material, of one number for each; empty of none.
+std::vector<double> mean_of_cubes(const std::vector<double>& of_tetrahedra, const ElementTable<4>& tetrahedra,
+                                  const std::vector<int>& cube);
 
 /// Nodes that stay fixed when `fixed` of the linear mesh do: an edge's node with both of its ends. Ascending.
 std::vector<int> fixed_with_edges(const ElementTable<10>& elements, const std::vector<int>& fixed);

@@ -1,34 +1,65 @@
 // Tetrahedral finite elements of a hyperelastic material:  f = -sum over points V P(F) grad N - damping + M g.
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
+#include <optional>
+
 #include "core/base/error.hpp"
 #include "core/body/embedded_surface.hpp"
 #include "core/body/refinable.hpp"
 #include "models/embedded_model.hpp"
-#include "models/fem/batches.hpp"
-#include "models/fem/material.hpp"
-#include "models/fem/viscosity.hpp"
+#include "models/fem/elements.hpp"
 #include "models/model.hpp"
 
 namespace kt {
 namespace {
 
+/// Cubes of one gradient each, and what multiplies their stiffness; empty: 1.
+struct Cubes {
+  ElementTable<8> table;
+  std::vector<double> factors;
+};
+
+/// Share of their stiffness that tetrahedra keep in such cubes (Puso and Solberg 2006). With it bars and plates of one
+/// to four cubes bend as they should (bench/lattice_shapes_table). With none, a cube would move in twelve ways without
+/// resisting.
+constexpr double kTetrahedraInCubes = 0.13;
+
+/// They resist a change of volume no more than at Poisson's ratio 0.3: nearer to 1/2 they would lock.
+Lame of_tetrahedra_in_cubes(const Lame& all) { return {std::min(all.lambda, 1.5 * all.mu), all.mu}; }
+
+/// All but what the tetrahedra have: energies are linear in Lame's constants.
+Lame of_cubes(const Lame& all) {
+  const double theirs = kTetrahedraInCubes * of_tetrahedra_in_cubes(all).lambda;
+  return {(all.lambda - theirs) / (1 - kTetrahedraInCubes), all.mu};
+}
+
+/// @param factors  empty: 1
+std::vector<double> times(double share, std::vector<double> factors, std::size_t count) {
+  if (factors.empty()) factors.assign(count, 1.0);
+  for (double& factor : factors) factor *= share;
+  return factors;
+}
+
 template <int N>
 class FemModel final : public DeformableModel, public Refinable {
  public:
   /// @param factors  of the elements' stiffness and damping; empty: 1. Every material is proportional to young.
-  FemModel(const ElementTable<N>& elements, const std::vector<double>& factors, std::vector<int> fixed,
-           const ModelOptions& options)
-      : mesh_(elements.mesh),
-        nodes_(elements.nodes),
+  /// @param cubes    that the elements are in, where these have one gradient each
+  FemModel(const ElementTable<N>& table, const std::vector<double>& factors, const std::optional<Cubes>& cubes,
+           std::vector<int> fixed, const ModelOptions& options)
+      : mesh_(table.mesh),
+        nodes_(table.nodes),
         options_(options),
-        material_(make_material(options.material, lame(options.young, options.poisson))),
-        viscosity_(lame(options.young, options.poisson), options.damping_stiffness,
-                   !options.rayleigh && material_->is_frame_indifferent()),
-        pattern_(mesh_.num_nodes(), elements.nodes),
-        batches_(elements, pattern_, factors),
+        continuum_(continuum_of(options, own_lame())),
+        pattern_(cubes ? BlockPattern(mesh_.num_nodes(), cubes->table.nodes)
+                       : BlockPattern(mesh_.num_nodes(), table.nodes)),
+        elements_(continuum_of(options, cubes ? of_tetrahedra_in_cubes(own_lame()) : own_lame()), table, pattern_,
+                  cubes ? times(kTetrahedraInCubes, factors, table.nodes.size()) : factors),
         stiffened_(num_stiffened(factors)) {
+    if (cubes)
+      cubes_.emplace(continuum_of(options, of_cubes(own_lame())), cubes->table, pattern_,
+                     times(1 - kTetrahedraInCubes, cubes->factors, cubes->table.nodes.size()));
     options_.fixed_nodes = std::move(fixed);
-    make_mass(elements);
+    make_mass(table);
   }
 
   const Mesh& mesh() const override { return mesh_; }
@@ -38,28 +69,21 @@ class FemModel final : public DeformableModel, public Refinable {
   void force(const State& state, VectorX& out) const override {
     out = weight_;
     if (options_.damping_mass > 0) out.noalias() -= options_.damping_mass * (mass_ * state.v);
-    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
-      std::array<LaneVec3, N> f;
-      find_forces(*this, state, batch, points, f);
-      for (int lane = 0; lane < batch.count; ++lane)
-        for (int a = 0; a < N; ++a) node(out, batch.nodes[lane][a]) += get_lane(f[a], lane);
-    });
+    elements_.add_force(state, out);
+    if (cubes_) cubes_->add_force(state, out);
   }
 
   void update_tangent(const State& state, TangentKind kind, Tangent& out) const override {
-    const bool definite = kind == TangentKind::definite;
-    // The turning of the viscous stress, which is not symmetric, is left out when definite.
-    const bool turns = !definite && !viscosity_.is_symmetric(), symmetric = !turns || kind == TangentKind::symmetric;
+    const bool symmetric = continuum_.is_symmetric(kind), is_viscous = continuum_.viscosity.is_active();
     pattern_.start(out.dfdx, symmetric);
-    if (viscosity_.is_active())
+    if (is_viscous)
       pattern_.start(out.dfdv, true);
     else
       set_zero(out.dfdv, is_damped() ? pattern_.zero() : undamped_);
-    batches_.for_each([&](const Batch<N>& batch, std::span<const Point> points) {
-      add_batch(*this, {state, definite, turns, symmetric, batch, points, out});
-    });
+    elements_.add_tangent(pattern_, state, kind, out);
+    if (cubes_) cubes_->add_tangent(pattern_, state, kind, out);
     pattern_.finish(out.dfdx, symmetric);
-    if (viscosity_.is_active()) pattern_.finish(out.dfdv, true);
+    if (is_viscous) pattern_.finish(out.dfdv, true);
     if (options_.damping_mass > 0) {
       double* values = out.dfdv.valuePtr();
       for (std::size_t i = 0; i < mass_slots_.size(); ++i)
@@ -69,8 +93,8 @@ class FemModel final : public DeformableModel, public Refinable {
 
   std::span<const int> cell_nodes(int cell) const override { return nodes_[cell]; }
   Moduli moduli(TangentKind kind, const Mat3& F, const Mat3& rate) const override {
-    if (kind == TangentKind::definite) return material_->definite_tangent(F);
-    return material_->tangent(F) + viscosity_.shape_tangent(F, rate);
+    if (kind == TangentKind::definite) return continuum_.material->definite_tangent(F);
+    return continuum_.material->tangent(F) + continuum_.viscosity.shape_tangent(F, rate);
   }
   double stiffness_factor(const Vec3& place) const override { return stiffness_in(options_.inclusions, place); }
   double retardation() const override { return options_.damping_stiffness; }
@@ -83,111 +107,20 @@ class FemModel final : public DeformableModel, public Refinable {
              {"density", options_.density},
              {"damping_mass", options_.damping_mass},
              {"damping_stiffness", options_.damping_stiffness},
-             {"nodes_per_element", N},
+             {"nodes_per_element", cubes_ ? 8 : N},
              {"elements", static_cast<double>(mesh_.tetrahedra.size())},
              {"stiffened_elements", stiffened_}}};
   }
 
  private:
-  using Point = typename Batch<N>::Point;
-  using Edges = std::array<LaneVec3, N - 1>;  // from node 0 to the others
-  using Blocks = std::array<LaneMat3, num_pairs(N)>;
-
-  KT_LANES static void find_forces(const FemModel& model, const State& state, const Batch<N>& batch,
-                                   std::span<const Point> points, std::array<LaneVec3, N>& f) {
-    const Viscosity& viscosity = model.viscosity_;
-    const Edges x = edges(state.x, batch);
-    Edges v;
-    if (viscosity.is_active()) v = edges(state.v, batch);
-    f.fill(LaneVec3::Zero());
-    for (const Point& point : points) {
-      const LaneMat3 F = gradient(x, point);
-      LaneMat3 P = model.material_->lane_stress(F);
-      if (viscosity.is_active()) P += viscosity.stress(F, gradient(v, point));
-      P *= -point.volume;
-      for (int a = 1; a < N; ++a) f[a] += P * point.g[a];
-    }
-    for (int a = 1; a < N; ++a) f[0] -= f[a];
+  Lame own_lame() const { return lame(options_.young, options_.poisson); }
+  static Continuum continuum_of(const ModelOptions& options, const Lame& constants) {
+    auto material = make_material(options.material, constants);
+    const bool turns = !options.rayleigh && material->is_frame_indifferent();
+    return {std::move(material), Viscosity(constants, options.damping_stiffness, turns)};
   }
 
-  struct BatchTangent {
-    const State& state;
-    bool definite, turns, symmetric;
-    const Batch<N>& batch;
-    std::span<const Point> points;
-    Tangent& out;
-  };
-  KT_LANES static void add_batch(const FemModel& model, const BatchTangent& b) {
-    const Viscosity& viscosity = model.viscosity_;
-    prefetch(b.out.dfdx, b.batch);
-    const Edges x = edges(b.state.x, b.batch);
-    Blocks k;
-    k.fill(LaneMat3::Zero());
-    for (const Point& point : b.points)
-      model.material_->add_lane_stiffness(gradient(x, point), b.definite, point.g, -point.volume, k);
-    Blocks transposed;
-    if (b.turns) transposed = k;
-    if (viscosity.is_active()) {
-      Blocks d;
-      d.fill(LaneMat3::Zero());
-      const Edges v = edges(b.state.v, b.batch);
-      for (const Point& point : b.points) {
-        const LaneMat3 F = gradient(x, point);
-        viscosity.add_rate_blocks(F, point.g, -point.volume, d);
-        if (b.turns) viscosity.add_shape_blocks(F, gradient(v, point), point.g, -point.volume, k, transposed);
-      }
-      add_above(b.out.dfdv, b.batch, d);
-    }
-    if (b.turns && b.symmetric)
-      for (std::size_t pair = 0; pair < k.size(); ++pair) k[pair] = (k[pair] + transposed[pair]) * Lanes(0.5);
-    add_above(b.out.dfdx, b.batch, k);
-    if (!b.symmetric) model.add_below(b.out.dfdx, b.batch, transposed);
-  }
-
-  bool is_damped() const { return options_.damping_mass > 0 || viscosity_.is_active(); }
-
-  static Edges edges(const VectorX& stacked, const Batch<N>& batch) {
-    Edges out;
-    for (int lane = 0; lane < Lanes::kCount; ++lane) {
-      const Vec3 first = node(stacked, batch.nodes[lane][0]);
-      for (int a = 1; a < N; ++a) set_lane(out[a - 1], lane, Vec3(node(stacked, batch.nodes[lane][a]) - first));
-    }
-    return out;
-  }
-
-  /// sum x_a grad N_a, with the gradients' sum zero.
-  static LaneMat3 gradient(const Edges& edges, const Point& point) {
-    LaneMat3 out = edges[0] * point.g[1].transpose();
-    for (int a = 2; a < N; ++a) out += edges[a - 1] * point.g[a].transpose();
-    return out;
-  }
-
-  /// Where the blocks will be added comes from far while they are computed.
-  static void prefetch(SparseMatrix& sum, const Batch<N>& batch) {
-    for (const auto& blocks : batch.blocks)
-      for (int block : blocks) {
-        const double* at = BlockPattern::values_of(sum, block);
-        __builtin_prefetch(at, 1);
-        __builtin_prefetch(at + 8, 1);
-      }
-  }
-  /// Adds the blocks of pairs (a, b), above the diagonal.
-  static void add_above(SparseMatrix& sum, const Batch<N>& batch, const Blocks& blocks) {
-    std::array<double, 9> nowhere{};
-    for (std::size_t pair = 0; pair < blocks.size(); ++pair) {
-      std::array<double*, Lanes::kCount> to;
-      for (int lane = 0; lane < Lanes::kCount; ++lane)
-        to[lane] = lane < batch.count ? BlockPattern::values_of(sum, batch.blocks[lane][pair]) : nowhere.data();
-      add_to(to, blocks[pair]);
-    }
-  }
-  /// Adds the blocks of pairs (b, a), given transposed, below it.
-  void add_below(SparseMatrix& sum, const Batch<N>& batch, const Blocks& transposed) const {
-    for (std::size_t pair = 0; pair < transposed.size(); ++pair)
-      for (int lane = 0; lane < batch.count; ++lane)
-        Eigen::Map<Mat3>(BlockPattern::values_of(sum, pattern_.mirrored(batch.blocks[lane][pair]))) +=
-            get_lane(transposed[pair], lane).transpose();
-  }
+  bool is_damped() const { return options_.damping_mass > 0 || continuum_.viscosity.is_active(); }
 
   void make_mass(const ElementTable<N>& table) {
     const Eigen::Matrix<double, N, N> shares = mass_shares<N>(!options_.consistent_mass);
@@ -221,10 +154,10 @@ class FemModel final : public DeformableModel, public Refinable {
   Mesh mesh_;
   std::vector<std::array<int, N>> nodes_;  // of the elements
   ModelOptions options_;
-  std::unique_ptr<Material> material_;
-  Viscosity viscosity_;
+  Continuum continuum_;  // of a cell as a whole
   BlockPattern pattern_;
-  Batches<N> batches_;
+  Elements<N> elements_;
+  std::optional<Elements<8>> cubes_;
   int stiffened_ = 0;  // elements in inclusions
   SparseMatrix mass_, undamped_{pattern_.zero().rows(), pattern_.zero().cols()};
   std::vector<int> mass_slots_;  // of its entries in the pattern
@@ -232,20 +165,25 @@ class FemModel final : public DeformableModel, public Refinable {
 };
 
 /// Cells that are only partly material have their share of stiffness, damping and mass.
-std::unique_ptr<DeformableModel> make_embedded_fem(Mesh mesh, const ModelOptions& options) {
+std::unique_ptr<DeformableModel> make_cells(const Mesh& mesh, std::vector<int> clamped, const ModelOptions& options) {
   const EmbeddedSurface& surface = *mesh.embedded;
-  if ((options.element == "tet10") != surface.is_quadratic())
-    throw InputError(text("object.model.element \"", options.element, "\": the cells of the lattice have ",
-                          surface.is_quadratic() ? "ten nodes: set it to tet10" : "four nodes: set it to tet4"));
   const std::vector<double> factors = stiffness_factors(mesh, options.inclusions);
-  std::vector<int> clamped = own_fixed_nodes(mesh, options.fixed_nodes);
-  std::unique_ptr<DeformableModel> cells;
   if (surface.is_quadratic())
-    cells = std::make_unique<FemModel<10>>(make_embedded_quadratic_elements(without_embedded(mesh), surface), factors,
-                                           std::move(clamped), options);
-  else
-    cells = std::make_unique<FemModel<4>>(make_embedded_linear_elements(without_embedded(mesh), surface), factors,
-                                          std::move(clamped), options);
+    return std::make_unique<FemModel<10>>(make_embedded_quadratic_elements(without_embedded(mesh), surface), factors,
+                                          std::nullopt, std::move(clamped), options);
+  const ElementTable<4> table = make_embedded_linear_elements(without_embedded(mesh), surface);
+  std::optional<Cubes> cubes;
+  if (options.element == "hex8")
+    cubes = Cubes{make_cubes(table, surface.cube), mean_of_cubes(factors, table, surface.cube)};
+  return std::make_unique<FemModel<4>>(table, factors, cubes, std::move(clamped), options);
+}
+
+std::unique_ptr<DeformableModel> make_embedded_fem(Mesh mesh, const ModelOptions& options) {
+  const bool is_quadratic = mesh.embedded->is_quadratic();
+  if ((options.element == "tet10") != is_quadratic)
+    throw InputError(text("object.model.element \"", options.element, "\": the cells of the lattice have ",
+                          is_quadratic ? "ten nodes: set it to tet10" : "no nodes between corners: set it to hex8"));
+  auto cells = make_cells(mesh, own_fixed_nodes(mesh, options.fixed_nodes), options);
   return embed_surface(std::move(mesh), std::move(cells));
 }
 
@@ -254,16 +192,21 @@ std::unique_ptr<DeformableModel> make_embedded_fem(Mesh mesh, const ModelOptions
 std::unique_ptr<DeformableModel> make_fem_model(Mesh mesh, const ModelOptions& options) {
   if (mesh.tetrahedra.empty())
     throw InputError("object.model.type \"fem\" needs tetrahedra: give a solid mesh, or object.tetrahedralize");
-  if (options.element != "tet4" && options.element != "tet10")
-    throw_unknown("object.model.element", options.element, {"tet4", "tet10"});
+  if (options.element != "tet4" && options.element != "tet10" && options.element != "hex8")
+    throw_unknown("object.model.element", options.element, {"tet4", "tet10", "hex8"});
   if (mesh.embedded) return make_embedded_fem(std::move(mesh), options);
+  if (options.element == "hex8")
+    throw InputError(
+        "object.model.element hex8: eight-node cubes are cells of object.body lattice, and this body is of "
+        "tetrahedra: set object.model.element to tet4 or tet10, or object.body to lattice");
   const std::vector<double> factors = stiffness_factors(mesh, options.inclusions);
   if (options.element == "tet10") {
     ElementTable<10> elements = make_quadratic_elements(mesh);
     std::vector<int> fixed = fixed_with_edges(elements, options.fixed_nodes);
-    return std::make_unique<FemModel<10>>(elements, factors, std::move(fixed), options);
+    return std::make_unique<FemModel<10>>(elements, factors, std::nullopt, std::move(fixed), options);
   }
-  return std::make_unique<FemModel<4>>(make_linear_elements(std::move(mesh)), factors, options.fixed_nodes, options);
+  return std::make_unique<FemModel<4>>(make_linear_elements(std::move(mesh)), factors, std::nullopt,
+                                       options.fixed_nodes, options);
 }
 
 }  // namespace kt

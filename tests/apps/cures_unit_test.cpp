@@ -5,6 +5,7 @@
 #include <regex>
 
 #include "apps/outputs/cures_in_force.hpp"
+#include "haptics/cost/force_factor.hpp"
 #include "haptics/findings/kinds.hpp"
 #include "haptics/predict/predict_contact_method.hpp"
 #include "haptics/predict/predict_degenerate_contact.hpp"
@@ -81,7 +82,7 @@ std::vector<Finding> all_kinds(const Scene& scene, const BuiltScene& built) {
   add(predict_start_inside(0.1, Vec3(0, 0, 0)));
   if (scene.local.integrator == "symplectic_euler")
     add(predict_unstable_step({1e6, 0.1}, scene.local.integrator, 1e-3, "local.integrator"));
-  add(predict_locking(built.model(), element_of(scene.object), scene.object.model.poisson));
+  add(predict_locking(built.model(), fitted_element(built.model().info()), scene.object.model.poisson));
   HandLoop loop;
   loop.wall_stiffness = 1e5;
   loop.hand_damping = scene.tool.path.hand ? scene.tool.path.hand->damping : 1;

@@ -32,6 +32,7 @@ SessionResult press_block(const std::string& body) {
   if (body == "lattice") s.object.lattice = SceneLattice{.edge = kCell, .nodes = {}};
   s.tool.path.press_drag = PressDrag{
       .at = std::array{0.011, 0.013}, .depth = 0.002, .press_time = 0.1, .direction = {1, 0.3, 0}, .speed = 0.02};
+  s.object.model.element = "tet4";
   s.local.reducer = "full";
   s.duration = 0.2;
   return Session(s, kuhn_block(5, 5, 3, kCell)).run();
@@ -173,6 +174,18 @@ TEST(LatticeBody, BendsAsABarAndAPlateDoInTenNodeCells) {
   }
 }
 
+/// A plate of two thirds of a cube bends by 0.11 in tetrahedra of four nodes.
+TEST(LatticeBody, BendsAsABarAndAPlateDoInCubes) {
+  const Vec3 across = kTurn * Vec3::UnitX();
+  const auto all = [](const Vec3&) { return true; };
+  for (const double edge : {0.01, 0.006}) {
+    const double bar = yields(turned_bar(), "lattice", edge, across, all, "hex8");
+    EXPECT_NEAR(bar, beam(0.02, 0.02), 0.08 * beam(0.02, 0.02)) << edge;
+    const double plate = yields(turned_bar(2, 24, 0.008), "lattice", edge, across, all, "hex8");
+    EXPECT_NEAR(plate, beam(0.008, 0.06), 0.25 * beam(0.008, 0.06)) << edge;
+  }
+}
+
 TEST(LatticeBody, StretchesAsABarDoes) {
   const double truth = 0.01 * 0.08 / (1e4 * 0.02 * 0.02);
   EXPECT_NEAR(yields("lattice", 0.008, Vec3::UnitZ()), truth, 0.03 * truth);
@@ -217,7 +230,7 @@ TEST(LatticeBody, WeighsWhatItHolds) {
   const Mesh sphere = load_mesh(KT_SOURCE_DIR "/meshes/sphere.off");
   BodyOptions options;
   options.object.body = "lattice";
-  for (const auto& [type, element] : {std::pair("fem", "tet4"), {"fem", "tet10"}, {"msd", "tet4"}}) {
+  for (const auto& [type, element] : {std::pair("fem", "tet4"), {"fem", "tet10"}, {"fem", "hex8"}, {"msd", "tet4"}}) {
     options.object.model.type = std::string(type);
     options.object.model.element = std::string(element);
     const Body body(sphere, options);
@@ -245,8 +258,16 @@ TEST(LatticeBody, OfAThinWallIsSaidToBendTooLittle) {
   const auto thin = said(hollow, "tet4");
   ASSERT_TRUE(thin);
   EXPECT_EQ(thin->finding.cures.at(0).key, "object.model.element");
-  EXPECT_EQ(thin->finding.cures.at(0).value, "tet10");
+  EXPECT_EQ(thin->finding.cures.at(0).value, "hex8");
   EXPECT_FALSE(said(hollow, "tet10"));
+  options.object.model.element = "auto";
+  const auto nodes = [&](const Mesh& surface) {
+    return Body(surface, options).model().info().parameters.at("nodes_per_element");
+  };
+  EXPECT_EQ(nodes(ball), 4);
+  EXPECT_EQ(nodes(hollow), 8);
+  options.object.model.poisson = 0.49;
+  EXPECT_EQ(nodes(ball), 8);
 }
 
 TEST(LatticeBody, OfCubesFarWiderThanTheContactIsToldBeforeTheRun) {

@@ -8,6 +8,7 @@
 #include "core/base/numbers.hpp"
 #include "core/body/state.hpp"
 #include "core/global/integrator.hpp"
+#include "haptics/body/bending.hpp"
 #include "haptics/predict/predict_elements.hpp"
 #include "lab/stability/bisect.hpp"
 #include "lab/stability/map.hpp"
