@@ -78,18 +78,28 @@ void find_missing_refinement(const Session& session, const SessionResult& result
                     .at("local.refine_nodes", static_cast<double>(all - with), kSome * static_cast<double>(all)));
 }
 
-/// Between nodes that are so far apart a tool is not held: two thirds to 1.2 of the continuum's force.
+/// Between nodes that are so far apart a tool is not held: two thirds to 1.2 of the continuum's force under a tool on
+/// a block, where all that yields is refined. Where the body gives way, less.
 void find_coarse_refinement(const Session& session, const SessionResult& result, std::vector<Finding>& out) {
   const Scene& scene = session.scene();
-  constexpr double kCoarse = 1.65;  // contact radii
-  constexpr double kSome = 0.1;     // of the refreshes
+  constexpr double kCoarse = 1.65;                       // contact radii
+  constexpr double kSome = 0.1;                          // of the refreshes
+  constexpr double kTooSoft = 1.0 / 3, kTooStiff = 0.2;  // of the cells' part of the yield
   const std::vector<double>& fineness = result.refresh.fineness;
-  const auto coarse = std::ranges::count_if(fineness, [](double f) { return f > kCoarse; });
+  long coarse = 0;
+  double largest = 0, share = 0;
+  for (std::size_t i = 0; i < fineness.size(); ++i) {
+    const double its = result.refresh.refined_share[i];
+    if (!(fineness[i] > kCoarse && kTooSoft * its > kNoticeableForce)) continue;
+    ++coarse;
+    largest = std::max(largest, fineness[i]);
+    share = std::max(share, its);
+  }
   if (!(static_cast<double>(coarse) > kSome * static_cast<double>(fineness.size()))) return;
-  const double largest = std::ranges::max(fineness);
   Finding found{told("refined cells under the tool were up to ", largest, " contact radii large, above ", kCoarse,
-                     " in ", coarse, " of ", fineness.size(),
-                     " refreshes: there the force may be two thirds to 1.2 times that of the continuum")};
+                     " in ", coarse, " of ", fineness.size(), " refreshes where they had up to ", in_percent(share),
+                     " of the yield: there the force may be ", 1 - kTooSoft * share, " to ", 1 + kTooStiff * share,
+                     " times that of the continuum")};
   // Late models have fewer nodes, and more of them would make models later still.
   const double rate = std::round(2.0 / 3 * scene.global.rate_hz);
   if (models_come_late(session.options()))

@@ -77,4 +77,10 @@ TickContact ContactNodes::on_triangle(int frame, TickContact contact) const {
   return contact;
 }
 
+std::vector<TickContact> ContactNodes::on_triangles(const LocalReport& report) const {
+  std::vector<TickContact> out;
+  for (const TickContact& contact : report.contacts()) out.push_back(on_triangle(report.model_frame, contact));
+  return out;
+}
+
 }  // namespace kt

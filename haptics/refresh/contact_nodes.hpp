@@ -5,6 +5,7 @@
 
 #include "core/body/node_weights.hpp"
 #include "core/body/surface.hpp"
+#include "haptics/tick/local_report.hpp"
 #include "haptics/tick/prepared_local_model.hpp"
 #include "haptics/tick/tick_contact.hpp"
 
@@ -37,6 +38,7 @@ class ContactNodes {
   const FinePatch* fine_of(int frame) const;
   /// The same contact with its place on the triangle instead of a facet.
   TickContact on_triangle(int frame, TickContact contact) const;
+  std::vector<TickContact> on_triangles(const LocalReport& report) const;
 
  private:
   struct Kept {

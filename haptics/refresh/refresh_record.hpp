@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -19,7 +20,8 @@ struct RefreshRecord {
   double linearize_ms = 0, reduce_ms = 0, certify_ms = 0, prepare_ms = 0;  ///< parts of refresh_ms
   double refine_ms = 0, refine_cpu_ms = 0;  ///< of the refined cells, which another core makes beside the local model
   double before_ms = 0;  ///< part of beside_ms: refined cells that were made while the model before was in use
-  std::optional<double> fineness{};                 ///< largest refined cell over the contact radius; none: not refined
+  std::optional<double> fineness{};  ///< largest refined cell over the contact radius; none: not refined
+  double refined_share = std::numeric_limits<double>::quiet_NaN();  ///< refined_share() of the contacts before it
   std::optional<double> linearization_error{};      ///< of the interval that ended, see GlobalSimulation::contact_error
   bool definite_tangent = false;                    ///< the exact one was indefinite
   bool looked_ahead = false;                        ///< linearized where the body was expected to be

@@ -12,6 +12,7 @@
 #include "core/base/stages.hpp"
 #include "core/linear/sparse_solver.hpp"
 #include "core/local/damping.hpp"
+#include "haptics/cost/refined_share.hpp"
 #include "haptics/options/band_powers.hpp"
 #include "haptics/refresh/look_ahead.hpp"
 #include "haptics/refresh/refine_choice.hpp"
@@ -438,12 +439,11 @@ VectorX Refresher::unloaded(const PreparedLocalModel& model, const LocalReport* 
   if (!last || last->contacts().empty()) return {};
   const SurfacePatch& patch = model.model.patch;
   VectorX force = VectorX::Zero(3 * patch.num_vertices());
-  for (const TickContact& contact : last->contacts()) {
+  for (const TickContact& contact : nodes_.on_triangles(*last)) {
     const int t = model.local_triangle[contact.triangle];
     if (t < 0) continue;
-    const Vec3 weights = nodes_.on_triangle(last->model_frame, contact).bary;
     for (int c = 0; c < 3; ++c)
-      node(force, patch.triangles[t][c]) += options_.local.rate_hz * weights[c] * contact.impulse;
+      node(force, patch.triangles[t][c]) += options_.local.rate_hz * contact.bary[c] * contact.impulse;
   }
   return find_unloaded(model, force).cast<float>().cast<double>();
 }
@@ -455,9 +455,7 @@ void Refresher::carry_over(const LocalMotion& motion, std::span<const LocalRepor
   if (!last) return;
   std::array<bool, kMaxTools> sliding{};
   for (std::size_t k = 0; k < sliding.size(); ++k) sliding[k] = last->tools[k].sliding;
-  std::vector<TickContact> placed;
-  for (const TickContact& c : last->contacts()) placed.push_back(nodes_.on_triangle(last->model_frame, c));
-  place_contacts(out, placed, sliding);
+  place_contacts(out, nodes_.on_triangles(*last), sliding);
 }
 
 std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const Pose> at,
@@ -478,6 +476,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   choice_.expect(seen_touch(choice_.expected_touch(), reports, local.fine != nullptr));
+  if (!reports.empty()) record_.refined_share = refined_share(local, nodes_.on_triangles(reports.back()));
   local.frame = known_.frame++;
   is_new_ = false;
   if (when_reduced) when_reduced();

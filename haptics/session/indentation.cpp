@@ -38,7 +38,7 @@ Indentation::Indentation(const std::vector<Triangle>& triangles, const VectorX& 
 double Indentation::at(const Vec3& place, const Vec3& normal) const {
   double nearest = std::numeric_limits<double>::quiet_NaN();
   if (!(size_ > 0) || normal.squaredNorm() < 0.5) return nearest;
-  for (double reach = size_ / 32; reach < 2 * size_; reach *= 2) {  // most are near: few triangles have to be looked at
+  for (double reach = size_ / 512; reach < 2 * size_; reach *= 2) {  // few triangles of a scan have to be looked at
     const ToolSweep line(place - reach * normal, place + reach * normal);
     const int count = index_->candidates(line, 0, near_);
     for (int k = 0; k < count; ++k) {

@@ -11,7 +11,10 @@ void RefreshRun::add(const RefreshRecord& r) {
   const double parts[] = {r.linearize_ms, r.reduce_ms, r.refine_ms, r.certify_ms, r.prepare_ms};
   for (std::size_t i = 0; i < parts_ms.size(); ++i) parts_ms[i].second.push_back(parts[i]);
   if (r.linearization_error) linearization_error.push_back(*r.linearization_error);
-  if (r.fineness) fineness.push_back(*r.fineness);
+  if (r.fineness) {
+    fineness.push_back(*r.fineness);
+    refined_share.push_back(r.refined_share);
+  }
   damping_coupling = r.coupling;
   exact_steps += r.is_exact;
   definite_tangents += r.definite_tangent;

@@ -120,6 +120,19 @@ TEST(Findings, TellEachFlagOnceWithItsTool) {
        "pose was not usable, and it stayed where it was: 1 of 100", "more time had passed than is caught up with"});
 }
 
+/// A part that bends away yields little more with refined cells than without.
+TEST(Findings, OfTicksBesideRefinedCellsWeighWhatTheseAddToTheYield) {
+  SessionResult result = calm_run();
+  result.tools[0].frames[9].flags = kUnrefined;
+  for (const auto& [share, factor, weight] :
+       {std::tuple(0.05, "by up to 5.26 %", Weight::note), {0.5, "by up to 100 %", Weight::doubt}}) {
+    result.refresh.refined_share = {share, std::numeric_limits<double>::quiet_NaN(), share};
+    const Findings found = in_ticks(result);
+    expect_parts(found, {factor});
+    EXPECT_EQ(found[0].weight, weight);
+  }
+}
+
 TEST(Findings, OfTooManyPlacesAreFailuresWhereTheForcesWereNotFound) {
   SessionResult result = calm_run();
   result.tools[0].frames[9].flags = kContactsExhausted;
