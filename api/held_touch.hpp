@@ -34,8 +34,7 @@ class HeldTouch {
   std::vector<Finding> findings() const;
 
   /// Touch::reset(), and the chains anew. While nobody ticks.
-  /// @param state  null: the body's start
-  void reset(const State* state = nullptr);
+  void reset();
 
   /// Of tool k, for gauges.
   const SafetyChain& chain(std::size_t k) const { return chains_[k]; }

@@ -12,19 +12,6 @@
 namespace kt {
 namespace {
 
-/// What Touch.state gives: two arrays (n, 3). Throws InputError.
-State state_of(const py::handle& given) {
-  if (!py::isinstance<py::sequence>(given) || py::len(given) != 2)
-    throw InputError("reset: must be a touch's state, a pair of positions and velocities");
-  State out;
-  for (const auto& [i, to] : {std::pair(0, &out.x), {1, &out.v}}) {
-    const Floats rows = numbers_of(given[py::int_(i)], "reset: the state", "(n, 3)");
-    if (rows.ndim() != 2 || rows.shape(1) != 3) throw InputError("reset: the state must be two arrays of (n, 3)");
-    *to = Eigen::Map<const VectorX>(rows.data(), rows.size());
-  }
-  return out;
-}
-
 /// A touch in Python. One thread at a time ticks; a second one is told so.
 class PythonTouch {
  public:
@@ -85,10 +72,8 @@ class PythonTouch {
     core_->is_started = false;
   }
 
-  void reset(const py::object& state) {
-    std::optional<State> from;
-    if (!state.is_none()) from = state_of(state);
-    alone([&] { held().reset(from ? &*from : nullptr); });
+  void reset() {
+    alone([&] { held().reset(); });
     core_->is_started = false;
   }
 
@@ -278,22 +263,10 @@ void bind_touch(py::module_& m) {
           "stop", [](PythonTouch& t) { t.stop(); },
           "Ends that thread. Raises the exception that ended the body's simulation before.")
       .def(
-          "reset", [](PythonTouch& t, const py::object& state) { t.reset(state); }, py::arg("state") = py::none(),
-          "Back to before the first tick, with the body as it was at the start, or in another state of it, that of "
-          "this touch or of another one of the same body. Settings are as they were set last. Contacts begin anew. A "
-          "thread of the body's own ends.")
-      .def_property_readonly(
-          "state",
-          [](PythonTouch& t) {
-            State state;
-            {
-              const NoGil no_gil;
-              t.touch().copy_state(state);
-            }
-            return py::make_tuple(rows_of(state.x), rows_of(state.v));
-          },
-          "Positions [m] and velocities [m/s] of the body's nodes as the last refresh had them, (n, 3) each, copies, "
-          "for reset().")
+          "reset", [](PythonTouch& t) { t.reset(); },
+          "Back to before the first tick, with the body as it was at the start, settings as they were set last. A "
+          "thread of "
+          "the body's own ends.")
       .def(
           "tick", &tick, py::arg("dt") = py::none(),
           "tick(pose, ...) takes the poses that the tools have come to, one each, (3,) [m], or (7,) with the turn as a "

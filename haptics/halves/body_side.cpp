@@ -61,16 +61,8 @@ BodySide::BodySide(const Body& body, const TouchOptions& options)
   refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact(),
                                            body.kept_set_up());
   if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
-  shown_ = body.start();
+  x_ = body.start().x;
   status_.reducer = options.local.reducer;
-}
-
-void BodySide::begin_from(const State& state, BodySide& before) {
-  refresher_ = std::make_unique<Refresher>(body_.model(), body_.surface(), options_, state, body_.self_contact(),
-                                           body_.kept_set_up());
-  if (options_.replay.reducer_changes) refresher_->follow(*options_.replay.reducer_changes);
-  refresher_->keep_choice_of(*before.refresher_);
-  shown_ = state;
 }
 
 void BodySide::set(const std::string& key, double value) {
@@ -232,7 +224,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   last_tick_ = event.linearized_tick;
   ++num_refreshes_;
   const std::scoped_lock lock(guard_);
-  shown_ = refresher_->state();
+  x_ = refresher_->state().x;
   status_.refreshes = num_refreshes_;
   status_.linearized_tick = event.linearized_tick;
   status_.dof = model->model.dof();
@@ -287,7 +279,7 @@ void BodySide::show(const LocalModel& model, const LocalMotion* motion) {
   for (int i = 0; i < static_cast<int>(motion->row.size()); ++i)
     if (const int row = motion->row[static_cast<std::size_t>(i)]; row >= 0) {
       picture_.nodes.push_back(i);
-      picture_.distance.push_back((node(motion->x, row) - node(shown_.x, i)).norm());
+      picture_.distance.push_back((node(motion->x, row) - node(x_, i)).norm());
     }
 }
 
@@ -337,12 +329,7 @@ void BodySide::copy_refresh(RefreshPicture& picture) const {
 
 void BodySide::copy_positions(VectorX& x) const {
   const std::scoped_lock lock(guard_);
-  x = shown_.x;
-}
-
-void BodySide::copy_state(State& state) const {
-  const std::scoped_lock lock(guard_);
-  state = shown_;
+  x = x_;
 }
 
 }  // namespace kt

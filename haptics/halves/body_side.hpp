@@ -21,8 +21,6 @@ class BodySide {
  public:
   /// @param body  borrowed
   BodySide(const Body& body, const TouchOptions& options);
-  /// Before the first refresh: with the body in that state, and the local model that another one chose.
-  void begin_from(const State& state, BodySide& before);
 
   /// As Refresher::refresh, after the changes of settings that wait. Books its time and its event.
   /// @param other_ms  CPU time of the process that is not the refresh's, now
@@ -59,7 +57,6 @@ class BodySide {
   TouchStatus status() const;
   /// The whole body as the last refresh had it [m], (3n).
   void copy_positions(VectorX& x) const;
-  void copy_state(State& state) const;
   void copy_refresh(RefreshPicture& picture) const;
 
   Refresher& refresher() { return *refresher_; }
@@ -108,7 +105,7 @@ class BodySide {
   SceneModel wanted_material_;
   TouchStatus status_;
   RefreshPicture picture_;
-  State shown_;  // of the last refresh
+  VectorX x_;
 };
 
 }  // namespace kt

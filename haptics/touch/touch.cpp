@@ -34,23 +34,6 @@ SurfaceFriction friction_of(const Body& body, const TouchOptions& options) {
   return scene_friction(options.contact, body.surface(), body.model().mesh().x, none);
 }
 
-/// Throws InputError. What is clamped, and what follows the cells of a lattice, is put in its place.
-State checked_state(const Body& body, State state) {
-  const State& start = body.start();
-  if (state.x.size() != start.x.size() || state.v.size() != start.x.size())
-    throw InputError(text("reset: a state of ", state.x.size() / 3, " positions and ", state.v.size() / 3,
-                          " velocities, the body has ", start.x.size() / 3, " nodes"));
-  if (!state.x.allFinite() || !state.v.allFinite()) throw InputError("reset: a state that is not finite");
-  state.t = start.t;
-  for (const int i : body.model().fixed_nodes()) {
-    node(state.x, i) = node(start.x, i);
-    node(state.v, i).setZero();
-  }
-  if (const auto& embedded = body.model().mesh().embedded)
-    for (VectorX* all : {&state.x, &state.v}) embedded->follow(*all);
-  return state;
-}
-
 }  // namespace
 
 struct Touch::Parts {
@@ -84,7 +67,6 @@ struct Touch::Parts {
   SurfaceFriction friction;
   HapticSide haptic;
   std::unique_ptr<BodySide> side;
-  std::optional<State> from;     // see reset(); none: the body's start
   mutable std::mutex beginning;  // of whoever asks while start() makes the side and the link anew
   ModelObserver* observer = nullptr;
   bool checks = true;                 // see check_contacts()
@@ -141,7 +123,6 @@ void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
   TouchOptions with_link = options;
   with_link.link.type = type;
   auto next = std::make_unique<BodySide>(body, with_link);
-  if (from) next->begin_from(*from, *side);
   std::vector<SettingChange> early;
   {
     const std::scoped_lock lock(beginning);
@@ -177,29 +158,13 @@ void Touch::stop() {
   if (link->error()) std::rethrow_exception(link->error());
 }
 
-std::unique_ptr<Touch::Parts> Touch::renew() {
-  std::unique_ptr<Parts> before = std::move(parts_);
+void Touch::reset() {
+  const std::unique_ptr<Parts> before = std::move(parts_);
   if (before->link) before->link->stop();
   parts_ = std::make_unique<Parts>(before->body, before->given);
   parts_->observer = before->observer;
   parts_->checks = before->checks;
   for (const SettingChange& c : before->changed) c.word.empty() ? set(c.key, c.value) : set(c.key, c.word);
-  return before;
-}
-
-void Touch::reset() { renew(); }
-
-void Touch::reset(const State& state) {
-  parts_->from = checked_state(parts_->body, state);
-  const std::unique_ptr<Parts> before = renew();
-  parts_->from = std::move(before->from);
-  parts_->side->begin_from(*parts_->from, *before->side);
-}
-
-void Touch::copy_state(State& state) const {
-  const std::scoped_lock lock(parts_->beginning);
-  if (parts_->remote()) throw MisuseError("copy_state: the body is on another computer");
-  parts_->side->copy_state(state);
 }
 
 namespace {

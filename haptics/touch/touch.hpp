@@ -38,11 +38,6 @@ class Touch {
   /// Back to before the first tick, with the body as it is at its start, nothing placed, settings as they were set
   /// last. A thread of the body's own ends, and start() begins another one. Not while another thread uses the touch.
   void reset();
-  /// The same with the body in another state of it: of this touch (copy_state()) or of another one of the same body.
-  /// What is clamped stays as it is at the start. The choice of the local model goes on, so that nothing is set up
-  /// anew. Contacts begin anew: under a tool in the same place the force is back after some milliseconds. Throws
-  /// InputError for a state of another size, or one that is not finite, and changes nothing then.
-  void reset(const State& state);
 
   /// One haptic tick with the tools at these poses (world frame, same order in every tick). Returns one frame per tool,
   /// valid until the next tick. Forces are always finite. A pose that is not finite leaves its tool in place and sets a
@@ -68,8 +63,6 @@ class Touch {
   /// Positions of the whole body for drawing, (3n) [m], those of the last refresh, around the contact those of some
   /// ticks ago. From any thread. Never delays a tick.
   void copy_positions(VectorX& x);
-  /// The whole body's state as the last refresh had it, the start's before the first one. From any thread.
-  void copy_state(State& state) const;
 
   /// Facts against the forces so far, in the words of the command. They are about
   /// - the body as it was loaded,
@@ -101,7 +94,6 @@ class Touch {
  private:
   friend struct TouchHalves;  // haptics/touch/touch_halves.hpp
   struct Parts;
-  std::unique_ptr<Parts> renew();  // gives those of before
   std::unique_ptr<Parts> parts_;
 };
 

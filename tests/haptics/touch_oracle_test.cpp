@@ -44,41 +44,6 @@ TEST(Touch, OnesOwnLoopIsTheSession) {
   EXPECT_EQ(touch.status().refreshes, static_cast<int>(expected.refreshes.size()));
 }
 
-/// The state of a pressed body: two episodes from it are the same, and the force is what it was as soon as the contact
-/// is there again. From the start, the tool would be 3 mm inside.
-TEST(Touch, BeginsAnewInAnotherStateOfTheBody) {
-  const Session session(small_scene());
-  const SessionResult run = Session(small_scene()).run();
-  Touch touch(session.body(), session.options());
-  for (const LocalFrame& f : run.tools[0].frames) touch.tick(f.pose);
-  const Pose last = run.tools[0].frames.back().pose;
-  for (int i = 0; i < 300; ++i) touch.tick(last);
-  const double steady = touch.tick(last).f_n;
-  ASSERT_GT(steady, 0.01);
-  State pressed;
-  touch.copy_state(pressed);
-  const auto episode = [&](Touch& again) {
-    again.reset(pressed);
-    again.place(last);
-    std::vector<LocalFrame> frames;
-    for (int i = 0; i < 100; ++i) frames.push_back(again.tick(last));
-    return frames;
-  };
-  const std::vector<LocalFrame> first = episode(touch), second = episode(touch);
-  EXPECT_EQ(hash_of(first), hash_of(second));
-  EXPECT_NEAR(first.back().f_n, steady, 0.03 * steady);
-  EXPECT_FALSE(std::ranges::any_of(first, [](const LocalFrame& f) { return (f.flags & kPushedOut) != 0; }));
-  Touch other(session.body(), session.options());
-  EXPECT_NEAR(episode(other).back().f_n, steady, 0.03 * steady);
-  State small = pressed;
-  small.x.conservativeResize(3);
-  EXPECT_THROW(touch.reset(small), InputError);
-  small = pressed;
-  small.v[0] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(touch.reset(small), InputError);
-  EXPECT_EQ(touch.next_tick(), 100) << "nothing has changed";
-}
-
 /// With `dt` of the rate itself it is the same; a loop of half the rate does two steps a call.
 TEST(Touch, StepsAsMuchTimeAsHasPassed) {
   const Session session(small_scene());

@@ -116,26 +116,6 @@ class Objects(unittest.TestCase):
         touch["contact.mu"] = 0.5
         self.assertEqual([touch.tick(x).f_n for x in press(0.008, 100)], first)
 
-    def test_a_touch_begins_anew_in_a_copied_state(self):
-        touch = kt.Touch(kt.Scene(settings=QUICK))
-        way = press(0.008, 100)
-        for x in way:
-            touch.tick(x)
-        for _ in range(200):
-            steady = touch.tick(way[-1]).f_n
-        x, v = touch.state
-        self.assertEqual(x.shape, touch.positions.shape)
-        self.assertEqual(v.shape, x.shape)
-        touch.reset((x, v))
-        again = [touch.tick(way[-1]).f_n for _ in range(100)]
-        self.assertAlmostEqual(again[-1], steady, delta=0.03 * steady)
-        touch.reset((x, v))
-        self.assertEqual([touch.tick(way[-1]).f_n for _ in range(100)], again)
-        for wrong in (x, (x[:2], v), (x, v * math.nan), (x.ravel(), v), 3):
-            with self.assertRaises(kt.InputError):
-                touch.reset(wrong)
-        self.assertEqual(touch.status.refreshes > 0, True)
-
     def test_a_loop_is_told_what_the_command_tells(self):
         leap = {k: v for k, v in QUICK.items() if "press_drag" not in k}
         high, low = [0.03, 0.026, 0.2], [0.03, 0.026, -0.2]
