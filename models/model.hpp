@@ -21,7 +21,7 @@ struct ModelOptions {
   double least_volume = 0.7;  ///< msd: share of its volume at rest below which a tetrahedron is pushed back; 0: never
   std::vector<int> fixed_nodes = {};
   std::string material = "neo_hookean";    ///< fem: models/fem/materials.def
-  std::string element = "tet4";            ///< fem: tet4, tet10
+  std::string element = "tet4";            ///< fem: tet4, tet10; hex8 in a lattice
   bool consistent_mass = false;            ///< fem: else lumped to the nodes
   bool rayleigh = false;                   ///< fem: damping_stiffness damps turning too; else the rate of strain only
   Vec3 gravity = Vec3::Zero();             ///< [m/s^2]

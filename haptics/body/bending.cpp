@@ -36,10 +36,14 @@ double tet4_distance(double cells, double factor) {
   return left > 0 ? 0.19 / left : std::numeric_limits<double>::quiet_NaN();
 }
 
+bool auto_has_ten_nodes(const SceneObject& object) {
+  constexpr double kLocks = 0.45;  // four-node cells above it (the map poisson of `kilotouch stability`)
+  return object.body == "lattice" && object.model.type == "fem" && object.model.poisson > kLocks;
+}
+
 std::string lattice_element(const Mesh& lattice, double poisson) {
-  constexpr double kLocks = 0.4;  // refined cells of tet4 have up to 1.5 times the force of the continuum at 0.45
-  const bool bends = tet4_stiffening(cells_across(lattice), 0.5 - poisson) < kMostStiffening;
-  return bends && poisson <= kLocks ? "tet4" : "hex8";
+  if (lattice.embedded->is_quadratic()) return "tet10";
+  return tet4_stiffening(cells_across(lattice), 0.5 - poisson) < kMostStiffening ? "tet4" : "hex8";
 }
 
 }  // namespace kt

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/body/mesh.hpp"
+#include "io/scene/scene.hpp"
 
 namespace kt {
 
@@ -25,8 +26,12 @@ double hex8_stiffening(double cells);
 /// The distance at which tet4_stiffening() reaches `factor`; NaN when it is above at any.
 double tet4_distance(double cells, double factor);
 
-/// Cells of a lattice that are to be chosen: hex8 where tetrahedra of four nodes would bend too little,
-/// or lock above Poisson's ratio 0.4, else tet4.
+/// object.model.element auto: ten nodes where four would lock and the engine makes the cells, as many nodes in larger
+/// ones, in lattices above a Poisson's ratio of 0.45. Cubes do not lock there, but their tangents are indefinite under
+/// a deep press.
+bool auto_has_ten_nodes(const SceneObject& object);
+
+/// And else: hex8 where tetrahedra of four nodes would bend too little, or tet4.
 std::string lattice_element(const Mesh& lattice, double poisson);
 
 }  // namespace kt

@@ -20,7 +20,7 @@ namespace {
 std::string element_of(const SceneModel& model, const Mesh& mesh) {
   if (model.element != "auto") return model.element;
   if (!mesh.embedded) return "tet4";
-  return mesh.embedded->is_quadratic() ? "tet10" : lattice_element(mesh, model.poisson);
+  return lattice_element(mesh, model.poisson);
 }
 
 ModelOptions model_options(const SceneObject& object, const SceneModel& m, const Mesh& mesh,

@@ -99,21 +99,27 @@ Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vecto
   constexpr double kNodesAtOneHz = 18000;         // a refresh takes some 30 us a node
   constexpr double kFewest = 200, kEnough = 600;  // refined cells have the contact: a slower rate is to be easier
   if (object.body != "lattice" || mesh.embedded) return mesh;
+  const bool is_auto = object.model.element == "auto";
   const SceneLattice wanted = object.lattice.value_or(SceneLattice{});
   LatticeOptions options;
   options.name = object.mesh;
   options.edge = wanted.edge.value_or(0);
-  options.is_quadratic = object.model.type == "fem" && object.model.element == "tet10";
+  options.is_quadratic =
+      object.model.type == "fem" && (object.model.element == "tet10" || (is_auto && auto_has_ten_nodes(object)));
   options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kEnough)));
   LatticeReport report;
   Mesh out = make_lattice(mesh, options, &report);
   for (std::string& line : report.lines()) notes.push_back(std::move(line));
-  if (object.model.type == "fem" && object.model.element == "auto" &&
-      lattice_element(out, object.model.poisson) == "hex8")
+  if (!is_auto || object.model.type != "fem") return out;
+  const double poisson = object.model.poisson;
+  if (options.is_quadratic)
     notes.push_back(
-        "object.model.element auto: the cubes of the lattice (hex8), since tetrahedra of four nodes would " +
-        text("bend too little with ", short_number(cells_across(out)),
-             " of them across the body, or lock at object.model.poisson ", short_number(object.model.poisson)));
+        text("object.model.element auto: cells of ten nodes, since those of four lock at object.model.poisson ",
+             short_number(poisson), ": as many nodes, in larger cubes, and a refresh takes up to twice as long"));
+  else if (lattice_element(out, poisson) == "hex8")
+    notes.push_back(
+        text("object.model.element auto: the cubes of the lattice (hex8), since tetrahedra of four nodes would bend ",
+             short_number(tet4_stiffening(cells_across(out), 0.5 - poisson)), " times too little"));
   return out;
 }
 

@@ -258,7 +258,7 @@ Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, 
   }
   if (width.factor < 1) {
     const std::string to_tet10 = "object.model.element to tet10";
-    if (element != "tet10")
+    if (element != "tet10" && !built.surface().embedded)
       out.cures.push_back(
           advise((built.model().info().type == "fem" ? "set " : "set object.model.type to fem and ") + to_tet10));
     return out;
@@ -269,6 +269,9 @@ Finding coarse_mesh_finding(const BuiltScene& built, const ContactWidth& width, 
     out.cures.push_back(
         set_to("object.model.element", "tet10",
                told("about ", coarse_force_factor("tet10", width.mean), " times; ", price_of(kTet10, refresh_share))));
+  if (element == "tet4" && is_lattice)
+    out.cures.push_back(set_to("object.model.element", "hex8",
+                               told("about ", coarse_force_factor("hex8", width.mean), " times, as many nodes")));
   const double finer = width.cell / width.fine_edge;
   if (is_lattice)
     out.cures.push_back(

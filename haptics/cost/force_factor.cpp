@@ -55,17 +55,15 @@ double ratio_of_factor(const std::string& element, double factor) {
 }
 
 double refined_force_factor(const ModelInfo& model, double fineness, bool is_lattice) {
-  constexpr double kSprings = 0.79, kCubes = 1.01, kLinear = 0.0032, kLattice = 0.0055, kQuadratic = 0.0008,
-                   kUsual = 0.3;
+  constexpr double kSprings = 0.79, kLinear = 0.0032, kLattice = 0.0055, kQuadratic = 0.0008, kUsual = 0.3;
   const std::string element = fitted_element(model);
   if (element == "msd") return kSprings;
-  if (element == "hex8") return kCubes;
   // What nearly incompressible cells cannot do grows with the bulk modulus over the shear modulus.
   const auto stiffness = [](double poisson) { return 1 / (1 - 2 * poisson); };
   const double poisson = std::clamp(told_or(model, "poisson", kUsual), kUsual, 0.499);
-  const double locks = (element == "tet10" ? kQuadratic
-                        : is_lattice       ? kLattice
-                                           : kLinear) *
+  const double locks = (element != "tet4" ? kQuadratic
+                        : is_lattice      ? kLattice
+                                          : kLinear) *
                        (stiffness(poisson) - stiffness(kUsual));
   return 1.05 + 0.01 * std::max(kLeastFineness, fineness) + locks;
 }

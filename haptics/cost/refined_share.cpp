@@ -1,6 +1,6 @@
 #include "haptics/cost/refined_share.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
 #include <limits>
 #include <unordered_map>
 
@@ -11,10 +11,11 @@ namespace {
 
 /// f S f of forces on the recovered nodes, (3 recovered).
 double work_on_body(const LocalModel& model, const VectorX& force) {
+  constexpr double kTime = 0.1;  // [s]
   const VectorX reduced = model.basis.transpose() * force;
-  const Eigen::LLT<MatrixX> stiffness{MatrixX(model.stiffness)};
-  if (stiffness.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  return reduced.dot(stiffness.solve(reduced));
+  const Eigen::SimplicialLDLT<SparseMatrix> stiffness(model.stiffness + model.mass / (kTime * kTime));
+  if (stiffness.info() != Eigen::Success) return std::numeric_limits<double>::quiet_NaN();
+  return reduced.dot(VectorX(stiffness.solve(reduced)));
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ void find_coarse_refinement(const Session& session, const SessionResult& result,
   long coarse = 0;
   double largest = 0, share = 0;
   for (std::size_t i = 0; i < fineness.size(); ++i) {
-    const double its = result.refresh.refined_share[i];
+    const double its = i < result.refresh.refined_share.size() ? result.refresh.refined_share[i] : 1;
     if (!(fineness[i] > kCoarse && kTooSoft * its > kNoticeableForce)) continue;
     ++coarse;
     largest = std::max(largest, fineness[i]);

@@ -1,6 +1,5 @@
 // What ticks tell by their flags, their solver, and the check of the whole body after each of them.
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "core/base/error.hpp"
@@ -36,15 +35,15 @@ std::vector<FlagKind> flag_kinds(const Scene& scene, const RealTime& pace) {
   };
 }
 
-/// How much larger a force is than with refined cells: by what these add to the yield, where nine in ten contacts have
-/// less.
-void weigh_unrefined(const RefreshRun& refresh, Finding& found) {
-  std::vector<double> shares;
-  std::ranges::copy_if(refresh.refined_share, std::back_inserter(shares), [](double s) { return std::isfinite(s); });
-  if (shares.empty()) return;
-  const double larger = 1 / (1 - std::min(0.99, percentile(shares, 0.9)));
-  found.what += told(", by up to ", in_percent(larger - 1));
-  if (larger - 1 < kNoticeableForce) found.weight = Finding::Weight::note;
+/// How much larger a force is than with refined cells: by what these add to the yield, at most, where one tool touches
+/// them.
+void weigh_unrefined(const SessionResult& result, Finding& found) {
+  double share = -1;
+  for (const double its : result.refresh.refined_share) share = std::max(share, its);  // none of those not known
+  if (share < 0) return;
+  const double larger = 1 / (1 - std::min(0.99, share)) - 1;
+  found.what += told(" (by up to ", in_percent(larger), ", as far as contacts on them tell)");
+  if (larger < kNoticeableForce && result.tools.size() == 1) found.weight = Finding::Weight::note;
 }
 
 void find_flags(const Scene& scene, const SessionResult& result, const RealTime& pace, std::vector<Finding>& out) {
@@ -58,7 +57,7 @@ void find_flags(const Scene& scene, const SessionResult& result, const RealTime&
       const bool is_unsolved = kind.flag == kContactsExhausted && std::ranges::any_of(frames, [](const LocalFrame& f) {
                                  return (f.flags & kContactsExhausted) != 0 && f.residual > kNoticeableResidual;
                                });
-      if (kind.flag == kUnrefined) weigh_unrefined(result.refresh, found);
+      if (kind.flag == kUnrefined) weigh_unrefined(result, found);
       if (is_unsolved) found.weight = Finding::Weight::failure;
       out.push_back(std::move(found));
     }

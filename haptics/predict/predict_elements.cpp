@@ -19,11 +19,9 @@ std::optional<Prediction> predict_bending(const std::string& element, double cel
   Finding found{told("object.body lattice at object.model.poisson ", poisson, " with ", cells,
                      " cells across the body bends at least ", factor, " times too little (limit ", kMostStiffening,
                      ")")};
-  if (are_cubes)
-    found.cures = {advise("set object.lattice.nodes higher"),
-                   set_to("object.model.element", "tet10", "as many nodes, in larger cubes")};
-  else
-    found.cures = {set_to("object.model.element", "hex8", "as many nodes")};
+  if (!are_cubes) found.cures.push_back(set_to("object.model.element", "hex8", "as many nodes"));
+  if (are_cubes || hex8_stiffening(cells) >= kMostStiffening)
+    found.cures.push_back(advise("set object.lattice.nodes higher"));
   return Prediction{"poisson", std::move(found).at("object.body", factor, kMostStiffening)};
 }
 
@@ -47,8 +45,8 @@ std::optional<Prediction> predict_locking(const DeformableModel& model, const st
   if (!info.parameters.contains("calibration_residual")) return {};  // its springs mean no material
   const double factor = spring_stiffening(cells, 0.5 - poisson);
   if (factor < kMostStiffening) return {};
-  const bool locks =
-      tet4_stiffening(cells, 0.5 - poisson) >= kMostStiffening;  // elements of four nodes, on the same mesh
+  // Elements of four nodes, on the same mesh. In a lattice auto takes cubes then.
+  const bool locks = !model.mesh().embedded && tet4_stiffening(cells, 0.5 - poisson) >= kMostStiffening;
   return Prediction{"poisson", Finding{told("object.model.type msd at object.model.poisson ", poisson, " with ", cells,
                                             " springs across the body is about ", factor, " times too stiff (limit ",
                                             kMostStiffening, "): springs have a Poisson ratio of their own, near 1/4"),

@@ -189,12 +189,6 @@ void ReducerChoice::go_on_from(ReducerChoice& before) {
   measured_ = std::move(before.measured_);
 }
 
-void ReducerChoice::begin_from(ReducerChoice& before) {
-  GradedBody fresh = std::move(graded_);
-  go_on_from(before);
-  graded_ = std::move(fresh);
-}
-
 LocalModel ReducerChoice::reduce(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
   // The wall is made without: only a sample needs it.
   if (chosen().reducer == "wall" && is_sample_due()) graded_.update(tangent, patch);

@@ -55,8 +55,6 @@ class ReducerChoice {
   /// Of the same body with other settings: takes over what is certified (seconds of CPU time), the reducer chosen and
   /// the changes until now. Samples correct the certificate from the next refresh on.
   void go_on_from(ReducerChoice& before);
-  /// The same at another beginning, whose bits do not depend on where the other one was.
-  void begin_from(ReducerChoice& before);
   /// Changes since they were taken.
   std::vector<ReducerChange> take_changes() { return std::exchange(changes_, {}); }
 

@@ -476,13 +476,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   const SurfacePatch patch = make_patch(surface_, global_.state().x, site, smoothing_.levels > 0);
   LocalModel local = reduce(patch, site, ahead ? &*ahead : nullptr);
   choice_.expect(seen_touch(choice_.expected_touch(), reports, local.fine != nullptr));
-  if (!reports.empty()) record_.refined_share = refined_share(local, nodes_.on_triangles(reports.back()));
   local.frame = known_.frame++;
   is_new_ = false;
   if (when_reduced) when_reduced();
 
   const auto prepare_start = std::chrono::steady_clock::now();
   auto out = prepare_for_ticks(std::move(local), at, site, way_out, reports.empty() ? nullptr : &reports.back());
+  if (!reports.empty()) record_.refined_share = refined_share(out->model, nodes_.on_triangles(reports.back()));
   if (motion && !when_reduced) carry_over(*motion, reports, *out);
   nodes_.keep(*out);
   if (!reports.empty()) nodes_.forget_before(reports.front().model_frame);

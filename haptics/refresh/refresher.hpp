@@ -56,8 +56,6 @@ class Refresher {
 
   /// The same body goes on from another refresher, with other settings: what was measured stays known.
   void go_on_from(Refresher& before);
-  /// Another beginning of the same body: only the choice of the local model goes on.
-  void keep_choice_of(Refresher& before) { choice_.begin_from(before.choice_); }
 
   /// What the last refresh took [ms of CPU time]; reducer auto keeps within its budget.
   void charge(double cpu_ms);

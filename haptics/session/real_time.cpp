@@ -87,7 +87,7 @@ std::vector<Cure> cures_of_refresh(const Scene& scene, const MeasuredPace& pace,
     if (percentile(pace.refresh.fineness, 0.9) <= kRoomFor)
       out.push_back(set_to("local.refine_nodes", text(std::max(100, scene.local.refine_nodes / 2))));
   } else if (limits.linear_elements && scene.object.model.type == "fem" && scene.object.model.element == "tet10") {
-    out.push_back(set_to("object.model.element", "tet4"));
+    out.push_back(set_to("object.model.element", scene.object.body == "lattice" ? "auto" : "tet4"));
   }
   // The median fits more than what was reached, or than is asked for already, where single refreshes are slow.
   const double reached = r.lags ? r.refresh_hz : r.wanted_hz;

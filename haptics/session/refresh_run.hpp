@@ -28,8 +28,8 @@ struct RefreshRun {
       {"linearize", {}}, {"reduce", {}}, {"refine", {}}, {"certify", {}}, {"prepare", {}}};
   std::vector<double> cpu_ms;  ///< CPU time of all threads but the haptic one for each refresh, with global steps
   std::vector<double> linearization_error;  ///< of each interval
-  std::vector<double> refined_share;        ///< of each of these: refined_share(); NaN where nothing was touched
   std::vector<double> fineness;             ///< of each with refined cells: their size over the contact radius
+  std::vector<double> refined_share;        ///< of each of these: refined_share() of the contacts before it
   double damping_coupling = 0;              ///< of the last local model
   RefreshEnergy energy{};                   ///< of the swaps of local models
   int exact_steps = 0;                      ///< local models that were stepped exactly

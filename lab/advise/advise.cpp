@@ -127,7 +127,7 @@ std::vector<std::string> settings_of(const Advice& a) {
   const AdviceRow& r = a.rows[a.row.index];
   const AdviceBody& b = a.bodies[r.body];
   std::vector<std::string> out{text("object.model.type=", b.model == "msd" ? "msd" : "fem")};
-  if (b.model != "msd") out.push_back("object.model.element=" + b.model);
+  if (b.model != "msd") out.push_back(text("object.model.element=", b.model == "tet10" ? "tet10" : "auto"));
   out.push_back(text("local.refine=", b.refined ? "follow" : "off"));
   if (b.mesh_name != "own" && b.filled.max_volume)
     out.push_back(text("object.tetrahedralize.max_volume=", *b.filled.max_volume));

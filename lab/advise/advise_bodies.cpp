@@ -160,8 +160,9 @@ std::vector<AdviceBody> bodies_of(const AdviceScene& scene) {
 
 Scene with_body(Scene scene, const AdviceBody& body) {
   SceneModel& m = scene.object.model;
+  const bool in_lattice = scene.object.body == "lattice";  // its cubes where its tetrahedra would fail
   m.type = body.model == "msd" ? "msd" : "fem";
-  if (m.type == "fem") m.element = body.model;
+  if (m.type == "fem") m.element = in_lattice && body.model == "tet4" ? "auto" : body.model;
   scene.object.tetrahedralize = body.filled;
   scene.local.refine = body.refined ? "follow" : "off";
   return scene;

@@ -1,6 +1,11 @@
 #pragma once
 // The forces and the stiffness of all elements of N nodes, of one material.
+#include <array>
+#include <memory>
+#include <span>
+
 #include "core/body/deformable_model.hpp"
+#include "core/body/state.hpp"
 #include "models/fem/batches.hpp"
 #include "models/fem/material.hpp"
 #include "models/fem/viscosity.hpp"

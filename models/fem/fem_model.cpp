@@ -1,5 +1,6 @@
 // Tetrahedral finite elements of a hyperelastic material:  f = -sum over points V P(F) grad N - damping + M g.
 // Total Lagrangian: F = sum x_a grad N_a with rest gradients; Bonet and Wood, "Nonlinear Continuum Mechanics", 2008.
+#include <algorithm>
 #include <optional>
 
 #include "core/base/error.hpp"
@@ -54,6 +55,7 @@ class FemModel final : public DeformableModel, public Refinable {
                        : BlockPattern(mesh_.num_nodes(), table.nodes)),
         elements_(continuum_of(options, cubes ? of_tetrahedra_in_cubes(own_lame()) : own_lame()), table, pattern_,
                   cubes ? times(kTetrahedraInCubes, factors, table.nodes.size()) : factors),
+        num_elements_(cubes ? cubes->table.nodes.size() : table.nodes.size()),
         stiffened_(num_stiffened(factors)) {
     if (cubes)
       cubes_.emplace(continuum_of(options, of_cubes(own_lame())), cubes->table, pattern_,
@@ -108,7 +110,7 @@ class FemModel final : public DeformableModel, public Refinable {
              {"damping_mass", options_.damping_mass},
              {"damping_stiffness", options_.damping_stiffness},
              {"nodes_per_element", cubes_ ? 8 : N},
-             {"elements", static_cast<double>(mesh_.tetrahedra.size())},
+             {"elements", static_cast<double>(num_elements_)},
              {"stiffened_elements", stiffened_}}};
   }
 
@@ -158,7 +160,8 @@ class FemModel final : public DeformableModel, public Refinable {
   BlockPattern pattern_;
   Elements<N> elements_;
   std::optional<Elements<8>> cubes_;
-  int stiffened_ = 0;  // elements in inclusions
+  std::size_t num_elements_ = 0;  // cubes, or tetrahedra
+  int stiffened_ = 0;             // tetrahedra in inclusions
   SparseMatrix mass_, undamped_{pattern_.zero().rows(), pattern_.zero().cols()};
   std::vector<int> mass_slots_;  // of its entries in the pattern
   VectorX weight_;               // [N]

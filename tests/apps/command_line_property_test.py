@@ -279,13 +279,13 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(summary["model"]["parameters"].get("nodes_per_element", 4), 4)
 
     def test_a_surface_that_would_lock_or_bend_too_little_gets_cubes(self):
-        for settings, per_cell in (([], 4), (["object.model.poisson=0.46"], 8),
+        for settings, per_cell in (([], 4), (["object.model.poisson=0.46"], 10),
                                    (["object.model.poisson=0.46", "object.model.element=tet4"], 4), (["object.lattice.nodes=60"], 8)):
             given = [word for setting in ("duration=0.05", "local.reducer=condensed", *settings) for word in ("--set", setting)]
             self.kilotouch("run", os.path.join(MESHES, "sphere.off"), *given, "--no-report", "--force", "--out", "out")
             summary = load(self.path("out", "summary.json"))
             self.assertEqual(summary["model"]["parameters"]["nodes_per_element"], per_cell, settings)
-            self.assertEqual(any("element auto" in line for line in summary["notes"]), per_cell == 8, summary["notes"])
+            self.assertEqual(any("element auto" in line for line in summary["notes"]), per_cell > 4, summary["notes"])
 
     def test_runs_and_replays_are_equal(self):
         for out in ("one", "two"):

@@ -1,6 +1,9 @@
 // What a run's ticks, devices, refreshes and forces show, each kind on a run made for it.
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <tuple>
+
 #include "haptics/findings/kinds.hpp"
 
 namespace kt {
@@ -125,7 +128,7 @@ TEST(Findings, OfTicksBesideRefinedCellsWeighWhatTheseAddToTheYield) {
   SessionResult result = calm_run();
   result.tools[0].frames[9].flags = kUnrefined;
   for (const auto& [share, factor, weight] :
-       {std::tuple(0.05, "by up to 5.26 %", Weight::note), {0.5, "by up to 100 %", Weight::doubt}}) {
+       {std::tuple(0.05, "(by up to 5.26 %, as far", Weight::note), {0.5, "(by up to 100 %, as far", Weight::doubt}}) {
     result.refresh.refined_share = {share, std::numeric_limits<double>::quiet_NaN(), share};
     const Findings found = in_ticks(result);
     expect_parts(found, {factor});

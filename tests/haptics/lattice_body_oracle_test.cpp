@@ -174,7 +174,7 @@ TEST(LatticeBody, BendsAsABarAndAPlateDoInTenNodeCells) {
   }
 }
 
-/// A plate of two thirds of a cube bends by 0.11 in tetrahedra of four nodes.
+/// A bar of two to three cubes, a plate of 0.8 and 1.3.
 TEST(LatticeBody, BendsAsABarAndAPlateDoInCubes) {
   const Vec3 across = kTurn * Vec3::UnitX();
   const auto all = [](const Vec3&) { return true; };
@@ -260,14 +260,20 @@ TEST(LatticeBody, OfAThinWallIsSaidToBendTooLittle) {
   EXPECT_EQ(thin->finding.cures.at(0).key, "object.model.element");
   EXPECT_EQ(thin->finding.cures.at(0).value, "hex8");
   EXPECT_FALSE(said(hollow, "tet10"));
+  const auto cubes = said(hollow, "hex8");  // a third of a cube
+  ASSERT_TRUE(cubes);
+  EXPECT_LT(*cubes->finding.value, *thin->finding.value);
+  EXPECT_EQ(cubes->finding.cures.size(), 1u);
   options.object.model.element = "auto";
   const auto nodes = [&](const Mesh& surface) {
     return Body(surface, options).model().info().parameters.at("nodes_per_element");
   };
   EXPECT_EQ(nodes(ball), 4);
   EXPECT_EQ(nodes(hollow), 8);
-  options.object.model.poisson = 0.49;
-  EXPECT_EQ(nodes(ball), 8);
+  for (const double poisson : {0.45, 0.46, 0.49}) {
+    options.object.model.poisson = poisson;
+    EXPECT_EQ(nodes(ball), poisson > 0.45 ? 10 : 4) << poisson;
+  }
 }
 
 TEST(LatticeBody, OfCubesFarWiderThanTheContactIsToldBeforeTheRun) {

@@ -2,6 +2,8 @@
 // has without them.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/local/fine_patch.hpp"
 #include "haptics/cost/refined_share.hpp"
 #include "haptics/session/session.hpp"
@@ -32,6 +34,7 @@ LocalModel on_springs(double stiffness, double compliance) {
   out.recovered_node = {4, 5, 6};
   out.basis = times_one(9, 1);
   out.stiffness = times_one(9, stiffness);
+  out.mass = times_one(9, 0.02);
   out.fine = std::move(fine);
   return out;
 }
@@ -41,9 +44,10 @@ TEST(RefinedShare, IsThatOfComplianceInSeries) {
   contact.triangle = 7;
   contact.bary = Vec3(0.5, 0.25, 0.25);
   contact.impulse = Vec3(0.1, 0, -0.2);
-  const double body = contact.bary.squaredNorm() / 20;  // f S f over f f
-  EXPECT_NEAR(refined_share(on_springs(20, 0.03), {&contact, 1}), 0.03 / (0.03 + body), 1e-12);
-  EXPECT_EQ(refined_share(on_springs(0, 0.03), {&contact, 1}), 0) << "nothing holds the body";
+  for (const double stiffness : {20.0, 0.0}) {                                   // nothing but inertia holds the body
+    const double body = contact.bary.squaredNorm() / (stiffness + 0.02 / 0.01);  // f S f over f f
+    EXPECT_NEAR(refined_share(on_springs(stiffness, 0.03), {&contact, 1}), 0.03 / (0.03 + body), 1e-12);
+  }
   EXPECT_TRUE(std::isnan(refined_share(on_springs(20, 0.03), {})));
   contact.triangle = 3;
   EXPECT_TRUE(std::isnan(refined_share(on_springs(20, 0.03), {&contact, 1}))) << "beside the cells";

@@ -43,12 +43,13 @@ INSTANTIATE_TEST_SUITE_P(All, Cubes, testing::ValuesIn([] {
                            return out;
                          }()));
 
-/// Near incompressibility, too, where the tetrahedra in cubes have another Poisson's ratio, and with inclusions.
+/// Near incompressibility, too, where the tetrahedra in cubes have another Poisson's ratio, and where all is in an
+/// inclusion.
 TEST_P(Cubes, HaveTheForcesOfTheirTetrahedraUnderAUniformStrain) {
   Mat3 F;
   F << 1.1, 0.2, 0, -0.05, 0.9, 0.1, 0.07, 0, 1.05;
-  for (const double poisson : {-0.2, 0.3, 0.49}) {
-    const ModelOptions damped{.damping_mass = 1, .damping_stiffness = 2e-3};
+  for (const auto& [poisson, stiffer] : {std::pair(-0.2, 1.0), {0.3, 1.0}, {0.3, 7.0}, {0.49, 1.0}}) {
+    const ModelOptions damped{.damping_mass = 1, .damping_stiffness = 2e-3, .inclusions = {{Vec3::Zero(), 1, stiffer}}};
     const auto cubes = body("hex8", GetParam(), poisson, damped),
                tetrahedra = body("tet4", GetParam(), poisson, damped);
     State s = rest_state(cubes->own());
@@ -82,6 +83,17 @@ TEST(Cubes, ResistEveryMotionButThatOfARigidBody) {
   const VectorX values = symmetric_eigenvalues(0.5 * (K + K.transpose()));
   EXPECT_LT(std::abs(values[5]), 1e-9 * values[values.size() - 1]);
   EXPECT_GT(values[6], 1e-6 * values[values.size() - 1]);
+}
+
+/// By volume of material: 1 of them at 3 and 3 at 7.
+TEST(Cubes, HaveTheMeanOfTheirTetrahedra) {
+  ElementTable<4> table;
+  table.points.resize(3);
+  table.points[0].volume = 1;
+  table.points[1].volume = 3;
+  table.points[2].volume = 5;
+  EXPECT_EQ(mean_of_cubes({3, 7, 4}, table, {0, 0, 1}), (std::vector<double>{6, 4}));
+  EXPECT_TRUE(mean_of_cubes({}, table, {0, 0, 1}).empty());
 }
 
 TEST(Cubes, OfABodyThatIsNoLatticeAreRefusedInOneLine) {
