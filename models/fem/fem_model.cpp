@@ -17,20 +17,22 @@ namespace {
 struct Cubes {
   ElementTable<8> table;
   std::vector<double> factors;
+  double share = 0;  ///< of the stiffness of the tetrahedra in them, which these keep (Puso and Solberg 2006)
 };
 
-/// Share of their stiffness that tetrahedra keep in such cubes (Puso and Solberg 2006). With it bars and plates of one
-/// to four cubes bend as they should (bench/lattice_shapes_table). With none, a cube would move in twelve ways without
-/// resisting.
-constexpr double kTetrahedraInCubes = 0.13;
+/// With 0.13 plates of a cube bend as they should. With none, a cube would move in twelve ways without resisting. Thick
+/// bodies bend well with more, and do not turn inside out as soon (bench/lattice_shapes_table, docs/lattice.md).
+double share_of_tetrahedra(const EmbeddedSurface& surface) {
+  constexpr double kThin = 0.13, kMost = 0.4, kMeanEdge = 1.26;  // of a cube's tetrahedra over its own
+  return std::clamp(kThin * surface.thickness / (kMeanEdge * surface.edge), kThin, kMost);
+}
 
 /// They resist a change of volume no more than at Poisson's ratio 0.3: nearer to 1/2 they would lock.
 Lame of_tetrahedra_in_cubes(const Lame& all) { return {std::min(all.lambda, 1.5 * all.mu), all.mu}; }
 
 /// All but what the tetrahedra have: energies are linear in Lame's constants.
-Lame of_cubes(const Lame& all) {
-  const double theirs = kTetrahedraInCubes * of_tetrahedra_in_cubes(all).lambda;
-  return {(all.lambda - theirs) / (1 - kTetrahedraInCubes), all.mu};
+Lame of_cubes(const Lame& all, double share) {
+  return {(all.lambda - share * of_tetrahedra_in_cubes(all).lambda) / (1 - share), all.mu};
 }
 
 /// @param factors  empty: 1
@@ -54,12 +56,12 @@ class FemModel final : public DeformableModel, public Refinable {
         pattern_(cubes ? BlockPattern(mesh_.num_nodes(), cubes->table.nodes)
                        : BlockPattern(mesh_.num_nodes(), table.nodes)),
         elements_(continuum_of(options, cubes ? of_tetrahedra_in_cubes(own_lame()) : own_lame()), table, pattern_,
-                  cubes ? times(kTetrahedraInCubes, factors, table.nodes.size()) : factors),
+                  cubes ? times(cubes->share, factors, table.nodes.size()) : factors),
         num_elements_(cubes ? cubes->table.nodes.size() : table.nodes.size()),
         stiffened_(num_stiffened(factors)) {
     if (cubes)
-      cubes_.emplace(continuum_of(options, of_cubes(own_lame())), cubes->table, pattern_,
-                     times(1 - kTetrahedraInCubes, cubes->factors, cubes->table.nodes.size()));
+      cubes_.emplace(continuum_of(options, of_cubes(own_lame(), cubes->share)), cubes->table, pattern_,
+                     times(1 - cubes->share, cubes->factors, cubes->table.nodes.size()));
     options_.fixed_nodes = std::move(fixed);
     make_mass(table);
   }
@@ -177,7 +179,8 @@ std::unique_ptr<DeformableModel> make_cells(const Mesh& mesh, std::vector<int> c
   const ElementTable<4> table = make_embedded_linear_elements(without_embedded(mesh), surface);
   std::optional<Cubes> cubes;
   if (options.element == "hex8")
-    cubes = Cubes{make_cubes(table, surface.cube), mean_of_cubes(factors, table, surface.cube)};
+    cubes = Cubes{make_cubes(table, surface.cube), mean_of_cubes(factors, table, surface.cube),
+                  share_of_tetrahedra(surface)};
   return std::make_unique<FemModel<4>>(table, factors, cubes, std::move(clamped), options);
 }
 
