@@ -162,28 +162,25 @@ double beam(double depth, double width) {
   return 0.01 * std::pow(0.08, 3) / (3 * 1e4 * second_moment) + 0.01 * 0.08 * 1.2 / (5e3 * depth * width);
 }
 
-/// Ten-node cells, a bar's as wide as it is, a plate's five times as thick.
-TEST(LatticeBody, BendsAsABarAndAPlateDoInTenNodeCells) {
-  const Vec3 across = kTurn * Vec3::UnitX();
+/// Bar of 20 mm, plate 60 mm wide.
+/// @param off  the plate's deflection over a beam's may be by
+void expect_bends(const std::string& cells, double edge, double plate, double off) {
   const auto all = [](const Vec3&) { return true; };
-  for (const double edge : {0.02, 0.01}) {
-    const double bar = yields(turned_bar(), "lattice", edge, across, all, "tet10");
-    EXPECT_NEAR(bar, beam(0.02, 0.02), 0.08 * beam(0.02, 0.02)) << edge;
-    const double plate = yields(turned_bar(2, 24, 0.004), "lattice", edge, across, all, "tet10");
-    EXPECT_NEAR(plate, beam(0.004, 0.06), 0.2 * beam(0.004, 0.06)) << edge;
-  }
+  const auto deflection = [&](const Mesh& mesh) {
+    return yields(mesh, "lattice", edge, kTurn * Vec3::UnitX(), all, cells);
+  };
+  EXPECT_NEAR(deflection(turned_bar()), beam(0.02, 0.02), 0.08 * beam(0.02, 0.02)) << edge;
+  EXPECT_NEAR(deflection(turned_bar(2, 24, plate)), beam(plate, 0.06), off * beam(plate, 0.06)) << edge;
+}
+
+/// A bar's as wide as it is, a plate's five times as thick.
+TEST(LatticeBody, BendsAsABarAndAPlateDoInTenNodeCells) {
+  for (const double edge : {0.02, 0.01}) expect_bends("tet10", edge, 0.004, 0.2);
 }
 
 /// A bar of two to three cubes, a plate of 0.8 and 1.3.
 TEST(LatticeBody, BendsAsABarAndAPlateDoInCubes) {
-  const Vec3 across = kTurn * Vec3::UnitX();
-  const auto all = [](const Vec3&) { return true; };
-  for (const double edge : {0.01, 0.006}) {
-    const double bar = yields(turned_bar(), "lattice", edge, across, all, "hex8");
-    EXPECT_NEAR(bar, beam(0.02, 0.02), 0.08 * beam(0.02, 0.02)) << edge;
-    const double plate = yields(turned_bar(2, 24, 0.008), "lattice", edge, across, all, "hex8");
-    EXPECT_NEAR(plate, beam(0.008, 0.06), 0.25 * beam(0.008, 0.06)) << edge;
-  }
+  for (const double edge : {0.01, 0.006}) expect_bends("hex8", edge, 0.008, 0.25);
 }
 
 TEST(LatticeBody, StretchesAsABarDoes) {
