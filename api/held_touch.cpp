@@ -40,8 +40,8 @@ HeldTouch::HeldTouch(const Scene& scene, const TouchOptions& options, const Body
   for (const SafetyOptions& options_of_one : safety_) chains_.emplace_back(options_of_one);
 }
 
-void HeldTouch::reset() {
-  touch.reset();
+void HeldTouch::reset(const TouchState* state) {
+  state ? touch.reset(*state) : touch.reset();
   chains_.clear();
   for (const SafetyOptions& options : safety_) chains_.emplace_back(options);
 }

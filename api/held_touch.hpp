@@ -34,7 +34,8 @@ class HeldTouch {
   std::vector<Finding> findings() const;
 
   /// Touch::reset(), and the chains anew. While nobody ticks.
-  void reset();
+  /// @param state  null: the start
+  void reset(const TouchState* state = nullptr);
 
   /// Of tool k, for gauges.
   const SafetyChain& chain(std::size_t k) const { return chains_[k]; }

@@ -20,6 +20,9 @@ target_compile_options(kt_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wno
                                           -Wno-sign-conversion)
 if(KT_WERROR)
   target_compile_options(kt_flags INTERFACE -Werror)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
+    target_compile_options(kt_flags INTERFACE -Wno-error=maybe-uninitialized)  # guessed wrongly of Eigen's storage
+  endif()
 endif()
 add_library(kt_arithmetic INTERFACE)
 # Nobody reads errno after a square root: without it that is one instruction, with the same result.
@@ -88,9 +91,15 @@ function(kt_join target name pattern)
 endfunction()
 
 # kt_not_hot(target...): -O1 in a release build, which compiles in two thirds of the time. For programs whose own code computes little.
+# From GCC 13 on -O1 is another target than -O3, and headers compiled before are refused, but for this option of -O3.
+include(CheckCXXCompilerFlag)
+check_cxx_compiler_flag(-munroll-only-small-loops KT_HAS_SMALL_LOOPS)
 function(kt_not_hot)
   foreach(target ${ARGN})
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    if(KT_HAS_SMALL_LOOPS)
+      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-munroll-only-small-loops>)
+    endif()
   endforeach()
 endfunction()
 

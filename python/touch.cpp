@@ -12,6 +12,16 @@
 namespace kt {
 namespace {
 
+/// Throws InputError.
+TouchState state_of(const py::object& positions, const py::object& velocities) {
+  const auto numbers = [](const py::object& given, const char* which) {
+    const Floats rows = numbers_of(given, which, "(n, 3)");
+    if (rows.ndim() != 2 || rows.shape(1) != 3) throw InputError(text(which, ": must be (n, 3)"));
+    return VectorX(Eigen::Map<const VectorX>(rows.data(), rows.size()));
+  };
+  return {numbers(positions, "positions"), numbers(velocities, "velocities"), nullptr};
+}
+
 /// A touch in Python. One thread at a time ticks; a second one is told so.
 class PythonTouch {
  public:
@@ -72,8 +82,8 @@ class PythonTouch {
     core_->is_started = false;
   }
 
-  void reset() {
-    alone([&] { held().reset(); });
+  void reset(const TouchState* state) {
+    alone([&] { held().reset(state); });
     core_->is_started = false;
   }
 
@@ -240,6 +250,16 @@ void bind_touch(py::module_& m) {
       .def_readonly("reducer", &TouchStatus::reducer)
       .def_readonly("error", &TouchStatus::error, "why the body's simulation ended; empty: it goes on");
 
+  py::class_<TouchState>(m, "State",
+                         "A touch at one moment, from which episodes can begin: the body as the last refresh had it, "
+                         "and what its ticks had come to since.")
+      .def(py::init(&state_of), py::arg("positions"), py::arg("velocities"),
+           "A body alone: positions [m] and velocities [m/s] of its nodes, (n, 3) each.")
+      .def_property_readonly(
+          "positions", [](const TouchState& s) { return rows_of(s.x); }, "of the body's nodes [m], (n, 3), a copy")
+      .def_property_readonly(
+          "velocities", [](const TouchState& s) { return rows_of(s.v); }, "of the body's nodes [m/s], (n, 3), a copy");
+
   py::class_<PythonTouch>(m, "Touch",
                           "A body that tools touch, one call a haptic tick. Without start() the body is refreshed "
                           "inside some ticks, and the same poses give the same bits.")
@@ -263,10 +283,13 @@ void bind_touch(py::module_& m) {
           "stop", [](PythonTouch& t) { t.stop(); },
           "Ends that thread. Raises the exception that ended the body's simulation before.")
       .def(
-          "reset", [](PythonTouch& t) { t.reset(); },
-          "Back to before the first tick, with the body as it was at the start, settings as they were set last. A "
-          "thread of "
-          "the body's own ends.")
+          "reset", [](PythonTouch& t, const TouchState* state) { t.reset(state); }, py::arg("state") = py::none(),
+          "Back to before the first tick, with the body as it was at the start, settings as they were set last. With "
+          "a state, of this touch or of another one of the same body, the body goes on from there, and the tools are "
+          "where they were. A thread of the body's own ends.")
+      .def_property_readonly(
+          "state", [](PythonTouch& t) { return t.alone([&] { return t.touch().state(); }); },
+          "A copy of the touch at this moment, a State, for reset().")
       .def(
           "tick", &tick, py::arg("dt") = py::none(),
           "tick(pose, ...) takes the poses that the tools have come to, one each, (3,) [m], or (7,) with the turn as a "

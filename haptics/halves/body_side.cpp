@@ -33,6 +33,13 @@ void check_embedded(const Body& body, const TouchOptions& options) {
   if (!why.empty()) throw InputError(why);
 }
 
+/// The tools are where they were in that tick: contacts go on.
+bool are_at(const LocalReport& report, std::span<const Pose> tools) {
+  for (std::size_t k = 0; k < tools.size(); ++k)
+    if (report.tools[k].pose.x != tools[k].x || report.tools[k].pose.r.coeffs() != tools[k].r.coeffs()) return false;
+  return true;
+}
+
 void show_refined(const FinePatch& fine, RefreshPicture& out) {
   out.refined.resize(static_cast<std::size_t>(fine.num_vertices()));
   for (std::size_t f = 0; f < fine.facets.size(); ++f)
@@ -49,7 +56,22 @@ void show_refined(const FinePatch& fine, RefreshPicture& out) {
 
 }  // namespace
 
-BodySide::BodySide(const Body& body, const TouchOptions& options)
+TouchState check_state(const Body& body, TouchState state) {
+  const State& start = body.start();
+  if (state.x.size() != start.x.size() || state.v.size() != start.x.size())
+    throw InputError(text("reset: a state of ", state.x.size() / 3, " positions and ", state.v.size() / 3,
+                          " velocities; this body has ", start.x.size() / 3, " nodes"));
+  if (!state.x.allFinite() || !state.v.allFinite()) throw InputError("reset: the state must be finite");
+  for (const int i : body.model().fixed_nodes()) {
+    node(state.x, i) = node(start.x, i);
+    node(state.v, i).setZero();
+  }
+  if (const auto& embedded = body.model().mesh().embedded)
+    for (VectorX* all : {&state.x, &state.v}) embedded->follow(*all);
+  return state;
+}
+
+BodySide::BodySide(const Body& body, const TouchOptions& options, const TouchState* from)
     : body_(body),
       options_(options),
       material_(body.options().object.model),
@@ -58,10 +80,14 @@ BodySide::BodySide(const Body& body, const TouchOptions& options)
       wanted_material_(material_) {
   check_embedded(body, options);
   radius_.fill(-1);
-  refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, body.start(), body.self_contact(),
+  shown_ = from ? State{body.start().t, from->x, from->v} : body.start();
+  refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, shown_, body.self_contact(),
                                            body.kept_set_up());
   if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
-  x_ = body.start().x;
+  if (from && from->moment) {
+    moment_ = from->moment;
+    refresher_->begin_from(moment_->choice, TouchMoment::kBefore, moment_->fine);
+  }
   status_.reducer = options.local.reducer;
 }
 
@@ -206,6 +232,11 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   apply_changes(event.linearized_tick);
   const double expected = delay(event.linearized_tick);
   refresher_->expect_delay(expected);
+  const std::shared_ptr<const TouchMoment> before = std::exchange(moment_, nullptr);
+  if (before && are_at(before->report, at)) {
+    reports = {&before->report, 1};
+    motion = &before->motion;
+  }
   auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion, when_reduced);
   model->linearized_tick = event.linearized_tick;
   model->friction = friction_;
@@ -224,7 +255,8 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   last_tick_ = event.linearized_tick;
   ++num_refreshes_;
   const std::scoped_lock lock(guard_);
-  x_ = refresher_->state().x;
+  shown_ = refresher_->state();
+  choice_ = refresher_->choice().start();
   status_.refreshes = num_refreshes_;
   status_.linearized_tick = event.linearized_tick;
   status_.dof = model->model.dof();
@@ -279,7 +311,7 @@ void BodySide::show(const LocalModel& model, const LocalMotion* motion) {
   for (int i = 0; i < static_cast<int>(motion->row.size()); ++i)
     if (const int row = motion->row[static_cast<std::size_t>(i)]; row >= 0) {
       picture_.nodes.push_back(i);
-      picture_.distance.push_back((node(motion->x, row) - node(x_, i)).norm());
+      picture_.distance.push_back((node(motion->x, row) - node(shown_.x, i)).norm());
     }
 }
 
@@ -329,7 +361,14 @@ void BodySide::copy_refresh(RefreshPicture& picture) const {
 
 void BodySide::copy_positions(VectorX& x) const {
   const std::scoped_lock lock(guard_);
-  x = x_;
+  x = shown_.x;
+}
+
+void BodySide::copy_state(TouchState& state, std::optional<ReducerStart>& choice) const {
+  const std::scoped_lock lock(guard_);
+  state.x = shown_.x;
+  state.v = shown_.v;
+  choice = choice_;
 }
 
 }  // namespace kt

@@ -9,6 +9,7 @@
 #include "haptics/body/body.hpp"
 #include "haptics/halves/model_observer.hpp"
 #include "haptics/halves/swap_energy.hpp"
+#include "haptics/halves/touch_moment.hpp"
 #include "haptics/halves/touch_status.hpp"
 #include "haptics/refresh/refresher.hpp"
 
@@ -20,7 +21,8 @@ std::string why_no_lattice(const TouchOptions& options);
 class BodySide {
  public:
   /// @param body  borrowed
-  BodySide(const Body& body, const TouchOptions& options);
+  /// @param from  as check_state() gives it; null: the body's start
+  BodySide(const Body& body, const TouchOptions& options, const TouchState* from = nullptr);
 
   /// As Refresher::refresh, after the changes of settings that wait. Books its time and its event.
   /// @param other_ms  CPU time of the process that is not the refresh's, now
@@ -57,6 +59,8 @@ class BodySide {
   TouchStatus status() const;
   /// The whole body as the last refresh had it [m], (3n).
   void copy_positions(VectorX& x) const;
+  /// That with its velocities, and the choice of the local model: without tools.
+  void copy_state(TouchState& state, std::optional<ReducerStart>& choice) const;
   void copy_refresh(RefreshPicture& picture) const;
 
   Refresher& refresher() { return *refresher_; }
@@ -90,6 +94,7 @@ class BodySide {
   std::array<double, kMaxTools> radius_;             // of each tool; below 0: that of the start
   std::unique_ptr<DeformableModel> model_;           // none: the body's own
   std::unique_ptr<Refresher> refresher_;
+  std::shared_ptr<const TouchMoment> moment_;  // that the first refresh goes on from; null: none
   ModelObserver* observer_ = nullptr;
   std::optional<double> told_delay_;    // [s]
   std::deque<RefreshRecord> open_;      // of which it is not told yet: their models are on their way
@@ -105,7 +110,12 @@ class BodySide {
   SceneModel wanted_material_;
   TouchStatus status_;
   RefreshPicture picture_;
-  VectorX x_;
+  State shown_;                         // of the last refresh
+  std::optional<ReducerStart> choice_;  // of it
 };
+
+/// With what is clamped, and what goes with the cells of a lattice, in its place. Throws InputError for a state that is
+/// not one of this body, or not finite.
+TouchState check_state(const Body& body, TouchState state);
 
 }  // namespace kt

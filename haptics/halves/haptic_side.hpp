@@ -17,6 +17,9 @@ class HapticSide {
   /// Where the tools are before the first tick.
   void place(std::span<const Pose> tools) noexcept;
 
+  /// Before the first tick: forces of tools in contact go on from those of another run [N]; none: they begin with none.
+  void go_on_from(std::span<const std::optional<Vec3>> forces) noexcept { local_->go_on_from(forces); }
+
   /// One tick with the tools going to these poses; a frame for each, and what the body's half is to be told. Without a
   /// local model nothing is touched. No allocation, lock or clock.
   const LocalReport& tick(std::span<const Pose> tools, std::span<LocalFrame> frames) noexcept;
@@ -38,6 +41,7 @@ class HapticSide {
   /// Nodes of the local model where they are now, over those of the whole body.
   void lay_patch_over(VectorX& x) const;
 
+  const LocalReport& report() const noexcept { return report_; }  ///< of the last tick
   std::span<const TickContact> samples() const noexcept { return report_.contacts(); }
 
   int next_tick() const noexcept { return tick_; }

@@ -2,6 +2,7 @@
 // State of a touch, for gauges and logs.
 #include <array>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,15 @@ struct TouchStatus {
   RefreshEnergy energy{};  ///< energy of all swaps so far
   std::string reducer;
   std::string error;  ///< why the body's simulation ended, empty while it goes on
+};
+
+struct TouchMoment;  // haptics/halves/touch_moment.hpp
+
+/// A touch at one moment, from which another episode can begin. Copies share the moment.
+struct TouchState {
+  VectorX x, v;  ///< of the body's nodes as the last refresh had them [m], [m/s], (3n)
+  /// Tools, their contacts, how far the local model had moved since, and which one was chosen. Null: the body alone.
+  std::shared_ptr<const TouchMoment> moment;
 };
 
 /// Results of the last refresh, for pictures.

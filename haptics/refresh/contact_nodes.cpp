@@ -31,6 +31,10 @@ void ContactNodes::keep(const PreparedLocalModel& model) {
   kept_.push_back(std::move(kept));
 }
 
+void ContactNodes::keep_fine(int frame, std::shared_ptr<const FinePatch> fine) {
+  kept_.push_back({frame, {}, {}, {}, 0, std::move(fine), {}});
+}
+
 void ContactNodes::forget_before(int frame) {
   while (!kept_.empty() && kept_.front().frame < frame) kept_.pop_front();
 }

@@ -18,6 +18,8 @@ class ContactNodes {
 
   /// A new local model, whose ticks will report. Their frames ascend.
   void keep(const PreparedLocalModel& model);
+  /// Of the local model before the first one: only how its refined cells yield.
+  void keep_fine(int frame, std::shared_ptr<const FinePatch> fine);
   /// Local models before that frame report nothing more.
   void forget_before(int frame);
   /// The same body goes on from another one's.

@@ -36,6 +36,12 @@ double predict_grading_us(const ReducerCandidate& candidate, int num_nodes) {
   return share * kPerNode * std::max(0.0, num_nodes - kAllKept);
 }
 
+/// But what they predict.
+bool are_alike(const ReducerNeeds& a, const ReducerNeeds& b) {
+  return a.tolerance == b.tolerance && a.budget_us == b.budget_us && a.refresh_per_tick == b.refresh_per_tick &&
+         a.whole == b.whole && a.refresh_budget_ms == b.refresh_budget_ms;
+}
+
 std::string short_ms(double ms) { return with_digits(ms, 3) + " ms"; }
 
 /// |Z| at a vertex, at kCertifiedHz [N/m]; NaN where the body has no finite answer.
@@ -91,6 +97,12 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
   const bool is_first = !std::exchange(is_set_up_, true);  // graded_ is as it was made
   at_ = now;
   touch_ = touch;
+  if (const std::optional<ReducerStart> begun = std::exchange(start_, std::nullopt)) {
+    candidates_ = begun->candidates;
+    chosen_ = begun->chosen;
+    excitation_ = begun->excitation;
+    return note_chosen();
+  }
   if (!kept_ || !is_first) return make_set_up(tangent, patch, site);
   SetUpKey key = set_up_key(is_auto_ ? "auto" : candidates_.front().name, rings_, needs_, touch_, excitation_, tangent,
                             patch, site);
@@ -110,6 +122,15 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
 void ReducerChoice::note_chosen() {
   latest_ = chosen().errors;
   if (std::isfinite(chosen().error)) certified_ = chosen().error;
+}
+
+void ReducerChoice::begin_from(ReducerStart start) {
+  if (!start.candidates.empty() && start.reducer == this->start().reducer && are_alike(start.needs, needs_))
+    start_ = std::move(start);
+}
+
+ReducerStart ReducerChoice::start() const {
+  return {is_auto_ ? "auto" : candidates_.front().name, needs_, candidates_, chosen_, excitation_};
 }
 
 void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
@@ -172,10 +193,7 @@ void ReducerChoice::go_on_from(ReducerChoice& before) {
   last_change_ = std::move(before.last_change_);
   num_changes_ = before.num_changes_;
   const bool same_candidates = is_auto_ ? before.is_auto_ : candidates_.front().name == before.chosen().name;
-  const bool same_needs = needs_.tolerance == before.needs_.tolerance && needs_.budget_us == before.needs_.budget_us &&
-                          needs_.refresh_per_tick == before.needs_.refresh_per_tick &&
-                          needs_.whole == before.needs_.whole &&
-                          needs_.refresh_budget_ms == before.needs_.refresh_budget_ms;
+  const bool same_needs = are_alike(needs_, before.needs_);
   if (!before.is_set_up_ || is_auto_ != before.is_auto_ || !same_candidates || !same_needs) return;
   is_set_up_ = true;
   at_ = before.at_;

@@ -14,6 +14,15 @@
 
 namespace kt {
 
+/// What a choice has come to, for one that begins there: nothing is set up anew.
+struct ReducerStart {
+  std::string reducer;  ///< that was asked for
+  ReducerNeeds needs;
+  std::vector<ReducerCandidate> candidates;
+  std::size_t chosen = 0;
+  std::optional<Excitation> excitation;
+};
+
 class ReducerChoice {
  public:
   /// @param reducer  a name in core/local/reducers.def, or "auto"
@@ -28,6 +37,10 @@ class ReducerChoice {
   /// Set-ups of this body are kept there, and taken from there where nothing of them can differ. Null: nowhere.
   /// Borrowed.
   void keep_set_ups(KeptSetUp* kept) { kept_ = kept; }
+
+  /// What set_up() takes in the place of finding it out, if it was for the same reducer and needs.
+  void begin_from(ReducerStart start);
+  ReducerStart start() const;
 
   /// A local model by the present reducer.
   LocalModel reduce(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
@@ -87,6 +100,7 @@ class ReducerChoice {
   };
   static CertifiedAt where(const TangentModel& tangent, const SurfacePatch& patch);
   bool is_auto_, is_set_up_ = false;
+  std::optional<ReducerStart> start_;  ///< until it is set up
   int rings_;
   KeptSetUp* kept_ = nullptr;
   CertifiedAt at_;

@@ -348,6 +348,12 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
   return global_.foresee(lead, stops);
 }
 
+void Refresher::begin_from(const std::optional<ReducerStart>& choice, int frame,
+                           std::shared_ptr<const FinePatch> fine) {
+  if (choice) choice_.begin_from(*choice);
+  if (fine) nodes_.keep_fine(frame, std::move(fine));
+}
+
 void Refresher::go_on_from(Refresher& before) {
   look_for_crossings = before.look_for_crossings;
   known_ = std::move(before.known_);

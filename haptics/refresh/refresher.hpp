@@ -54,6 +54,8 @@ class Refresher {
   /// tells.
   int next_interval(int usual) const;
 
+  /// Before the first refresh: the choice of a run before, and the refined cells of its last local model.
+  void begin_from(const std::optional<ReducerStart>& choice, int frame, std::shared_ptr<const FinePatch> fine);
   /// The same body goes on from another refresher, with other settings: what was measured stays known.
   void go_on_from(Refresher& before);
 

@@ -20,6 +20,11 @@ class ForceBlend {
     before_ = before;
     longer_ = longer;
   }
+  /// Before the first tick: it goes on from a force of another run [N]; none: it begins with none.
+  void go_on_from(const std::optional<Vec3>& force) noexcept {
+    touched_ = begins_ = force.has_value();
+    last_ = force.value_or(Vec3::Zero());
+  }
   /// The force of this tick as the hand shall feel it [N].
   /// @param force    of the local model [N]
   /// @param touches  the tool is in contact

@@ -26,6 +26,8 @@ class HapticMethod {
 
   /// Goes over to a new local model; gives the old one back, to be freed elsewhere.
   virtual std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept = 0;
+  /// Before the first tick: forces of tools in contact go on from those of another run [N].
+  virtual void go_on_from(std::span<const std::optional<Vec3>> /*forces*/) noexcept {}
   /// One haptic tick with the tool moving along `sweep`. Needs an adopted model.
   virtual LocalFrame step(const ToolSweep& sweep) noexcept = 0;
   /// The same with several tools: one frame for each. A method that knows one tool steps that one.

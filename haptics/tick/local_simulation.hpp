@@ -28,6 +28,11 @@ class LocalSimulation final : public HapticMethod {
   /// model is caught up already. No allocation; gives the old model back, to be freed elsewhere.
   std::unique_ptr<PreparedLocalModel> adopt(std::unique_ptr<PreparedLocalModel> next) noexcept override;
 
+  void go_on_from(std::span<const std::optional<Vec3>> forces) noexcept override {
+    for (std::size_t k = 0; k < tick_.tools.size(); ++k)
+      tick_.tools[k].blend.go_on_from(k < forces.size() ? forces[k] : std::nullopt);
+  }
+
   /// The body's force at the present state is `force` [N], (r), whatever the linear model has for it: the model's
   /// constant part follows. For bodies whose nonlinear force is at hand at every tick.
   void set_force(const VectorX& force) noexcept;

@@ -37,17 +37,29 @@ SurfaceFriction friction_of(const Body& body, const TouchOptions& options) {
 }  // namespace
 
 struct Touch::Parts {
-  Parts(const Body& touched, TouchOptions wanted)
+  Parts(const Body& touched, TouchOptions wanted, const TouchState* begins = nullptr)
       : body(touched),
+        from(begins ? std::optional(*begins) : std::nullopt),
         given(checked(std::move(wanted))),
         options(given),
         friction(friction_of(body, options)),
         haptic(options, friction),
-        side(std::make_unique<BodySide>(body, options)) {
+        side(make_side(options)) {
     const double stale_s = options.link.type == "network" ? 1e-3 * options.link.stale_ms : options.stale_s;
     const double slow = std::max(stale_s, 4 / options.global.rate_hz) + 1e-3 * options.link.latency_ms;
     stale_ticks = static_cast<int>(std::llround(slow * options.local.rate_hz));
     shape_every = ticks_in(kShapeEvery, options.local.rate_hz);
+    if (from && from->moment) place_as_before(*from->moment);
+  }
+  std::unique_ptr<BodySide> make_side(const TouchOptions& with) const {
+    return std::make_unique<BodySide>(body, with, from ? &*from : nullptr);
+  }
+  void place_as_before(const TouchMoment& moment) noexcept {
+    std::array<Pose, kMaxTools> at;
+    for (std::size_t k = 0; k < haptic.num_tools(); ++k) at[k] = moment.report.tools[k].pose;
+    haptic.place({at.data(), haptic.num_tools()});
+    haptic.go_on_from(moment.force);
+    is_placed = true;
   }
   std::span<LocalFrame> all_frames() noexcept { return {frames.data(), haptic.num_tools()}; }
   std::span<const LocalFrame> tick(std::span<const Pose> tools) noexcept;
@@ -62,7 +74,8 @@ struct Touch::Parts {
   void keep(SettingChange change);
 
   const Body& body;
-  const TouchOptions given;  // before start()
+  const std::optional<TouchState> from;  // none: the body's start
+  const TouchOptions given;              // before start()
   TouchOptions options;
   SurfaceFriction friction;
   HapticSide haptic;
@@ -110,6 +123,7 @@ void Touch::place(std::span<const Pose> tools) {
   for (const Pose& pose : tools)
     if (!is_usable(pose)) throw InputError("place: a pose is not finite, no rotation, or beyond 1e6 m");
   p.haptic.place(tools);
+  p.haptic.go_on_from({});
   p.is_placed = true;
 }
 
@@ -122,7 +136,7 @@ void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
   if (!is_placed) throw MisuseError("start: called before place(); the first local model is made around the tools");
   TouchOptions with_link = options;
   with_link.link.type = type;
-  auto next = std::make_unique<BodySide>(body, with_link);
+  auto next = make_side(with_link);
   std::vector<SettingChange> early;
   {
     const std::scoped_lock lock(beginning);
@@ -158,13 +172,56 @@ void Touch::stop() {
   if (link->error()) std::rethrow_exception(link->error());
 }
 
-void Touch::reset() {
+void Touch::reset() { renew(nullptr); }
+
+void Touch::reset(const TouchState& state) {
+  const TouchState checked = check_state(parts_->body, state);
+  if (checked.moment && checked.moment->num_tools != num_tools())
+    throw InputError(text("reset: a state with ", checked.moment->num_tools, " tools; this touch has ", num_tools()));
+  renew(&checked);
+}
+
+void Touch::renew(const TouchState* from) {
   const std::unique_ptr<Parts> before = std::move(parts_);
   if (before->link) before->link->stop();
-  parts_ = std::make_unique<Parts>(before->body, before->given);
+  parts_ = std::make_unique<Parts>(before->body, before->given, from);
   parts_->observer = before->observer;
   parts_->checks = before->checks;
   for (const SettingChange& c : before->changed) c.word.empty() ? set(c.key, c.value) : set(c.key, c.word);
+}
+
+/// Contacts are told by their places on the body's triangles: a new local model has other facets.
+TouchState Touch::state() const {
+  const Parts& p = *parts_;
+  const std::scoped_lock lock(p.beginning);
+  if (p.remote()) throw MisuseError("state: the body is on another computer; ask for it there");
+  TouchState out;
+  std::optional<ReducerStart> choice;
+  p.side->copy_state(out, choice);
+  if (!p.haptic.has_model() || p.haptic.next_tick() == 0) {
+    if (p.from) out.moment = p.from->moment;
+    return out;
+  }
+  const PreparedLocalModel& model = p.haptic.model();
+  auto moment = std::make_shared<TouchMoment>();
+  moment->num_tools = p.haptic.num_tools();
+  moment->motion = make_local_motion(p.body.model().mesh().num_nodes());
+  p.haptic.record_motion(moment->motion);
+  moment->motion.tick = 0;
+  moment->motion.frame = TouchMoment::kBefore;
+  moment->fine = model.surface.fine;
+  moment->report = p.haptic.report();
+  moment->report.tick = -1;
+  moment->report.model_frame = TouchMoment::kBefore;
+  for (std::size_t k = 0; k < moment->num_tools; ++k)
+    if (p.frames[k].mode != ContactMode::free) moment->force[k] = p.frames[k].force;
+  for (TickContact& contact : std::span(moment->report.samples).first(moment->report.contacts().size())) {
+    if (contact.facet >= 0) contact.bary = model.surface.weights_in_triangle(contact.facet, contact.bary);
+    contact.facet = -1;
+  }
+  moment->choice = std::move(choice);
+  out.moment = std::move(moment);
+  return out;
 }
 
 namespace {

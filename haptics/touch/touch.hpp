@@ -39,6 +39,14 @@ class Touch {
   /// last. A thread of the body's own ends, and start() begins another one. Not while another thread uses the touch.
   void reset();
 
+  /// The same, but the body goes on from that state, of this touch or of another one of the same body, and the tools
+  /// are where they were. Nothing is set up anew, the same state gives the same bits. Tools that place() puts elsewhere
+  /// have no contact before the first tick. Throws InputError for a state of another body, and changes nothing then.
+  void reset(const TouchState& state);
+  /// The state now, before the first tick that of the start. Not while another thread ticks. Throws MisuseError for a
+  /// body on another computer.
+  TouchState state() const;
+
   /// One haptic tick with the tools at these poses (world frame, same order in every tick). Returns one frame per tool,
   /// valid until the next tick. Forces are always finite. A pose that is not finite leaves its tool in place and sets a
   /// flag (LocalFrame::flags). After start(), a tick uses no allocation, lock or clock.
@@ -94,6 +102,7 @@ class Touch {
  private:
   friend struct TouchHalves;  // haptics/touch/touch_halves.hpp
   struct Parts;
+  void renew(const TouchState* from);
   std::unique_ptr<Parts> parts_;
 };
 

@@ -1,4 +1,5 @@
 // Wraps a triangle soup with a closed surface, and measures how far it is from what it wraps.
+#define CGAL_NO_DEPRECATION_WARNINGS  // CGAL 6 has other names for these headers, CGAL 5 only these
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>

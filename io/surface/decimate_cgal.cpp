@@ -6,7 +6,6 @@
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
-#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_plane_policies.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_probabilistic_plane_policies.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
@@ -54,8 +53,9 @@ double shape_of(const Point& a, const Point& b, const Point& c) {
 struct ShapeFilter {
   double least = 0;
 
-  template <class Profile>
-  boost::optional<Point> operator()(const Profile& profile, boost::optional<Point> place) const {
+  /// @param place  optional: of Boost's before CGAL 6, of the standard library's since
+  template <class Profile, class Place>
+  Place operator()(const Profile& profile, Place place) const {
     place = sms::Bounded_normal_change_filter<>()(profile, place);
     if (!place) return place;
     const auto before = [&](Surface::Vertex_index v) { return profile.surface_mesh().point(v); };

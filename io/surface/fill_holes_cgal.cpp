@@ -1,4 +1,5 @@
 // Closes small holes with CGAL's hole triangulation over the border nodes: no new nodes, so the rest stays as it is.
+#define CGAL_NO_DEPRECATION_WARNINGS  // CGAL 6 asks for a parameter that CGAL 5 does not have
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>

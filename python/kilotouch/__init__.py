@@ -18,12 +18,12 @@ import functools as _functools
 import json as _json
 import os as _os
 
-from ._kilotouch import (MODES, DeviceReading, Frame, InputError, Mesh, PushedDevice, RunError, Session, Status, Touch,
+from ._kilotouch import (MODES, DeviceReading, Frame, InputError, Mesh, PushedDevice, RunError, Session, State, Status, Touch,
                          Trace, __version__, check_model, load_mesh)
 from . import _kilotouch
 
 __all__ = ["MODES", "DeviceReading", "Flag", "Frame", "InputError", "Mesh", "Model", "PushedDevice", "RunError", "Scene",
-           "Session", "Status", "Touch", "Trace", "View", "check_model", "height", "load_mesh", "plot", "press", "view"]
+           "Session", "State", "Status", "Touch", "Trace", "View", "check_model", "height", "load_mesh", "plot", "press", "view"]
 
 Flag = _enum.IntFlag("Flag", _kilotouch._flags, module=__name__)
 Flag.__doc__ = "The reasons of a force, bits of Frame.flags. docs/embedding.md has their meaning."

@@ -71,14 +71,18 @@ def press(scene, xy, depth, speed=0.025, rest=0.01, jobs=None, mesh=None, model=
 
     def one(touch, i):
         top = heights[i] + radius + clear
-        touch.reset()
+        touch.reset(start)
+        touch.place([*at[i], top])
         for k in range(ticks + round(rest / touch.h) + 1):
             frame = touch.tick([*at[i], top - min(1, k / ticks) * (depth + clear)])
         force[i], f_n[i], flags[i] = frame.force, frame.f_n, int(frame.flags)
 
+    start = None
     todo = [i for i in range(len(at)) if not numpy.isnan(heights[i])]
     if todo:
-        one(first, todo[0])  # finds the first local model for all
+        first.tick([*at[todo[0]], heights[todo[0]] + radius + clear])
+        start = first.state  # with the first local model, for all
+        one(first, todo[0])
     with concurrent.futures.ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
         for _ in pool.map(in_own_touch, todo[1:]):
             pass

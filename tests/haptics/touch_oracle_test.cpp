@@ -44,6 +44,89 @@ TEST(Touch, OnesOwnLoopIsTheSession) {
   EXPECT_EQ(touch.status().refreshes, static_cast<int>(expected.refreshes.size()));
 }
 
+/// Frames of a touch along these poses.
+std::vector<LocalFrame> frames_of(Touch& touch, std::span<const LocalFrame> way) {
+  std::vector<LocalFrame> out;
+  for (const LocalFrame& f : way) out.push_back(touch.tick(f.pose));
+  return out;
+}
+
+/// In the middle of a drag, a tick after a refresh, so that later ones come at the same places but for a tick: the run
+/// that went on is the truth, and two episodes from there are the same bits, one of them of another touch.
+void expect_the_run_goes_on(const Scene& scene) {
+  const Session session(scene);
+  const SessionResult run = Session(scene).run();
+  const std::span<const LocalFrame> way = run.tools[0].frames;
+  const std::size_t half = 1 + 6 * 33;
+  Touch touch(session.body(), session.options());
+  touch.place(run.tools[0].start);
+  frames_of(touch, way.first(half));
+  const TouchState state = touch.state();
+  const std::vector<LocalFrame> on = frames_of(touch, way.subspan(half));
+  ASSERT_GT(on.front().f_n, 0.01);
+  touch.reset(state);
+  EXPECT_EQ(touch.next_tick(), 0);
+  const std::vector<LocalFrame> again = frames_of(touch, way.subspan(half));
+  double force = 0, apart = 0;
+  for (std::size_t i = 0; i < on.size(); ++i) {
+    force += on[i].force.norm();
+    apart += (on[i].force - again[i].force).norm();
+  }
+  EXPECT_LT((on.front().force - again.front().force).norm(), 0.03 * on.front().force.norm());
+  EXPECT_LT(apart, 0.025 * force) << "an edge is crossed some ticks sooner, which is most of it";
+  for (const LocalFrame& f : again) EXPECT_EQ(f.flags & (kPushedOut | kLostAnchor), 0u) << f.t;
+  touch.reset(state);
+  EXPECT_EQ(hash_of(frames_of(touch, way.subspan(half))), hash_of(again));
+  Touch other(session.body(), session.options());
+  other.reset(state);
+  EXPECT_EQ(hash_of(frames_of(other, way.subspan(half))), hash_of(again));
+  other.reset(state);
+  other.start();
+  const Vec3 in_thread = other.tick(way[half].pose).force;
+  EXPECT_LT((in_thread - again.front().force).norm(), 0.03 * in_thread.norm());
+  other.stop();
+}
+
+TEST(Touch, GoesOnFromItsState) { expect_the_run_goes_on(small_scene()); }
+
+/// Refined cells have yielded there, ten times as far as the others.
+TEST(Touch, GoesOnFromItsStateWithRefinedCells) {
+  Scene scene = small_scene();
+  scene.local.refine = "follow";
+  expect_the_run_goes_on(scene);
+}
+
+TEST(Touch, RefusesAStateOfAnotherBody) {
+  const Session session(small_scene());
+  Touch touch(session.body(), session.options());
+  TouchState state = touch.state();
+  EXPECT_FALSE(state.moment);
+  touch.tick(Pose{});
+  state.v[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(touch.reset(state), InputError);
+  state.x.conservativeResize(3);
+  EXPECT_THROW(touch.reset(state), InputError);
+  EXPECT_EQ(touch.next_tick(), 1) << "nothing has changed";
+}
+
+/// The body alone: at rest as its state says, and clamped where it is.
+TEST(Touch, BeginsFromPositionsOfTheBody) {
+  const Session session(small_scene());
+  Touch touch(session.body(), session.options());
+  TouchState state = touch.state();
+  state.x.array() += 1e-3;
+  touch.reset(state);
+  VectorX x;
+  touch.copy_positions(x);
+  const VectorX& start = session.body().start().x;
+  const std::vector<int>& fixed = session.body().model().fixed_nodes();
+  ASSERT_FALSE(fixed.empty());
+  for (int i = 0; i < static_cast<int>(x.size()) / 3; ++i) {
+    const bool is_fixed = std::ranges::binary_search(fixed, i);
+    EXPECT_NEAR((node(x, i) - node(start, i)).norm(), is_fixed ? 0 : std::sqrt(3.0) * 1e-3, 1e-12);
+  }
+}
+
 /// With `dt` of the rate itself it is the same; a loop of half the rate does two steps a call.
 TEST(Touch, StepsAsMuchTimeAsHasPassed) {
   const Session session(small_scene());

@@ -116,6 +116,31 @@ class Objects(unittest.TestCase):
         touch["contact.mu"] = 0.5
         self.assertEqual([touch.tick(x).f_n for x in press(0.008, 100)], first)
 
+    def test_episodes_begin_from_a_copied_state(self):
+        touch = kt.Touch(kt.Scene(settings=QUICK))
+        way = np.vstack([press(0.008, 100), np.repeat(press(0.008, 100)[-1:], 50, 0)])
+        for x in way[:100]:
+            touch.tick(x)
+        state = touch.state
+        self.assertEqual(state.positions.shape, touch.positions.shape)
+        self.assertEqual(state.velocities.shape, state.positions.shape)
+        forces = lambda one: np.array([one.tick(x).force for x in way[100:]])
+        on = forces(touch)
+        self.assertGreater(np.linalg.norm(on[0]), 0)
+        touch.reset(state)
+        again = forces(touch)
+        self.assertLess(np.linalg.norm(again[0] - on[0]), 0.03 * np.linalg.norm(on[0]))
+        other = kt.Touch(kt.Scene(settings=QUICK), body_of=touch)
+        other.reset(state)
+        self.assertTrue((forces(other) == again).all())
+        touch.reset(kt.State(state.positions, 0 * state.velocities))
+        self.assertTrue(np.allclose(touch.positions, state.positions, atol=1e-12))
+        for wrong in ((state.positions[:2], state.velocities), (state.positions, state.velocities * math.nan)):
+            with self.assertRaises(kt.InputError):
+                touch.reset(kt.State(*wrong))
+        with self.assertRaises(kt.InputError):
+            kt.State(state.positions.ravel(), state.velocities)
+
     def test_a_loop_is_told_what_the_command_tells(self):
         leap = {k: v for k, v in QUICK.items() if "press_drag" not in k}
         high, low = [0.03, 0.026, 0.2], [0.03, 0.026, -0.2]
