@@ -27,15 +27,34 @@ CellPoint middle(const CellPoint& a, const CellPoint& b) {
   return out;
 }
 
-int FineNodes::at(const CellPoint& point) {
-  const auto [found, is_new] = number_.try_emplace(point, size());
-  if (is_new) points_.push_back(point);
-  return found->second;
+/// Where it is, or the free slot that it would take. There are slots.
+std::size_t FineNodes::slot_of(const CellPoint& point) const {
+  const std::size_t mask = slots_.size() - 1;
+  std::size_t slot = CellPointHash()(point) & mask;
+  while (slots_[slot] >= 0 && points_[static_cast<std::size_t>(slots_[slot])] != point) slot = (slot + 1) & mask;
+  return slot;
 }
 
-int FineNodes::find(const CellPoint& point) const {
-  const auto found = number_.find(point);
-  return found == number_.end() ? -1 : found->second;
+void FineNodes::widen() {
+  constexpr std::size_t kFirst = 1024;
+  slots_.assign(std::max(kFirst, 2 * slots_.size()), -1);
+  for (int i = 0; i < size(); ++i) slots_[slot_of(points_[static_cast<std::size_t>(i)])] = i;
+}
+
+int FineNodes::at(const CellPoint& point) {
+  if (2 * points_.size() >= slots_.size()) widen();
+  int& number = slots_[slot_of(point)];
+  if (number >= 0) return number;
+  number = size();
+  points_.push_back(point);
+  return number;
+}
+
+int FineNodes::find(const CellPoint& point) const { return slots_.empty() ? -1 : slots_[slot_of(point)]; }
+
+void FineNodes::clear() {
+  points_.clear();
+  std::ranges::fill(slots_, -1);
 }
 
 }  // namespace kt

@@ -2,7 +2,6 @@
 // Nodes of cells that are refined again and again, each at a mean of the corners of one coarse cell. Exact integers, so
 // that cells side by side make the same node, and the numbering depends on their order alone.
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "core/base/types.hpp"
@@ -49,10 +48,17 @@ class FineNodes {
   int between(int a, int b) { return at(middle(points_[a], points_[b])); }
   const CellPoint& operator[](int i) const { return points_[i]; }
   int size() const { return static_cast<int>(points_.size()); }
+  /// None, in the memory that it has.
+  void clear();
 
  private:
-  std::unordered_map<CellPoint, int, CellPointHash> number_;  // asked only, never gone through: its order is no matter
+  std::size_t slot_of(const CellPoint& point) const;
+  void widen();
+
   std::vector<CellPoint> points_;
+  /// Their numbers by hash, twice as many slots as there are points or more, a power of two; -1: free. A point is in
+  /// the first free slot from its hash on. Zones are made of thousands of points, each asked for some ten times.
+  std::vector<int> slots_;
 };
 
 }  // namespace kt

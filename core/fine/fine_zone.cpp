@@ -30,6 +30,22 @@ std::vector<int> choose_cells(const Mesh& mesh, const FineZoneOptions& o) {
   return out;
 }
 
+/// Of a node that hangs on others of a larger leaf: these, with weights. None: it hangs on nothing.
+class Masters {
+ public:
+  Masters() = default;
+  Masters(std::initializer_list<std::pair<int, double>> all) : count_(all.size()) {
+    std::ranges::copy(all, of_.begin());
+  }
+  bool empty() const { return count_ == 0; }
+  auto begin() const { return of_.begin(); }
+  auto end() const { return of_.begin() + static_cast<std::ptrdiff_t>(count_); }
+
+ private:
+  std::size_t count_ = 0;
+  std::array<std::pair<int, double>, 5> of_{};
+};
+
 /// What is made step by step of the leaves.
 class ZoneMaker {
  public:
@@ -47,7 +63,7 @@ class ZoneMaker {
     FineSize size = options_.size;
     size.edge = zone_.edge = edge;
     size.flat = zone_.flat = flat;
-    nodes_ = {};
+    nodes_.clear();
     zone_.leaves.clear();
     for (const CornerLeaf& leaf : refine_cells(body_, zone_.cells, options_, size, nodes_)) {
       FineLeaf& added = zone_.leaves.emplace_back(FineLeaf{{}, leaf.cell, leaf.level, leaf.is_empty});
@@ -158,9 +174,9 @@ class ZoneMaker {
 
   /// Nodes of smaller leaves on the edges and faces of larger ones go as the larger one's quadratic field does.
   void find_hanging() {
-    hangs_on_.assign(static_cast<std::size_t>(nodes_.size()), {});
+    hangs_on_.assign(static_cast<std::size_t>(nodes_.size()), Masters());
     const auto hang = [&](const CellPoint& p, std::initializer_list<std::pair<int, double>> masters) {
-      if (const int i = nodes_.find(p); i >= 0) hangs_on_[i].assign(masters);
+      if (const int i = nodes_.find(p); i >= 0) hangs_on_[i] = masters;
     };
     // Of corners i and j the middle of their edge among a leaf's nodes.
     constexpr int kMiddle[4][4] = {{-1, 4, 6, 7}, {4, -1, 5, 8}, {6, 5, -1, 9}, {7, 8, 9, -1}};
@@ -244,7 +260,7 @@ class ZoneMaker {
   std::set<Triangle> walls_;                 // ascending corners
   std::set<std::array<int, 2>> wall_edges_;
   std::vector<char> is_held_;
-  std::vector<std::vector<std::pair<int, double>>> hangs_on_;
+  std::vector<Masters> hangs_on_;
 };
 
 /// As far as the nodes go: leaves that small in all of `flat`, or in less of it, but not less than least_flat. False:
