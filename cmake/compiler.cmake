@@ -91,14 +91,14 @@ function(kt_join target name pattern)
 endfunction()
 
 # kt_not_hot(target...): -O1 in a release build, which compiles in two thirds of the time. For programs whose own code computes little.
-# From GCC 13 on -O1 is another target than -O3, and headers compiled before are refused, but for this option of -O3.
+# From GCC 13 on -O1 is another target than -O3, which refuses headers compiled for that, but with these two options of -O3.
 include(CheckCXXCompilerFlag)
 check_cxx_compiler_flag(-munroll-only-small-loops KT_HAS_SMALL_LOOPS)
 function(kt_not_hot)
   foreach(target ${ARGN})
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     if(KT_HAS_SMALL_LOOPS)
-      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-munroll-only-small-loops>)
+      target_compile_options(${target} PRIVATE "$<$<CONFIG:Release>:-munroll-only-small-loops;-mvzeroupper>")
     endif()
   endforeach()
 endfunction()

@@ -22,7 +22,7 @@ std::string with_decimals(double value, int decimals) { return written(value, st
 
 std::string short_number(double value, int digits) {
   const double size = std::abs(to_double(with_digits(value, digits)).value_or(value));  // as it is going to be written
-  if (size >= 1000 && size < 1e6) return std::to_string(std::llround(value));
+  if (size >= std::pow(10, digits) && size < 1e6) return std::to_string(std::llround(value));
   if (!(size >= 1e-6 && size < 1e-4)) return with_digits(value, digits);
   std::string out = with_decimals(value, digits + (size < 1e-5 ? 5 : 4));
   out.erase(out.find_last_not_of('0') + 1);

@@ -24,6 +24,19 @@ std::vector<Cure> smoother(const Scene& scene) {
   return out;
 }
 
+/// Where less is expected, it is smaller than what the other doubts are about.
+void find_wrong_local_model(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
+  constexpr double kWrong = 0.15;
+  if (!(result.expected_force_error > kWrong) || !is_ours(scene)) return;
+  std::vector<Cure> cures;
+  if (scene.local.reducer != "auto") cures.push_back(set_to("local.reducer", "auto"));
+  if (result.reducer != "krylov") cures.push_back(set_to("local.reducer", "krylov", "refreshes take longer"));
+  out.push_back(Finding{told("the local model gives a force that is off by ", in_percent(result.expected_force_error),
+                             ", as its error at the rates of this motion tells"),
+                        std::move(cures)}
+                    .at("local.reducer", result.expected_force_error, kWrong));
+}
+
 Finding never_touched() {
   return Finding{"the tool never touched the body",
                  {advise("look at tool.path (press_drag.at, waypoints), object.size and object.scale")}}
@@ -76,6 +89,7 @@ void find_in_forces(const Scene& scene, const SessionResult& result, const Measu
       if (found.where.empty()) found.where = tool_key(k);
       out.push_back(std::move(found));
     }
+  find_wrong_local_model(scene, result, out);
   const double bent = percentile(result.refresh.linearization_error, 0.5);
   if (!(bent > kNoticeableForce)) return;
   Finding found{told("outside the linear range: at the end of an interval the local model's force is off by ",

@@ -264,7 +264,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   status_.fineness = model->model.fine ? model->model.fine->fineness : std::numeric_limits<double>::quiet_NaN();
   status_.force_factor = force_factor(model->model);
   status_.refresh_ms = took;
-  status_.expected_force_error = refresher_->choice().force_error();
+  status_.expected_force_error = refresher_->choice().expected_force_error();
   status_.certified_error = refresher_->choice().certified_error();
   status_.reducer = refresher_->choice().chosen().name;
   show(model->model, motion);

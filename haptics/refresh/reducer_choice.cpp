@@ -163,7 +163,7 @@ void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch&
         c.error = found.worst;  // 0 where all is clamped: nothing can be wrong
         c.errors = found.error;
         if (!body->answers_at_rest) c.errors.insert(c.errors.begin(), std::numeric_limits<double>::quiet_NaN());
-        c.force_error = excitation_ ? expected_force_error(*excitation_, c.errors) : c.error;
+        c.force_error = excitation_ ? kt::expected_force_error(*excitation_, c.errors) : c.error;
       }
       c.cost_us = free_us + refreshes_per_interval(c) * refreshes_us;
     } catch (const RunError&) {  // it cannot serve here; its error stays infinite
@@ -217,20 +217,24 @@ LocalModel ReducerChoice::reduce(const TangentModel& tangent, const SurfacePatch
 
 double ReducerChoice::force_error() const {
   if (!excitation_ || std::isnan(certified_)) return certified_;
-  return expected_force_error(*excitation_, latest_);
+  return kt::expected_force_error(*excitation_, latest_);
+}
+
+double ReducerChoice::expected_force_error() const {
+  return excitation_ ? force_error() : std::numeric_limits<double>::quiet_NaN();
 }
 
 void ReducerChoice::excite(const Excitation& measured) {
   excitation_ = measured;
   for (ReducerCandidate& c : candidates_)
-    if (!c.errors.empty()) c.force_error = expected_force_error(measured, c.errors);
+    if (!c.errors.empty()) c.force_error = kt::expected_force_error(measured, c.errors);
 }
 
 void ReducerChoice::go_to(std::size_t candidate, int tick, const std::string& why) {
   const std::string from = chosen().name;
   if (excitation_ && !latest_.empty()) {  // what samples found out about it stays known
     candidates_[chosen_].errors = latest_;
-    candidates_[chosen_].force_error = expected_force_error(*excitation_, latest_);
+    candidates_[chosen_].force_error = kt::expected_force_error(*excitation_, latest_);
   }
   chosen_ = candidate;
   last_change_ = {tick, from, chosen().name, why, chosen().error, chosen().force_error};
@@ -288,8 +292,17 @@ bool ReducerChoice::sample(const LocalModel& model, const ContactSite& site) {
   return true;
 }
 
+/// Of a reducer that is named, by its own impedance: what is certified is its worst error of 0-500 Hz, of which a slow
+/// tool excites little.
+void ReducerChoice::excite_by_motion(const LocalModel& model, const ContactSite& site) {
+  if (excitation_ || !needs_.motion || !(needs_.motion->total > 0)) return;
+  const std::vector<int> vertices = certified_vertices(model, site);
+  if (!vertices.empty()) excitation_ = excitation_of(*needs_.motion, impedances(model, vertices.front()));
+}
+
 void ReducerChoice::revise(const LocalModel& model, const ContactSite& site, int tick) {
   const bool is_sampled = sample(model, site);
+  if (!is_auto_ && is_sampled) excite_by_motion(model, site);
   if (followed_) return follow_changes(tick);
   if (!is_auto_ || !has_samples(chosen().reducer)) return;
   if (!is_sampled && !excitation_) return;

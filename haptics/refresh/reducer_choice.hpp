@@ -74,7 +74,8 @@ class ReducerChoice {
   const ReducerCandidate& chosen() const { return candidates_[chosen_]; }
   const std::vector<ReducerCandidate>& candidates() const { return candidates_; }
   double certified_error() const { return certified_; }  ///< worst known now of 0-500 Hz; NaN: not certified
-  double force_error() const;                            ///< to expect now; NaN: not certified
+  double force_error() const;           ///< to expect now, without excitation the worst; NaN: not certified
+  double expected_force_error() const;  ///< NaN without excitation, too
   const std::optional<Excitation>& excitation() const { return excitation_; }
   std::string reason() const;
   const std::vector<ReducerChange>& changes() const { return changes_; }
@@ -87,6 +88,7 @@ class ReducerChoice {
   std::optional<Body> certify_body(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
   bool is_sample_due() const { return wait_ <= 0; }
   bool sample(const LocalModel& model, const ContactSite& site);
+  void excite_by_motion(const LocalModel& model, const ContactSite& site);
   void go_to(std::size_t candidate, int tick, const std::string& why);
   std::vector<ReducerCandidate> candidates_now() const;
   std::optional<std::size_t> better_than_present() const;

@@ -62,7 +62,7 @@ void tell_of_reducer(const Touch& touch, bool is_remote, SessionResult& result) 
   result.reducer_name = choice.chosen().name;
   result.reducer_reason = choice.reason();
   result.reducer_candidates = choice.candidates();
-  result.expected_force_error = choice.force_error();
+  result.expected_force_error = choice.expected_force_error();
   result.certified_error = choice.certified_error();
 }
 
@@ -165,7 +165,6 @@ Session::Session(const Scene& scene, std::unique_ptr<DeformableModel> model)
 
 /// Of both tools' paths, of a hand that of its target. As a ball: a longer tool asks for no other rates.
 std::optional<BandPowers> Session::followed_motion() const {
-  if (options().local.reducer != "auto") return {};
   const double use =
       (1 + (models_come_late(options()) ? 1 : 0)) / options().global.rate_hz + 1e-3 * options().link.latency_ms;
   BandPowers out{};

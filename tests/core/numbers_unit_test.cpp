@@ -13,6 +13,7 @@ TEST(Figures, HaveThreeDigitsAndNoExponentBelowAMillion) {
   EXPECT_EQ(short_number(44100), "44100");
   EXPECT_EQ(short_number(999.6), "1000");
   EXPECT_EQ(short_number(999.4), "999");
+  EXPECT_EQ(short_number(150, 2), "150");
   EXPECT_EQ(short_number(2e6), "2e+06");
   EXPECT_EQ(short_number(8e-5), "0.00008");
   EXPECT_EQ(short_number(-1.2345e-6), "-0.00000123");

@@ -222,6 +222,23 @@ void expect_one(const Findings& found, const std::string& what, const std::strin
   EXPECT_NE(alternatives(found[0].cures).find(cure), std::string::npos) << alternatives(found[0].cures);
 }
 
+TEST(Findings, NameALocalModelThatIsWrongAtTheRatesOfTheRun) {
+  const auto in_forces = [](double error, const std::string& reducer) {
+    SessionResult result = calm_run();
+    result.expected_force_error = error;
+    result.reducer = reducer;
+    Scene scene;
+    scene.local.reducer = reducer;
+    Findings out;
+    find_in_forces(scene, result, {{calm_force()}, {}, quick()}, out);
+    return out;
+  };
+  expect_one(in_forces(0.19, "wall"), "off by 19 %", "local.reducer to auto");
+  EXPECT_EQ(in_forces(0.19, "krylov")[0].cures.size(), 1u);
+  expect_parts(in_forces(0.14, "wall"), {});
+  expect_parts(in_forces(std::numeric_limits<double>::quiet_NaN(), "wall"), {});
+}
+
 TEST(Findings, NameJumpsAtEdgesWithTheirCure) {
   ForceMetrics f = calm_force();
   f.crossing_jump = 0.6;
