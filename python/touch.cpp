@@ -241,7 +241,8 @@ void bind_touch(py::module_& m) {
       .def_readonly("patch_vertices", &TouchStatus::patch_vertices)
       .def_readonly("refresh_ms", &TouchStatus::refresh_ms, "CPU time, with its global step")
       .def_readonly("late_ticks", &TouchStatus::late_ticks, "ticks until the last local model was in use")
-      .def_readonly("expected_force_error", &TouchStatus::expected_force_error, "share, nan where not certified")
+      .def_readonly("expected_force_error", &TouchStatus::expected_force_error,
+                    "share, nan where not certified, or the motion and the force are not known for long enough")
       .def_readonly("certified_error", &TouchStatus::certified_error, "error of the impedance, nan where not certified")
       .def_readonly("fineness", &TouchStatus::fineness,
                     "refined cells over the contact radius, nan where none are refined")
@@ -255,6 +256,12 @@ void bind_touch(py::module_& m) {
                          "and what its ticks had come to since.")
       .def(py::init(&state_of), py::arg("positions"), py::arg("velocities"),
            "A body alone: positions [m] and velocities [m/s] of its nodes, (n, 3) each.")
+      .def("__copy__", [](const TouchState& s) { return s; })
+      .def("__deepcopy__", [](const TouchState& s, const py::dict&) { return s; })
+      .def("__reduce__",
+           [](const TouchState&) -> py::object {
+             throw InputError("State: has a local model of this process; pickle its positions and velocities");
+           })
       .def_property_readonly(
           "positions", [](const TouchState& s) { return rows_of(s.x); }, "of the body's nodes [m], (n, 3), a copy")
       .def_property_readonly(

@@ -51,6 +51,8 @@ class Body {
 
   /// Results of the set-up of this body's refreshers, for the next one that begins in the same way.
   KeptSetUp* kept_set_up() const { return kept_set_up_.get(); }
+  /// The same pointer for this body alone, as long as somebody holds it.
+  std::shared_ptr<const void> identity() const { return kept_set_up_; }
 
   bool is_own() const { return is_own_; }  ///< the model is the caller's
 
@@ -65,7 +67,7 @@ class Body {
   bool is_own_ = false;  // the caller's
   std::unique_ptr<SelfContact> self_contact_;
   std::unique_ptr<Surface> surface_;
-  std::unique_ptr<KeptSetUp> kept_set_up_;
+  std::shared_ptr<KeptSetUp> kept_set_up_;
   State start_;
   std::vector<Finding> findings_;
   double mesh_unit_ = 1;

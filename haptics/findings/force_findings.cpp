@@ -4,6 +4,7 @@
 #include "core/base/error.hpp"
 #include "haptics/cells/mesh_cures.hpp"
 #include "haptics/findings/kinds.hpp"
+#include "haptics/refresh/reducer_choice.hpp"
 
 namespace kt {
 namespace {
@@ -22,19 +23,6 @@ std::vector<Cure> smoother(const Scene& scene) {
     out.push_back(set_to("contact.surface", "loop", "stiffer by a quarter where no cells are refined"));
   out.push_back(finer_cells(scene));
   return out;
-}
-
-/// Where less is expected, it is smaller than what the other doubts are about.
-void find_wrong_local_model(const Scene& scene, const SessionResult& result, std::vector<Finding>& out) {
-  constexpr double kWrong = 0.15;
-  if (!(result.expected_force_error > kWrong) || !is_ours(scene)) return;
-  std::vector<Cure> cures;
-  if (scene.local.reducer != "auto") cures.push_back(set_to("local.reducer", "auto"));
-  if (result.reducer != "krylov") cures.push_back(set_to("local.reducer", "krylov", "refreshes take longer"));
-  out.push_back(Finding{told("the local model gives a force that is off by ", in_percent(result.expected_force_error),
-                             ", as its error at the rates of this motion tells"),
-                        std::move(cures)}
-                    .at("local.reducer", result.expected_force_error, kWrong));
 }
 
 Finding never_touched() {
@@ -89,7 +77,9 @@ void find_in_forces(const Scene& scene, const SessionResult& result, const Measu
       if (found.where.empty()) found.where = tool_key(k);
       out.push_back(std::move(found));
     }
-  find_wrong_local_model(scene, result, out);
+  if (is_ours(scene))
+    if (auto wrong = find_wrong_local_model(result.expected_force_error, result.reducer, scene.local.reducer))
+      out.push_back(*std::move(wrong));
   const double bent = percentile(result.refresh.linearization_error, 0.5);
   if (!(bent > kNoticeableForce)) return;
   Finding found{told("outside the linear range: at the end of an interval the local model's force is off by ",

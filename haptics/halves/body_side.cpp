@@ -33,11 +33,18 @@ void check_embedded(const Body& body, const TouchOptions& options) {
   if (!why.empty()) throw InputError(why);
 }
 
-/// The tools are where they were in that tick: contacts go on.
-bool are_at(const LocalReport& report, std::span<const Pose> tools) {
-  for (std::size_t k = 0; k < tools.size(); ++k)
-    if (report.tools[k].pose.x != tools[k].x || report.tools[k].pose.r.coeffs() != tools[k].r.coeffs()) return false;
-  return true;
+/// Of a moment, for tools that are there now: what has been placed elsewhere has no contact, and did not come from
+/// there.
+std::array<LocalReport, 2> reports_at(const TouchMoment& moment, std::span<const Pose> tools) {
+  std::array<LocalReport, 2> out = moment.reports;
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    if (moment.is_at(k, tools[k])) continue;
+    for (LocalReport& report : out) report.tools[k] = {tools[k], -1, false};
+    const auto all = std::span(out[1].samples).first(static_cast<std::size_t>(out[1].count));
+    const auto gone = std::ranges::remove_if(all, [&](const TickContact& c) { return c.tool == static_cast<int>(k); });
+    out[1].count -= static_cast<int>(gone.size());
+  }
+  return out;
 }
 
 void show_refined(const FinePatch& fine, RefreshPicture& out) {
@@ -61,6 +68,10 @@ TouchState check_state(const Body& body, TouchState state) {
   if (state.x.size() != start.x.size() || state.v.size() != start.x.size())
     throw InputError(text("reset: a state of ", state.x.size() / 3, " positions and ", state.v.size() / 3,
                           " velocities; this body has ", start.x.size() / 3, " nodes"));
+  if (state.moment && state.moment->body != body.identity())
+    throw InputError(
+        "reset: the state is of another body; take one of this touch, or of a touch that shares its body, or the "
+        "positions and velocities alone");
   if (!state.x.allFinite() || !state.v.allFinite()) throw InputError("reset: the state must be finite");
   for (const int i : body.model().fixed_nodes()) {
     node(state.x, i) = node(start.x, i);
@@ -86,7 +97,7 @@ BodySide::BodySide(const Body& body, const TouchOptions& options, const TouchSta
   if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
   if (from && from->moment) {
     moment_ = from->moment;
-    refresher_->begin_from(moment_->choice, TouchMoment::kBefore, moment_->fine);
+    refresher_->go_on_from(moment_->memory, TouchMoment::kBefore, moment_->fine, moment_->offset);
   }
   status_.reducer = options.local.reducer;
 }
@@ -233,8 +244,10 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   const double expected = delay(event.linearized_tick);
   refresher_->expect_delay(expected);
   const std::shared_ptr<const TouchMoment> before = std::exchange(moment_, nullptr);
-  if (before && are_at(before->report, at)) {
-    reports = {&before->report, 1};
+  std::array<LocalReport, 2> last;
+  if (before) {
+    last = reports_at(*before, at);
+    reports = last;
     motion = &before->motion;
   }
   auto model = refresher_->refresh(event.linearized_tick / options_.local.rate_hz, at, reports, motion, when_reduced);
@@ -256,7 +269,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   ++num_refreshes_;
   const std::scoped_lock lock(guard_);
   shown_ = refresher_->state();
-  choice_ = refresher_->choice().start();
+  memory_ = refresher_->memory();
   status_.refreshes = num_refreshes_;
   status_.linearized_tick = event.linearized_tick;
   status_.dof = model->model.dof();
@@ -364,11 +377,11 @@ void BodySide::copy_positions(VectorX& x) const {
   x = shown_.x;
 }
 
-void BodySide::copy_state(TouchState& state, std::optional<ReducerStart>& choice) const {
+void BodySide::copy_state(TouchState& state, RefreshMemory& memory) const {
   const std::scoped_lock lock(guard_);
   state.x = shown_.x;
   state.v = shown_.v;
-  choice = choice_;
+  memory = memory_;
 }
 
 }  // namespace kt

@@ -59,8 +59,8 @@ class BodySide {
   TouchStatus status() const;
   /// The whole body as the last refresh had it [m], (3n).
   void copy_positions(VectorX& x) const;
-  /// That with its velocities, and the choice of the local model: without tools.
-  void copy_state(TouchState& state, std::optional<ReducerStart>& choice) const;
+  /// That with its velocities, and what was known then for the next refreshes: without tools.
+  void copy_state(TouchState& state, RefreshMemory& memory) const;
   void copy_refresh(RefreshPicture& picture) const;
 
   Refresher& refresher() { return *refresher_; }
@@ -110,8 +110,8 @@ class BodySide {
   SceneModel wanted_material_;
   TouchStatus status_;
   RefreshPicture picture_;
-  State shown_;                         // of the last refresh
-  std::optional<ReducerStart> choice_;  // of it
+  State shown_;           // of the last refresh
+  RefreshMemory memory_;  // of it
 };
 
 /// With what is clamped, and what goes with the cells of a lattice, in its place. Throws InputError for a state that is

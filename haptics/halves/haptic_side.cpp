@@ -93,6 +93,14 @@ const LocalReport& HapticSide::tick(std::span<const Pose> tools, std::span<Local
   return report_;
 }
 
+LocalReport HapticSide::past_report(int ticks) const noexcept {
+  const int back = std::min({ticks, tick_, history_.reach()});
+  LocalReport out;
+  out.tick = tick_ - 1 - back;
+  for (std::size_t k = 0; k < poses_.size(); ++k) out.tools[k].pose = history_.get(tick_ - back, k);
+  return out;
+}
+
 bool HapticSide::catch_up(std::unique_ptr<PreparedLocalModel>& model, int& at, int most) noexcept {
   std::array<ToolSweep, kMaxTools> sweeps;
   if (tick_ - at > history_.reach()) return true;  // too old: taken as it is

@@ -42,6 +42,8 @@ class HapticSide {
   void lay_patch_over(VectorX& x) const;
 
   const LocalReport& report() const noexcept { return report_; }  ///< of the last tick
+  /// Of so many ticks before that one, or as many as there were: poses alone.
+  LocalReport past_report(int ticks) const noexcept;
   std::span<const TickContact> samples() const noexcept { return report_.contacts(); }
 
   int next_tick() const noexcept { return tick_; }

@@ -25,7 +25,7 @@ struct TouchStatus {
   int dof = 0, patch_vertices = 0;  ///< size of its local model
   double refresh_ms = 0;            ///< CPU time of the last one, with its global step
   double late_ticks = 0;            ///< ticks from linearization to use, of the last adopted local model
-  /// Of the local model, relative. NaN where it is not certified, or neither the motion nor enough of the force is known.
+  /// Of the local model, relative. NaN where it is not certified, or no motion and too little of the force is known.
   double expected_force_error = std::numeric_limits<double>::quiet_NaN();
   double certified_error =
       std::numeric_limits<double>::quiet_NaN();  ///< error of the impedance, 0-500 Hz, NaN where not certified

@@ -6,9 +6,6 @@
 #include "core/body/node_weights.hpp"
 
 namespace kt {
-namespace {
-
-/// Of the fine patch's vertices.
 std::vector<Vec3> offsets_of(const ContactSurface& s) {
   if (s.offset.size() == 0) return {};
   std::vector<Vec3> out(static_cast<std::size_t>(s.fine->num_vertices()), Vec3::Zero());
@@ -18,8 +15,6 @@ std::vector<Vec3> offsets_of(const ContactSurface& s) {
           node(s.offset, s.facets.triangles[static_cast<std::size_t>(s.facet_of_fine[f])][c]);
   return out;
 }
-
-}  // namespace
 
 void ContactNodes::keep(const PreparedLocalModel& model) {
   const ContactSurface& s = model.surface;
@@ -31,8 +26,8 @@ void ContactNodes::keep(const PreparedLocalModel& model) {
   kept_.push_back(std::move(kept));
 }
 
-void ContactNodes::keep_fine(int frame, std::shared_ptr<const FinePatch> fine) {
-  kept_.push_back({frame, {}, {}, {}, 0, std::move(fine), {}});
+void ContactNodes::keep_fine(int frame, std::shared_ptr<const FinePatch> fine, std::vector<Vec3> offset) {
+  kept_.push_back({frame, {}, {}, {}, 0, std::move(fine), std::move(offset)});
 }
 
 void ContactNodes::forget_before(int frame) {

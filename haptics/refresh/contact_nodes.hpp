@@ -11,6 +11,9 @@
 
 namespace kt {
 
+/// How far the vertices of a surface's fine patch lie from where its triangles are [m]; empty: all on them.
+std::vector<Vec3> offsets_of(const ContactSurface& surface);
+
 class ContactNodes {
  public:
   /// Borrows the body's surface.
@@ -18,8 +21,8 @@ class ContactNodes {
 
   /// A new local model, whose ticks will report. Their frames ascend.
   void keep(const PreparedLocalModel& model);
-  /// Of the local model before the first one: only how its refined cells yield.
-  void keep_fine(int frame, std::shared_ptr<const FinePatch> fine);
+  /// Of the local model before the first one: how its refined cells yield, and their vertices' offsets_of().
+  void keep_fine(int frame, std::shared_ptr<const FinePatch> fine, std::vector<Vec3> offset);
   /// Local models before that frame report nothing more.
   void forget_before(int frame);
   /// The same body goes on from another one's.

@@ -36,7 +36,7 @@ double predict_grading_us(const ReducerCandidate& candidate, int num_nodes) {
   return share * kPerNode * std::max(0.0, num_nodes - kAllKept);
 }
 
-/// But what they predict.
+/// They ask for the same, whatever they predict.
 bool are_alike(const ReducerNeeds& a, const ReducerNeeds& b) {
   return a.tolerance == b.tolerance && a.budget_us == b.budget_us && a.refresh_per_tick == b.refresh_per_tick &&
          a.whole == b.whole && a.refresh_budget_ms == b.refresh_budget_ms;
@@ -97,11 +97,15 @@ void ReducerChoice::set_up(const TangentModel& tangent, const SurfacePatch& patc
   const bool is_first = !std::exchange(is_set_up_, true);  // graded_ is as it was made
   at_ = now;
   touch_ = touch;
-  if (const std::optional<ReducerStart> begun = std::exchange(start_, std::nullopt)) {
-    candidates_ = begun->candidates;
-    chosen_ = begun->chosen;
-    excitation_ = begun->excitation;
-    return note_chosen();
+  if (std::optional<ReducerState> before = std::exchange(before_, std::nullopt)) {
+    candidates_ = std::move(before->candidates);
+    chosen_ = before->chosen;
+    excitation_ = before->excitation;
+    running_ = std::move(before->running);
+    latest_ = std::move(before->latest);
+    certified_ = before->certified;
+    wait_ = before->wait;
+    return;
   }
   if (!kept_ || !is_first) return make_set_up(tangent, patch, site);
   SetUpKey key = set_up_key(is_auto_ ? "auto" : candidates_.front().name, rings_, needs_, touch_, excitation_, tangent,
@@ -124,13 +128,22 @@ void ReducerChoice::note_chosen() {
   if (std::isfinite(chosen().error)) certified_ = chosen().error;
 }
 
-void ReducerChoice::begin_from(ReducerStart start) {
-  if (!start.candidates.empty() && start.reducer == this->start().reducer && are_alike(start.needs, needs_))
-    start_ = std::move(start);
+void ReducerChoice::go_on_from(ReducerState before) {
+  const std::string asked = is_auto_ ? "auto" : candidates_.front().name;
+  if (!before.candidates.empty() && before.reducer == asked && are_alike(before.needs, needs_))
+    before_ = std::move(before);
 }
 
-ReducerStart ReducerChoice::start() const {
-  return {is_auto_ ? "auto" : candidates_.front().name, needs_, candidates_, chosen_, excitation_};
+ReducerState ReducerChoice::state() const {
+  return {is_auto_ ? "auto" : candidates_.front().name,
+          needs_,
+          candidates_,
+          chosen_,
+          excitation_,
+          running_,
+          latest_,
+          certified_,
+          wait_};
 }
 
 void ReducerChoice::make_set_up(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site) {
@@ -194,6 +207,7 @@ void ReducerChoice::go_on_from(ReducerChoice& before) {
   num_changes_ = before.num_changes_;
   const bool same_candidates = is_auto_ ? before.is_auto_ : candidates_.front().name == before.chosen().name;
   const bool same_needs = are_alike(needs_, before.needs_);
+  if (before.before_) go_on_from(std::move(*before.before_));
   if (!before.is_set_up_ || is_auto_ != before.is_auto_ || !same_candidates || !same_needs) return;
   is_set_up_ = true;
   at_ = before.at_;
@@ -221,7 +235,12 @@ double ReducerChoice::force_error() const {
 }
 
 double ReducerChoice::expected_force_error() const {
-  return excitation_ ? force_error() : std::numeric_limits<double>::quiet_NaN();
+  constexpr double kUnknown = 0.1, kNan = std::numeric_limits<double>::quiet_NaN();
+  if (!excitation_) return kNan;
+  double unknown = 0;
+  for (std::size_t i = 0; i < kBands && !is_auto_ && chosen().reducer != "full"; ++i)
+    if (i >= latest_.size() || std::isnan(latest_[i])) unknown += (*excitation_)[i];
+  return unknown > kUnknown ? kNan : force_error();
 }
 
 void ReducerChoice::excite(const Excitation& measured) {
@@ -358,6 +377,17 @@ void ReducerChoice::note_cost(double all_ms, double own_ms, double beside_ms, in
     go_to(best, tick, text("refreshes took ", short_ms(all_ms), " of ", short_ms(budget_ms)));
     measured_.stepped_up();
   }
+}
+
+std::optional<Finding> find_wrong_local_model(double error, const std::string& in_use, const std::string& asked) {
+  constexpr double kWrong = 0.15;  // less is smaller than what the other doubts are about
+  if (!(error > kWrong)) return {};
+  std::vector<Cure> cures;
+  if (asked != "auto") cures.push_back(set_to("local.reducer", "auto"));
+  if (!in_use.starts_with("krylov")) cures.push_back(set_to("local.reducer", "krylov", "refreshes take longer"));
+  return Finding{told("expected force error of the local model ", in_percent(error), ", at the rates of this motion"),
+                 std::move(cures)}
+      .at("local.reducer", error, kWrong);
 }
 
 /// Names that are not known here are left out: the hash will tell.

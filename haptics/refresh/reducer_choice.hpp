@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/finding.hpp"
 #include "core/local/certificate.hpp"
 #include "core/local/certified_rates.hpp"
 #include "haptics/cost/expected_touch.hpp"
@@ -14,14 +15,22 @@
 
 namespace kt {
 
-/// What a choice has come to, for one that begins there: nothing is set up anew.
-struct ReducerStart {
+/// What a choice has come to, for one that goes on from there: nothing is set up anew.
+struct ReducerState {
   std::string reducer;  ///< that was asked for
   ReducerNeeds needs;
   std::vector<ReducerCandidate> candidates;
   std::size_t chosen = 0;
   std::optional<Excitation> excitation;
+  RunningCertificate running;
+  std::vector<double> latest;  ///< errors of the chosen one at kCertifiedHz
+  double certified = 0;
+  int wait = 0;  ///< refreshes until the next sample
 };
+
+/// A doubt about forces whose expected error, of the local model alone, is above 15 %; none: it is not, or is NaN.
+/// @param in_use  reducer     @param asked  local.reducer
+std::optional<Finding> find_wrong_local_model(double error, const std::string& in_use, const std::string& asked);
 
 class ReducerChoice {
  public:
@@ -39,8 +48,8 @@ class ReducerChoice {
   void keep_set_ups(KeptSetUp* kept) { kept_ = kept; }
 
   /// What set_up() takes in the place of finding it out, if it was for the same reducer and needs.
-  void begin_from(ReducerStart start);
-  ReducerStart start() const;
+  void go_on_from(ReducerState before);
+  ReducerState state() const;
 
   /// A local model by the present reducer.
   LocalModel reduce(const TangentModel& tangent, const SurfacePatch& patch, const ContactSite& site);
@@ -74,8 +83,9 @@ class ReducerChoice {
   const ReducerCandidate& chosen() const { return candidates_[chosen_]; }
   const std::vector<ReducerCandidate>& candidates() const { return candidates_; }
   double certified_error() const { return certified_; }  ///< worst known now of 0-500 Hz; NaN: not certified
-  double force_error() const;           ///< to expect now, without excitation the worst; NaN: not certified
-  double expected_force_error() const;  ///< NaN without excitation, too
+  double force_error() const;  ///< to expect now, without excitation the worst; NaN: not certified
+  /// NaN without excitation, too, and where a tenth of it is at rates of which a named reducer has no sample yet.
+  double expected_force_error() const;
   const std::optional<Excitation>& excitation() const { return excitation_; }
   std::string reason() const;
   const std::vector<ReducerChange>& changes() const { return changes_; }
@@ -102,7 +112,7 @@ class ReducerChoice {
   };
   static CertifiedAt where(const TangentModel& tangent, const SurfacePatch& patch);
   bool is_auto_, is_set_up_ = false;
-  std::optional<ReducerStart> start_;  ///< until it is set up
+  std::optional<ReducerState> before_;  ///< until it is set up
   int rings_;
   KeptSetUp* kept_ = nullptr;
   CertifiedAt at_;

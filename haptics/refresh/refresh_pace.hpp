@@ -18,6 +18,13 @@ class RefreshPace {
   /// @param rate_hz  of ticks
   int interval(int usual, double delay, double rate_hz) const noexcept;
 
+  /// The same for a run whose time 0 is at time t of this one [s].
+  RefreshPace from(double t) const noexcept {
+    RefreshPace out = *this;
+    out.gave_way_ -= t;
+    return out;
+  }
+
   /// The usual interval is divided by: 1 to 4.
   int haste() const noexcept { return haste_; }
 

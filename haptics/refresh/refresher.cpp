@@ -348,10 +348,16 @@ std::optional<State> Refresher::foresee(double t, std::span<const LocalReport> r
   return global_.foresee(lead, stops);
 }
 
-void Refresher::begin_from(const std::optional<ReducerStart>& choice, int frame,
-                           std::shared_ptr<const FinePatch> fine) {
-  if (choice) choice_.begin_from(*choice);
-  if (fine) nodes_.keep_fine(frame, std::move(fine));
+RefreshMemory Refresher::memory() const {
+  return {choice_.state(), known_.pace.from(global_.state().t), known_.forces};
+}
+
+void Refresher::go_on_from(const RefreshMemory& memory, int frame, std::shared_ptr<const FinePatch> fine,
+                           std::vector<Vec3> offset) {
+  choice_.go_on_from(memory.choice);
+  known_.pace = memory.pace;
+  known_.forces = memory.forces;
+  if (fine) nodes_.keep_fine(frame, std::move(fine), std::move(offset));
 }
 
 void Refresher::go_on_from(Refresher& before) {
@@ -469,9 +475,13 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
                                                        const std::function<void()>& when_reduced) {
   record_ = {.t = t};
   known_.past.add(t, at);
-  measure_forces(reports);
+  const bool goes_on = known_.frame == 0 && motion;  // from another run, which has measured these reports
+  if (!goes_on) measure_forces(reports);
   std::optional<State> ahead;
-  if (t > global_.state().t) ahead = catch_up(t, reports, motion && options_.global.look_ahead);
+  if (t > global_.state().t)
+    ahead = catch_up(t, reports, motion && options_.global.look_ahead);
+  else if (goes_on && options_.global.look_ahead)
+    ahead = foresee(t, reports);
 
   const auto start = std::chrono::steady_clock::now();
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};

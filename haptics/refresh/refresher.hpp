@@ -26,6 +26,12 @@
 
 namespace kt {
 
+struct RefreshMemory {
+  ReducerState choice;
+  RefreshPace pace;                   ///< its time 0 is now
+  std::vector<SpectrumMeter> forces;  ///< of each tool; empty: none was measured
+};
+
 class Refresher {
  public:
   /// @param self_contact  none: the body passes through itself
@@ -54,8 +60,12 @@ class Refresher {
   /// tells.
   int next_interval(int usual) const;
 
-  /// Before the first refresh: the choice of a run before, and the refined cells of its last local model.
-  void begin_from(const std::optional<ReducerStart>& choice, int frame, std::shared_ptr<const FinePatch> fine);
+  /// What is known for the next refreshes, apart from the body and the tools.
+  RefreshMemory memory() const;
+  /// Before the first refresh: with what another run of this body knew, and the refined cells of its last local model
+  /// (ContactNodes::keep_fine). That refresh is given the motion of this model and its last reports.
+  void go_on_from(const RefreshMemory& memory, int frame, std::shared_ptr<const FinePatch> fine,
+                  std::vector<Vec3> offset);
   /// The same body goes on from another refresher, with other settings: what was measured stays known.
   void go_on_from(Refresher& before);
 

@@ -56,10 +56,18 @@ struct Touch::Parts {
   }
   void place_as_before(const TouchMoment& moment) noexcept {
     std::array<Pose, kMaxTools> at;
-    for (std::size_t k = 0; k < haptic.num_tools(); ++k) at[k] = moment.report.tools[k].pose;
+    for (std::size_t k = 0; k < haptic.num_tools(); ++k) at[k] = moment.last().tools[k].pose;
     haptic.place({at.data(), haptic.num_tools()});
     haptic.go_on_from(moment.force);
     is_placed = true;
+  }
+  /// Forces of tools that are still where the moment has them go on.
+  void drop_forces_of_moved() noexcept {
+    std::array<std::optional<Vec3>, kMaxTools> force;
+    if (const TouchMoment* moment = from ? from->moment.get() : nullptr)
+      for (std::size_t k = 0; k < haptic.num_tools(); ++k)
+        if (moment->is_at(k, haptic.poses()[k])) force[k] = moment->force[k];
+    haptic.go_on_from(force);
   }
   std::span<LocalFrame> all_frames() noexcept { return {frames.data(), haptic.num_tools()}; }
   std::span<const LocalFrame> tick(std::span<const Pose> tools) noexcept;
@@ -123,7 +131,7 @@ void Touch::place(std::span<const Pose> tools) {
   for (const Pose& pose : tools)
     if (!is_usable(pose)) throw InputError("place: a pose is not finite, no rotation, or beyond 1e6 m");
   p.haptic.place(tools);
-  p.haptic.go_on_from({});
+  p.drop_forces_of_moved();
   p.is_placed = true;
 }
 
@@ -134,6 +142,8 @@ void TouchHalves::start(Touch& touch, const LinkMaker& make) { touch.parts_->sta
 void Touch::Parts::start(const std::string& type, const LinkMaker& make) {
   if (link) throw MisuseError("start: called after the first tick, or twice; call it once, before");
   if (!is_placed) throw MisuseError("start: called before place(); the first local model is made around the tools");
+  if (type == "network" && from)
+    throw MisuseError("start: a body on another computer begins at its own start; call reset() without a state");
   TouchOptions with_link = options;
   with_link.link.type = type;
   auto next = make_side(with_link);
@@ -178,16 +188,25 @@ void Touch::reset(const TouchState& state) {
   const TouchState checked = check_state(parts_->body, state);
   if (checked.moment && checked.moment->num_tools != num_tools())
     throw InputError(text("reset: a state with ", checked.moment->num_tools, " tools; this touch has ", num_tools()));
+  const TouchOptions& o = parts_->options;
+  if (checked.moment && (o.local.method != "multirate" || is_geometric(o.contact.law)))
+    throw InputError(text("reset: local.method \"", o.local.method, "\" with contact.law \"", o.contact.law,
+                          "\" does not go on from contacts; take multirate with coulomb, or positions and velocities "
+                          "alone"));
   renew(&checked);
 }
 
+/// Whatever fails, the touch stays as it was, without its thread.
 void Touch::renew(const TouchState* from) {
-  const std::unique_ptr<Parts> before = std::move(parts_);
-  if (before->link) before->link->stop();
-  parts_ = std::make_unique<Parts>(before->body, before->given, from);
-  parts_->observer = before->observer;
-  parts_->checks = before->checks;
-  for (const SettingChange& c : before->changed) c.word.empty() ? set(c.key, c.value) : set(c.key, c.word);
+  if (parts_->link) parts_->link->stop();
+  auto next = std::make_unique<Parts>(parts_->body, parts_->given, from);
+  next->observer = parts_->observer;
+  next->checks = parts_->checks;
+  for (const SettingChange& c : parts_->changed) {
+    c.word.empty() ? next->side->set(c.key, c.value) : next->side->set(c.key, c.word);
+    next->keep(c);
+  }
+  parts_ = std::move(next);
 }
 
 /// Contacts are told by their places on the body's triangles: a new local model has other facets.
@@ -196,30 +215,33 @@ TouchState Touch::state() const {
   const std::scoped_lock lock(p.beginning);
   if (p.remote()) throw MisuseError("state: the body is on another computer; ask for it there");
   TouchState out;
-  std::optional<ReducerStart> choice;
-  p.side->copy_state(out, choice);
-  if (!p.haptic.has_model() || p.haptic.next_tick() == 0) {
+  auto moment = std::make_shared<TouchMoment>();
+  p.side->copy_state(out, moment->memory);
+  if (!p.haptic.has_model() || p.haptic.next_tick() == 0) {  // nothing has come to anything but what it began with
     if (p.from) out.moment = p.from->moment;
     return out;
   }
   const PreparedLocalModel& model = p.haptic.model();
-  auto moment = std::make_shared<TouchMoment>();
+  moment->body = p.body.identity();
   moment->num_tools = p.haptic.num_tools();
   moment->motion = make_local_motion(p.body.model().mesh().num_nodes());
   p.haptic.record_motion(moment->motion);
   moment->motion.tick = 0;
   moment->motion.frame = TouchMoment::kBefore;
   moment->fine = model.surface.fine;
-  moment->report = p.haptic.report();
-  moment->report.tick = -1;
-  moment->report.model_frame = TouchMoment::kBefore;
-  for (std::size_t k = 0; k < moment->num_tools; ++k)
-    if (p.frames[k].mode != ContactMode::free) moment->force[k] = p.frames[k].force;
-  for (TickContact& contact : std::span(moment->report.samples).first(moment->report.contacts().size())) {
+  if (moment->fine) moment->offset = offsets_of(model.surface);
+  moment->reports = {p.haptic.past_report(ticks_in(kVelocityTime, p.options.local.rate_hz)), p.haptic.report()};
+  for (LocalReport& report : moment->reports) {
+    report.tick -= p.haptic.next_tick();
+    report.model_frame = TouchMoment::kBefore;
+  }
+  LocalReport& last = moment->reports[1];
+  for (TickContact& contact : std::span(last.samples).first(last.contacts().size())) {
     if (contact.facet >= 0) contact.bary = model.surface.weights_in_triangle(contact.facet, contact.bary);
     contact.facet = -1;
   }
-  moment->choice = std::move(choice);
+  for (std::size_t k = 0; k < moment->num_tools; ++k)
+    if (p.frames[k].mode != ContactMode::free) moment->force[k] = p.frames[k].force;
   out.moment = std::move(moment);
   return out;
 }
@@ -256,6 +278,9 @@ std::vector<Finding> Touch::findings() const {
   const TouchStatus s = status();
   if (p.has_touched && (s.force_factor > kCoarseForce || s.force_factor < 1 / kCoarseForce))
     found.push_back(coarse_cells_finding(s, p.options.local.refine));
+  if (p.has_touched && p.options.local.method == "multirate" && !is_geometric(p.options.contact.law))
+    if (auto wrong = find_wrong_local_model(s.expected_force_error, s.reducer, p.options.local.reducer))
+      found.push_back(*std::move(wrong));
   if (const std::string& error = s.error; !error.empty())
     found.push_back({text("the body's simulation ended: ", error), {}, Finding::Weight::failure});
   return found;

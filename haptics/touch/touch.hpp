@@ -40,8 +40,10 @@ class Touch {
   void reset();
 
   /// The same, but the body goes on from that state, of this touch or of another one of the same body, and the tools
-  /// are where they were. Nothing is set up anew, the same state gives the same bits. Tools that place() puts elsewhere
-  /// have no contact before the first tick. Throws InputError for a state of another body, and changes nothing then.
+  /// are where they were. Nothing is set up anew, the same state gives the same bits. Settings are those of this touch.
+  /// Tools that place() puts elsewhere have no contact before the first tick. Throws InputError, and changes nothing
+  /// then, for a state of another body or of other tools, and with contacts for other methods than multirate with
+  /// coulomb.
   void reset(const TouchState& state);
   /// The state now, before the first tick that of the start. Not while another thread ticks. Throws MisuseError for a
   /// body on another computer.
