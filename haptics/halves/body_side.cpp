@@ -33,16 +33,17 @@ void check_embedded(const Body& body, const TouchOptions& options) {
   if (!why.empty()) throw InputError(why);
 }
 
-/// Of a moment, for tools that are there now: what has been placed elsewhere has no contact, and did not come from
-/// there.
-std::array<LocalReport, 2> reports_at(const TouchMoment& moment, std::span<const Pose> tools) {
-  std::array<LocalReport, 2> out = moment.reports;
+/// Of a moment, for tools that are there now: what has been placed elsewhere has no contact any more, and did not come
+/// from there.
+std::vector<LocalReport> reports_at(const TouchMoment& moment, std::span<const Pose> tools) {
+  std::vector<LocalReport> out = moment.reports;
+  LocalReport& last = out.back();
   for (std::size_t k = 0; k < tools.size(); ++k) {
     if (moment.is_at(k, tools[k])) continue;
     for (LocalReport& report : out) report.tools[k] = {tools[k], -1, false};
-    const auto all = std::span(out[1].samples).first(static_cast<std::size_t>(out[1].count));
+    const auto all = std::span(last.samples).first(static_cast<std::size_t>(last.count));
     const auto gone = std::ranges::remove_if(all, [&](const TickContact& c) { return c.tool == static_cast<int>(k); });
-    out[1].count -= static_cast<int>(gone.size());
+    last.count -= static_cast<int>(gone.size());
   }
   return out;
 }
@@ -92,6 +93,7 @@ BodySide::BodySide(const Body& body, const TouchOptions& options, const TouchSta
   check_embedded(body, options);
   radius_.fill(-1);
   shown_ = from ? State{body.start().t, from->x, from->v} : body.start();
+  if (from && from->moment) shown_.t -= from->moment->age / options.local.rate_hz;
   refresher_ = std::make_unique<Refresher>(body.model(), body.surface(), options_, shown_, body.self_contact(),
                                            body.kept_set_up());
   if (options.replay.reducer_changes) refresher_->follow(*options.replay.reducer_changes);
@@ -244,7 +246,7 @@ std::unique_ptr<PreparedLocalModel> BodySide::refresh(RefreshEvent event, std::s
   const double expected = delay(event.linearized_tick);
   refresher_->expect_delay(expected);
   const std::shared_ptr<const TouchMoment> before = std::exchange(moment_, nullptr);
-  std::array<LocalReport, 2> last;
+  std::vector<LocalReport> last;
   if (before) {
     last = reports_at(*before, at);
     reports = last;

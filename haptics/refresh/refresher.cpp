@@ -478,10 +478,7 @@ std::unique_ptr<PreparedLocalModel> Refresher::refresh(double t, std::span<const
   const bool goes_on = known_.frame == 0 && motion;  // from another run, which has measured these reports
   if (!goes_on) measure_forces(reports);
   std::optional<State> ahead;
-  if (t > global_.state().t)
-    ahead = catch_up(t, reports, motion && options_.global.look_ahead);
-  else if (goes_on && options_.global.look_ahead)
-    ahead = foresee(t, reports);
+  if (t > global_.state().t) ahead = catch_up(t, reports, motion && options_.global.look_ahead);
 
   const auto start = std::chrono::steady_clock::now();
   std::array<int, kMaxTools> way_out{kNotLooked, kNotLooked};

@@ -49,6 +49,7 @@ struct Touch::Parts {
     const double slow = std::max(stale_s, 4 / options.global.rate_hz) + 1e-3 * options.link.latency_ms;
     stale_ticks = static_cast<int>(std::llround(slow * options.local.rate_hz));
     shape_every = ticks_in(kShapeEvery, options.local.rate_hz);
+    recent.resize(2 * static_cast<std::size_t>(ticks_per_refresh(options)));
     if (from && from->moment) place_as_before(*from->moment);
   }
   std::unique_ptr<BodySide> make_side(const TouchOptions& with) const {
@@ -60,6 +61,18 @@ struct Touch::Parts {
     haptic.place({at.data(), haptic.num_tools()});
     haptic.go_on_from(moment.force);
     is_placed = true;
+  }
+  std::size_t slot_of(int tick) const noexcept { return static_cast<std::size_t>(tick) % recent.size(); }
+  /// Ticks and times from the next tick on, contacts on triangles: a new local model has other facets.
+  void tell_from_now(const ContactSurface& surface, LocalReport& report) const noexcept {
+    report.tick -= haptic.next_tick();
+    report.model_frame = TouchMoment::kBefore;
+    for (TickContact& contact : std::span(report.samples).first(report.contacts().size())) {
+      contact.t -= haptic.next_tick() * haptic.h();
+      if (contact.facet >= 0)
+        contact.bary = weights_in_triangle(contact.facet % (1 << (2 * surface.levels)), surface.levels, contact.bary);
+      contact.facet = -1;
+    }
   }
   /// Forces of tools that are still where the moment has them go on.
   void drop_forces_of_moved() noexcept {
@@ -94,6 +107,7 @@ struct Touch::Parts {
   std::unique_ptr<TouchWatch> watch;  // as the link; with `beginning`
   std::unique_ptr<BodyLink> link;     // from the first tick, or start(), on
   std::array<LocalFrame, kMaxTools> frames;
+  std::vector<LocalReport> recent;            // of the last two intervals, by tick, for state()
   std::array<FlagCounts, kMaxTools> flagged;  // in how many ticks of each tool
   std::atomic<bool> has_touched = false;
   std::vector<SettingChange> changed;  // since the start, the last value of each key last; with `beginning`
@@ -209,7 +223,6 @@ void Touch::renew(const TouchState* from) {
   parts_ = std::move(next);
 }
 
-/// Contacts are told by their places on the body's triangles: a new local model has other facets.
 TouchState Touch::state() const {
   const Parts& p = *parts_;
   const std::scoped_lock lock(p.beginning);
@@ -230,16 +243,13 @@ TouchState Touch::state() const {
   moment->motion.frame = TouchMoment::kBefore;
   moment->fine = model.surface.fine;
   if (moment->fine) moment->offset = offsets_of(model.surface);
-  moment->reports = {p.haptic.past_report(ticks_in(kVelocityTime, p.options.local.rate_hz)), p.haptic.report()};
-  for (LocalReport& report : moment->reports) {
-    report.tick -= p.haptic.next_tick();
-    report.model_frame = TouchMoment::kBefore;
-  }
-  LocalReport& last = moment->reports[1];
-  for (TickContact& contact : std::span(last.samples).first(last.contacts().size())) {
-    if (contact.facet >= 0) contact.bary = model.surface.weights_in_triangle(contact.facet, contact.bary);
-    contact.facet = -1;
-  }
+  const int since = p.haptic.next_tick() - p.side->status().linearized_tick;
+  moment->age = std::clamp(since, 1, static_cast<int>(p.recent.size()));
+  const int before = std::max(moment->age, ticks_in(kVelocityTime, p.options.local.rate_hz));
+  moment->reports.push_back(p.haptic.past_report(before));
+  for (int back = moment->age; back > 0; --back)
+    moment->reports.push_back(p.recent[p.slot_of(p.haptic.next_tick() - back)]);
+  for (LocalReport& report : moment->reports) p.tell_from_now(model.surface, report);
   for (std::size_t k = 0; k < moment->num_tools; ++k)
     if (p.frames[k].mode != ContactMode::free) moment->force[k] = p.frames[k].force;
   out.moment = std::move(moment);
@@ -324,7 +334,9 @@ std::span<const LocalFrame> Touch::Parts::tick(std::span<const Pose> tools) noex
   if (!is_placed) haptic.place(tools);
   is_placed = true;
   refresh_if_due();
-  link->after_tick(haptic, haptic.tick(tools, out));
+  const LocalReport& report = haptic.tick(tools, out);
+  recent[slot_of(report.tick)] = report;
+  link->after_tick(haptic, report);
   unsigned flags = link->has_failed() ? kBodyFailed : 0u;
   if (is_stale()) flags |= kStaleModel;
   if (flags != 0)

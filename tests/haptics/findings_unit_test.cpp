@@ -233,7 +233,7 @@ TEST(Findings, NameALocalModelThatIsWrongAtTheRatesOfTheRun) {
     find_in_forces(scene, result, {{calm_force()}, {}, quick()}, out);
     return out;
   };
-  expect_one(in_forces(0.19, "wall"), "off by 19 %", "local.reducer to auto");
+  expect_one(in_forces(0.19, "wall"), "local model 19 %", "local.reducer to auto");
   EXPECT_EQ(in_forces(0.19, "krylov")[0].cures.size(), 1u);
   expect_parts(in_forces(0.14, "wall"), {});
   expect_parts(in_forces(std::numeric_limits<double>::quiet_NaN(), "wall"), {});

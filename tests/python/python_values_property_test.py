@@ -118,13 +118,13 @@ class Objects(unittest.TestCase):
 
     def test_episodes_begin_from_a_copied_state(self):
         touch = kt.Touch(kt.Scene(settings=QUICK))
-        way = np.vstack([press(0.008, 100), np.repeat(press(0.008, 100)[-1:], 50, 0)])
-        for x in way[:100]:
+        way = np.vstack([press(0.008, 400), np.repeat(press(0.008, 400)[-1:], 50, 0)])
+        for x in way[:400]:
             touch.tick(x)
         state = touch.state
         self.assertEqual(state.positions.shape, touch.positions.shape)
         self.assertEqual(state.velocities.shape, state.positions.shape)
-        forces = lambda one: np.array([one.tick(x).force for x in way[100:]])
+        forces = lambda one: np.array([one.tick(x).force for x in way[400:]])
         on = forces(touch)
         self.assertGreater(np.linalg.norm(on[0]), 0)
         touch.reset(state)
