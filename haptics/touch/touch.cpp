@@ -230,7 +230,7 @@ TouchState Touch::state() const {
   TouchState out;
   auto moment = std::make_shared<TouchMoment>();
   p.side->copy_state(out, moment->memory);
-  if (!p.haptic.has_model() || p.haptic.next_tick() == 0) {  // nothing has come to anything but what it began with
+  if (!p.haptic.has_model() || p.haptic.next_tick() == 0) {  // no tick was done
     if (p.from) out.moment = p.from->moment;
     return out;
   }
