@@ -13,8 +13,9 @@ int Mesh::num_own_nodes() const { return embedded ? embedded->first : num_nodes(
 Bounds bounds(const Mesh& mesh) {
   Bounds b;
   if (mesh.num_nodes() == 0) return b;
-  b.min = b.max = node(mesh.x, 0);
-  for (int i = 1; i < mesh.num_nodes(); ++i) {
+  const int first = mesh.embedded ? mesh.embedded->first : 0;
+  b.min = b.max = node(mesh.x, first);
+  for (int i = first + 1; i < mesh.num_nodes(); ++i) {
     b.min = b.min.cwiseMin(node(mesh.x, i));
     b.max = b.max.cwiseMax(node(mesh.x, i));
   }

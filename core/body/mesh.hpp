@@ -44,7 +44,7 @@ struct Bounds {
   Vec3 centre() const { return 0.5 * (min + max); }
 };
 
-/// Bounding box of all nodes [m], zero for an empty mesh.
+/// Bounding box of all nodes [m], of an embedded surface's where there is one; zero for an empty mesh.
 Bounds bounds(const Mesh& mesh);
 
 /// Surface of a tetrahedral mesh, the faces that belong to one tetrahedron only, counter-clockwise seen from outside.

@@ -95,6 +95,34 @@ Mesh load_body_mesh(const BodyOptions& options, std::vector<std::string>& notes,
   return fill(std::move(mesh), object, &notes);
 }
 
+namespace {
+
+/// Where nodes are clamped, and how a message names it.
+struct ClampedPlace {
+  Vec3 low = Vec3::Constant(-std::numeric_limits<double>::infinity()), high = -low;
+  std::string choice;
+  /// @param off  so far beside it counts [m]
+  bool holds(const Vec3& p, double off = 0) const {
+    return (p.array() >= low.array() - off).all() && (p.array() <= high.array() + off).all();
+  }
+};
+
+ClampedPlace clamped_place(const Bounds& box, const SceneFixed& fixed) {
+  ClampedPlace out;
+  if (fixed.box) {
+    out.choice = "object.fixed.box";
+    out.low = (*fixed.box)[0].cwiseMin((*fixed.box)[1]);
+    out.high = (*fixed.box)[0].cwiseMax((*fixed.box)[1]);
+    return out;
+  }
+  out.choice = text("object.fixed.below {axis ", fixed.below->axis, ", fraction ", fixed.below->fraction, "}");
+  const int axis = fixed.below->axis[0] - 'x';
+  out.high[axis] = box.min[axis] + fixed.below->fraction * box.size()[axis];
+  return out;
+}
+
+}  // namespace
+
 Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vector<std::string>& notes) {
   constexpr double kNodesAtOneHz = 18000;         // a refresh takes some 30 us a node
   constexpr double kFewest = 200, kEnough = 600;  // refined cells have the contact: a slower rate is to be easier
@@ -104,6 +132,10 @@ Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vecto
   LatticeOptions options;
   options.name = object.mesh;
   options.edge = wanted.edge.value_or(0);
+  if (object.fixed.box || object.fixed.below) {
+    const ClampedPlace clamped = clamped_place(bounds(mesh), object.fixed);
+    options.clamped = Bounds{clamped.low, clamped.high};
+  }
   options.is_quadratic =
       object.model.type == "fem" && (object.model.element == "tet10" || (is_auto && auto_has_ten_nodes(object)));
   options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kEnough)));
@@ -137,45 +169,24 @@ Mesh filled(Mesh mesh, const SceneObject& object) {
 
 namespace {
 
-/// Where nodes are clamped, and how a message names it.
-struct ClampedPlace {
-  Vec3 low = Vec3::Constant(-std::numeric_limits<double>::infinity()), high = -low;
-  std::string choice;
-  bool holds(const Vec3& p) const { return (p.array() >= low.array()).all() && (p.array() <= high.array()).all(); }
-};
-
-ClampedPlace clamped_place(const Mesh& mesh, const SceneFixed& fixed) {
-  ClampedPlace out;
-  if (fixed.box) {
-    out.choice = "object.fixed.box";
-    out.low = (*fixed.box)[0].cwiseMin((*fixed.box)[1]);
-    out.high = (*fixed.box)[0].cwiseMax((*fixed.box)[1]);
-    return out;
-  }
-  const Bounds box = bounds(mesh);
-  out.choice = text("object.fixed.below {axis ", fixed.below->axis, ", fraction ", fixed.below->fraction, "}");
-  const int axis = fixed.below->axis[0] - 'x';
-  out.high[axis] = box.min[axis] + fixed.below->fraction * box.size()[axis];
-  return out;
-}
-
-/// Nodes of cells with a clamped vertex of the surface, of these the ones that lie there; all of these cells' where
-/// none does: cells are larger than the place.
+/// Nodes of a lattice that lie in the place and in material, or in a cell with a clamped vertex of the surface; all of
+/// these cells' where none does: cells are larger than the place.
 std::vector<int> clamped_cells(const Mesh& mesh, const ClampedPlace& place) {
+  constexpr double kRounding = 1e-6;  // of an edge: the lattice has nodes where the place ends
   const EmbeddedSurface& surface = *mesh.embedded;
-  std::vector<int> all, there;
-  for (int v = 0; v < surface.num_vertices(); ++v) {
-    if (!place.holds(node(mesh.x, surface.first + v))) continue;
-    for (const int i : surface.corners[static_cast<std::size_t>(v)]) {
-      all.push_back(i);
-      if (place.holds(node(mesh.x, i))) there.push_back(i);
+  std::vector<char> has_clamped(mesh.tetrahedra.size(), 0);
+  for (int v = 0; v < surface.num_vertices(); ++v)
+    if (place.holds(node(mesh.x, surface.first + v)))
+      has_clamped[static_cast<std::size_t>(surface.cell[static_cast<std::size_t>(v)])] = 1;
+  std::vector<int> there, around;
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+    for (const int i : mesh.tetrahedra[t]) {
+      if (has_clamped[t]) around.push_back(i);
+      const Vec3 at = node(mesh.x, i);
+      if (!place.holds(at, kRounding * surface.edge)) continue;
+      if (has_clamped[t] || surface.material->depth(static_cast<int>(t), at, surface.edge) > 0) there.push_back(i);
     }
-  }
-  if (!there.empty()) return there;
-  for (const Tetrahedron& t : mesh.tetrahedra)
-    for (const int i : t)
-      if (place.holds(node(mesh.x, i))) there.push_back(i);
-  return there.empty() ? all : there;
+  return there.empty() ? around : there;
 }
 
 /// With the nodes between clamped ones.
@@ -204,7 +215,7 @@ std::vector<int> find_fixed_nodes(const Mesh& mesh, const SceneFixed& fixed) {
       if (i < 0 || i >= mesh.num_nodes())
         throw InputError(text("object.fixed.nodes: node ", i, " is outside 0 .. ", mesh.num_nodes() - 1));
   } else if (fixed.box || fixed.below) {
-    const ClampedPlace place = clamped_place(mesh, fixed);
+    const ClampedPlace place = clamped_place(bounds(mesh), fixed);
     choice = place.choice;
     if (mesh.embedded)
       out = with_middles(mesh, clamped_cells(mesh, place));

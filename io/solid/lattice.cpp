@@ -20,6 +20,16 @@ constexpr double kLeastShare = 1e-3;  // of a tetrahedron that holds a vertex: i
 
 // ---- how large the cubes are ----
 
+/// Across each axis where the clamped part ends within the body; of two ends the lower.
+LatticePlanes ends_of(const std::optional<Bounds>& clamped, const Bounds& body) {
+  LatticePlanes out;
+  if (!clamped) return out;
+  for (int c = 0; c < 3; ++c)
+    for (const double end : {clamped->max[c], clamped->min[c]})
+      if (end > body.min[c] && end < body.max[c]) out[static_cast<std::size_t>(c)] = end;
+  return out;
+}
+
 /// Nodes of cubes that are touched, or have their middle inside.
 /// @param steps  between them along an edge of a cube: one, or two with the middles of edges
 int count_nodes(const LatticeGrid& grid, const LatticeMaterial& material, int steps) {
@@ -40,13 +50,14 @@ int count_nodes(const LatticeGrid& grid, const LatticeMaterial& material, int st
 }
 
 /// The largest edge with about as many nodes as are wanted.
-double find_edge(const Bounds& box, const LatticeMaterial& material, int nodes, int steps) {
+double find_edge(const Bounds& box, const LatticeMaterial& material, const LatticeOptions& options, int nodes) {
   constexpr int kTries = 12;
   constexpr double kFinest = 1e-2;  // of the longest extent: a million cubes at most
   double high = box.size().maxCoeff(), low = kFinest * high;
   for (int i = 0; i < kTries; ++i) {
     const double middle = std::sqrt(low * high);
-    (count_nodes(make_lattice_grid(box, middle), material, steps) > nodes ? low : high) = middle;
+    const LatticeGrid grid = make_lattice_grid(box, middle, ends_of(options.clamped, box));
+    (count_nodes(grid, material, options.is_quadratic ? 2 : 1) > nodes ? low : high) = middle;
   }
   return high;
 }
@@ -287,13 +298,12 @@ Mesh make_lattice(const Mesh& surface, const LatticeOptions& options, LatticeRep
   const Bounds box = bounds(clean);
   constexpr double kEmpty = 0.8;  // of the corners of these cubes, those of tetrahedra with material in them
   const int corners = static_cast<int>(options.nodes / kEmpty);
-  const double edge =
-      options.edge > 0 ? options.edge : find_edge(box, *material, corners, options.is_quadratic ? 2 : 1);
+  const double edge = options.edge > 0 ? options.edge : find_edge(box, *material, options, corners);
   const Vec3 cubes = (box.size() / edge).cwiseMax(1);
   if (!(cubes.prod() <= 50.0 * kMostLatticeNodes))
     throw InputError(text("object.lattice.edge: ", edge, " m makes ", short_number(cubes.prod()),
                           " cubes of the body's box, at most ", 50 * kMostLatticeNodes, ": enlarge it"));
-  const LatticeGrid grid = make_lattice_grid(box, edge);
+  const LatticeGrid grid = make_lattice_grid(box, edge, ends_of(options.clamped, box));
   const Mesh surface_in_it = with_short_edges(turned, options.longest * grid.edge.minCoeff());
   LatticeMaker maker(grid, surface_in_it, *material, options.is_quadratic);
   Mesh out = maker.mesh(material);

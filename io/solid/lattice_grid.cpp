@@ -20,14 +20,26 @@ std::array<int, 3> LatticeGrid::holding(const Vec3& place) const {
   return out;
 }
 
-LatticeGrid make_lattice_grid(const Bounds& box, double edge) {
-  constexpr double kRounding = 1e-9, kFlattest = 0.5;
+LatticeGrid make_lattice_grid(const Bounds& box, double edge, const LatticePlanes& planes) {
+  constexpr double kRounding = 1e-9, kFlattest = 0.5, kNear = 0.25;
   LatticeGrid out;
   out.origin = box.min;
+  const auto cubes_in = [&](double size, double its) {
+    return std::max(1, static_cast<int>(std::ceil(size / its - kRounding)));
+  };
   for (int c = 0; c < 3; ++c) {
-    const double size = box.size()[c];
-    const int count = std::max(1, static_cast<int>(std::ceil(size / edge - kRounding)));
-    out.count[static_cast<std::size_t>(c)] = count;
+    const auto a = static_cast<std::size_t>(c);
+    const double size = box.size()[c], below = planes[a] ? *planes[a] - box.min[c] : 0;
+    if (below > kNear * edge && size - below > kNear * edge) {
+      const double most = std::max(below, size - below);
+      out.edge[c] = most / cubes_in(most, edge);
+      const int cubes_below = cubes_in(below, out.edge[c]);
+      out.count[a] = cubes_below + cubes_in(size - below, out.edge[c]);
+      out.origin[c] = *planes[a] - cubes_below * out.edge[c];
+      continue;
+    }
+    const int count = cubes_in(size, edge);
+    out.count[a] = count;
     out.edge[c] = std::max(size / count, kFlattest * edge);
     if (out.edge[c] * count > size) out.origin[c] -= 0.5 * (out.edge[c] * count - size);
   }

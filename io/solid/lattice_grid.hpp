@@ -1,5 +1,7 @@
 #pragma once
 // A box of cubes, each in six tetrahedra along its diagonal as kuhn_block() cuts it.
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "core/body/mesh.hpp"
@@ -25,8 +27,13 @@ struct LatticeGrid {
   int num_nodes() const { return (count[0] + 1) * (count[1] + 1) * (count[2] + 1); }
 };
 
-/// Around a box, with cubes of at most that edge; of a box that is flatter than half of it, half of it.
-LatticeGrid make_lattice_grid(const Bounds& box, double edge);
+/// A plane across each axis that nodes are to lie on [m], where there is one.
+using LatticePlanes = std::array<std::optional<double>, 3>;
+
+/// Around a box, with cubes of at most that edge; of a box that is flatter than half of it, half of it. Cubes fill the
+/// longer part of the box on one side of a plane, and reach out of it on the other. Planes nearer to an end of the box
+/// than a quarter of the edge are passed over.
+LatticeGrid make_lattice_grid(const Bounds& box, double edge, const LatticePlanes& planes = {});
 
 /// The six tetrahedra of a cube: the order of axes in which each goes from the lowest corner to the highest.
 inline constexpr std::array<std::array<int, 3>, 6> kKuhnAxes{

@@ -117,7 +117,7 @@ Mesh slit_bar(int cubes) {
 /// Mean displacement of some of the surface's upper end along a force of 10 mN that is spread over it, clamped below.
 template <class IsLoaded>
 double yields(const Mesh& bar, const std::string& body, double edge, const Vec3& direction, const IsLoaded& is_loaded,
-              const std::string& cells = "tet4") {
+              const std::string& cells = "tet4", double clamped = 1e-6) {
   BodyOptions options;
   options.object.mesh = "bar";
   options.object.body = body;
@@ -126,7 +126,7 @@ double yields(const Mesh& bar, const std::string& body, double edge, const Vec3&
   options.object.model.material = "linear";
   options.object.model.poisson = are_springs ? 0.25 : 0;
   if (!are_springs) options.object.model.element = cells;
-  options.object.fixed.below = FixedBelow{"z", 1e-6};
+  options.object.fixed.below = FixedBelow{"z", clamped};
   if (body == "lattice") options.object.lattice = SceneLattice{.edge = edge, .nodes = {}};
   const Body made(body == "lattice" ? surface_of(bar) : bar, options);
   const Surface& surface = made.surface();
@@ -195,6 +195,37 @@ TEST(LatticeBody, OfSpringsStretchesAsABarDoes) {
   const auto all = [](const Vec3&) { return true; };
   for (const double edge : {0.008, 0.005})
     EXPECT_NEAR(yields(turned_bar(), "lattice", edge, Vec3::UnitZ(), all, "springs"), truth, 0.1 * truth) << edge;
+}
+
+/// The part of a ball of 50 mm between two heights, in cells along each of the three.
+Mesh barrel(int wide, int high, double low) {
+  constexpr double kTop = 0.08, kMiddle = 0.05, kRadius = 0.05;
+  Mesh out = kuhn_block(wide, wide, high, 1);
+  for (int i = 0; i < out.num_nodes(); ++i) {
+    const Vec3 p = node(out.x, i);
+    const double x = 2 * p.x() / wide - 1, y = 2 * p.y() / wide - 1, z = low + (kTop - low) * p.z() / high;
+    const double radius = std::sqrt(kRadius * kRadius - (z - kMiddle) * (z - kMiddle));
+    node(out.x, i) = Vec3(radius * x * std::sqrt(1 - 0.5 * y * y), radius * y * std::sqrt(1 - 0.5 * x * x), z);
+  }
+  return out;
+}
+
+/// A round body stands on what is clamped of it, however narrow it is below that, and wherever the cubes lie: it yields
+/// as what is above does, clamped at its base.
+TEST(LatticeBody, IsClampedUpToWhereTheClampEnds) {
+  constexpr double kBottom = 0.002, kClamp = 0.02, kShare = (kClamp - kBottom) / (0.08 - kBottom);
+  const auto all = [](const Vec3&) { return true; };
+  const Mesh whole = barrel(20, 26, kBottom);
+  for (const Vec3& direction : {Vec3(Vec3::UnitX()), Vec3(-Vec3::UnitZ())}) {
+    const double truth = yields(barrel(8, 8, kClamp), "mesh", 0, direction, all, "tet10");
+    for (const char* cells : {"tet10", "hex8"})
+      for (const double edge : {0.024, 0.017, 0.011}) {
+        const double its = yields(whole, "lattice", edge, direction, all, cells, kShare);
+        EXPECT_LT(its, 1.05 * truth) << cells << ' ' << edge << ' ' << direction.transpose();
+        EXPECT_GT(its, (cells == std::string("tet10") ? 0.9 : 0.8) * truth)
+            << cells << ' ' << edge << ' ' << direction.transpose();
+      }
+  }
 }
 
 /// Linear tetrahedra bend too stiffly; a lattice no more so than a mesh of its cells: six of 5 mm over the width.
