@@ -369,7 +369,8 @@ std::span<const LocalFrame> Touch::tick(std::span<const Pose> tools, double dt) 
   if (dt > 0) p.owed += std::min(dt, kMostOwed * h());
   const double steps = std::floor(p.owed / h() + 0.5);
   p.owed -= steps * h();
-  const int count = static_cast<int>(std::min<double>(steps, most_steps()));
+  const int most = ticks_in(kMostTime, p.options.local.rate_hz, kMostSteps);
+  const int count = static_cast<int>(std::min<double>(steps, most));
   std::array<Pose, kMaxTools> from, at;
   for (std::size_t k = 0; k < out.size(); ++k) from[k] = p.haptic.poses()[k];
   for (int i = 1; i <= count; ++i) {
@@ -463,7 +464,6 @@ const Body& Touch::body() const { return parts_->body; }
 const TouchOptions& Touch::options() const { return parts_->options; }
 std::size_t Touch::num_tools() const { return parts_->haptic.num_tools(); }
 int Touch::next_tick() const noexcept { return parts_->haptic.next_tick(); }
-int Touch::most_steps() const noexcept { return ticks_in(kMostTime, parts_->options.local.rate_hz, kMostSteps); }
 double Touch::h() const noexcept { return parts_->haptic.h(); }
 std::exception_ptr Touch::error() const noexcept { return parts_->link ? parts_->link->error() : nullptr; }
 

@@ -56,12 +56,12 @@ class Touch {
   const LocalFrame& tick(const Pose& tool) noexcept { return tick(std::span(&tool, 1))[0]; }
 
   /// For a loop at another rate. `dt` [s] is the time since the last call, over which the tools moved evenly. Does as
-  /// many steps of 1 / local.rate_hz as fit, possibly none, at most most_steps() (else kLateTick).
+  /// many steps of 1 / local.rate_hz as fit, possibly none, at most those of kMostTime or kMostSteps, whichever are
+  /// more (else kLateTick).
   std::span<const LocalFrame> tick(std::span<const Pose> tools, double dt) noexcept;
   const LocalFrame& tick(const Pose& tool, double dt) noexcept { return tick(std::span(&tool, 1), dt)[0]; }
   static constexpr double kMostTime = 0.02;  ///< [s] that one call makes up for, a picture of a slow screen
   static constexpr int kMostSteps = 20;      ///< or so many steps, where these last longer
-  int most_steps() const noexcept;           ///< most steps of one call
 
   /// Changes one of live_settings() while the body is touched, from the next refresh on. From any thread. Throws
   /// InputError (quantity, value, allowed range) and changes nothing then.
