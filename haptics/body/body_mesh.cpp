@@ -132,10 +132,11 @@ Mesh in_lattice(Mesh mesh, const SceneObject& object, double rate_hz, std::vecto
   LatticeOptions options;
   options.name = object.mesh;
   options.edge = wanted.edge.value_or(0);
-  if (object.fixed.box || object.fixed.below) {
-    const ClampedPlace clamped = clamped_place(bounds(mesh), object.fixed);
-    options.clamped = Bounds{clamped.low, clamped.high};
-  }
+  if (object.fixed.box || object.fixed.below)
+    options.clamped = [&](const Bounds& body) {
+      const ClampedPlace place = clamped_place(body, object.fixed);
+      return Bounds{place.low, place.high};
+    };
   options.is_quadratic =
       object.model.type == "fem" && (object.model.element == "tet10" || (is_auto && auto_has_ten_nodes(object)));
   options.nodes = wanted.nodes.value_or(static_cast<int>(std::clamp(kNodesAtOneHz / rate_hz, kFewest, kEnough)));

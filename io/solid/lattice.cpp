@@ -21,11 +21,12 @@ constexpr double kLeastShare = 1e-3;  // of a tetrahedron that holds a vertex: i
 // ---- how large the cubes are ----
 
 /// Across each axis where the clamped part ends within the body; of two ends the lower.
-LatticePlanes ends_of(const std::optional<Bounds>& clamped, const Bounds& body) {
+LatticePlanes ends_of_clamped(const LatticeOptions& options, const Bounds& body) {
   LatticePlanes out;
-  if (!clamped) return out;
+  if (!options.clamped) return out;
+  const Bounds clamped = options.clamped(body);
   for (int c = 0; c < 3; ++c)
-    for (const double end : {clamped->max[c], clamped->min[c]})
+    for (const double end : {clamped.max[c], clamped.min[c]})
       if (end > body.min[c] && end < body.max[c]) out[static_cast<std::size_t>(c)] = end;
   return out;
 }
@@ -56,7 +57,7 @@ double find_edge(const Bounds& box, const LatticeMaterial& material, const Latti
   double high = box.size().maxCoeff(), low = kFinest * high;
   for (int i = 0; i < kTries; ++i) {
     const double middle = std::sqrt(low * high);
-    const LatticeGrid grid = make_lattice_grid(box, middle, ends_of(options.clamped, box));
+    const LatticeGrid grid = make_lattice_grid(box, middle, ends_of_clamped(options, box));
     (count_nodes(grid, material, options.is_quadratic ? 2 : 1) > nodes ? low : high) = middle;
   }
   return high;
@@ -303,7 +304,7 @@ Mesh make_lattice(const Mesh& surface, const LatticeOptions& options, LatticeRep
   if (!(cubes.prod() <= 50.0 * kMostLatticeNodes))
     throw InputError(text("object.lattice.edge: ", edge, " m makes ", short_number(cubes.prod()),
                           " cubes of the body's box, at most ", 50 * kMostLatticeNodes, ": enlarge it"));
-  const LatticeGrid grid = make_lattice_grid(box, edge, ends_of(options.clamped, box));
+  const LatticeGrid grid = make_lattice_grid(box, edge, ends_of_clamped(options, box));
   const Mesh surface_in_it = with_short_edges(turned, options.longest * grid.edge.minCoeff());
   LatticeMaker maker(grid, surface_in_it, *material, options.is_quadratic);
   Mesh out = maker.mesh(material);

@@ -2,7 +2,7 @@
 // A body made from any surface: a regular lattice of cubes, each in six tetrahedra, that hold material or a vertex of
 // the surface. A tetrahedron that the surface cuts has its share of material. Inside is where the surface winds around
 // a place more than half a time, so that open, overlapping and self-intersecting surfaces need no repair.
-#include <optional>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,8 +15,9 @@ struct LatticeOptions {
   int nodes = 600;  ///< of the lattice, about; without an edge
   /// Longest edge of the surface over that of the cubes: its triangles move with cells at their corners alone.
   double longest = 0.25;
-  bool is_quadratic = false;         ///< cells of ten nodes; `nodes` counts them
-  std::optional<Bounds> clamped{};   ///< where the body is clamped: the lattice has nodes where that ends
+  bool is_quadratic = false;  ///< cells of ten nodes; `nodes` counts them
+  /// Where a body in that box is clamped: the lattice has nodes where that ends. Empty: nowhere.
+  std::function<Bounds(const Bounds& body)> clamped{};
   std::string name = "the surface";  ///< in messages
 };
 

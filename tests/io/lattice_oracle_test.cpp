@@ -9,6 +9,7 @@
 
 #include "core/base/error.hpp"
 #include "io/mesh/mesh_io.hpp"
+#include "io/solid/lattice_grid.hpp"
 #include "tests/support/input_errors.hpp"
 #include "tests/support/random_sample.hpp"
 
@@ -301,6 +302,36 @@ TEST(Lattice, FitsABoxExactly) {
   EXPECT_EQ(lattice.tetrahedra.size(), truth.tetrahedra.size());
   EXPECT_LT((lattice.x.head(truth.x.size()) - truth.x).lpNorm<Eigen::Infinity>(), 1e-15);
   for (const double share : lattice.embedded->share) EXPECT_NEAR(share, 1, 1e-12);
+}
+
+/// Cubes of at most 10 mm, two below a plane at 13 mm, that fill the 47 mm above it.
+TEST(Lattice, HasNodesWhereTheClampedPartEnds) {
+  const auto planes = [](double end, double edge) {
+    const LatticeGrid grid = make_lattice_grid({Vec3::Zero(), Vec3(0.06, 0.04, 0.06)}, edge, {{{}, {}, end}});
+    return std::array{grid.origin.z(), grid.edge.z(), static_cast<double>(grid.count[2])};
+  };
+  const auto [origin, edge, count] = planes(0.013, 0.01);
+  EXPECT_NEAR(edge, 0.0094, 1e-12);
+  EXPECT_NEAR(origin, 0.013 - 2 * 0.0094, 1e-12);
+  EXPECT_EQ(count, 7);
+  EXPECT_EQ(planes(0.002, 0.01), planes(-1, 0.01)) << "near the end of the body";
+  const auto [low, its, cubes] = planes(0.047, 0.01);  // the same, turned over
+  EXPECT_NEAR(low, 0, 1e-12);
+  EXPECT_NEAR(its, 0.0094, 1e-12);
+  EXPECT_EQ(cubes, 7);
+
+  Mesh block = kuhn_block(6, 4, 6, 0.01);
+  block.tetrahedra.clear();
+  block.x.conservativeResize(block.x.size() + 3);
+  block.x.tail(3) = Vec3(0, 0, -1);  // of no triangle
+  const Mesh lattice = make_lattice(block, {.edge = 0.01, .clamped = [](const Bounds& body) {
+                                              Bounds out = body;
+                                              out.max.z() = body.min.z() + 0.013;
+                                              return out;
+                                            }});
+  int there = 0;
+  for (int i = 0; i < lattice.num_own_nodes(); ++i) there += std::abs(lattice.x[3 * i + 2] - 0.013) < 1e-12;
+  EXPECT_EQ(there, 7 * 5);
 }
 
 TEST(Lattice, RefusesWhatIsNoBodyInOneLine) {
