@@ -180,12 +180,16 @@ std::vector<int> clamped_cells(const Mesh& mesh, const ClampedPlace& place) {
     if (place.holds(node(mesh.x, surface.first + v)))
       has_clamped[static_cast<std::size_t>(surface.cell[static_cast<std::size_t>(v)])] = 1;
   std::vector<int> there, around;
+  std::vector<char> is_there(static_cast<std::size_t>(mesh.num_own_nodes()), 0);
+  const double rounding = kRounding * surface.edge;
   for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
     for (const int i : mesh.tetrahedra[t]) {
       if (has_clamped[t]) around.push_back(i);
       const Vec3 at = node(mesh.x, i);
-      if (!place.holds(at, kRounding * surface.edge)) continue;
-      if (has_clamped[t] || surface.material->depth(static_cast<int>(t), at, surface.edge) > 0) there.push_back(i);
+      char& its = is_there[static_cast<std::size_t>(i)];
+      if (its || !place.holds(at, rounding)) continue;
+      its = has_clamped[t] || surface.material->depth(static_cast<int>(t), at, rounding) > 0;
+      if (its) there.push_back(i);
     }
   return there.empty() ? around : there;
 }

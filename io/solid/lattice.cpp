@@ -1,5 +1,6 @@
 #include "io/solid/lattice.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -20,15 +21,8 @@ constexpr double kLeastShare = 1e-3;  // of a tetrahedron that holds a vertex: i
 
 // ---- how large the cubes are ----
 
-/// Across each axis where the clamped part ends within the body; of two ends the lower.
-LatticePlanes ends_of_clamped(const LatticeOptions& options, const Bounds& body) {
-  LatticePlanes out;
-  if (!options.clamped) return out;
-  const Bounds clamped = options.clamped(body);
-  for (int c = 0; c < 3; ++c)
-    for (const double end : {clamped.max[c], clamped.min[c]})
-      if (end > body.min[c] && end < body.max[c]) out[static_cast<std::size_t>(c)] = end;
-  return out;
+LatticeGrid make_grid(const Bounds& box, double edge, const LatticeOptions& options) {
+  return make_lattice_grid(box, edge, options.clamped ? std::optional(options.clamped(box)) : std::nullopt);
 }
 
 /// Nodes of cubes that are touched, or have their middle inside.
@@ -57,7 +51,7 @@ double find_edge(const Bounds& box, const LatticeMaterial& material, const Latti
   double high = box.size().maxCoeff(), low = kFinest * high;
   for (int i = 0; i < kTries; ++i) {
     const double middle = std::sqrt(low * high);
-    const LatticeGrid grid = make_lattice_grid(box, middle, ends_of_clamped(options, box));
+    const LatticeGrid grid = make_grid(box, middle, options);
     (count_nodes(grid, material, options.is_quadratic ? 2 : 1) > nodes ? low : high) = middle;
   }
   return high;
@@ -300,11 +294,14 @@ Mesh make_lattice(const Mesh& surface, const LatticeOptions& options, LatticeRep
   constexpr double kEmpty = 0.8;  // of the corners of these cubes, those of tetrahedra with material in them
   const int corners = static_cast<int>(options.nodes / kEmpty);
   const double edge = options.edge > 0 ? options.edge : find_edge(box, *material, options, corners);
-  const Vec3 cubes = (box.size() / edge).cwiseMax(1);
-  if (!(cubes.prod() <= 50.0 * kMostLatticeNodes))
-    throw InputError(text("object.lattice.edge: ", edge, " m makes ", short_number(cubes.prod()),
+  const auto refuse = [&](double cubes) {
+    throw InputError(text("object.lattice.edge: ", edge, " m makes ", short_number(cubes),
                           " cubes of the body's box, at most ", 50 * kMostLatticeNodes, ": enlarge it"));
-  const LatticeGrid grid = make_lattice_grid(box, edge, ends_of_clamped(options, box));
+  };
+  const double cubes = (box.size() / edge).cwiseMax(1).prod();  // as a number that cannot overflow, first
+  if (!(cubes <= 50.0 * kMostLatticeNodes)) refuse(cubes);
+  const LatticeGrid grid = make_grid(box, edge, options);
+  if (grid.num_cubes() > 50 * kMostLatticeNodes) refuse(grid.num_cubes());
   const Mesh surface_in_it = with_short_edges(turned, options.longest * grid.edge.minCoeff());
   LatticeMaker maker(grid, surface_in_it, *material, options.is_quadratic);
   Mesh out = maker.mesh(material);

@@ -20,26 +20,39 @@ std::array<int, 3> LatticeGrid::holding(const Vec3& place) const {
   return out;
 }
 
-LatticeGrid make_lattice_grid(const Bounds& box, double edge, const LatticePlanes& planes) {
-  constexpr double kRounding = 1e-9, kFlattest = 0.5, kNear = 0.25;
+namespace {
+
+/// Where nodes are to lie across an axis, since a part of the box is clamped up to there.
+std::optional<double> end_across(int axis, const Bounds& box, double edge, const Bounds& clamped) {
+  constexpr double kNear = 0.1;  // edges
+  const Vec3 wide = clamped.max.cwiseMin(box.max) - clamped.min.cwiseMax(box.min);
+  if (box.size()[axis] < edge || wide[(axis + 1) % 3] < edge || wide[(axis + 2) % 3] < edge) return {};
+  for (const double end : {clamped.min[axis], clamped.max[axis]})
+    if (end - box.min[axis] > kNear * edge && box.max[axis] - end > kNear * edge) return end;
+  return {};
+}
+
+}  // namespace
+
+LatticeGrid make_lattice_grid(const Bounds& box, double edge, const std::optional<Bounds>& clamped) {
+  constexpr double kRounding = 1e-9, kFlattest = 0.5;
   LatticeGrid out;
   out.origin = box.min;
   const auto cubes_in = [&](double size, double its) {
     return std::max(1, static_cast<int>(std::ceil(size / its - kRounding)));
   };
   for (int c = 0; c < 3; ++c) {
-    const auto a = static_cast<std::size_t>(c);
-    const double size = box.size()[c], below = planes[a] ? *planes[a] - box.min[c] : 0;
-    if (below > kNear * edge && size - below > kNear * edge) {
-      const double most = std::max(below, size - below);
+    int& count = out.count[static_cast<std::size_t>(c)];
+    const double size = box.size()[c];
+    if (const std::optional<double> end = clamped ? end_across(c, box, edge, *clamped) : std::nullopt) {
+      const double below = *end - box.min[c], most = std::max(below, size - below);
       out.edge[c] = most / cubes_in(most, edge);
       const int cubes_below = cubes_in(below, out.edge[c]);
-      out.count[a] = cubes_below + cubes_in(size - below, out.edge[c]);
-      out.origin[c] = *planes[a] - cubes_below * out.edge[c];
+      count = cubes_below + cubes_in(size - below, out.edge[c]);
+      out.origin[c] = *end - cubes_below * out.edge[c];
       continue;
     }
-    const int count = cubes_in(size, edge);
-    out.count[a] = count;
+    count = cubes_in(size, edge);
     out.edge[c] = std::max(size / count, kFlattest * edge);
     if (out.edge[c] * count > size) out.origin[c] -= 0.5 * (out.edge[c] * count - size);
   }

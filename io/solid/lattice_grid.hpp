@@ -10,7 +10,7 @@ namespace kt {
 
 struct LatticeGrid {
   Vec3 origin = Vec3::Zero();
-  Vec3 edge = Vec3::Zero();  ///< of a cube along each axis [m]: the box is filled exactly, so they differ a little
+  Vec3 edge = Vec3::Zero();  ///< of a cube along each axis [m], a little different from axis to axis
   std::array<int, 3> count{1, 1, 1};
 
   int num_cubes() const { return count[0] * count[1] * count[2]; }
@@ -27,13 +27,12 @@ struct LatticeGrid {
   int num_nodes() const { return (count[0] + 1) * (count[1] + 1) * (count[2] + 1); }
 };
 
-/// A plane across each axis that nodes are to lie on [m], where there is one.
-using LatticePlanes = std::array<std::optional<double>, 3>;
-
-/// Around a box, with cubes of at most that edge; of a box that is flatter than half of it, half of it. Cubes fill the
-/// longer part of the box on one side of a plane, and reach out of it on the other. Planes nearer to an end of the box
-/// than a quarter of the edge are passed over.
-LatticeGrid make_lattice_grid(const Bounds& box, double edge, const LatticePlanes& planes = {});
+/// Around a box, with cubes of at most that edge; of a box that is flatter than half of it, half of it. The box is
+/// filled exactly, but where a part of it is clamped: there nodes lie in the plane where that part ends, cubes fill the
+/// longer side of the plane, and reach out of the box on the other. So across an axis along which the box is an edge
+/// long or more, and the end is no nearer to the box's than a tenth of an edge; of two ends at the lower. A clamped
+/// part that is narrower than an edge along another axis has no such plane.
+LatticeGrid make_lattice_grid(const Bounds& box, double edge, const std::optional<Bounds>& clamped = {});
 
 /// The six tetrahedra of a cube: the order of axes in which each goes from the lowest corner to the highest.
 inline constexpr std::array<std::array<int, 3>, 6> kKuhnAxes{

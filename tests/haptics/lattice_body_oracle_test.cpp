@@ -228,6 +228,28 @@ TEST(LatticeBody, IsClampedUpToWhereTheClampEnds) {
   }
 }
 
+/// A clamp that is smaller than a cube holds a cell, and not one node, about which the body would turn.
+TEST(LatticeBody, IsHeldByAClampSmallerThanACube) {
+  BodyOptions options;
+  options.object.mesh = "ball";
+  options.object.body = "lattice";
+  options.object.model.type = "fem";
+  options.object.lattice = SceneLattice{.edge = 0.024, .nodes = {}};
+  options.object.fixed.below.reset();
+  for (const double width : {0.005, 1.0}) {  // along x: a spot, a line
+    options.object.fixed.box = std::array{Vec3(-width, -0.005, -1), Vec3(width, 0.005, 0.008)};
+    const Body body(surface_of(barrel(20, 26, 0.002)), options);
+    const DeformableModel& own = body.model().own();
+    Mat3 spread = Mat3::Zero();
+    const int first = own.fixed_nodes().front();
+    for (const int i : own.fixed_nodes()) {
+      const Vec3 off = node(own.mesh().x, i) - node(own.mesh().x, first);
+      spread += off * off.transpose();
+    }
+    EXPECT_GT(spread.determinant(), 1e-16) << width;
+  }
+}
+
 /// Linear tetrahedra bend too stiffly; a lattice no more so than a mesh of its cells: six of 5 mm over the width.
 TEST(LatticeBody, BendsAsABarDoes) {
   const double second_moment = std::pow(0.02, 4) / 12;

@@ -1,6 +1,12 @@
 // A touch that goes on from a copied state, against the run that went on.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "core/base/error.hpp"
 #include "core/body/state.hpp"
 #include "haptics/session/session.hpp"
 #include "haptics/touch/touch.hpp"

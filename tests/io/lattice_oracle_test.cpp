@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numeric>
 
 #include "core/base/error.hpp"
@@ -304,21 +305,27 @@ TEST(Lattice, FitsABoxExactly) {
   for (const double share : lattice.embedded->share) EXPECT_NEAR(share, 1, 1e-12);
 }
 
+constexpr double kAll = std::numeric_limits<double>::infinity();
+
 /// Cubes of at most 10 mm, two below a plane at 13 mm, that fill the 47 mm above it.
 TEST(Lattice, HasNodesWhereTheClampedPartEnds) {
-  const auto planes = [](double end, double edge) {
-    const LatticeGrid grid = make_lattice_grid({Vec3::Zero(), Vec3(0.06, 0.04, 0.06)}, edge, {{{}, {}, end}});
+  const auto along_z = [&](double low, double high, double width = kAll, double tall = 0.06) {
+    const Bounds clamped{Vec3(-width, -kAll, low), Vec3(width, kAll, high)};
+    const LatticeGrid grid = make_lattice_grid({Vec3::Zero(), Vec3(0.06, 0.04, tall)}, 0.01, clamped);
     return std::array{grid.origin.z(), grid.edge.z(), static_cast<double>(grid.count[2])};
   };
-  const auto [origin, edge, count] = planes(0.013, 0.01);
-  EXPECT_NEAR(edge, 0.0094, 1e-12);
-  EXPECT_NEAR(origin, 0.013 - 2 * 0.0094, 1e-12);
-  EXPECT_EQ(count, 7);
-  EXPECT_EQ(planes(0.002, 0.01), planes(-1, 0.01)) << "near the end of the body";
-  const auto [low, its, cubes] = planes(0.047, 0.01);  // the same, turned over
-  EXPECT_NEAR(low, 0, 1e-12);
-  EXPECT_NEAR(its, 0.0094, 1e-12);
-  EXPECT_EQ(cubes, 7);
+  const auto expect = [](const std::array<double, 3>& its, double origin, double edge, int count) {
+    EXPECT_NEAR(its[0], origin, 1e-12);
+    EXPECT_NEAR(its[1], edge, 1e-12);
+    EXPECT_EQ(its[2], count);
+  };
+  expect(along_z(-kAll, 0.013), 0.013 - 2 * 0.0094, 0.0094, 7);
+  expect(along_z(0.047, kAll), 0, 0.0094, 7);
+  expect(along_z(0.0009, 0.013), 0.013 - 2 * 0.0094, 0.0094, 7);  // its lower end is the box's
+  expect(along_z(0.013, 0.03), 0.013 - 2 * 0.0094, 0.0094, 7);
+  expect(along_z(-kAll, 0.0009), 0, 0.01, 6);
+  expect(along_z(-kAll, 0.013, 0.009), 0, 0.01, 6);  // narrower than a cube along x
+  expect(along_z(-kAll, 0.004, kAll, 0.009), 0, 0.009, 1);
 
   Mesh block = kuhn_block(6, 4, 6, 0.01);
   block.tetrahedra.clear();
