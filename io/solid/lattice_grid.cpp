@@ -26,7 +26,8 @@ namespace {
 std::optional<double> end_across(int axis, const Bounds& box, double edge, const Bounds& clamped) {
   constexpr double kNear = 0.1;  // edges
   const Vec3 wide = clamped.max.cwiseMin(box.max) - clamped.min.cwiseMax(box.min);
-  if (box.size()[axis] < edge || wide[(axis + 1) % 3] < edge || wide[(axis + 2) % 3] < edge) return {};
+  const auto is_narrow = [&](int other) { return wide[other] < std::min(edge, box.size()[other]); };
+  if (box.size()[axis] < edge || is_narrow((axis + 1) % 3) || is_narrow((axis + 2) % 3)) return {};
   for (const double end : {clamped.min[axis], clamped.max[axis]})
     if (end - box.min[axis] > kNear * edge && box.max[axis] - end > kNear * edge) return end;
   return {};

@@ -31,7 +31,7 @@ struct LatticeGrid {
 /// filled exactly, but where a part of it is clamped: there nodes lie in the plane where that part ends, cubes fill the
 /// longer side of the plane, and reach out of the box on the other. So across an axis along which the box is an edge
 /// long or more, and the end is no nearer to the box's than a tenth of an edge; of two ends at the lower. A clamped
-/// part that is narrower than an edge along another axis has no such plane.
+/// part that is narrower than an edge, and than the box, along another axis has no such plane.
 LatticeGrid make_lattice_grid(const Bounds& box, double edge, const std::optional<Bounds>& clamped = {});
 
 /// The six tetrahedra of a cube: the order of axes in which each goes from the lowest corner to the highest.

@@ -309,9 +309,9 @@ constexpr double kAll = std::numeric_limits<double>::infinity();
 
 /// Cubes of at most 10 mm, two below a plane at 13 mm, that fill the 47 mm above it.
 TEST(Lattice, HasNodesWhereTheClampedPartEnds) {
-  const auto along_z = [&](double low, double high, double width = kAll, double tall = 0.06) {
+  const auto along_z = [&](double low, double high, double width = kAll, double tall = 0.06, double deep = 0.06) {
     const Bounds clamped{Vec3(-width, -kAll, low), Vec3(width, kAll, high)};
-    const LatticeGrid grid = make_lattice_grid({Vec3::Zero(), Vec3(0.06, 0.04, tall)}, 0.01, clamped);
+    const LatticeGrid grid = make_lattice_grid({Vec3::Zero(), Vec3(deep, 0.04, tall)}, 0.01, clamped);
     return std::array{grid.origin.z(), grid.edge.z(), static_cast<double>(grid.count[2])};
   };
   const auto expect = [](const std::array<double, 3>& its, double origin, double edge, int count) {
@@ -326,6 +326,7 @@ TEST(Lattice, HasNodesWhereTheClampedPartEnds) {
   expect(along_z(-kAll, 0.0009), 0, 0.01, 6);
   expect(along_z(-kAll, 0.013, 0.009), 0, 0.01, 6);  // narrower than a cube along x
   expect(along_z(-kAll, 0.004, kAll, 0.009), 0, 0.009, 1);
+  expect(along_z(-kAll, 0.013, kAll, 0.06, 0.004), 0.013 - 2 * 0.0094, 0.0094, 7);  // a plate that stands
 
   Mesh block = kuhn_block(6, 4, 6, 0.01);
   block.tetrahedra.clear();
