@@ -2,6 +2,7 @@
 // stays when the body does not follow.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -39,6 +40,7 @@ class TouchThreads : public testing::Test {
 /// model.
 TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
   constexpr int kPressed = 150, kHeld = 250, kOfAModel = 70;  // along the path
+  constexpr double kBrakes = 0.1;                             // of its speed, in a tick
   for (const int held_ms : {100, 500}) {
     auto slow = std::make_unique<HeldUpModel>(session_->model());
     HeldUpModel& model = *slow;
@@ -52,15 +54,18 @@ TEST_F(TouchThreads, ContactStaysWhileTheBodyIsHeldUp) {
     int pressed = 0, stale = 0, off = 0, tick = 0;
     auto due = std::chrono::steady_clock::now();
     int i = 0, came = 0, refreshes = 0;  // along the path; since the last refresh
+    double at = 0, speed = 1;            // along the path: the tool waits for a model, and brakes before
     for (; i < 1000 && tick < 60'000; ++tick) {
       model.is_held = i >= kHeld && i < kHeld + held_ms;
       const int made = touch.status().refreshes;
       if (made != refreshes) came = 0;
       refreshes = made;
-      if (model.is_held || came++ < kOfAModel) ++i;
+      speed += std::clamp((model.is_held || came++ < kOfAModel ? 1 : 0) - speed, -kBrakes, kBrakes);
+      at += speed;
+      i = static_cast<int>(at);
       due = std::max(due + 1ms, std::chrono::steady_clock::now());
       std::this_thread::sleep_until(due);
-      const LocalFrame& f = touch.tick(pose(i * 1e-3));
+      const LocalFrame& f = touch.tick(pose(at * 1e-3));
       watch.ticked(TouchHalves::fast(touch), {&f, 1});
       const double force = f.force.norm();
       if (i > kPressed) {
