@@ -121,7 +121,10 @@ int touched_triangle(const ToolShape& shape, const Vec3& place, const LocalRepor
 }  // namespace
 
 double pressed_radius(const ToolShape& shape, double radius, double way) {
-  return std::sqrt(radius * radius + std::max(shape.radius, 0.3 * tool_reach(shape)) * std::max(0.0, way));
+  const double pressed =
+      std::sqrt(radius * radius + std::max(shape.radius, 0.3 * tool_reach(shape)) * std::max(0.0, way));
+  const bool is_rounded = shape.radius > 0 && shape.corners.size() <= 2;
+  return is_rounded ? std::min(pressed, shape.radius) : pressed;
 }
 
 double contact_extent(const ToolShape& shape, const SeenTool& seen, bool models_come_late) {

@@ -91,6 +91,35 @@ TEST(RefinedLattice, RadiusOfAContactIsTheMeanOfSomeTicks) {
   EXPECT_NEAR(seen_radius(true, 0.002) / (seen_radius(false, 0.002) + seen_radius(false, 0.004)), 0.75 / 1.5, 1e-9);
 }
 
+TEST(RefinedLattice, ContactOfARoundToolIsNoWiderThanTheTool) {
+  const ToolShape ball{.kind = ToolShape::Kind::sphere, .radius = 0.004};
+  EXPECT_DOUBLE_EQ(pressed_radius(ball, 0.002, 0.001), std::sqrt(0.002 * 0.002 + 0.004 * 0.001));
+  EXPECT_DOUBLE_EQ(pressed_radius(ball, 0.0035, 0.003), 0.004);
+  const ToolShape capsule{
+      .kind = ToolShape::Kind::capsule, .radius = 0.002, .corners = {Vec3(-0.01, 0, 0), Vec3(0.01, 0, 0)}};
+  EXPECT_DOUBLE_EQ(pressed_radius(capsule, 0.0015, 0.01), 0.002);
+}
+
+// The contact of a drag was expected to be twice as wide as the ball, where models are late. Cells and places were as
+// far apart as the ball is wide, it ploughed two of them along, and had 1.5 times the force.
+TEST(RefinedLattice, ADragHasTheSameForceWhereModelsAreLate) {
+  const std::string mesh = test_data() + "/meshes/clean_sphere.obj";
+  if (!std::filesystem::exists(mesh)) GTEST_SKIP() << "no test data";
+  const auto mean_force = [&](double late_ms) {
+    Scene s = default_drag(mesh, 0.8);
+    if (late_ms > 0) {
+      s.link.charge_refreshes = "given";
+      s.link.refresh_ms = late_ms;
+    }
+    const SessionResult r = Session(s).run();
+    double sum = 0;
+    for (const LocalFrame& f : r.tools[0].frames) sum += f.force.norm();
+    return sum;
+  };
+  const double in_time = mean_force(0);
+  for (const double late_ms : {5.0, 25.0}) EXPECT_NEAR(mean_force(late_ms) / in_time, 1, 0.05) << late_ms;
+}
+
 // On a rough scan the nearest facet may face away. The ball was held at one place from both sides: 3e8 N.
 TEST(RefinedLattice, HoldsAToolFromOneSideOfARoughScan) {
   const std::string mesh = test_data() + "/meshes/organ_femur.off";
