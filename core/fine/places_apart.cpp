@@ -82,21 +82,48 @@ class NearVertices {
   std::map<Box, std::vector<int>> in_;
 };
 
-/// A set that no other vertex can be added to: no two are nearer than `apart` on the same side of the surface. Which of
-/// two neighbours is taken depends on their numbers alone, so that most stay from zone to zone, and the scan's own
-/// vertices come before those that pieces of its triangles have. (A maximal independent set by fixed priorities: Luby
-/// 1986.) Ascending.
-std::vector<int> find_places(const Sides& sides, const std::vector<CellPoint>& vertex, double apart) {
+/// Adds vertices to a set, that are no nearer than `apart` to one of it on the same side of the surface, until it has
+/// `most` or no other one can be added. Which of two neighbours is taken depends on their numbers alone, so that most
+/// stay from zone to zone, and the scan's own vertices come before those that pieces of its triangles have. (A maximal
+/// independent set by fixed priorities: Luby 1986.)
+/// @return  whether it has room for all that can be added
+bool add_places(const Sides& sides, const std::vector<CellPoint>& vertex, double apart, std::size_t most,
+                std::vector<int>& places) {
   NearVertices kept(sides, apart);
+  for (const int v : places) kept.add(v);
   std::vector<int> order = sides.with_facets();
   std::ranges::sort(order, {}, [&](int v) {
     return std::tuple(vertex[v].count > 1, mixed(static_cast<int>(CellPointHash()(vertex[v]))), v);
   });
-  std::vector<int> out;
   for (const int v : order) {
     if (kept.any(v, [](int) { return true; })) continue;
+    if (places.size() == most) return false;
     kept.add(v);
-    out.push_back(v);
+    places.push_back(v);
+  }
+  return true;
+}
+
+/// At most `most`, as far apart as they have to be, and then those between these that there is room for: a set with
+/// larger distances alone can be a third of what there is room for, and a tool lies between its places.
+/// @param apart  in: how far at least; out: none of the others is further from a place
+/// @return  ascending
+std::vector<int> find_places(const Sides& sides, const std::vector<CellPoint>& vertex, std::size_t most,
+                             double& apart) {
+  constexpr double kWider = 1.25;
+  if (!(apart > 0)) {
+    if (std::vector<int> all = sides.with_facets(); all.size() <= most) return all;
+    apart = kLeastApart * sides.extent();
+  }
+  const double least = apart;
+  std::vector<int> out;
+  while (!add_places(sides, vertex, apart, most, out) && apart < sides.extent()) {
+    apart *= kWider;
+    out.clear();
+  }
+  for (double less = std::max(apart / kWider, least); less < apart; less = std::max(apart / kWider, least)) {
+    if (!add_places(sides, vertex, less, most, out)) break;
+    apart = less;
   }
   std::ranges::sort(out);
   return out;
@@ -155,24 +182,12 @@ void spread(const Sides& sides, EmbeddedFacets& e) {
 }  // namespace
 
 void choose_places(const VectorX& x, FineZone& zone) {
-  constexpr double kWider = 1.25;
   EmbeddedFacets& e = zone.embedded;
   const Sides sides(x, e);
   e.is_place.assign(e.vertex.size(), 0);
   e.first_near.assign(e.vertex.size() + 1, 0);
-  const auto most = static_cast<std::size_t>(zone.num_yielding);
-  if (most == 0 || e.facets.empty()) return;
-  double apart = e.apart;
-  if (apart > 0)
-    e.places = find_places(sides, e.vertex, apart);
-  else
-    e.places = sides.with_facets();
-  while (e.places.size() > most && apart < sides.extent()) {
-    const double times = std::max(kWider, std::sqrt(static_cast<double>(e.places.size()) / static_cast<double>(most)));
-    apart = apart > 0 ? times * apart : kLeastApart * sides.extent();
-    e.places = find_places(sides, e.vertex, apart);
-  }
-  e.apart = apart;
+  if (zone.num_yielding == 0 || e.facets.empty()) return;
+  e.places = find_places(sides, e.vertex, static_cast<std::size_t>(zone.num_yielding), e.apart);
   for (const int v : e.places) e.is_place[v] = 1;
   spread(sides, e);
 }
