@@ -22,7 +22,7 @@ std::vector<FlagKind> flag_kinds(bool is_remote, bool keeps_cells) {
       {kUnrefined, keeps_cells ? std::vector{set_to("local.refine", "follow")} : sooner},
       {kLeftPatch, sooner},
       {kLostAnchor, sooner},
-      {kPushedOut, {}},
+      {kPushedOut, sooner},
       {kRigidContact, {advise("clamp less")}},
       {kNotFinite, {advise("lower object.model.young"), advise("raise local.rate_hz")}},
       {kStaleModel, quicker, true},

@@ -44,6 +44,8 @@ std::string share(const TickCount& ticks) { return told(ticks.count, " of ", tic
 }  // namespace
 
 Finding flag_finding(LocalFlag flag, const TickCount& ticks, std::size_t tool, std::vector<Cure> cures) {
+  constexpr double kStart = 0.005;  // [s]
+  if (flag == kPushedOut && ticks.first <= kStart) cures = {advise("begin outside the body")};
   return Finding{told(which(tool), words_of(flag), ": ", share(ticks), ", first at t = ", ticks.first, " s"),
                  std::move(cures), weight_of(flag)}
       .at(tool_key(tool), ticks.count, 0);
@@ -51,7 +53,8 @@ Finding flag_finding(LocalFlag flag, const TickCount& ticks, std::size_t tool, s
 
 Finding unsolved_finding(const TickCount& ticks) {
   return Finding{told("the contact forces were not found to within 1 %: ", share(ticks),
-                      " (contacts on the same few nodes, or a tool that drives into what is clamped)")}
+                      " (contacts on the same few nodes, or a tool that drives into what is clamped)"),
+                 {advise("press less deep"), advise("move the tool more slowly")}}
       .at("contact", ticks.count, 0);
 }
 
