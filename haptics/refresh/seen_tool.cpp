@@ -123,8 +123,7 @@ int touched_triangle(const ToolShape& shape, const Vec3& place, const LocalRepor
 double pressed_radius(const ToolShape& shape, double radius, double way) {
   const double pressed =
       std::sqrt(radius * radius + std::max(shape.radius, 0.3 * tool_reach(shape)) * std::max(0.0, way));
-  const bool is_rounded = shape.radius > 0 && shape.corners.size() <= 2;
-  return is_rounded ? std::min(pressed, shape.radius) : pressed;
+  return shape.kind == ToolShape::Kind::sphere ? std::min(pressed, shape.radius) : pressed;
 }
 
 double contact_extent(const ToolShape& shape, const SeenTool& seen, bool models_come_late) {

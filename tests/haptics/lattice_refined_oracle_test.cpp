@@ -13,6 +13,7 @@
 #include "core/fine/make_fine_patch.hpp"
 #include "haptics/refresh/seen_tool.hpp"
 #include "haptics/session/session.hpp"
+#include "haptics/watch/lost_contact.hpp"
 #include "tests/support/axisymmetric_press.hpp"
 #include "tests/support/lattice_scene.hpp"
 #include "tests/support/numbers.hpp"
@@ -91,13 +92,13 @@ TEST(RefinedLattice, RadiusOfAContactIsTheMeanOfSomeTicks) {
   EXPECT_NEAR(seen_radius(true, 0.002) / (seen_radius(false, 0.002) + seen_radius(false, 0.004)), 0.75 / 1.5, 1e-9);
 }
 
-TEST(RefinedLattice, ContactOfARoundToolIsNoWiderThanTheTool) {
+TEST(RefinedLattice, ContactOfABallIsNoWiderThanTheBall) {
   const ToolShape ball{.kind = ToolShape::Kind::sphere, .radius = 0.004};
   EXPECT_DOUBLE_EQ(pressed_radius(ball, 0.002, 0.001), std::sqrt(0.002 * 0.002 + 0.004 * 0.001));
   EXPECT_DOUBLE_EQ(pressed_radius(ball, 0.0035, 0.003), 0.004);
   const ToolShape capsule{
       .kind = ToolShape::Kind::capsule, .radius = 0.002, .corners = {Vec3(-0.01, 0, 0), Vec3(0.01, 0, 0)}};
-  EXPECT_DOUBLE_EQ(pressed_radius(capsule, 0.0015, 0.01), 0.002);
+  EXPECT_GE(pressed_radius(capsule, 0.008, 0.001), 0.008) << "along it";
 }
 
 // The contact of a drag was expected to be twice as wide as the ball, where models are late. Cells and places were as
@@ -129,6 +130,16 @@ TEST(RefinedLattice, HoldsAToolFromOneSideOfARoughScan) {
   for (const LocalFrame& f : r.tools[0].frames) largest = std::max(largest, f.f_n);
   EXPECT_GT(largest, 0.002);
   EXPECT_LT(largest, 0.03);
+}
+
+// Under a deep press places are further apart than at rest. What a ball sinks between them was counted from their
+// distance at rest, and it was told to be up to 0.4 mm inside in 369 of 1,200 ticks.
+TEST(RefinedLattice, ABallBetweenPlacesThatAreStretchedApartIsNotInside) {
+  const std::string mesh = test_data() + "/meshes/organ_tooth.obj";
+  if (!std::filesystem::exists(mesh)) GTEST_SKIP() << "no test data";
+  const SessionResult r = Session(default_drag(mesh, 0.3)).run();
+  ASSERT_FALSE(r.tools[0].penetration.empty());
+  EXPECT_LT(std::ranges::max(r.tools[0].penetration), LostContact::kNoticeableDepth);
 }
 
 // ---- refined cells ----
