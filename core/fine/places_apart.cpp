@@ -82,19 +82,25 @@ class NearVertices {
   std::map<Box, std::vector<int>> in_;
 };
 
+/// Vertices with facets, in the order in which they are taken: by their numbers alone, so that most stay from zone to
+/// zone, and the scan's own before those that pieces of its triangles have.
+std::vector<int> order_of(const Sides& sides, const std::vector<CellPoint>& vertex) {
+  std::vector<std::tuple<bool, std::uint32_t, int>> keyed;
+  for (const int v : sides.with_facets())
+    keyed.emplace_back(vertex[v].count > 1, mixed(static_cast<int>(CellPointHash()(vertex[v]))), v);
+  std::ranges::sort(keyed);
+  std::vector<int> out;
+  for (const auto& [is_of_piece, number, v] : keyed) out.push_back(v);
+  return out;
+}
+
 /// Adds vertices to a set, that are no nearer than `apart` to one of it on the same side of the surface, until it has
-/// `most` or no other one can be added. Which of two neighbours is taken depends on their numbers alone, so that most
-/// stay from zone to zone, and the scan's own vertices come before those that pieces of its triangles have. (A maximal
-/// independent set by fixed priorities: Luby 1986.)
+/// `most` or no other one can be added. (A maximal independent set by fixed priorities: Luby 1986.)
 /// @return  whether it has room for all that can be added
-bool add_places(const Sides& sides, const std::vector<CellPoint>& vertex, double apart, std::size_t most,
+bool add_places(const Sides& sides, const std::vector<int>& order, double apart, std::size_t most,
                 std::vector<int>& places) {
   NearVertices kept(sides, apart);
   for (const int v : places) kept.add(v);
-  std::vector<int> order = sides.with_facets();
-  std::ranges::sort(order, {}, [&](int v) {
-    return std::tuple(vertex[v].count > 1, mixed(static_cast<int>(CellPointHash()(vertex[v]))), v);
-  });
   for (const int v : order) {
     if (kept.any(v, [](int) { return true; })) continue;
     if (places.size() == most) return false;
@@ -104,25 +110,29 @@ bool add_places(const Sides& sides, const std::vector<CellPoint>& vertex, double
   return true;
 }
 
-/// At most `most`, as far apart as they have to be, and then those between these that there is room for: a set with
+/// At most `most`. First as far apart as they have to be, then those between these that there is room for: a set with
 /// larger distances alone can be a third of what there is room for, and a tool lies between its places.
 /// @param apart  in: how far at least; out: none of the others is further from a place
 /// @return  ascending
 std::vector<int> find_places(const Sides& sides, const std::vector<CellPoint>& vertex, std::size_t most,
                              double& apart) {
   constexpr double kWider = 1.25;
+  const std::vector<int> order = order_of(sides, vertex);
+  const double extent = sides.extent();
+  std::vector<int> out;
   if (!(apart > 0)) {
-    if (std::vector<int> all = sides.with_facets(); all.size() <= most) return all;
-    apart = kLeastApart * sides.extent();
+    if (order.size() <= most) return sides.with_facets();
+    apart = kLeastApart * extent;
   }
   const double least = apart;
-  std::vector<int> out;
-  while (!add_places(sides, vertex, apart, most, out) && apart < sides.extent()) {
-    apart *= kWider;
+  bool fits = true;  // there may be more sides than nodes
+  while (!add_places(sides, order, apart, fits ? most : order.size(), out)) {
     out.clear();
+    fits = apart < extent;
+    if (fits) apart *= kWider;
   }
-  for (double less = std::max(apart / kWider, least); less < apart; less = std::max(apart / kWider, least)) {
-    if (!add_places(sides, vertex, less, most, out)) break;
+  for (double less = std::max(apart / kWider, least); fits && less < apart; less = std::max(apart / kWider, least)) {
+    if (!add_places(sides, order, less, most, out)) break;
     apart = less;
   }
   std::ranges::sort(out);

@@ -19,8 +19,8 @@ std::vector<FlagKind> flag_kinds(const Scene& scene, const RealTime& pace) {
     finite = {advise("press less deep"), advise("move the tool more slowly")};
   return {
       {kEventsExhausted, {advise("move the tool more slowly")}},
-      {kContactsExhausted, {advise("take a smaller tool"), advise("press less deep")}},
-      {kWorkExhausted, {advise("take a smaller tool"), advise("press less deep")}},
+      {kContactsExhausted, smaller_contact()},
+      {kWorkExhausted, smaller_contact()},
       {kLeftPatch, sooner(scene, pace)},
       {kOnApron, sooner(scene, pace)},
       {kUnrefined,

@@ -64,8 +64,9 @@ ContactAhead touched_ahead(const ToolShape& shape, const SeenTool& tool, bool wa
   const double width = std::max(tool.half_width, expected_contact_radius(shape));
   const bool is_long = tool.half_length.norm() > (was_long ? kStaysLong : kLong) * width;
   const double now = is_long ? width : std::max(tool.contact_radius, expected_contact_radius(shape));
-  return {pressed_radius(shape, now, -tool.time * tool.velocity.dot(tool.normal)), *tool.touched,
-          is_long ? tool.half_length : Vec3::Zero()};
+  const double then = pressed_radius(shape, now, -tool.time * tool.velocity.dot(tool.normal));
+  if (!is_long) return {then, *tool.touched, Vec3::Zero()};
+  return {std::min(then, shape.radius), *tool.touched, tool.half_length};
 }
 
 /// Where it will touch. A tool that comes nearer may come faster than it is now: a model that is used some 0.08 s after
@@ -89,6 +90,7 @@ ContactAhead next_contact(const Surface& surface, const VectorX& x, const Vector
   if (std::abs(a.apart.norm() - b.apart.norm()) > depth) return out;
   out.middle = 0.5 * (a.at_rest + b.at_rest) - 0.5 * way;
   out.half_length = 0.5 * (b.at_rest - a.at_rest);
+  out.radius = std::min(out.radius, shape.radius);
   return out;
 }
 

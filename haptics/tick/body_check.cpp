@@ -111,38 +111,23 @@ SurfacePatch& BodyCheck::near(int tool, const Vec3& place) {
   return n.patch;
 }
 
-/// From a vertex of refined facets to the nearest place that tools are held at, squared [m^2]; 0: they are at all.
-double BodyCheck::nearest_place_sq(int vertex) const {
-  const std::vector<char>& is_place = model_->surface.is_place;
-  if (is_place.empty() || is_place[static_cast<std::size_t>(vertex)]) return 0;
-  double nearest_sq = std::numeric_limits<double>::infinity();
-  for (std::size_t v = 0; v < is_place.size(); ++v)
-    if (is_place[v])
-      nearest_sq = std::min(nearest_sq, (node(x_, static_cast<int>(v)) - node(x_, vertex)).squaredNorm());
-  return nearest_sq;
-}
-
 /// How far a ball that lies on the nodes of refined facets may reach below these [m]: over a triangle of equal edges L
 /// L^2 / 6 R, the most for a longest edge. Of the facets that it covers. Where tools are not held at all vertices, each
-/// point is within L / sqrt(3) of a vertex, and that at most so far from a place: r^2 / 2 R for both. As the surface is
-/// now: under a ball that is pressed in by three quarters of its radius places are half as far again apart as at rest,
-/// or twice as far. What is stretched further is told.
+/// point is within L / sqrt(3) of a vertex, and that within `apart` of a place at rest, and half as far again under a
+/// ball that is pressed in deeply: r^2 / 2 R for both, and no more than half its radius.
 double BodyCheck::between_nodes(const MovingTool& tool, const Vec3& place) const {
+  constexpr double kStretched = 1.5;
   const ToolShape& shape = tool.shape();
   if (!has_vertex_contacts(tool.core()) || !(shape.radius > 0)) return 0;
-  constexpr double kStretched = 2;
   const double covers = 1.1 * tool_reach(shape);  // where it only just touches, the nodes are further than its surface
-  double longest_sq = 0, to_place_sq = 0;
+  double longest_sq = 0;
   for (const int t : refined_) {
-    const Triangle& v = local_[t];
-    const Vec3 a = node(x_, v[0]), b = node(x_, v[1]), c = node(x_, v[2]);
+    const Vec3 a = node(x_, local_[t][0]), b = node(x_, local_[t][1]), c = node(x_, local_[t][2]);
     if (std::min({(a - place).norm(), (b - place).norm(), (c - place).norm()}) > covers) continue;
     longest_sq = std::max({longest_sq, (a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
-    for (const int i : v)
-      if ((node(x_, i) - place).norm() <= covers) to_place_sq = std::max(to_place_sq, nearest_place_sq(i));
   }
-  const double apart = longest_sq > 0 ? std::min(std::sqrt(to_place_sq), kStretched * model_->surface.fine->apart) : 0;
-  const double far = std::sqrt(longest_sq / 3) + apart;
+  const double apart = longest_sq > 0 ? kStretched * model_->surface.fine->apart : 0;
+  const double far = std::min(std::sqrt(longest_sq / 3) + apart, shape.radius);
   return far * far / (2 * shape.radius);
 }
 

@@ -45,7 +45,6 @@ class BodyCheck {
   };
   SurfacePatch& near(int tool, const Vec3& place);
   double moved_since(const Near& near) const;
-  double nearest_place_sq(int vertex) const;
   double between_nodes(const MovingTool& tool, const Vec3& place) const;
   const Surface& surface_;
   std::vector<MovingTool> tools_;

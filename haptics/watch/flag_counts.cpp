@@ -16,8 +16,8 @@ std::vector<FlagKind> flag_kinds(bool is_remote, bool keeps_cells) {
   if (is_remote) quicker = {advise("look at the network")};
   return {
       {kEventsExhausted, {advise("move the tool more slowly")}},
-      {kContactsExhausted, {advise("take a smaller tool"), advise("take a coarser surface")}},
-      {kWorkExhausted, {advise("take a smaller tool"), advise("take a coarser surface")}},
+      {kContactsExhausted, smaller_contact()},
+      {kWorkExhausted, smaller_contact()},
       {kOnApron, sooner},
       {kUnrefined, keeps_cells ? std::vector{set_to("local.refine", "follow")} : sooner},
       {kLeftPatch, sooner},

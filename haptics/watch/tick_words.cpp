@@ -43,9 +43,13 @@ std::string share(const TickCount& ticks) { return told(ticks.count, " of ", tic
 
 }  // namespace
 
+std::vector<Cure> smaller_contact() {
+  return {advise("take a smaller tool"), advise("press less deep"), advise("take a coarser surface")};
+}
+
 Finding flag_finding(LocalFlag flag, const TickCount& ticks, std::size_t tool, std::vector<Cure> cures) {
   constexpr double kStart = 0.005;  // [s]
-  if (flag == kPushedOut && ticks.first <= kStart) cures = {advise("begin outside the body")};
+  if (flag == kPushedOut && ticks.first <= kStart) cures.insert(cures.begin(), advise("begin outside the body"));
   return Finding{told(which(tool), words_of(flag), ": ", share(ticks), ", first at t = ", ticks.first, " s"),
                  std::move(cures), weight_of(flag)}
       .at(tool_key(tool), ticks.count, 0);

@@ -27,6 +27,9 @@ struct TickCount {
 /// difference below it.
 constexpr double kNoticeableResidual = 0.01;
 
+/// Of more contacts than a tick holds or has time for.
+std::vector<Cure> smaller_contact();
+
 Finding flag_finding(LocalFlag flag, const TickCount& ticks, std::size_t tool, std::vector<Cure> cures);
 /// Of all tools; those with a residual above kNoticeableResidual.
 Finding unsolved_finding(const TickCount& ticks);

@@ -19,7 +19,7 @@ namespace kt {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::uint32_t kNetworkProtocol = 1;  ///< both sides must have the same
+constexpr std::uint32_t kNetworkProtocol = 2;  ///< both sides must have the same
 /// Of the messages' schema: tells versions of the program apart that do not understand each other.
 std::uint64_t wire_schema_hash();
 
