@@ -29,7 +29,8 @@ constexpr double kEmptyMaterial = 1e-2 * kLeastMaterial;
 std::vector<std::vector<LeafPoint>> leaf_points(const FineBody& body, const FineNodes& nodes, const FineZone& zone);
 
 /// Chooses the places of zone.embedded, apart as it says or, where there would be more of them than yielding nodes,
-/// further, with as many between them as there is room for, and how the other vertices yield with them. None where nothing yields.
+/// further, with as many between them as there is room for, and how the other vertices yield with them. None where
+/// nothing yields.
 /// @param x  of the body at rest [m]
 void choose_places(const VectorX& x, FineZone& zone);
 
