@@ -40,7 +40,7 @@ struct TouchedBody {
 };
 
 /// Radius of a contact that the tool presses deeper by `way` [m]; of a ball no more than its own: the cells and places
-/// of a wider one are so far apart that the ball lies between them. A capsule's contact is as long as it lies.
+/// of a wider one are so far apart that the ball lies between them. A capsule's contact may be as long as the capsule.
 double pressed_radius(const ToolShape& shape, double radius, double way);
 
 /// How far the contact of a ball or a capsule reaches from its middle until the model after the next is there [m]; 0:
